@@ -1,0 +1,96 @@
+"""Errors a user can cause, and the words they are told in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from pydantic import BaseModel, ValidationError
+
+
+class Problem(NamedTuple):
+    """One wrong entry: its dotted key, the value given and what is allowed."""
+
+    key: str
+    value: object
+    allowed: str
+
+    def __str__(self) -> str:
+        subject = f"{self.key}: " if self.key else ""
+        return f"{subject}{self.value!r} is not allowed; {self.allowed}"
+
+
+class SceneError(ValueError):
+    """A scene that cannot be used: one line per problem, each naming key, value and remedy.
+
+    Parameters
+    ----------
+    problems
+        The wrong entries, or a single sentence where no entry is to blame (a missing file).
+    source
+        Where the scene came from, put before every line; empty for scenes made in code.
+    """
+
+    def __init__(self, problems: Iterable[Problem] | str, source: str = "") -> None:
+        self.problems = () if isinstance(problems, str) else tuple(problems)
+        self.lines = (problems,) if isinstance(problems, str) else tuple(map(str, self.problems))
+        self.source = source
+        prefix = f"{source}: " if source else ""
+        super().__init__("\n".join(prefix + line for line in self.lines))
+
+
+def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
+    """Translate pydantic's report into problems with dotted keys.
+
+    Parameters
+    ----------
+    error
+        What pydantic raised while it validated `model`.
+    model
+        The outermost model, from which the known keys of each group are read.
+    """
+    problems: list[Problem] = []
+    for entry in error.errors(include_url=False):
+        key = dotted(entry["loc"])
+        context = entry.get("ctx", {})
+        cause = context.get("error")
+        if isinstance(cause, SceneError):
+            problems += [p._replace(key=_join(key, p.key)) for p in cause.problems]
+        elif entry["type"] == "extra_forbidden":
+            known = ", ".join(model.model_fields)
+            problems.append(Problem(key, entry["input"], f"unknown key, must be one of {known}"))
+        elif entry["type"] == "missing" and isinstance(entry["loc"][-1], str):
+            problems.append(Problem(key, None, "must be given"))
+        elif entry["type"] == "missing":
+            allowed = f"must have a value at {key}"
+            problems.append(Problem(dotted(entry["loc"][:-1]), entry["input"], allowed))
+        else:
+            allowed = str(cause) if cause is not None else entry["msg"]
+            allowed = re.sub(r"^(Input|Tuple) should|(?<=.) after validation", _reword, allowed)
+            problems.append(Problem(key, entry["input"], allowed))
+    return problems
+
+
+def dotted(location: Sequence[str | int]) -> str:
+    """Write a location as a key: ('casing', 'mass', 2) -> 'casing.mass[2]'.
+
+    Parts in angle brackets are the tags of a union's branches, not keys, and are left out.
+    """
+    key = ""
+    for part in location:
+        if isinstance(part, int):
+            key += f"[{part}]"
+        elif not part.startswith("<"):
+            key = _join(key, part)
+    return key
+
+
+def _reword(match: re.Match[str]) -> str:
+    return "must" if match.start() == 0 else ""
+
+
+def _join(outer: str, inner: str) -> str:
+    if not outer or not inner or inner.startswith("["):
+        return outer + inner
+    return f"{outer}.{inner}"

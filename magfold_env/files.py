@@ -1,0 +1,56 @@
+"""Files: where the shipped settings lie, and writing that never leaves half a file."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+def configs_dir() -> Path:
+    """Return the folder of shipped settings.
+
+    A wheel carries it inside the package; in a checkout it lies beside the package.
+    """
+    package = Path(__file__).resolve().parent
+    inside = package / "configs"
+    return inside if inside.is_dir() else package.parent / "configs"
+
+
+@contextmanager
+def replacing(path: str | Path) -> Generator[Path]:
+    """Offer a temporary name beside `path` and move the file into place on success.
+
+    Parameters
+    ----------
+    path
+        Where the file shall be; its folder must exist. The temporary name keeps the suffix.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder does not exist.
+    """
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path}: the folder {path.parent} does not exist")
+    handle, name = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        # mkstemp makes private files; give the result the mode that open() would have.
+        mask = os.umask(0)
+        os.umask(mask)
+        temporary.chmod(0o666 & ~mask)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write `text` as UTF-8 to a temporary name and move it to `path`."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

@@ -1,0 +1,222 @@
+"""Shapes: fold words, the cells they cover, their symmetries and how alike two folds are.
+
+A word has one letter a joint, from component 1 to n: L (+90°), S (0) or R (-90°). Lengths here are
+in half diagonals, in which the centres of any word lie on integers; see `cells`.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+Outline = tuple[tuple[int, int], ...]
+
+LETTERS = "LSR"
+_QUARTERS = {"L": 1, "S": 0, "R": -1}
+_FLIP = str.maketrans("LSR", "RSL")
+_COS = np.array([1, 0, -1, 0], dtype=np.int64)
+_SIN = np.array([0, 1, 0, -1], dtype=np.int64)
+
+
+def parse_word(word: str, n: int | None = None) -> str:
+    """Return `word` if it is a fold word.
+
+    Parameters
+    ----------
+    word
+        Letters L, S and R, one a joint; empty for a single component.
+    n
+        Number of components the word must be for; any if None.
+
+    Raises
+    ------
+    ValueError
+        If there is another letter, or not n-1 letters.
+    """
+    if set(word) - set(LETTERS):
+        raise ValueError(f"word: {word!r} is not allowed; must consist of the letters L, S and R")
+    if n is not None and len(word) != n - 1:
+        raise ValueError(
+            f"word: {word!r} is not allowed; must have {n - 1} letters for {n} components"
+        )
+    return word
+
+
+def word_to_angles(word: str) -> FloatArray:
+    """Return the joint angles of a word [rad], shape (n-1,)."""
+    quarters = [_QUARTERS[letter] for letter in parse_word(word)]
+    return np.array(quarters, dtype=np.float64) * (np.pi / 2)
+
+
+def angles_to_word(joint_angles: npt.ArrayLike) -> str:
+    """Return the nearest word to joint angles [rad], shape (n-1,): thresholds at ±45°.
+
+    Raises
+    ------
+    ValueError
+        If an angle is not finite.
+    """
+    angles = np.asarray(joint_angles, dtype=np.float64)
+    if not np.isfinite(angles).all():
+        raise ValueError(f"joint_angles: {angles.tolist()} is not allowed; must be finite")
+    turned = angles - 2 * np.pi * np.round(angles / (2 * np.pi))  # joints without stops may spin
+    return "".join(
+        "L" if angle > np.pi / 4 else "R" if angle < -np.pi / 4 else "S" for angle in turned
+    )
+
+
+def mirror(word: str) -> str:
+    """Return the word of the mirror image: left and right swapped."""
+    return parse_word(word).translate(_FLIP)
+
+
+def reverse(word: str) -> str:
+    """Return the word of the same shape read from the other end: letters flipped and reversed."""
+    return parse_word(word).translate(_FLIP)[::-1]
+
+
+def is_fully_folded(word: str) -> bool:
+    """Whether every joint is turned (no S); such a word may still overlap."""
+    return "S" not in parse_word(word)
+
+
+def cells(word: str) -> IntArray:
+    """Return the centres in half diagonals, component 1 at the origin heading along +x.
+
+    Headings are multiples of 90° and consecutive centres differ by the sum of two heading
+    vectors, so all are integers. A casing is the square |x| + |y| <= 1 about its centre.
+
+    Returns
+    -------
+    (n, 2) array of int
+    """
+    quarters = np.cumsum([0, *(_QUARTERS[letter] for letter in parse_word(word))]) % 4
+    heading = np.stack([_COS[quarters], _SIN[quarters]], axis=1)
+    steps = heading[:-1] + heading[1:]
+    return np.concatenate([np.zeros((1, 2), dtype=np.int64), np.cumsum(steps, axis=0)])
+
+
+def overlaps(word: str) -> bool:
+    """Whether two casings of the word overlap.
+
+    Every step between centres has an even |dx| + |dy|, and two casings overlap if theirs is below
+    2: so exactly if they share a centre. The paper's filter (centres less than 3 mm apart) agrees.
+    """
+    centres = cells(word)
+    return len(np.unique(centres, axis=0)) < len(centres)
+
+
+def words(n: int) -> list[str]:
+    """Return the words of n components without overlap, sorted L, R, S."""
+    return sorted(w for w in map("".join, product(LETTERS, repeat=n - 1)) if not overlaps(w))
+
+
+def folded_words(n: int) -> list[str]:
+    """Return the fully folded words of n components without overlap, sorted.
+
+    They grow letter by letter and stop at the first overlap: self-avoiding paths that turn at
+    every step.
+
+    Raises
+    ------
+    ValueError
+        If `n` is below 1.
+    """
+    if n < 1:
+        raise ValueError(f"n: {n} is not allowed; must be at least 1")
+    found = [""]
+    for _ in range(n - 1):
+        found = [w for word in found for w in (word + "L", word + "R") if not overlaps(w)]
+    return sorted(found)
+
+
+def outline(word: str) -> Outline:
+    """Return the cells a word covers, the same for every rotation and translation of them.
+
+    Mirror images differ unless the cells are their own mirror image. Two words may share an
+    outline: it does not say in which order its cells are linked.
+    """
+    turned = cells(word)
+    candidates: list[Outline] = []
+    for _ in range(4):
+        turned = np.stack([-turned[:, 1], turned[:, 0]], axis=1)
+        moved = turned - turned.min(axis=0)
+        candidates.append(tuple(sorted((int(x), int(y)) for x, y in moved)))
+    return min(candidates)
+
+
+def headings(joint_angles: npt.ArrayLike, first: float = 0.0) -> FloatArray:
+    """Return absolute headings [rad], shape (n,), from joint angles, shape (n-1,)."""
+    turns = np.asarray(joint_angles, dtype=np.float64)
+    return first + np.concatenate([[0.0], np.cumsum(turns)])
+
+
+def centres(
+    angles: npt.ArrayLike, side: float = 1.0, base: npt.ArrayLike = (0.0, 0.0)
+) -> FloatArray:
+    """Return the casings' centres, in the unit of `side`.
+
+    Parameters
+    ----------
+    angles
+        Absolute headings [rad], shape (..., n).
+    side
+        Edge length of a casing.
+    base
+        Component 1's outer hinge, shape (..., 2).
+
+    Returns
+    -------
+    (..., n, 2) array
+    """
+    angles = np.asarray(angles, dtype=np.float64)
+    along = side * np.sqrt(2.0) * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    hinges = np.asarray(base, dtype=np.float64)[..., None, :] + np.cumsum(along, axis=-2)
+    return hinges - 0.5 * along
+
+
+def similarity(joint_angles_a: npt.ArrayLike, joint_angles_b: npt.ArrayLike) -> float:
+    """Return how alike two folds are, from 0 to 1.
+
+    The mean over ordered pairs i, j of exp(-|p_ij - q_ij|²/side²), where p_ij and q_ij are the
+    centre of component j seen from component i. It does not change when a fold is moved or
+    turned, does change when it is mirrored or its components are renumbered, is continuous, and
+    is 1 only for equal joint angles.
+
+    Parameters
+    ----------
+    joint_angles_a, joint_angles_b
+        Joint angles [rad], shape (n-1,) each.
+
+    Raises
+    ------
+    ValueError
+        If the two have different lengths.
+    """
+    a = np.asarray(joint_angles_a, dtype=np.float64)
+    b = np.asarray(joint_angles_b, dtype=np.float64)
+    if a.shape != b.shape or a.ndim != 1:
+        raise ValueError(
+            f"joint_angles_b: shape {b.shape} is not allowed; must be (n-1,) and equal to that of "
+            f"joint_angles_a, {a.shape}"
+        )
+    if a.size == 0:
+        return 1.0
+    apart = np.sum((_seen_from_each(a) - _seen_from_each(b)) ** 2, axis=-1)
+    off_diagonal = ~np.eye(a.size + 1, dtype=np.bool_)
+    return float(np.exp(-apart[off_diagonal]).mean())
+
+
+def _seen_from_each(joint_angles: FloatArray) -> FloatArray:
+    """Return the position of centre j in the frame of component i, shape (n, n, 2), unit side."""
+    angles = headings(joint_angles)
+    place = centres(angles)
+    away = place[None, :, :] - place[:, None, :]
+    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    return np.stack(
+        [cos * away[..., 0] + sin * away[..., 1], cos * away[..., 1] - sin * away[..., 0]], axis=-1
+    )
