@@ -1,0 +1,80 @@
+"""Folds: geometry and files."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env import shapes
+
+
+def _fold(word: str, trajectory: mf.Trajectory | None = None, energy: float = -1e-3) -> mf.Fold:
+    angles = shapes.headings(shapes.word_to_angles(word), first=0.3)
+    return mf.Fold(
+        scene=mf.Scene(sequence=("NSNS",) * len(angles)),
+        status=mf.FoldStatus.FOLDED,
+        message="settled",
+        word=word,
+        angles=angles,
+        base=np.array([0.01, 0.02]),
+        energy=energy,
+        time=0.5,
+        steps=10,
+        evaluations=60,
+        trajectory=trajectory,
+    )
+
+
+def test_joint_angles_give_the_word_back() -> None:
+    assert shapes.angles_to_word(_fold("LRLLR").joint_angles) == "LRLLR"
+
+
+def test_hinges_of_neighbours_meet_halfway_between_their_headings() -> None:
+    fold = _fold("LSR")
+    half = 0.0125 * np.sqrt(0.5) * np.stack([np.cos(fold.angles), np.sin(fold.angles)], axis=1)
+    centres = fold.centres()
+    np.testing.assert_allclose(centres[0] - half[0], fold.base, atol=1e-15)
+    np.testing.assert_allclose((centres + half)[:-1], (centres - half)[1:], atol=1e-15)
+
+
+def test_folded_neighbours_are_one_side_apart() -> None:
+    gaps = np.linalg.norm(np.diff(_fold("LLRLR").centres(), axis=0), axis=1)
+    np.testing.assert_allclose(gaps, 0.0125, rtol=1e-12)
+
+
+def test_json_holds_the_scene_and_the_trajectory(tmp_path: Path) -> None:
+    motion = mf.Trajectory(
+        time=np.array([0.0, 0.5]),
+        angles=np.zeros((2, 3)),
+        base=np.zeros((2, 2)),
+        rates=np.zeros((2, 3)),
+        released=np.array([3, 3]),
+    )
+    assert len(motion) == 2
+    path = tmp_path / "fold.json"
+    fold = _fold("LR", motion)
+    fold.to_json(path)
+    data = json.loads(path.read_text(encoding="utf-8"))
+    assert data["status"] == "folded"
+    assert data["word"] == "LR"
+    assert data["trajectory"]["released"] == [3, 3]
+    assert mf.Scene(**data["scene"]) == fold.scene
+    np.testing.assert_array_equal(data["angles"], fold.angles)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["fold.json"]
+
+
+def test_numbers_that_broke_down_are_null(tmp_path: Path) -> None:
+    _fold("LR", energy=np.nan).to_json(tmp_path / "fold.json")
+    assert json.loads((tmp_path / "fold.json").read_text(encoding="utf-8"))["energy"] is None
+
+
+def test_an_interrupted_write_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "fold.json"
+    path.write_text("old", encoding="utf-8")
+    broken = _fold("LR")
+    object.__setattr__(broken, "message", object())  # JSON cannot hold it
+    with pytest.raises(TypeError):
+        broken.to_json(path)
+    assert path.read_text(encoding="utf-8") == "old"

@@ -1,0 +1,105 @@
+"""Scenes as files, and the scenes that are shipped."""
+
+from pathlib import Path
+
+import pytest
+
+import magfold_env as mf
+
+PAPER = {
+    1: "NSNN NSSN SNSS NNNN SSNN SNSN",
+    2: "SSSS NNSS NNNN SSSS NNNS SSSN",
+    3: "SNNS NNSN SSSN NNNS SSSS NNSN",
+}
+
+
+def _write(folder: Path, text: str) -> Path:
+    path = folder / "scene.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_every_shipped_scene_loads() -> None:
+    names = mf.scene_names()
+    assert {"pendulum-3", "tube-feed"} <= set(names)
+    assert all(mf.load_scene(name).n >= 3 for name in names)
+
+
+@pytest.mark.parametrize("number", PAPER)
+def test_paper_scenes(number: int) -> None:
+    built = mf.load_scene(f"paper/sequence-{number}")
+    literal = mf.load_scene(f"paper/sequence-{number}-literal")
+    assert built.sequence == literal.sequence == tuple(PAPER[number].split())
+    assert built.mount == "free"
+    assert built.magnets == mf.Magnets(model="strips", remanence=0.6)
+    assert built.solver == mf.Solver()
+    assert literal.mount == "pinned"
+    assert literal.magnets == mf.Magnets(model="points", nodes=3, pole_charge=8.5946)
+    assert literal.solver.method == "paper"
+    assert built.friction == literal.friction == 0.35
+
+
+def test_pendulum_scene_has_nothing_but_gravity() -> None:
+    scene = mf.load_scene("pendulum-3")
+    assert (scene.n, scene.magnets, scene.friction, scene.contact) == (3, None, 0.0, False)
+    assert scene.gravity.in_plane == (0.0, -9.8)
+    assert scene.start_angle_spread == 0.0
+
+
+def test_default_tube_scene_loads_at_the_mouth() -> None:
+    scene = mf.load_scene("tube-feed")
+    assert (scene.n, scene.mount) == (6, "tube")
+    assert scene.feed == mf.Feed(direction="forward", loading="at_mouth")
+
+
+def test_paths_are_read_as_text_and_as_paths(tmp_path: Path) -> None:
+    path = _write(tmp_path, "sequence: [NSNS]\nsolver: {tolerance: 1e-4}\n")
+    assert mf.load_scene(path) == mf.load_scene(str(path))
+    assert mf.load_scene(path).solver.tolerance == 1e-4  # YAML 1.1 takes this for a string
+
+
+def test_an_unknown_name_lists_what_there_is() -> None:
+    with pytest.raises(mf.SceneError, match=r"^paper/sequence-9: no such scene; .*sequence-3"):
+        mf.load_scene("paper/sequence-9")
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+def test_a_missing_file_is_named(tmp_path: Path, kind: type) -> None:
+    with pytest.raises(mf.SceneError, match=r"nowhere\.yaml: no such file"):
+        mf.load_scene(kind(tmp_path / "nowhere.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("sequence: [NSNS]\ncasing: {mass: -1}\n", r"casing\.mass: -1 is not allowed; must be gr"),
+        ("sequence: [NSNS]\nfriction: .nan\n", r"friction: nan is not allowed; must be a finite"),
+        ("sequence: [NSNS]\nfrictoin: 0.3\n", r"frictoin: 0\.3 is not allowed; unknown key"),
+        ("sequence: [NSNS\nfriction: 0.3\n", r"line 2, column \d+: "),
+        ("sequence: [NSNS]\nsequence: [SSSS]\n", r"line 2, column 1: the key 'sequence' is given"),
+        ("sequence: [NSNS]\ncasing: {1: 2}\n", r"line 2, column 10: the key 1 is not text"),
+        ("sequence: !!python/object:os.system {}\n", r"line 1, column 11: could not determine a"),
+        ("- NSNS\n", r"\['NSNS'\] is not a scene; must be a mapping"),
+        ("", r"None is not a scene; must be a mapping"),
+    ],
+)
+def test_a_wrong_file_is_named_with_the_place(tmp_path: Path, text: str, message: str) -> None:
+    path = _write(tmp_path, text)
+    with pytest.raises(mf.SceneError, match=message) as caught:
+        mf.load_scene(path)
+    assert all(line.startswith(f"{path}: ") for line in str(caught.value).splitlines())
+
+
+def test_a_file_that_is_not_text_is_an_error(tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(mf.SceneError, match="cannot be read"):
+        mf.load_scene(path)
+
+
+def test_saving_leaves_no_temporary_file_and_needs_the_folder(tmp_path: Path) -> None:
+    scene = mf.load_scene("tube-feed")
+    mf.save_scene(scene, tmp_path / "scene.yaml")
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.yaml"]
+    with pytest.raises(FileNotFoundError, match="does not exist"):
+        mf.save_scene(scene, tmp_path / "nowhere" / "scene.yaml")

@@ -1,0 +1,182 @@
+"""Fold words, outlines and similarity."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from magfold_env import shapes
+
+words = st.text("LSR", max_size=9)
+angle_lists = st.integers(0, 6).flatmap(
+    lambda n: st.lists(st.floats(-1.57, 1.57), min_size=n, max_size=n)
+)
+
+
+@given(words)
+def test_words_and_angles_round_trip(word: str) -> None:
+    angles = shapes.word_to_angles(word)
+    assert angles.shape == (len(word),)
+    assert shapes.angles_to_word(angles) == word
+
+
+@pytest.mark.parametrize(
+    ("degrees", "letter"),
+    [(45.1, "L"), (44.9, "S"), (-44.9, "S"), (-45.1, "R"), (359, "S"), (269, "R"), (-460, "R")],
+)
+def test_letters_change_at_45_degrees(degrees: float, letter: str) -> None:
+    assert shapes.angles_to_word([np.deg2rad(degrees)]) == letter
+
+
+def test_angles_that_are_not_finite_have_no_word() -> None:
+    with pytest.raises(ValueError, match="must be finite"):
+        shapes.angles_to_word([0.0, np.nan])
+
+
+def test_wrong_words_are_named() -> None:
+    with pytest.raises(
+        ValueError, match=r"word: 'LXR' is not allowed; must consist of the letters"
+    ):
+        shapes.parse_word("LXR")
+    with pytest.raises(ValueError, match=r"word: 'LR' is not allowed; must have 5 letters for 6"):
+        shapes.parse_word("LR", n=6)
+    assert shapes.parse_word("LRLLL", n=6) == "LRLLL"
+
+
+@given(words)
+def test_mirror_and_reverse_are_commuting_involutions(word: str) -> None:
+    assert shapes.mirror(shapes.mirror(word)) == word
+    assert shapes.reverse(shapes.reverse(word)) == word
+    assert shapes.mirror(shapes.reverse(word)) == shapes.reverse(shapes.mirror(word))
+
+
+@given(words)
+def test_symmetries_act_on_the_cells(word: str) -> None:
+    assert shapes.overlaps(word) == shapes.overlaps(shapes.mirror(word))
+    flipped = shapes.cells(word) * [1, -1]
+    np.testing.assert_array_equal(shapes.cells(shapes.mirror(word)), flipped)
+    assert shapes.outline(shapes.reverse(word)) == shapes.outline(word)
+
+
+@given(words)
+def test_cells_are_the_centres_in_half_diagonals(word: str) -> None:
+    angles = shapes.headings(shapes.word_to_angles(word))
+    place = shapes.centres(angles, side=np.sqrt(2.0))  # half a diagonal is 1
+    np.testing.assert_allclose(shapes.cells(word), place - place[0], atol=1e-12)
+
+
+@pytest.mark.parametrize("n", range(1, 8))
+def test_overlap_agrees_with_the_papers_3_mm_filter(n: int) -> None:
+    for word in map("".join, product("LSR", repeat=n - 1)):
+        place = shapes.centres(shapes.headings(shapes.word_to_angles(word)), side=12.5)
+        gap = np.linalg.norm(place[:, None] - place[None], axis=-1) + 1e3 * np.eye(n)
+        assert shapes.overlaps(word) == bool(gap.min() < 3.0)
+
+
+def test_the_papers_counts_at_six_components() -> None:
+    folded = shapes.folded_words(6)
+    assert len(shapes.words(6)) == 229
+    assert len(folded) == 26
+    assert folded == [w for w in shapes.words(6) if shapes.is_fully_folded(w)]
+    outlines = [shapes.outline(word) for word in folded]
+    assert len(set(outlines)) == 13
+    assert all(outlines.count(outline) == 2 for outline in outlines)
+    either_hand = {min(shapes.outline(w), shapes.outline(shapes.mirror(w))) for w in folded}
+    assert len(either_hand) == 8
+    assert shapes.outline("LRLLL") == shapes.outline("RRRLR")
+
+
+def test_short_chains() -> None:
+    assert shapes.folded_words(1) == [""]
+    assert shapes.folded_words(2) == ["L", "R"]
+    assert len(shapes.folded_words(5)) == 14  # 16 less LLLL and RRRR, which close on themselves
+    with pytest.raises(ValueError, match="n: 0 is not allowed"):
+        shapes.folded_words(0)
+
+
+@given(
+    st.integers(0, 5).flatmap(
+        lambda n: st.lists(st.text("LSR", min_size=n, max_size=n), min_size=2, max_size=2)
+    )
+)
+def test_an_outline_is_the_same_cells_turned_and_moved(pair: list[str]) -> None:
+    first, second = pair
+
+    def seen(word: str, turns: int) -> set[complex]:
+        points = shapes.cells(word) @ np.array([1, 1j]) * 1j**turns
+        return {complex(p) - min(points.real) - 1j * min(points.imag) for p in points}
+
+    same = any(seen(first, 0) == seen(second, turns) for turns in range(4))
+    overlapping = shapes.overlaps(first) or shapes.overlaps(second)
+    assert overlapping or (shapes.outline(first) == shapes.outline(second)) == same
+
+
+@given(angle_lists)
+def test_a_shape_is_fully_like_itself_alone(angles: list[float]) -> None:
+    assert shapes.similarity(angles, angles) == 1.0
+    turned = np.array(angles)
+    for k in range(len(angles)):
+        other = turned.copy()
+        other[k] += 0.01
+        assert shapes.similarity(angles, other) < 1.0
+
+
+@given(angle_lists, st.randoms(use_true_random=False))
+def test_similarity_is_symmetric_bounded_and_continuous(
+    angles: list[float], random: object
+) -> None:
+    rng = np.random.default_rng(len(angles))
+    other = np.array(angles) + rng.normal(scale=0.5, size=len(angles))
+    value = shapes.similarity(angles, other)
+    assert 0.0 < value <= 1.0
+    assert value == pytest.approx(shapes.similarity(other, angles), rel=1e-12)
+    # Centres of n components move by at most n² sides a radian, and exp(-x²) has slope below 1.
+    step = 1e-5 * rng.uniform(-1, 1, size=len(angles))
+    assert abs(shapes.similarity(angles, other + step) - value) <= 1e-5 * (len(angles) + 1) ** 2
+
+
+@given(angle_lists)
+def test_similarity_tells_mirror_images_apart(angles: list[float]) -> None:
+    mirrored = -np.array(angles)
+    assume(any(abs(angle) > 0.05 for angle in angles))
+    assert shapes.similarity(angles, mirrored) < 1.0
+
+
+@given(angle_lists)
+def test_mirroring_or_reversing_both_changes_nothing(angles: list[float]) -> None:
+    first, second = np.array(angles), np.array(angles[::-1])
+    value = shapes.similarity(first, second)
+    assert shapes.similarity(-first, -second) == pytest.approx(value, rel=1e-12)
+    assert shapes.similarity(-first[::-1], -second[::-1]) == pytest.approx(value, rel=1e-12)
+
+
+@given(angle_lists, st.floats(-4, 4), st.floats(-1, 1), st.floats(-1, 1))
+def test_similarity_is_its_definition_wherever_the_folds_lie(
+    angles: list[float], turn: float, x: float, y: float
+) -> None:
+    other = np.array(angles)[::-1]
+    n = len(angles) + 1
+
+    def place(i: int, joints: np.ndarray, first: float, base: tuple[float, float]) -> np.ndarray:
+        heads = shapes.headings(joints, first)
+        away = shapes.centres(heads, base=base) - shapes.centres(heads, base=base)[i]
+        spin = np.array(
+            [[np.cos(heads[i]), np.sin(heads[i])], [-np.sin(heads[i]), np.cos(heads[i])]]
+        )
+        return away @ spin.T
+
+    total = 0.0
+    for i, j in product(range(n), repeat=2):
+        if i != j:
+            p = place(i, np.array(angles), turn, (x, y))[j]
+            q = place(i, other, 0.0, (0.0, 0.0))[j]
+            total += np.exp(-np.sum((p - q) ** 2))
+    expected = total / (n * (n - 1)) if n > 1 else 1.0
+    assert shapes.similarity(angles, other) == pytest.approx(expected, rel=1e-9)
+
+
+def test_shapes_of_different_length_cannot_be_compared() -> None:
+    with pytest.raises(ValueError, match=r"joint_angles_b: shape \(1,\) is not allowed"):
+        shapes.similarity([0.0, 0.0], [0.0])
