@@ -1,0 +1,18 @@
+"""Pictures of chains: single frames, PNG, GIF and sheets of ranked shapes.
+
+Drawn with Pillow, without a display or a plotting library, so that a frame costs milliseconds and
+is the same on every machine. Needs the `render` extra.
+"""
+
+try:
+    import PIL as _PIL  # noqa: F401  # pyright: ignore[reportUnusedImport]
+except ImportError as error:
+    raise ImportError(
+        "pictures need Pillow: install the extra, pip install 'magfold_env[render]'"
+    ) from error
+
+from magfold_env.render.animation import save_gif
+from magfold_env.render.frames import frame, save_png
+from magfold_env.render.states import draw_states
+
+__all__ = ["draw_states", "frame", "save_gif", "save_png"]

@@ -1,0 +1,154 @@
+"""Recorded folds as animated GIFs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from magfold_env.files import replacing
+from magfold_env.fold import Fold, Trajectory
+from magfold_env.render.canvas import Size, View
+from magfold_env.render.frames import chain_view, picture
+from magfold_env.render.style import FLOOR
+
+_COLOURS = 64  # enough for flat shapes with smoothed edges, and a third of the bytes of 256
+_MOST_FPS = 50  # viewers slow down frames shorter than 20 ms
+
+
+def save_gif(
+    folds: Fold | Sequence[Fold],
+    path: str | Path,
+    *,
+    fps: int = 20,
+    seconds: float = 4.0,
+    hold: float = 1.5,
+    targets: Sequence[str | None] | None = None,
+    size: Size = (640, 480),
+) -> None:
+    """Write one recorded fold, or several side by side, as a GIF that repeats.
+
+    All folds run at the same slowed speed, so that the longest takes `seconds`; the others wait
+    at their end.
+
+    Parameters
+    ----------
+    folds
+        Simulated with `record=True`.
+    path
+        Where to; written under a temporary name first.
+    fps
+        Frames per second, 1 to 50.
+    seconds
+        Playing time of the longest fold [s].
+    hold
+        How long the last frame stays [s].
+    targets
+        The wanted word of each fold, drawn small in its corner.
+    size
+        Width and height of the whole picture [px].
+
+    Raises
+    ------
+    ValueError
+        If there is no fold, one was not recorded, `targets` has another length, or a number is
+        out of range.
+    """
+    shown = [folds] if isinstance(folds, Fold) else list(folds)
+    wanted = [None] * len(shown) if targets is None else list(targets)
+    if not shown:
+        raise ValueError("folds: [] is not allowed; must hold at least one fold")
+    if len(wanted) != len(shown):
+        raise ValueError(f"targets: {wanted!r} is not allowed; must have {len(shown)} words")
+    if not 1 <= fps <= _MOST_FPS:
+        raise ValueError(f"fps: {fps!r} is not allowed; must be between 1 and {_MOST_FPS}")
+    if not (math.isfinite(seconds) and seconds > 0 and math.isfinite(hold) and hold >= 0):
+        given = f"seconds, hold: {seconds!r}, {hold!r} are not allowed"
+        raise ValueError(f"{given}; must be positive and not negative")
+    columns = _columns(len(shown), size)
+    rows = math.ceil(len(shown) / columns)
+    panel = (size[0] // columns, size[1] // rows)
+    panels = [_Panel(fold, target, panel) for fold, target in zip(shown, wanted, strict=True)]
+    longest = max(panel.duration for panel in panels)
+    times = np.linspace(0.0, longest, max(2, round(seconds * fps)))
+    images = [_sheet([p.at(float(t)) for p in panels], columns, panel) for t in times]
+    _write(images, path, round(1000 / fps), round(1000 * hold))
+
+
+class _Panel:
+    """One fold in its own, steady view."""
+
+    def __init__(self, fold: Fold, target: str | None, size: Size) -> None:
+        if fold.trajectory is None or len(fold.trajectory) == 0:
+            raise ValueError(
+                "folds: a fold without trajectory is not allowed; record=True makes one"
+            )
+        self._fold, self._target, self._size = fold, target, size
+        self._motion: Trajectory = fold.trajectory
+        motion = self._motion
+        self._view: View = chain_view(fold.scene, motion.angles, motion.base, motion.released)
+        self._drawn: tuple[int, Image.Image] | None = None
+        self.duration = float(motion.time[-1] - motion.time[0])
+
+    def at(self, time: float) -> Image.Image:
+        """Return the frame nearest to `time` [s] since the start; at the end with the result."""
+        moments = self._motion.time - self._motion.time[0]
+        k = int(np.abs(moments - time).argmin())
+        if self._drawn is None or self._drawn[0] != k:
+            self._drawn = (k, self._picture(k))
+        return self._drawn[1]
+
+    def _picture(self, k: int) -> Image.Image:
+        fold, motion = self._fold, self._motion
+        caption = f"{motion.time[k] - motion.time[0]:.2f} s"
+        if k == len(motion) - 1:
+            caption += f"  {fold.word} {fold.status}"
+        return picture(
+            fold.scene,
+            motion.angles[k],
+            motion.base[k],
+            int(motion.released[k]),
+            self._view,
+            self._target,
+            caption,
+            self._size,
+        )
+
+
+def _columns(count: int, size: Size) -> int:
+    """Return the number of columns that leaves each of `count` panels the largest square."""
+
+    def square(columns: int) -> float:
+        return min(size[0] / columns, size[1] / math.ceil(count / columns))
+
+    return max(range(1, count + 1), key=square)
+
+
+def _sheet(images: Sequence[Image.Image], columns: int, panel: Size) -> Image.Image:
+    if len(images) == 1:
+        return images[0]
+    rows = math.ceil(len(images) / columns)
+    sheet = Image.new("RGB", (columns * panel[0], rows * panel[1]), FLOOR)
+    for k, image in enumerate(images):
+        sheet.paste(image, (k % columns * panel[0], k // columns * panel[1]))
+    return sheet
+
+
+def _write(images: Sequence[Image.Image], path: str | Path, step: int, hold: int) -> None:
+    """Write frames `step` ms long with one palette, so that only what moves is stored."""
+    palette = images[-1].quantize(_COLOURS)
+    frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    durations = [step] * (len(frames) - 1) + [step + hold]
+    with replacing(path) as temporary:
+        frames[0].save(
+            temporary,
+            format="GIF",
+            save_all=True,
+            append_images=frames[1:],
+            duration=durations,
+            loop=0,
+            optimize=False,
+        )

@@ -1,0 +1,130 @@
+"""A picture addressed in metres: shapes are drawn large and reduced, which smooths their edges."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageDraw, ImageFont
+
+from magfold_env.render.style import FLOOR, Colour
+
+FloatArray = npt.NDArray[np.float64]
+Size = tuple[int, int]
+
+_OVERSAMPLING = 3
+
+
+class View(NamedTuple):
+    """A rectangle of the plane [m]."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+    def joined(self, other: View) -> View:
+        """Return the smallest view that holds both."""
+        return View(
+            min(self.left, other.left),
+            max(self.right, other.right),
+            min(self.bottom, other.bottom),
+            max(self.top, other.top),
+        )
+
+
+class Canvas:
+    """A picture of a part of the plane, y upwards, equally scaled both ways.
+
+    Parameters
+    ----------
+    view
+        What must be visible [m]; it is centred, and more shows where the shapes differ.
+    size
+        Width and height [px].
+    """
+
+    def __init__(self, view: View, size: Size, background: Colour = FLOOR) -> None:
+        self.size = size
+        width, height = size
+        self.scale = min(width / (view.right - view.left), height / (view.top - view.bottom))
+        """Pixels per metre."""
+        self._middle = np.array([view.left + view.right, view.bottom + view.top]) / 2
+        self._image = Image.new("RGB", (width * _OVERSAMPLING, height * _OVERSAMPLING), background)
+        self._draw = ImageDraw.Draw(self._image, "RGBA")  # RGBA: colours may be translucent
+
+    def polygon(
+        self,
+        points: npt.ArrayLike,
+        fill: Colour | None,
+        edge: Colour | None = None,
+        width: float = 1,
+    ) -> None:
+        """Draw a polygon with corners `points` [m], shape (k, 2), its edge `width` px wide."""
+        corners = self._pixels(points)
+        outline = max(1, round(width * _OVERSAMPLING))
+        self._draw.polygon(corners, fill=fill, outline=edge, width=outline)
+
+    def line(self, points: npt.ArrayLike, colour: Colour, width: float) -> None:
+        """Draw a line through `points` [m], shape (k, 2), `width` px wide."""
+        self._draw.line(self._pixels(points), fill=colour, width=round(width * _OVERSAMPLING))
+
+    def disc(
+        self,
+        centre: npt.ArrayLike,
+        radius: float,
+        fill: Colour | None,
+        edge: Colour | None = None,
+        width: float = 1,
+    ) -> None:
+        """Draw a disc at `centre` [m] with a `radius` [m], its edge `width` px wide."""
+        ((x, y),) = self._pixels(np.reshape(centre, (1, 2)))
+        r = radius * self.scale * _OVERSAMPLING
+        box = (x - r, y - r, x + r, y + r)
+        self._draw.ellipse(box, fill=fill, outline=edge, width=round(width * _OVERSAMPLING))
+
+    def label(self, text: str, centre: npt.ArrayLike, height: float, colour: Colour) -> None:
+        """Write `text` upright, centred at `centre` [m], `height` [m] high."""
+        ((x, y),) = self._pixels(np.reshape(centre, (1, 2)))
+        self._write(text, (x, y), height * self.scale, colour, "mm")
+
+    def note(
+        self,
+        text: str,
+        place: tuple[float, float],
+        height: float,
+        colour: Colour,
+        anchor: Literal["la", "ma", "ra", "ld", "md", "rd"] = "la",
+    ) -> None:
+        """Write `text` at a `place` [px] counted from the top left corner, `height` px high."""
+        x, y = place
+        self._write(text, (x * _OVERSAMPLING, y * _OVERSAMPLING), height, colour, anchor)
+
+    def bar(self, right_end: tuple[float, float], length: float, colour: Colour) -> None:
+        """Draw a level bar `length` [m] long that ends at a place [px] from the top left corner."""
+        x, y = right_end
+        left = x - length * self.scale
+        points = [(left * _OVERSAMPLING, y * _OVERSAMPLING), (x * _OVERSAMPLING, y * _OVERSAMPLING)]
+        self._draw.line(points, fill=colour, width=2 * _OVERSAMPLING)
+
+    def image(self) -> Image.Image:
+        """Return the finished picture, RGB, of the asked size."""
+        return self._image.reduce(_OVERSAMPLING)
+
+    def _write(
+        self, text: str, place: tuple[float, float], height: float, colour: Colour, anchor: str
+    ) -> None:
+        font = _font(max(1, round(height * _OVERSAMPLING)))
+        self._draw.text(place, text, fill=colour, font=font, anchor=anchor)
+
+    def _pixels(self, points: npt.ArrayLike) -> list[tuple[float, float]]:
+        away = (np.asarray(points, dtype=np.float64) - self._middle) * self.scale * [1.0, -1.0]
+        placed = (away + np.array(self.size) / 2) * _OVERSAMPLING
+        return [(float(x), float(y)) for x, y in placed]
+
+
+@cache
+def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(size)  # the font that comes with Pillow

@@ -1,0 +1,182 @@
+"""Single pictures of a chain: arrays for an environment, PNG files of folds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from magfold_env.files import replacing
+from magfold_env.fold import Fold
+from magfold_env.render import style
+from magfold_env.render.canvas import Canvas, FloatArray, Size, View
+from magfold_env.render.chain import BoolArray, draw_chain, draw_ghost, draw_tube
+from magfold_env.scene import Scene
+from magfold_env.shapes import centres, headings, parse_word, word_to_angles
+
+_TUBE_SHOWN = 2.4  # diagonals of tube to the left of the mouth
+_INSET = 0.24  # of the picture's height, the target's square in the corner
+
+
+def frame(
+    scene: Scene,
+    angles: npt.ArrayLike,
+    base: npt.ArrayLike,
+    released: int,
+    target: str | None = None,
+    caption: str = "",
+    size: Size = (640, 480),
+) -> npt.NDArray[np.uint8]:
+    """Return a picture of a chain as it lies.
+
+    The view is the same for every state of a scene, unless the chain leaves it.
+
+    Parameters
+    ----------
+    scene
+        Gives sizes and the sequence; poles of components not yet loaded are not shown.
+    angles
+        Absolute headings [rad], shape (n,).
+    base
+        Component 1's outer hinge [m], shape (2,).
+    released
+        Number of components out of the tube, n where there is none.
+    target
+        The wanted fold word, drawn small in the corner.
+    caption
+        Text for the top left corner; may have several lines.
+    size
+        Width and height [px].
+
+    Returns
+    -------
+    (height, width, 3) array of uint8
+    """
+    angles = np.asarray(angles, dtype=np.float64)
+    base = np.asarray(base, dtype=np.float64)
+    view = usual_view(scene, size).joined(chain_view(scene, angles, base, released))
+    return np.asarray(picture(scene, angles, base, released, view, target, caption, size))
+
+
+def save_png(
+    fold: Fold, path: str | Path, target: str | None = None, size: Size = (960, 720)
+) -> None:
+    """Draw the end of a fold, with its word and status, as a PNG.
+
+    Parameters
+    ----------
+    fold
+        What to draw.
+    path
+        Where to; written under a temporary name first.
+    target
+        The wanted fold word, drawn small in the corner.
+    size
+        Width and height [px].
+    """
+    n = fold.scene.n
+    released = n if fold.trajectory is None else int(fold.trajectory.released[-1])
+    view = chain_view(fold.scene, fold.angles, fold.base, released)
+    caption = f"{fold.word or '(one component)'}  {fold.status}"
+    image = picture(fold.scene, fold.angles, fold.base, released, view, target, caption, size)
+    with replacing(path) as temporary:
+        image.save(temporary, format="PNG", optimize=True)
+
+
+def picture(
+    scene: Scene,
+    angles: FloatArray,
+    base: FloatArray,
+    released: int,
+    view: View,
+    target: str | None,
+    caption: str,
+    size: Size,
+) -> Image.Image:
+    """Return a picture of a chain in a given view; see `frame`."""
+    canvas = Canvas(view, size)
+    if scene.mount == "tube":
+        draw_tube(canvas, scene, angles, base)
+    draw_chain(canvas, scene, angles, base, loaded(scene, angles, base, released))
+    text = max(11.0, size[1] / 30)
+    canvas.note(caption, (0.6 * text, 0.5 * text), text, style.INK)
+    _draw_ruler(canvas, text)
+    image = canvas.image()
+    if target is not None:
+        inset = _target_picture(scene, target, round(_INSET * size[1]))
+        image.paste(inset, (size[0] - inset.width, 0))
+    return image
+
+
+def loaded(scene: Scene, angles: FloatArray, base: FloatArray, released: int) -> BoolArray:
+    """Return which components have their magnets, shape (n,).
+
+    All, unless the scene loads them at the mouth: then those released and the one that is on its
+    way out, known by its leading hinge.
+    """
+    n = scene.n
+    if scene.mount != "tube" or scene.feed.loading == "preloaded":
+        return np.ones(n, dtype=np.bool_)
+    forward = scene.feed.direction == "forward"
+    out = np.arange(n) < released if forward else np.arange(n) >= n - released
+    ends = 0.0 if forward else scene.casing.diagonal * np.cos(angles)
+    middles = centres(angles, side=scene.casing.side, base=base)
+    outer = middles[:, 0] - 0.5 * scene.casing.diagonal * np.cos(angles)
+    return out | (outer + ends > 1e-6 * scene.casing.side)
+
+
+def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike) -> View:
+    """Return a view that holds the released components of one or more states.
+
+    Parameters
+    ----------
+    scene
+        Gives sizes.
+    angles, base, released
+        Of one state, shapes (n,), (2,) and (), or of m states, shapes (m, n), (m, 2) and (m,).
+    """
+    n, diagonal = scene.n, scene.casing.diagonal
+    middles = centres(angles, side=scene.casing.side, base=base).reshape(-1, n, 2)
+    number = np.arange(n) if scene.feed.direction == "forward" else np.arange(n)[::-1]
+    out = number < np.asarray(released).reshape(-1, 1)
+    points = middles[np.broadcast_to(out, middles.shape[:2])]
+    if scene.mount == "tube":
+        points = np.concatenate([points, [[0.6 * diagonal, 0.0], [-0.2 * diagonal, 0.0]]])
+    low, high = points.min(axis=0) - 0.9 * diagonal, points.max(axis=0) + 0.9 * diagonal
+    return View(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
+
+
+def usual_view(scene: Scene, size: Size) -> View:
+    """Return a view in which a fold of the scene normally stays, for pictures of `size`."""
+    diagonal = scene.casing.diagonal
+    left = -_TUBE_SHOWN * diagonal if scene.mount == "tube" else -1.2 * diagonal
+    right = (scene.n + 1.2) * diagonal
+    reach = (right - left) * size[1] / size[0] / 2
+    return View(left, right, -reach, reach)
+
+
+def _draw_ruler(canvas: Canvas, text: float) -> None:
+    """Draw a bar of one centimetre in the lower right corner."""
+    width, height = canvas.size
+    label = "10 mm"
+    canvas.note(label, (width - 0.8 * text, height - 0.9 * text), 0.75 * text, style.FAINT, "rd")
+    canvas.bar((width - 0.8 * text, height - 0.6 * text), 0.01, style.FAINT)
+
+
+def _target_picture(scene: Scene, target: str, edge: int) -> Image.Image:
+    angles = headings(word_to_angles(parse_word(target, scene.n)))
+    middles = centres(angles, side=scene.casing.side)
+    reach = 0.62 * scene.casing.diagonal
+    low, high = middles.min(axis=0) - reach, middles.max(axis=0) + reach
+    # Room below for the word.
+    room = 0.22 * float((high - low).max())
+    canvas = Canvas(
+        View(float(low[0]), float(high[0]), float(low[1]) - room, float(high[1])), (edge, edge)
+    )
+    draw_ghost(canvas, angles, middles, scene.casing.side)
+    for k, middle in enumerate(middles):
+        canvas.label(str(k + 1), middle, 0.42 * scene.casing.side, style.GOOD)
+    canvas.note(f"target {target}", (edge / 2, edge - 2), max(9.0, 0.12 * edge), style.GOOD, "md")
+    return canvas.image()

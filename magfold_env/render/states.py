@@ -1,0 +1,103 @@
+"""Sheets of ranked shapes, as the energy minimiser finds them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from PIL import Image
+
+from magfold_env.files import replacing
+from magfold_env.render import style
+from magfold_env.render.canvas import Canvas, View
+from magfold_env.render.chain import draw_chain, draw_conflicts
+from magfold_env.scene import Scene
+from magfold_env.shapes import centres, headings, word_to_angles
+
+_PANEL = 260  # px
+_TEXT = 15.0  # px
+_COLUMNS = 5
+
+
+class State(Protocol):
+    """What is drawn of a state."""
+
+    @property
+    def word(self) -> str:
+        """Fold word."""
+        ...
+
+    @property
+    def energy(self) -> float:
+        """Magnetic energy [J]."""
+        ...
+
+    @property
+    def conflicts(self) -> Sequence[tuple[int, int]]:
+        """Pairs of components, numbered from 1, whose touching faces have equal poles."""
+        ...
+
+    @property
+    def stable(self) -> bool:
+        """Fully folded and without conflict."""
+        ...
+
+
+def draw_states(scene: Scene, states: Sequence[State], path: str | Path) -> None:
+    """Draw shapes in rank order with word, energy and stability, conflicts ringed, as a PNG.
+
+    Parameters
+    ----------
+    scene
+        Gives sizes and the sequence.
+    states
+        In the order to draw them.
+    path
+        Where to; written under a temporary name first.
+
+    Raises
+    ------
+    ValueError
+        If there is no state.
+    """
+    if not states:
+        raise ValueError("states: [] is not allowed; must hold at least one state")
+    columns = min(len(states), _COLUMNS)
+    rows = math.ceil(len(states) / columns)
+    sheet = Image.new("RGB", (columns * _PANEL, rows * _PANEL), style.FLOOR)
+    reach = max(_reach(scene, state.word) for state in states)  # one scale for all
+    for k, state in enumerate(states):
+        panel = _panel(scene, state, k + 1, reach)
+        sheet.paste(panel, (k % columns * _PANEL, k // columns * _PANEL))
+    with replacing(path) as temporary:
+        sheet.save(temporary, format="PNG", optimize=True)
+
+
+def _reach(scene: Scene, word: str) -> float:
+    middles = centres(headings(word_to_angles(word)), side=scene.casing.side)
+    return float(np.ptp(middles, axis=0).max()) + 1.2 * scene.casing.diagonal
+
+
+def _panel(scene: Scene, state: State, rank: int, reach: float) -> Image.Image:
+    side = scene.casing.side
+    angles = headings(word_to_angles(state.word))
+    middles = centres(angles, side=side)
+    x, y = (middles.min(axis=0) + middles.max(axis=0)) / 2
+    room = 2.0 * 1.6 * _TEXT / (_PANEL - 2.0 * 1.6 * _TEXT) * reach / 2  # the two lines of text
+    view = View(x - reach / 2, x + reach / 2, y - reach / 2 - room, y + reach / 2 + room)
+    canvas = Canvas(view, (_PANEL, _PANEL))
+    draw_chain(canvas, scene, angles, np.zeros(2), np.ones(scene.n, dtype=np.bool_))
+    draw_conflicts(canvas, middles, side, state.conflicts)
+    canvas.note(f"{rank}.  {state.word}", (10, 8), 1.2 * _TEXT, style.INK)
+    canvas.note(f"{1e3 * state.energy:.3f} mJ", (10, _PANEL - 8), _TEXT, style.INK, "ld")
+    verdict, colour = "not fully folded", style.FAINT
+    if state.stable:
+        verdict, colour = "stable", style.GOOD
+    elif state.conflicts:
+        pairs = ", ".join(f"{first}-{second}" for first, second in state.conflicts)
+        verdict, colour = f"conflict {pairs}", style.WARNING
+    canvas.note(verdict, (_PANEL - 10, _PANEL - 8), _TEXT, colour, "rd")
+    return canvas.image()

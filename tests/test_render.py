@@ -1,0 +1,218 @@
+"""Pictures: what is drawn, where, and what the files are."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import magfold_env as mf
+from magfold_env import shapes
+from magfold_env.render import draw_states, frame, save_gif, save_png, style
+from magfold_env.render.canvas import Canvas, View
+from magfold_env.render.frames import chain_view, loaded
+
+FREE = mf.load_scene("paper/sequence-3")
+TUBE = mf.load_scene("tube-feed")
+DIAGONAL = FREE.casing.diagonal
+
+
+def _count(picture: np.ndarray, colour: style.Colour) -> int:
+    return int((picture == np.array(colour[:3])).all(axis=-1).sum())
+
+
+def _recorded(word: str, frames: int = 30, time: float = 0.5) -> mf.Fold:
+    share = np.linspace(0.0, 1.0, frames)
+    angles = np.array([shapes.headings(shapes.word_to_angles(word) * s, first=s) for s in share])
+    base = np.stack([0.02 * share, -0.01 * share], axis=1)
+    motion = mf.Trajectory(share * time, angles, base, 0 * angles, np.full(frames, FREE.n))
+    return mf.Fold(
+        scene=FREE,
+        status=mf.FoldStatus.FOLDED,
+        message="settled",
+        word=word,
+        angles=angles[-1],
+        base=base[-1],
+        energy=-1e-2,
+        time=time,
+        steps=1,
+        evaluations=1,
+        trajectory=motion,
+    )
+
+
+def test_a_canvas_is_true_to_scale_and_points_up() -> None:
+    canvas = Canvas(View(-1.0, 1.0, -1.0, 1.0), (300, 200))
+    assert canvas.scale == 100.0  # the smaller extent decides
+    canvas.polygon([(0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5)], fill=(0, 0, 0))
+    dark = np.asarray(canvas.image()).max(axis=-1) < 128
+    rows, columns = np.nonzero(dark)
+    assert dark.sum() == pytest.approx(50 * 50, rel=0.05)
+    assert (rows.min(), rows.max()) == pytest.approx((50, 100), abs=1)
+    assert (columns.min(), columns.max()) == pytest.approx((150, 200), abs=1)
+
+
+def test_a_frame_is_an_rgb_array_of_the_asked_size() -> None:
+    picture = frame(FREE, np.zeros(6), np.zeros(2), 6, target="LRLLL", caption="x", size=(320, 200))
+    assert picture.shape == (200, 320, 3)
+    assert picture.dtype == np.uint8
+    again = frame(FREE, np.zeros(6), np.zeros(2), 6, target="LRLLL", caption="x", size=(320, 200))
+    np.testing.assert_array_equal(picture, again)
+
+
+def test_poles_have_their_colours() -> None:
+    def colours(letters: str) -> tuple[int, int]:
+        scene = FREE.replace(sequence=(letters,) * 6)
+        picture = frame(scene, np.zeros(6), np.zeros(2), 6)
+        return _count(picture, style.NORTH), _count(picture, style.SOUTH)
+
+    north, south = colours("NNNN")
+    assert north > 1000
+    assert south == 0
+    assert colours("SSSS") == (0, pytest.approx(north, rel=0.1))
+    half = colours("NNSS")
+    assert half[0] == pytest.approx(north / 2, rel=0.05)
+    assert half[1] == pytest.approx(half[0], rel=0.1)
+    bare = frame(FREE.replace(magnets=None), np.zeros(6), np.zeros(2), 6)
+    assert _count(bare, style.NORTH) == _count(bare, style.SOUTH) == 0
+
+
+def test_front_left_lies_to_the_left_of_the_heading() -> None:
+    scene = mf.Scene(sequence=("NSSS",))
+    picture = frame(scene, [0.0], [0.0, 0.0], 1)
+    red = (picture == np.array(style.NORTH[:3])).all(axis=-1)
+    blue = (picture == np.array(style.SOUTH[:3])).all(axis=-1)
+    rows, columns = np.nonzero(red)
+    all_rows, all_columns = np.nonzero(red | blue)
+    assert rows.mean() < all_rows.mean()  # above: the heading is to the right, left is up
+    assert columns.mean() > all_columns.mean()  # and ahead
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_components_in_the_tube_show_no_poles_until_they_are_loaded(direction: str) -> None:
+    scene = TUBE.replace(feed={"direction": direction})
+    heading = np.pi if direction == "forward" else 0.0
+    # Straight, two components out and a third halfway.
+    out = 2.5 * DIAGONAL
+    base = [out, 0.0] if direction == "forward" else [out - 6 * DIAGONAL, 0.0]
+    angles = np.full(6, heading)
+    expected = np.array([True] * 3 + [False] * 3)
+    if direction == "backward":
+        expected = expected[::-1]
+    np.testing.assert_array_equal(loaded(scene, angles, np.array(base), 2), expected)
+    preloaded = scene.replace(feed={"loading": "preloaded"})
+    assert loaded(preloaded, angles, np.array(base), 2).all()
+    some = frame(scene, angles, base, 2)
+    every = frame(preloaded, angles, base, 2)
+    assert _count(some, style.TUBE) > 500
+    assert _count(some, style.NORTH) < _count(every, style.NORTH)
+
+
+def test_a_component_at_the_mouth_is_not_yet_loaded() -> None:
+    at_mouth = loaded(TUBE, np.full(6, np.pi), np.zeros(2), 0)
+    assert not at_mouth.any()
+
+
+def test_the_view_stands_still_unless_the_chain_leaves_it() -> None:
+    def ruler(base: list[float]) -> int:
+        picture = frame(FREE.replace(magnets=None), np.zeros(6), base, 6)
+        return _count(picture[-20:, -300:], style.FAINT)
+
+    assert ruler([0.0, 0.0]) == ruler([0.005, 0.01])
+    assert ruler([0.5, 0.0]) < ruler([0.0, 0.0])  # zoomed out: a centimetre is shorter
+
+
+def test_a_chain_view_holds_every_casing() -> None:
+    angles = shapes.headings(shapes.word_to_angles("LRRLS"), first=0.4)
+    view = chain_view(FREE, angles, np.array([0.1, -0.2]), 6)
+    place = shapes.centres(angles, side=FREE.casing.side, base=[0.1, -0.2])
+    half = DIAGONAL / 2
+    assert view.left < place[:, 0].min() - half
+    assert view.right > place[:, 0].max() + half
+    assert view.bottom < place[:, 1].min() - half
+    assert view.top > place[:, 1].max() + half
+
+
+def test_a_target_of_the_wrong_length_is_an_error() -> None:
+    with pytest.raises(ValueError, match="must have 5 letters for 6 components"):
+        frame(FREE, np.zeros(6), np.zeros(2), 6, target="LR")
+
+
+def test_png_of_a_fold(tmp_path: Path) -> None:
+    path = tmp_path / "fold.png"
+    save_png(_recorded("LRLLL"), path, target="LRLLL", size=(400, 300))
+    with Image.open(path) as image:
+        assert image.size == (400, 300)
+        assert _count(np.asarray(image.convert("RGB")), style.NORTH) > 500
+    assert [entry.name for entry in tmp_path.iterdir()] == ["fold.png"]
+
+
+def test_gif_of_a_fold_plays_as_long_as_asked_and_is_small(tmp_path: Path) -> None:
+    path = tmp_path / "fold.gif"
+    save_gif(_recorded("LRLLL"), path, fps=10, seconds=2.0, hold=1.0, targets=["LRLLL"])
+    with Image.open(path) as image:
+        assert image.size == (640, 480)
+        durations: list[int] = []
+        for k in range(getattr(image, "n_frames", 1)):
+            image.seek(k)
+            durations.append(image.info["duration"])
+        assert image.info["loop"] == 0
+    assert sum(durations) == pytest.approx(3000, abs=20)
+    assert durations[-1] >= 1000
+    assert path.stat().st_size < 2e6
+
+
+def test_gif_of_several_folds_is_one_sheet(tmp_path: Path) -> None:
+    path = tmp_path / "folds.gif"
+    folds = [_recorded("LRLLL"), _recorded("LRLRL", frames=5, time=0.1), _recorded("LLRLL")]
+    save_gif(folds, path, fps=5, seconds=1.0, size=(600, 200))
+    with Image.open(path) as image:
+        assert image.size == (600, 200)
+        image.seek(getattr(image, "n_frames", 1) - 1)
+        last = np.asarray(image.convert("RGB"))
+    # All three have chains in their own third.
+    reds = [(last[:, k : k + 200, 0] > last[:, k : k + 200, 2] + 80).sum() for k in (0, 200, 400)]
+    assert min(reds) > 100
+    assert path.stat().st_size < 2e6
+
+
+def test_wrong_arguments_of_a_gif_are_named(tmp_path: Path) -> None:
+    fold = _recorded("LRLLL", frames=2)
+    still = mf.Fold(**{**vars(fold), "trajectory": None})
+    path = tmp_path / "fold.gif"
+    with pytest.raises(ValueError, match=r"folds: \[\] is not allowed"):
+        save_gif([], path)
+    with pytest.raises(ValueError, match="record=True makes one"):
+        save_gif(still, path)
+    with pytest.raises(ValueError, match="fps: 0 is not allowed; must be between 1 and 50"):
+        save_gif(fold, path, fps=0)
+    with pytest.raises(ValueError, match="seconds, hold: nan"):
+        save_gif(fold, path, seconds=float("nan"))
+    with pytest.raises(ValueError, match=r"targets: .* must have 1 words"):
+        save_gif(fold, path, targets=["LRLLL", "LRLLL"])
+    assert not list(tmp_path.iterdir())
+
+
+@dataclass(frozen=True)
+class _State:
+    word: str
+    energy: float
+    conflicts: tuple[tuple[int, int], ...]
+    stable: bool
+
+
+def test_a_sheet_of_states_rings_conflicts_alone(tmp_path: Path) -> None:
+    def drawn(conflicts: tuple[tuple[int, int], ...]) -> np.ndarray:
+        states = [_State("LRLLL", -1e-2, conflicts, not conflicts), _State("SSSSS", 0.0, (), False)]
+        draw_states(FREE, states, tmp_path / "states.png")
+        with Image.open(tmp_path / "states.png") as image:
+            return np.asarray(image.convert("RGB"))
+
+    assert drawn(()).shape == (260, 520, 3)
+    assert _count(drawn(()), style.CONFLICT) == 0
+    one, two = (_count(drawn(pairs), style.CONFLICT) for pairs in (((4, 5),), ((4, 5), (1, 2))))
+    assert one > 20
+    assert two == pytest.approx(2 * one, rel=0.2)
+    with pytest.raises(ValueError, match=r"states: \[\] is not allowed"):
+        draw_states(FREE, [], tmp_path / "none.png")
