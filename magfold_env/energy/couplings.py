@@ -1,0 +1,111 @@
+"""Couplings of the faces of two components on the lattice, from the engine's own energy.
+
+The energy of two components is bilinear in their poles: sᵀ K t, where s and t hold ±1 for N and S
+and the 4×4 matrix K depends on nothing but their relative pose. On the lattice few poses exist.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.energy.lattice import HEADINGS, Ints
+from magfold_env.engine.jit import kernel
+from magfold_env.engine.magnets import energy
+from magfold_env.engine.pack import pack_magnets
+from magfold_env.engine.state import Array, Magnets, Pose
+from magfold_env.scene import Scene
+from magfold_env.scene_parts import Casing
+from magfold_env.scene_parts import Magnets as MagnetsPart
+
+FACES = 4
+
+
+class Couplings:
+    """The matrices K of one kind of magnet, computed when a pose is first asked for.
+
+    Parameters
+    ----------
+    magnets
+        The four equal magnets of a component; None makes every coupling zero.
+    side
+        Edge length of a casing [m].
+    """
+
+    def __init__(self, magnets: MagnetsPart | None, side: float) -> None:
+        scene = Scene(sequence=("NNNN",), casing=Casing(side=side), magnets=magnets)
+        self._charge = magnets.charge if magnets is not None else 0.0
+        self._magnets = pack_magnets(scene)
+        self._half_length = side / np.sqrt(2.0)
+        self._known: dict[tuple[int, int, int], Array] = {}
+
+    def at(self, poses: Ints) -> NDArray[np.float64]:
+        """Return K [J] of each relative pose.
+
+        Parameters
+        ----------
+        poses : (m, 3) int array
+            The second component seen from the first, see `Lattice.poses`.
+
+        Returns
+        -------
+        (m, 4, 4) array
+            First index: face of the first component, in the usual order of faces.
+        """
+        # Packed into one integer each: np.unique is far slower on rows.
+        span = int(np.abs(poses[:, :2]).max(initial=0)) + 1
+        width = 2 * span + 1
+        codes = ((poses[:, 0] + span) * width + poses[:, 1] + span) * 4 + poses[:, 2]
+        unique, inverse = np.unique(codes, return_inverse=True)
+        cells, quarters = np.divmod(unique, 4)
+        keys = [
+            (int(x) - span, int(y) - span, int(q))
+            for x, y, q in zip(*np.divmod(cells, width), quarters, strict=True)
+        ]
+        missing = [key for key in keys if key not in self._known]
+        self._known.update(zip(missing, self._compute(missing), strict=True))
+        return np.stack([self._known[key] for key in keys])[inverse]
+
+    def _compute(self, keys: list[tuple[int, int, int]]) -> NDArray[np.float64]:
+        out = np.zeros((len(keys), FACES, FACES))
+        if keys and self._charge:
+            poses = np.array(keys)
+            centres = poses[:, :2] * self._half_length
+            headings = HEADINGS[poses[:, 2]].astype(np.float64)
+            _pairs(self._magnets, self._charge, centres, headings, out)
+        return out
+
+
+def couplings(scene: Scene) -> Couplings:
+    """Return the couplings of a scene's magnets, shared by all scenes that have the same."""
+    return _shared(tuple(scene.magnets) if scene.magnets else None, scene.casing.side)
+
+
+@lru_cache(maxsize=16)
+def _shared(fields: tuple[tuple[str, Any], ...] | None, side: float) -> Couplings:
+    return Couplings(MagnetsPart(**dict(fields)) if fields else None, side)
+
+
+@kernel
+def _pairs(magnets: Magnets, unit: float, centres: Array, headings: Array, out: Array) -> None:
+    """Fill ``out`` (m, 4, 4) with the energies of single faces of charge ``unit`` [A·m].
+
+    ``centres`` (m, 2) [m] and ``headings`` (m, 2), as unit vectors, place the second component.
+    """
+    cos, sin, x, y = np.ones(2), np.zeros(2), np.zeros(2), np.zeros(2)
+    pose = Pose(cos, sin, x, y)
+    charge = np.zeros((2, 4))
+    nodes = magnets.node_x.size
+    node_x, node_y, node_q = np.empty((2, nodes)), np.empty((2, nodes)), np.empty((2, nodes))
+    for p in range(out.shape[0]):
+        x[1], y[1] = centres[p, 0], centres[p, 1]
+        cos[1], sin[1] = headings[p, 0], headings[p, 1]
+        for a in range(4):
+            for b in range(4):
+                charge[:] = 0.0
+                charge[0, a] = unit
+                charge[1, b] = unit
+                out[p, a, b] = energy(0, magnets, charge, pose, node_x, node_y, node_q)

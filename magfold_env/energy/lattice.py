@@ -1,0 +1,112 @@
+"""Words as arrays: every casing of a word lies on a lattice, so poses are integers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+
+ORDER = "SLR"  # ties between words are broken in this order
+TURNS = np.array([0, 1, -1])  # quarter turns of S, L, R
+HEADINGS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])  # unit vectors by quarter turns
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """A number of words of equal length, and where their components lie.
+
+    Attributes
+    ----------
+    letters : (m, n-1) int array
+        Indices into ``ORDER``.
+    cells : (m, n, 2) int array
+        Centres in half hinge-to-hinge lengths (side/√2), component 1 at the origin.
+    quarters : (m, n) int array
+        Headings in quarter turns, 0 to 3, component 1's being 0.
+    """
+
+    letters: Ints
+    cells: Ints
+    quarters: Ints
+
+    @property
+    def n(self) -> int:
+        """Number of components of a word."""
+        return self.quarters.shape[1]
+
+    def __len__(self) -> int:
+        """Return the number of words."""
+        return len(self.letters)
+
+    def __getitem__(self, rows: slice | NDArray[np.bool_]) -> Lattice:
+        """Return the words at the given rows."""
+        return Lattice(self.letters[rows], self.cells[rows], self.quarters[rows])
+
+    def word(self, row: int) -> str:
+        """Return one word as a string."""
+        return "".join(ORDER[letter] for letter in self.letters[row])
+
+    def extended(self) -> Lattice:
+        """Return every word with S, L and R appended, those that overlap left out.
+
+        Two casings of a word overlap only if their centres coincide: centres differ by an even
+        number of half lengths, and two such lengths apart the squares touch at most.
+        """
+        m = len(self)
+        letter = np.tile(np.arange(3), m)
+        last = np.repeat(self.quarters[:, -1], 3)
+        quarter = (last + TURNS[letter]) % 4
+        cells = np.repeat(self.cells, 3, axis=0)
+        cell = cells[:, -1] + HEADINGS[last] + HEADINGS[quarter]
+        free = ~(cells == cell[:, None]).all(axis=2).any(axis=1)
+        letters = np.column_stack([np.repeat(self.letters, 3, axis=0), letter])
+        quarters = np.column_stack([np.repeat(self.quarters, 3, axis=0), quarter])
+        return Lattice(letters, np.concatenate([cells, cell[:, None]], axis=1), quarters)[free]
+
+    def fully_folded(self) -> NDArray[np.bool_]:
+        """Whether each word has only L and R, shape (m,)."""
+        return (self.letters != ORDER.index("S")).all(axis=1)
+
+    def overlapping(self) -> NDArray[np.bool_]:
+        """Whether two components of each word share a cell, shape (m,)."""
+        shared = np.zeros(len(self), dtype=np.bool_)
+        for i, j in combinations(range(self.n), 2):
+            shared |= (self.cells[:, i] == self.cells[:, j]).all(axis=1)
+        return shared
+
+    def poses(self, i: int, j: int) -> Ints:
+        """Return component j as seen from component i: (m, 3), cell x and y, quarter turns."""
+        turn = -self.quarters[:, i] % 4
+        cos, sin = HEADINGS[turn].T
+        x, y = (self.cells[:, j] - self.cells[:, i]).T
+        quarter = (self.quarters[:, j] + turn) % 4
+        return np.column_stack([cos * x - sin * y, sin * x + cos * y, quarter])
+
+    def pairs(self) -> Iterator[tuple[int, int, Ints]]:
+        """Yield each pair of components i < j with the poses of j seen from i."""
+        for i, j in combinations(range(self.n), 2):
+            yield i, j, self.poses(i, j)
+
+
+def from_words(words: Sequence[str]) -> Lattice:
+    """Return words of equal length as arrays; overlapping ones are allowed."""
+    letters = np.array([[ORDER.index(c) for c in word] for word in words], dtype=np.int64)
+    quarters = np.zeros((len(words), letters.shape[1] + 1), dtype=np.int64)
+    quarters[:, 1:] = np.cumsum(TURNS[letters], axis=1) % 4
+    heading = HEADINGS[quarters]
+    cells = np.zeros_like(heading)
+    cells[:, 1:] = np.cumsum(heading[:, :-1] + heading[:, 1:], axis=1)
+    return Lattice(letters, cells, quarters)
+
+
+def all_words(n: int) -> Lattice:
+    """Return every word of n components that does not overlap, in the order S, L, R."""
+    found = from_words([""])
+    for _ in range(n - 1):
+        found = found.extended()
+    return found
