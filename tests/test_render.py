@@ -1,5 +1,7 @@
 """Pictures: what is drawn, where, and what the files are."""
 
+import importlib
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -192,6 +194,29 @@ def test_wrong_arguments_of_a_gif_are_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"targets: .* must have 1 words"):
         save_gif(fold, path, targets=["LRLLL", "LRLLL"])
     assert not list(tmp_path.iterdir())
+
+
+def test_a_fold_that_broke_down_is_shown_up_to_there(tmp_path: Path) -> None:
+    fold = _recorded("LRLLL", frames=10)
+    assert fold.trajectory is not None
+    fold.trajectory.angles[6:] = np.nan
+    fold.angles[:] = np.nan
+    path = tmp_path / "fold.gif"
+    save_gif(fold, path, seconds=1.0)
+    assert path.stat().st_size > 1000
+    with pytest.raises(ValueError, match="cannot be drawn; must be finite"):
+        save_png(fold, tmp_path / "fold.png")
+    fold.trajectory.base[0] = np.inf
+    with pytest.raises(ValueError, match="without a finite frame"):
+        save_gif(fold, path)
+
+
+def test_without_pillow_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in sys.modules if name.startswith("magfold_env.render")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    with pytest.raises(ImportError, match=r"pip install 'magfold_env\[render\]'"):
+        importlib.import_module("magfold_env.render")
 
 
 @dataclass(frozen=True)

@@ -87,8 +87,7 @@ class _Panel:
                 "folds: a fold without trajectory is not allowed; record=True makes one"
             )
         self._fold, self._target, self._size = fold, target, size
-        self._motion: Trajectory = fold.trajectory
-        motion = self._motion
+        self._motion = motion = _sound(fold.trajectory)
         self._view: View = chain_view(fold.scene, motion.angles, motion.base, motion.released)
         self._drawn: tuple[int, Image.Image] | None = None
         self.duration = float(motion.time[-1] - motion.time[0])
@@ -116,6 +115,21 @@ class _Panel:
             caption,
             self._size,
         )
+
+
+def _sound(motion: Trajectory) -> Trajectory:
+    """Return a motion up to where its numbers broke down, if they did.
+
+    Raises
+    ------
+    ValueError
+        If not even the first frame can be drawn.
+    """
+    drawable = np.isfinite(motion.angles).all(axis=1) & np.isfinite(motion.base).all(axis=1)
+    count = len(motion) if drawable.all() else int(drawable.argmin())
+    if count == 0:
+        raise ValueError("folds: a trajectory without a finite frame is not allowed")
+    return Trajectory(**{name: value[:count] for name, value in vars(motion).items()})
 
 
 def _columns(count: int, size: Size) -> int:

@@ -75,7 +75,14 @@ def save_png(
         The wanted fold word, drawn small in the corner.
     size
         Width and height [px].
+
+    Raises
+    ------
+    ValueError
+        If the fold's numbers broke down.
     """
+    if not (np.isfinite(fold.angles).all() and np.isfinite(fold.base).all()):
+        raise ValueError(f"fold: angles {fold.angles.tolist()} cannot be drawn; must be finite")
     n = fold.scene.n
     released = n if fold.trajectory is None else int(fold.trajectory.released[-1])
     view = chain_view(fold.scene, fold.angles, fold.base, released)
