@@ -74,7 +74,7 @@ def gap_designs(
     wanted = list(dict.fromkeys(targets))
     if not 2 <= scene.n <= LONGEST:
         raise ValueError(
-            f"scene: {scene.n} components are not allowed; the exhaustive gap search takes "
+            f"sequence: {scene.n} component(s) are not allowed; the exhaustive gap search takes "
             f"2 to {LONGEST}"
         )
     for target in wanted:

@@ -67,7 +67,8 @@ class Couplings:
         ]
         missing = [key for key in keys if key not in self._known]
         self._known.update(zip(missing, self._compute(missing), strict=True))
-        return np.stack([self._known[key] for key in keys])[inverse]
+        found = np.array([self._known[key] for key in keys])
+        return found.reshape(-1, FACES, FACES)[inverse]
 
     def _compute(self, keys: list[tuple[int, int, int]]) -> NDArray[np.float64]:
         out = np.zeros((len(keys), FACES, FACES))

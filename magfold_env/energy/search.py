@@ -117,7 +117,7 @@ def _one_by_one(scene: Scene, mode: Mode) -> Minimum:
 def _decide(scene: Scene, joint: int, lattice: Lattice) -> Decision:
     energies = word_energies(scene, lattice)
     letters = [lattice.word(row)[joint] for row in range(len(lattice))]
-    best, *others = ranked(energies, TIE * energy_unit(scene))[0]
+    best, *others = (int(row) for row in ranked(energies, TIE * energy_unit(scene))[0])
     return Decision(
         joint + 1,
         tuple(Option(x, float(e)) for x, e in zip(letters, energies, strict=True)),
