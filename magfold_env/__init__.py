@@ -1,10 +1,16 @@
 """Self-folding chains of magnets: simulation, prediction by energy, and learning."""
 
+from magfold_env.energy import minimise
+from magfold_env.envs import register_envs
 from magfold_env.errors import SceneError
 from magfold_env.fold import Fold, FoldStatus, Trajectory
 from magfold_env.scene import Scene
 from magfold_env.scene_io import load_scene, save_scene, scene_names
 from magfold_env.scene_parts import Casing, Feed, Gravity, Magnets, Solver, Spreads
+
+# After magfold_env.energy, the package, so that `energy` names the function: importing a
+# submodule binds its name here, but only the first time.
+from magfold_env.simulate import accelerations, energy, forces, simulate
 
 __all__ = [
     "Casing",
@@ -18,7 +24,14 @@ __all__ = [
     "Solver",
     "Spreads",
     "Trajectory",
+    "accelerations",
+    "energy",
+    "forces",
     "load_scene",
+    "minimise",
     "save_scene",
     "scene_names",
+    "simulate",
 ]
+
+register_envs()

@@ -185,7 +185,7 @@ def test_wrong_arguments_of_a_gif_are_named(tmp_path: Path) -> None:
     path = tmp_path / "fold.gif"
     with pytest.raises(ValueError, match=r"folds: \[\] is not allowed"):
         save_gif([], path)
-    with pytest.raises(ValueError, match="record=True makes one"):
+    with pytest.raises(ValueError, match="simulate it with a frame_rate"):
         save_gif(still, path)
     with pytest.raises(ValueError, match="fps: 0 is not allowed; must be between 1 and 50"):
         save_gif(fold, path, fps=0)

@@ -37,7 +37,7 @@ def save_gif(
     Parameters
     ----------
     folds
-        Simulated with `record=True`.
+        Simulated with a `frame_rate`.
     path
         Where to; written under a temporary name first.
     fps
@@ -84,7 +84,7 @@ class _Panel:
     def __init__(self, fold: Fold, target: str | None, size: Size) -> None:
         if fold.trajectory is None or len(fold.trajectory) == 0:
             raise ValueError(
-                "folds: a fold without trajectory is not allowed; record=True makes one"
+                "folds: a fold without trajectory is not allowed; simulate it with a frame_rate"
             )
         self._fold, self._target, self._size = fold, target, size
         self._motion = motion = _sound(fold.trajectory)

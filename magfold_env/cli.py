@@ -1,0 +1,185 @@
+"""The `magfold` command: simulate a fold, rank its energies, list the shipped scenes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import typer
+from rich.console import Console
+
+from magfold_env.cli_report import (
+    decisions_table,
+    fold_table,
+    one_by_one_table,
+    scenes_table,
+    searches_to_json,
+    states_table,
+)
+from magfold_env.energy import Minimum, minimise
+from magfold_env.energy.result import Among, Mode
+from magfold_env.files import write_text
+from magfold_env.fold import Fold, FoldStatus
+from magfold_env.scene import Scene
+from magfold_env.scene_io import load_scene, scene_names
+from magfold_env.simulate import simulate
+
+app = typer.Typer(
+    help="Self-folding chains of magnets.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,  # plain messages, so that a wrong option is told in one line
+    pretty_exceptions_enable=False,
+)
+
+_FRAME_RATE = 240.0  # the paper's camera [1/s]
+
+SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
+Png = Annotated[Path | None, typer.Option(help="Draw the result as a picture.")]
+Json = Annotated[Path | None, typer.Option(help="Write the result as JSON.")]
+
+
+@app.command()
+def fold(  # noqa: PLR0913 - one parameter an option
+    scene: SceneName,
+    *,
+    mount: Annotated[str | None, typer.Option(help="pinned, free or tube.")] = None,
+    direction: Annotated[str | None, typer.Option(help="forward or backward.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Feed speed [m/s].")] = None,
+    friction: Annotated[float | None, typer.Option(help="Friction coefficient.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
+    gif: Annotated[Path | None, typer.Option(help="Write the motion as an animated GIF.")] = None,
+    png: Png = None,
+    json: Json = None,
+) -> None:
+    """Simulate one fold and print how it ended; exit code 1 if the simulation failed."""
+    with _errors_in_one_line(), _busy("simulating"):
+        _check_outputs({"--gif": gif, "--png": png, "--json": json})
+        feed = {"direction": direction, "speed": speed}
+        changes = {
+            "mount": mount,
+            "friction": friction,
+            "feed": {key: value for key, value in feed.items() if value is not None} or None,
+        }
+        given = {key: value for key, value in changes.items() if value is not None}
+        changed = load_scene(scene).replace(**given)
+        if gif is not None or png is not None:
+            _need_render()
+        begun = time.perf_counter()
+        result = simulate(changed, seed=seed, frame_rate=_FRAME_RATE if gif is not None else None)
+        taken = time.perf_counter() - begun
+    Console().print(fold_table(result, taken))
+    with _errors_in_one_line(), _busy("drawing"):
+        _draw(result, gif, png)
+        if json is not None:
+            result.to_json(json)
+    _say_written(gif, png, json)
+    if result.status is FoldStatus.FAILED:
+        raise typer.Exit(1)
+
+
+@app.command(name="minimise")
+def minimise_command(
+    scene: SceneName,
+    mode: Annotated[str, typer.Option(help="free, forward or backward.")] = "free",
+    top: Annotated[int, typer.Option(help="How many states to show.")] = 5,
+    among: Annotated[
+        str, typer.Option(help="Words to rank: all, folded (no S) or stable (and no conflict).")
+    ] = "all",
+    png: Png = None,
+    json: Json = None,
+) -> None:
+    """Rank the states of a chain by magnetic energy, and search it component by component."""
+    with _errors_in_one_line(), _busy("searching"):
+        _check_outputs({"--png": png, "--json": json})
+        loaded = load_scene(scene)
+        if png is not None:
+            _need_render()
+        # The options are text; the minimiser says which are allowed.
+        found = minimise(loaded, cast("Mode", mode), top, cast("Among", among))
+        feeds = _feeds(loaded)
+    console = Console()
+    console.print(states_table(found))
+    if found.decisions:
+        console.print(decisions_table(found))
+    console.print(one_by_one_table(loaded, feeds))
+    with _errors_in_one_line(), _busy("drawing"):
+        if png is not None:
+            from magfold_env.render import draw_states  # noqa: PLC0415
+
+            draw_states(loaded, found.states, png)
+        if json is not None:
+            write_text(json, searches_to_json(loaded, found, *feeds))
+    _say_written(png, json)
+
+
+@app.command()
+def scenes() -> None:
+    """List the shipped scenes."""
+    with _errors_in_one_line():
+        loaded: dict[str, Scene] = {name: load_scene(name) for name in scene_names()}
+    Console().print(scenes_table(loaded))
+
+
+def _feeds(scene: Scene) -> list[Minimum]:
+    """Return the component-by-component searches that reach an end."""
+    found: list[Minimum] = []
+    modes: tuple[Mode, ...] = ("forward", "backward")
+    for mode in modes:
+        # A search may shut itself in: its next component then overlaps with every letter.
+        with suppress(ValueError):
+            found.append(minimise(scene, mode))
+    return found
+
+
+def _draw(result: Fold, gif: Path | None, png: Path | None) -> None:
+    if gif is None and png is None:
+        return
+    from magfold_env.render import save_gif, save_png  # noqa: PLC0415 - an extra
+
+    if png is not None:
+        save_png(result, png)
+    if gif is not None:
+        save_gif(result, gif)
+
+
+def _say_written(*paths: Path | None) -> None:
+    for path in paths:
+        if path is not None:
+            typer.echo(f"written: {path}")
+
+
+def _need_render() -> None:
+    """Fail before the long work if pictures are wanted that cannot be drawn."""
+    try:
+        import magfold_env.render  # noqa: F401, PLC0415  # pyright: ignore[reportUnusedImport]
+    except ImportError as error:
+        raise ValueError(str(error)) from error
+
+
+def _check_outputs(paths: Mapping[str, Path | None]) -> None:
+    """Fail before the long work if a result could not be written."""
+    for option, path in paths.items():
+        if path is not None and not path.parent.is_dir():
+            raise ValueError(f"{option}: {str(path)!r} is not allowed; its folder must exist")
+        if path is not None and path.is_dir():
+            raise ValueError(f"{option}: {str(path)!r} is not allowed; must not be a folder")
+
+
+@contextmanager
+def _errors_in_one_line() -> Generator[None]:
+    """Tell what the user got wrong on one line of stderr and end with exit code 2."""
+    try:
+        yield
+    except (ValueError, OSError) as error:
+        message = "; ".join(str(error).splitlines())
+        typer.echo(f"error: {message}", err=True)
+        raise typer.Exit(2) from None
+
+
+def _busy(what: str) -> Any:
+    """Return a context that shows on stderr, if that is a terminal, that work is going on."""
+    return Console(stderr=True).status(f"{what} ...")
