@@ -1,0 +1,158 @@
+"""Small complementarity problems: unilateral constraints, and friction that holds.
+
+Both are solved for multipliers λ of the rows, with W = J M⁻¹ Jᵀ (positive semidefinite, often
+singular: impulses in closed loops are not unique, the velocities they cause are) and
+w = W λ + b the rows' own velocity or acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine.jit import kernel
+from magfold_env.engine.state import Array, IntArray, Work
+
+# Rows may repeat each other; a share of the diagonal added to it picks one λ of the many and
+# changes the velocities by as little.
+RIDGE = 1e-11
+ROUNDING = 1e-10
+
+
+@kernel
+def solve_passive(
+    count: int, delassus: Array, bias: Array, passive: IntArray, index: IntArray,
+    cholesky: Array, trial: Array,
+) -> None:  # fmt: skip
+    """Solve W λ = −b on the passive rows by Cholesky; λ of the others is zero."""
+    size = 0
+    for r in range(count):
+        trial[r] = 0.0
+        if passive[r] == 0:
+            continue
+        for k in range(size):
+            total = delassus[r, index[k]]
+            for m in range(k):
+                total -= cholesky[size, m] * cholesky[k, m]
+            cholesky[size, k] = total / cholesky[k, k]
+        pivot = (1.0 + RIDGE) * delassus[r, r]
+        for m in range(size):
+            pivot -= cholesky[size, m] * cholesky[size, m]
+        if pivot <= 0.0:
+            continue
+        cholesky[size, size] = math.sqrt(pivot)
+        index[size] = r
+        size += 1
+    for k in range(size):
+        total = -bias[index[k]]
+        for m in range(k):
+            total -= cholesky[k, m] * trial[index[m]]
+        trial[index[k]] = total / cholesky[k, k]
+    for k in range(size - 1, -1, -1):
+        total = trial[index[k]]
+        for m in range(k + 1, size):
+            total -= cholesky[m, k] * trial[index[m]]
+        trial[index[k]] = total / cholesky[k, k]
+
+
+@kernel
+def solve_nonnegative(count: int, work: Work) -> bool:
+    """Find λ with λ ≥ 0, w ≥ 0, λ w = 0; rows marked in ``work.equality`` have w = 0, any λ.
+
+    Active sets after Lawson and Hanson, begun from ``work.passive``, the guess that is nearly
+    always right. Returns whether it converged.
+    """
+    delassus, bias, lam = work.delassus, work.bias, work.multiplier
+    passive, trial = work.passive, work.trial
+    scale = 0.0
+    for r in range(count):
+        lam[r] = 0.0
+        scale = max(scale, abs(bias[r]))
+        if work.equality[r] == 1:
+            passive[r] = 1
+    for _ in range(10 * count + 10):
+        solve_passive(count, delassus, bias, passive, work.index, work.cholesky, trial)
+        # Walk from the feasible λ towards the trial until a row would turn negative.
+        fraction = 1.0
+        blocking = -1
+        for r in range(count):
+            if passive[r] == 1 and work.equality[r] == 0 and trial[r] < 0.0:
+                f = lam[r] / (lam[r] - trial[r])
+                if f < fraction:
+                    fraction = f
+                    blocking = r
+        if blocking >= 0:
+            for r in range(count):
+                lam[r] += fraction * (trial[r] - lam[r])
+            for r in range(count):
+                if passive[r] == 1 and work.equality[r] == 0 and (r == blocking or lam[r] < 0.0):
+                    lam[r] = 0.0
+                    passive[r] = 0
+            continue
+        worst = -ROUNDING * scale
+        enter = -1
+        for r in range(count):
+            lam[r] = trial[r]
+        for r in range(count):
+            if passive[r] == 0:
+                w = bias[r]
+                for c in range(count):
+                    w += delassus[r, c] * lam[c]
+                if w < worst:
+                    worst = w
+                    enter = r
+        if enter < 0:
+            return True
+        passive[enter] = 1
+    return False
+
+
+@kernel
+def solve_with_friction(
+    rows: int, count: int, work: Work, grip: Array, sweeps: int
+) -> bool:
+    """As `solve_nonnegative`, with friction: rows from ``rows`` on come in threes.
+
+    Each three is a friction force in the ball of radius ``grip`` of its component (named in
+    ``work.row_id``), opposed to the acceleration it leaves. Projected Gauss-Seidel, warm started
+    from ``work.multiplier``. Returns whether it converged.
+    """
+    delassus, bias, lam = work.delassus, work.bias, work.multiplier
+    scale = 0.0
+    for r in range(count):
+        scale = max(scale, abs(bias[r]))
+    for _ in range(sweeps):
+        change = 0.0
+        for r in range(rows):
+            if delassus[r, r] <= 0.0:
+                continue
+            w = bias[r]
+            for c in range(count):
+                w += delassus[r, c] * lam[c]
+            new = max(0.0, lam[r] - w / delassus[r, r])
+            change = max(change, abs(new - lam[r]) * delassus[r, r])
+            lam[r] = new
+        for r in range(rows, count, 3):
+            w0, w1, w2 = bias[r], bias[r + 1], bias[r + 2]
+            for c in range(count):
+                w0 += delassus[r, c] * lam[c]
+                w1 += delassus[r + 1, c] * lam[c]
+                w2 += delassus[r + 2, c] * lam[c]
+            # The block's trace bounds its largest eigenvalue.
+            step = delassus[r, r] + delassus[r + 1, r + 1] + delassus[r + 2, r + 2]
+            f0 = lam[r] - w0 / step
+            f1 = lam[r + 1] - w1 / step
+            f2 = lam[r + 2] - w2 / step
+            size = math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
+            radius = grip[work.row_id[r, 0]]
+            if size > radius:
+                f0 *= radius / size
+                f1 *= radius / size
+                f2 *= radius / size
+            moved = abs(f0 - lam[r]) + abs(f1 - lam[r + 1]) + abs(f2 - lam[r + 2])
+            change = max(change, moved * step)
+            lam[r] = f0
+            lam[r + 1] = f1
+            lam[r + 2] = f2
+        if change <= 1e-11 * scale:
+            return True
+    return False

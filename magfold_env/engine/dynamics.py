@@ -1,0 +1,230 @@
+"""Accelerations of one chain: the smooth forces, then the constraints and friction that act.
+
+The accelerations are those nearest to the unconstrained ones, in the metric of the mass matrix,
+that keep every touching pair from approaching (Gauss's principle). `project` is the same for
+velocities: Moreau's inelastic impact.
+"""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine import chain, contact, friction, magnets
+from magfold_env.engine.complementarity import solve_nonnegative, solve_with_friction
+from magfold_env.engine.feed import is_free, place_all
+from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
+
+SWEEPS = 20_000
+HELD = 1e-6  # share of µ g: a component that accelerates less is held
+
+
+@kernel
+def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
+    """Accelerations (n + 2,) under magnets, gravity and sliding friction alone.
+
+    Leaves pose, centre velocities and articulated inertias in ``work``. Charged components that
+    are still in the tube act on the others.
+    """
+    n = model.n
+    bodies, pose = model.bodies, work.pose
+    first = place_all(lo, model, q, pose)
+    chain.centre_velocities(lo, bodies, pose, v, work.vx, work.vy)
+    chain.centripetal(lo, bodies, pose, v, work.ax, work.ay)
+    for i in range(n):
+        work.fx[i] = 0.0
+        work.fy[i] = 0.0
+        work.torque[i] = 0.0
+    if model.magnetic:
+        magnets.add_forces(
+            first, model.magnets, model.charge, pose,
+            work.node_x, work.node_y, work.node_q, work.fx, work.fy, work.torque,
+        )  # fmt: skip
+    if model.frictional:
+        friction.add_sliding(lo, model, v, work)
+    for i in range(lo, n):
+        m = bodies.mass[i]
+        work.fx[i] += m * (model.gravity_x - work.ax[i])
+        work.fy[i] += m * (model.gravity_y - work.ay[i])
+    chain.generalise(lo, bodies, pose, work.fx, work.fy, work.torque, work.force)
+    chain.factor(lo, bodies, pose, work.art)
+    chain.solve(lo, bodies, pose, work.art, is_free(lo, model), work.force, out)
+
+
+@kernel
+def respond(lo: int, model: Model, work: Work, first: int, last: int) -> None:
+    """Responses M⁻¹Jᵀ of rows ``first`` to ``last − 1`` and the Delassus matrix of all before."""
+    n = model.n
+    free = is_free(lo, model)
+    for r in range(first, last):
+        chain.solve(
+            lo, model.bodies, work.pose, work.art, free, work.jacobian[r], work.response[r]
+        )
+    for r in range(first, last):
+        for c in range(r + 1):
+            total = 0.0
+            for k in range(lo, n + 2):
+                total += work.jacobian[c, k] * work.response[r, k]
+            work.delassus[r, c] = total
+            work.delassus[c, r] = total
+
+
+@kernel
+def fill_rows(lo: int, model: Model, v: Array, work: Work) -> None:
+    """Jacobians, biases and responses of the stops and contacts in ``work.row_id``."""
+    stops, rows = work.row_count[0], work.row_count[1]
+    for r in range(stops):
+        contact.stop_row(lo, model, work, r, work.row_id[r, 0], work.row_id[r, 1])
+    if rows > stops:
+        contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
+        for r in range(stops, rows):
+            contact.contact_row(lo, model, work.pose, work, r, v)
+    respond(lo, model, work, 0, rows)
+
+
+@inlined
+def rate_of(lo: int, work: Work, r: int, v: Array) -> float:
+    """Row r's Jacobian times ``v``."""
+    total = 0.0
+    for k in range(lo, v.size):
+        total += work.jacobian[r, k] * v[k]
+    return total
+
+
+@inlined
+def apply_multipliers(lo: int, count: int, work: Work, out: Array) -> None:
+    """Add the rows' responses to ``out``."""
+    for r in range(count):
+        lam = work.multiplier[r]
+        if lam != 0.0:
+            for k in range(lo, out.size):
+                out[k] += work.response[r, k] * lam
+
+
+@kernel
+def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
+    """Accelerations (n + 2,) with the constraints of the current step; False if unsolved.
+
+    Components marked in ``state.stuck`` stay at rest.
+    """
+    lo = state.count[LO]
+    state.count[EVALUATIONS] += 1
+    smooth_accelerations(lo, model, q, v, work, out)
+    if work.row_count[2] == 0:
+        return True
+    fill_rows(lo, model, v, work)
+    rows, count = work.row_count[1], work.row_count[2]
+    fill_friction(lo, model, work)
+    for r in range(count):
+        work.bias[r] += rate_of(lo, work, r, out)
+        work.equality[r] = 1 if r >= rows else 0
+    solved = solve_nonnegative(count, work)
+    apply_multipliers(lo, count, work, out)
+    return solved
+
+
+@kernel
+def fill_friction(lo: int, model: Model, work: Work) -> None:
+    """Rows of the components that friction may hold."""
+    rows, count = work.row_count[1], work.row_count[2]
+    for r in range(rows, count, 3):
+        friction.friction_rows(lo, model, work.pose, work, r, work.row_id[r, 0])
+    respond(lo, model, work, rows, count)
+
+
+@kernel
+def first_accelerations(model: Model, state: State, work: Work, out: Array) -> bool:
+    """As `accelerations` at the state itself, and decide which resting components are held.
+
+    Marks them in ``state.stuck`` and leaves only their rows for the stages to come.
+    """
+    lo, n = state.count[LO], model.n
+    rows = work.row_count[1]
+    work.row_count[2] = rows
+    if not model.frictional:
+        return accelerations(model, state, state.q, state.v, work, out)
+    chain.place(lo, model.bodies, state.q, work.pose)
+    chain.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
+    count = rows
+    for i in range(lo, n):
+        state.stuck[i] = 0
+        if friction.speed(model, work, state.v, i) <= friction.AT_REST:
+            work.row_id[count, 0] = i
+            count += 3
+    work.row_count[2] = count
+    solved = accelerations(model, state, state.q, state.v, work, out)
+    if count == rows:
+        return solved
+    if not (solved and within_grip(model, work)):
+        for r in range(count):
+            for k in range(lo, n + 2):
+                out[k] -= work.response[r, k] * work.multiplier[r]
+        solved = solve_with_friction(rows, count, work, model.grip, SWEEPS)
+        apply_multipliers(lo, count, work, out)
+    keep = rows
+    for r in range(rows, count, 3):
+        i = work.row_id[r, 0]
+        if acceleration_left(count, work, r) < HELD * model.grip[i] / model.bodies.mass[i]:
+            state.stuck[i] = 1
+            work.row_id[keep, 0] = i
+            keep += 3
+    work.row_count[2] = keep
+    return solved
+
+
+@inlined
+def acceleration_left(count: int, work: Work, r: int) -> float:
+    """What rows r to r + 2 accelerate under the multipliers found."""
+    total = 0.0
+    for k in range(3):
+        w = work.bias[r + k]
+        for c in range(count):
+            w += work.delassus[r + k, c] * work.multiplier[c]
+        total += w * w
+    return math.sqrt(total)
+
+
+@kernel
+def within_grip(model: Model, work: Work) -> bool:
+    """Whether friction can supply all the forces that would hold the candidates."""
+    lam = work.multiplier
+    for r in range(work.row_count[1], work.row_count[2], 3):
+        size = math.sqrt(lam[r] ** 2 + lam[r + 1] ** 2 + lam[r + 2] ** 2)
+        if size > model.grip[work.row_id[r, 0]]:
+            return False
+    return True
+
+
+@kernel
+def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bool:
+    """Moreau's impact: replace ``v`` by the nearest velocity that no row forbids.
+
+    "Nearest" is in the metric of the mass matrix. Rows that would come apart slower than
+    ``slow`` [m/s, at a square's corner] are kept together, which ends rocking. Needs the pose.
+    """
+    lo = state.count[LO]
+    rows = work.row_count[1]
+    if rows == 0:
+        return True
+    chain.centre_velocities(lo, model.bodies, work.pose, v, work.vx, work.vy)
+    chain.centripetal(lo, model.bodies, work.pose, v, work.ax, work.ay)
+    chain.factor(lo, model.bodies, work.pose, work.art)
+    fill_rows(lo, model, v, work)
+    for r in range(rows):
+        work.bias[r] = rate_of(lo, work, r, v)
+        work.equality[r] = 0
+        work.passive[r] = 1
+    solved = solve_nonnegative(rows, work)
+    again = False
+    for r in range(rows):
+        after = work.bias[r]
+        for c in range(rows):
+            after += work.delassus[r, c] * work.multiplier[c]
+        scale = model.side if r < work.row_count[0] else 1.0
+        if work.passive[r] == 0 and after * scale < slow:
+            work.equality[r] = 1
+            again = True
+    if again:
+        solved = solve_nonnegative(rows, work)
+    apply_multipliers(lo, rows, work, v)
+    return solved

@@ -1,0 +1,132 @@
+"""When, inside a step, does something new touch?"""
+
+from __future__ import annotations
+
+from magfold_env.engine import chain, contact
+from magfold_env.engine.constraints import first_joint
+from magfold_env.engine.dormand_prince import DENSE, STAGES
+from magfold_env.engine.feed import place_all
+from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.state import LO, Array, Model, State, Work
+
+STALLED = -1.0
+NEAR_ENOUGH = 1e-10  # [rad, or of the side]
+
+
+@kernel
+def interpolate(y: Array, slopes: Array, step: float, fraction: float, out: Array) -> None:
+    """Dense output of the step at ``fraction`` of it."""
+    for k in range(y.size):
+        out[k] = y[k]
+    for s in range(STAGES):
+        w = 0.0
+        for j in range(3, -1, -1):
+            w = (w + DENSE[s, j]) * fraction
+        w *= step
+        for k in range(y.size):
+            out[k] += w * slopes[s, k]
+
+
+@inlined
+def in_contact(work: Work, i: int, j: int) -> bool:
+    """Whether the pair already has a row in this step."""
+    for r in range(work.row_count[0], work.row_count[1]):
+        a, b = work.row_id[r, 0], work.row_id[r, 2]
+        if (a == i and b == j) or (a == j and b == i):
+            return True
+    return False
+
+
+@kernel
+def margin(model: Model, state: State, q: Array, work: Work) -> float:
+    """How far the coordinates are from a new touch, as a share of the side or in radians.
+
+    Negative means that something touched before; pairs and joints in touch do not count, but the
+    other corners of a touching pair do.
+    """
+    lo = state.count[LO]
+    worst = 1.0
+    for k in range(first_joint(lo), model.n):
+        if state.lock[k] == 0:
+            worst = min(worst, contact.HALF_PI - abs(q[k] - q[k - 1]))
+    if model.n <= contact.APART and not model.tube:
+        return worst
+    place_all(lo, model, q, work.pose)
+    contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
+    for i in range(max(lo - 1, 0), model.n):
+        j = contact.next_partner(model, lo, i, i)
+        while j < model.n + 2:
+            if contact.may_touch(model, work, i, j):
+                if in_contact(work, i, j):
+                    gap = other_corners(work, i, j)
+                else:
+                    gap = contact.separation(work, i, j)[0]
+                worst = min(worst, gap / model.side + 0.5 * contact.TOUCH)
+            j = contact.next_partner(model, lo, i, j)
+    return worst
+
+
+@kernel
+def other_corners(work: Work, i: int, j: int) -> float:
+    """Smallest distance, from the reference face, of a touching pair's corners without rows [m]."""
+    worst = 1.0
+    box, face, other = -1, 0, 0
+    taken = 0
+    for r in range(work.row_count[0], work.row_count[1]):
+        a, b = work.row_id[r, 0], work.row_id[r, 2]
+        if (a == i and b == j) or (a == j and b == i):
+            box, face, other = a, work.row_id[r, 1], b
+            taken |= 1 << work.row_id[r, 3]
+    nx, ny, half = contact.face_normal(work, box, face)
+    dx = work.box_x[other] - work.box_x[box]
+    dy = work.box_y[other] - work.box_y[box]
+    for k in range(4):
+        if taken & (1 << k) == 0:
+            px, py = contact.corner(work, other, k)
+            worst = min(worst, (dx + px) * nx + (dy + py) * ny - half)
+    return worst
+
+
+@kernel
+def first_touch(model: Model, state: State, step: float, work: Work) -> float:
+    """Fraction of the step at which something new touches; 1 if nothing does.
+
+    `STALLED` if something touches within half a step of parting: the step is too long to tell.
+
+    Bracketed at the ends and the middle of the step, then located by the Illinois method on the
+    dense output, which costs no forces.
+    """
+    low, at_low = 0.0, margin(model, state, state.q, work)
+    high = 0.0
+    at_high = 1.0
+    for k in range(1, 3):
+        high = 0.5 * k
+        interpolate(state.q, work.slope_q, step, high, work.stage_q)
+        at_high = margin(model, state, work.stage_q, work)
+        if at_high < 0.0:
+            break
+        low, at_low = high, at_high
+    if at_high >= 0.0:
+        return 1.0
+    if at_low <= 0.0:
+        return STALLED
+    left = at_low
+    kept = 0
+    for _ in range(60):
+        # The state at the event must be one that is allowed: stay on the near side of it.
+        if left < NEAR_ENOUGH or high - low < 1e-14:
+            break
+        middle = high - at_high * (high - low) / (at_high - at_low)
+        if not low < middle < high:
+            middle = 0.5 * (low + high)
+        interpolate(state.q, work.slope_q, step, middle, work.stage_q)
+        value = margin(model, state, work.stage_q, work)
+        if value >= 0.0:
+            low, at_low, left = middle, value, value
+            at_high = at_high * 0.5 if kept == 1 else at_high
+            kept = 1
+        else:
+            high, at_high = middle, value
+            at_low = at_low * 0.5 if kept == -1 else at_low
+            kept = -1
+    return low

@@ -1,0 +1,236 @@
+"""Integrate one chain to a given time, or to rest.
+
+Between events the accelerations are smooth and Dormand and Prince's 5(4) pair takes steps whose
+error it controls. A step ends where something new touches; there the impact is a projection of
+the velocities and integration starts afresh, at full order.
+"""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine import dormand_prince as dp
+from magfold_env.engine.constraints import (
+    CROWDED,
+    OK,
+    UNSOLVED,
+    begin_step,
+    correct_drift,
+    first_joint,
+    open_joints,
+)
+from magfold_env.engine.contact import HALF_PI
+from magfold_env.engine.dynamics import accelerations, first_accelerations
+from magfold_env.engine.events import STALLED, first_touch, interpolate
+from magfold_env.engine.feed import is_free
+from magfold_env.engine.jit import kernel
+from magfold_env.engine.recorder import has_room, record_rest, record_step
+from magfold_env.engine.rest import is_at_rest, stop_slow
+from magfold_env.engine.state import LO, STEP, STEPS, TIME, Model, Record, State, Work
+
+# What `advance` returns.
+REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, FULL = range(8)
+
+LONGEST_STEP = 0.05  # [s]
+SHORTEST_STEP = 1e-13  # [s]
+RATTLE_STEP = 1e-8  # [s] touches that part for less are shut
+
+
+@kernel
+def advance(model: Model, state: State, work: Work, record: Record, until: float) -> int:
+    """Integrate until the time ``until`` [s], rest, or breakdown; returns which.
+
+    `FULL` means that the record must be emptied; call again to go on. While the tube feeds, a
+    chain at rest relative to it is moved on to ``until`` at once.
+    """
+    lo, n = state.count[LO], model.n
+    fresh = True
+    force = False
+    while state.clock[TIME] < until:
+        if state.count[STEPS] >= model.max_steps:
+            return CAPPED
+        if not has_room(record, state, LONGEST_STEP):
+            return FULL
+        begun = begin_step(model, state, work, force)
+        force = False
+        if begun == CROWDED:
+            return TOO_CROWDED
+        if begun == UNSOLVED:
+            return NO_SOLUTION
+        touching = work.row_count[1] > work.row_count[0]
+        if fresh or begun != OK or touching or resting(lo, state):
+            if not first_accelerations(model, state, work, work.slope_v[0]):
+                return NO_SOLUTION
+        if model.frictional:
+            stop_slow(model, state, work, work.slope_v[0])
+        work.slope_q[0, :] = state.v
+        if is_at_rest(model, state, work, work.slope_v[0]):
+            if is_free(lo, model) or not model.tube:
+                return RESTED
+            if not record_rest(record, model, state, until):
+                return FULL
+            state.q[n] += state.v[n] * (until - state.clock[TIME])
+            state.clock[TIME] = until
+            return REACHED
+        outcome = step(model, state, work, record, until)
+        if outcome == ACCEPTED:
+            fresh = False
+        elif outcome == TOUCHED:
+            fresh = True
+        elif outcome == RATTLED:
+            fresh = True
+            force = True
+        else:
+            return UNDERFLOW if outcome == TOO_SHORT else NOT_FINITE
+    return REACHED
+
+
+ACCEPTED, TOUCHED, RATTLED, TOO_SHORT, BROKEN = range(5)
+
+
+@kernel
+def resting(lo: int, state: State) -> bool:
+    """Whether friction held any component in the last step."""
+    for i in range(lo, state.stuck.size):
+        if state.stuck[i] == 1:
+            return True
+    return False
+
+
+@kernel
+def step(model: Model, state: State, work: Work, record: Record, until: float) -> int:
+    """Take one step from the state, whose accelerations are in ``work.slope_v[0]``."""
+    lo, n = state.count[LO], model.n
+    remaining = until - state.clock[TIME]
+    state.clock[STEP] = min(state.clock[STEP], LONGEST_STEP)
+    while True:
+        h = min(state.clock[STEP], remaining)
+        if model.contact:
+            h = min(h, 1.2 * time_to_stop(lo, model, state, work))
+        last = h >= remaining
+        if h < SHORTEST_STEP and not last:
+            return TOO_SHORT
+        state.count[STEPS] += 1
+        if not stages(model, state, work, h):
+            state.clock[STEP] = 0.25 * h
+            continue
+        error = step_error(lo, model, state, work, h)
+        if not math.isfinite(error):
+            if h < 1e-9:
+                return BROKEN
+            state.clock[STEP] = 0.1 * h
+            continue
+        if error > 1.0:
+            state.clock[STEP] = h * max(0.2, 0.9 * error ** (-1.0 / dp.ORDER))
+            continue
+        fraction = first_touch(model, state, h, work) if model.contact else 1.0
+        if fraction == STALLED:
+            if h < RATTLE_STEP:
+                return RATTLED
+            state.clock[STEP] = 0.25 * h
+            continue
+        break
+    growth = 5.0 if error < 1e-4 else min(5.0, 0.9 * error ** (-1.0 / dp.ORDER))
+    # A step cut short by an event or by the time limit says nothing against a longer one.
+    state.clock[STEP] = max(h * growth, 0.5 * state.clock[STEP] if h < state.clock[STEP] else 0.0)
+    if fraction < 1.0:
+        interpolate(state.q, work.slope_q, h, fraction, work.new_q)
+        interpolate(state.v, work.slope_v, h, fraction, work.new_v)
+    record_step(record, state, work, h, fraction)
+    state.q[lo:] = work.new_q[lo:]
+    state.v[lo:] = work.new_v[lo:]
+    state.clock[TIME] = until if last and fraction == 1.0 else state.clock[TIME] + fraction * h
+    settle_held(lo, model, state, work)
+    open_joints(lo, model, state)
+    corrected = correct_drift(model, state, work)
+    if fraction < 1.0 or corrected:
+        return TOUCHED
+    # First same as last: the seventh stage is the next step's first.
+    work.slope_v[0, :] = work.slope_v[6, :]
+    return ACCEPTED
+
+
+@kernel
+def stages(model: Model, state: State, work: Work, h: float) -> bool:
+    """Fill the slopes of a step and its end in ``work.new_q``, ``work.new_v``."""
+    lo, n = state.count[LO], model.n
+    for k in range(lo):
+        work.stage_q[k] = state.q[k]
+        work.stage_v[k] = 0.0
+        work.new_q[k] = state.q[k]
+        work.new_v[k] = 0.0
+        for s in range(dp.STAGES):
+            work.slope_q[s, k] = 0.0
+            work.slope_v[s, k] = 0.0
+    for s in range(1, dp.STAGES):
+        q, v = (work.stage_q, work.stage_v) if s < 6 else (work.new_q, work.new_v)
+        for k in range(lo, n + 2):
+            dq, dv = 0.0, 0.0
+            for r in range(s):
+                dq += dp.WEIGHT[s, r] * work.slope_q[r, k]
+                dv += dp.WEIGHT[s, r] * work.slope_v[r, k]
+            q[k] = state.q[k] + h * dq
+            v[k] = state.v[k] + h * dv
+        for k in range(lo, n + 2):
+            work.slope_q[s, k] = v[k]
+        if not accelerations(model, state, q, v, work, work.slope_v[s]):
+            return False
+    return True
+
+
+@kernel
+def step_error(lo: int, model: Model, state: State, work: Work, h: float) -> float:
+    """Estimated error of the step over what is allowed.
+
+    Angles are judged by the tolerance, rates by the tolerance times a typical rate, the base by
+    the tolerance times a component's length.
+    """
+    n = model.n
+    worst = 0.0
+    finite = True
+    for k in range(lo, n + 2):
+        eq, ev = 0.0, 0.0
+        for s in range(dp.STAGES):
+            eq += dp.ERROR[s] * work.slope_q[s, k]
+            ev += dp.ERROR[s] * work.slope_v[s, k]
+        scale = 1.0 if k < n else model.bodies.length[0]
+        rate = model.rate_scale * scale
+        eq = abs(h * eq) / (LOCAL * model.tolerance * scale)
+        ev = abs(h * ev) / (LOCAL * model.tolerance * max(rate, abs(work.new_v[k])))
+        finite = finite and math.isfinite(eq) and math.isfinite(ev)
+        worst = max(worst, eq, ev)
+    return worst if finite else math.nan
+
+
+LOCAL = 0.1  # share of the tolerance that one step may use up
+
+
+@kernel
+def settle_held(lo: int, model: Model, state: State, work: Work) -> None:
+    """Undo the rounding of a step on components that friction holds."""
+    for i in range(lo, model.n):
+        if state.stuck[i] == 1:
+            state.v[i] = 0.0
+
+
+@kernel
+def time_to_stop(lo: int, model: Model, state: State, work: Work) -> float:
+    """Time until the first open joint reaches a stop at its present acceleration [s]."""
+    soonest = LONGEST_STEP
+    for k in range(first_joint(lo), model.n):
+        if state.lock[k] != 0:
+            continue
+        angle = state.q[k] - state.q[k - 1]
+        rate, acceleration = state.v[k], work.slope_v[0, k]
+        if k > lo:
+            rate -= state.v[k - 1]
+            acceleration -= work.slope_v[0, k - 1]
+        for sign in (-1.0, 1.0):
+            gap = HALF_PI - sign * angle
+            toward, push = sign * rate, sign * acceleration
+            root = toward * toward + 2.0 * push * gap
+            if root >= 0.0 and toward + math.sqrt(root) > 0.0:
+                # 2 g / (r + √(r² + 2 a g)) is the smaller root of r t + a t²/2 = g, for either
+                # sign of the push.
+                soonest = min(soonest, 2.0 * gap / (toward + math.sqrt(root)))
+    return max(soonest, 1e-7)

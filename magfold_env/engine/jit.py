@@ -1,0 +1,75 @@
+"""The one place that decides how kernels are compiled and where the results are cached."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import numba
+import platformdirs
+from numba.core import config as numba_config
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+# NaN and infinity keep their meaning (breakdown is detected by testing for them); reassociation
+# lets sums vectorise, and with ``error_model="numpy"`` a division is no branch.
+FASTMATH = {"contract", "nsz", "reassoc", "arcp"}
+
+
+def source_fingerprint() -> str:
+    """Hash of the engine's sources.
+
+    Numba's on-disk cache notices edits in a kernel's own file but not in the files of the kernels
+    it calls, so the cache directory is named after all of them.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_directory() -> Path:
+    """Directory for compiled kernels; ``NUMBA_CACHE_DIR`` moves its root."""
+    root = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("magfold_env")
+    return Path(root) / f"kernels-{source_fingerprint()}"
+
+
+_CACHE_DIRECTORY = str(cache_directory())
+
+
+def kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a serial kernel with the engine's flags."""
+    return _compile(function, parallel=False)
+
+
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a small kernel that every caller should inline."""
+    return _compile(function, parallel=False, forceinline=True)
+
+
+def parallel_kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a kernel whose ``numba.prange`` loops run on all threads."""
+    return _compile(function, parallel=True)
+
+
+def _compile(function: Callable[P, R], *, parallel: bool, forceinline: bool = False) -> Any:
+    # The setting is read when the decorator runs; it is put back so that other users of numba
+    # in the same process keep their own.
+    previous = numba_config.CACHE_DIR
+    numba_config.CACHE_DIR = _CACHE_DIRECTORY
+    try:
+        return numba.njit(
+            fastmath=FASTMATH,
+            error_model="numpy",
+            cache=True,
+            parallel=parallel,
+            forceinline=forceinline,
+            nogil=True,
+        )(function)
+    finally:
+        numba_config.CACHE_DIR = previous

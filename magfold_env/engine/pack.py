@@ -1,0 +1,166 @@
+"""Scene -> arrays. The only room of the engine, with ``session``, that knows what a scene is."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from magfold_env.engine.state import Array, Bodies, IntArray, Magnets, Model
+from magfold_env.engine.magnets import BLEND
+from magfold_env.engine.quadrature import Rule, choose_rule
+from magfold_env.scene import Scene
+
+# c of the friction ellipsoid, as a share of the side: mean distance of a square's points from
+# its centre, so that pure spin of an evenly pressed square feels its exact friction torque.
+FRICTION_ARM = 0.3826
+
+FACE_ANGLES = np.array([0.25, 0.75, -0.75, -0.25]) * math.pi
+
+
+def reversed_inside(scene: Scene) -> bool:
+    """Whether the engine indexes this scene's chain from component n.
+
+    The engine counts from the held end. In forward feed component n is held.
+    """
+    return scene.mount == "tube" and scene.feed.direction == "forward"
+
+
+def pack(scene: Scene) -> Model:
+    """Turn a scene into the arrays of the kernels.
+
+    Random spreads are not applied here: draw them first (``Scene.draw``).
+    """
+    n = scene.n
+    casing = scene.casing
+    pitch = casing.diagonal
+    mass, inertia = scene.masses, scene.inertias
+    flip = reversed_inside(scene)
+    if flip:
+        mass, inertia = mass[::-1].copy(), inertia[::-1].copy()
+    bodies = Bodies(
+        mass=mass,
+        inertia=inertia,
+        reach=np.full(n, pitch / 2.0),
+        length=np.full(n, pitch),
+    )
+    gravity_x, gravity_y = scene.gravity.in_plane
+    return Model(
+        n=n,
+        bodies=bodies,
+        magnets=pack_magnets(scene),
+        charge=charges(scene),
+        magnetic=scene.magnets is not None,
+        side=casing.side,
+        grip=scene.friction * scene.gravity.normal * mass,
+        arm=FRICTION_ARM * casing.side,
+        frictional=scene.friction > 0.0 and scene.gravity.normal > 0.0,
+        gravity_x=gravity_x,
+        gravity_y=gravity_y,
+        contact=scene.contact,
+        tube=scene.mount == "tube",
+        bore=scene.bore,
+        wall=scene.feed.wall,
+        pinned=scene.mount == "pinned",
+        tolerance=scene.solver.tolerance,
+        rate_scale=_rate_scale(scene, float(mass.mean()), pitch),
+        max_steps=scene.solver.max_steps,
+    )
+
+
+def charges(scene: Scene) -> Array:
+    """Signed charge of each outer pole face in the engine's order, shape (n, 4) [A·m]."""
+    if scene.magnets is None:
+        return np.zeros((scene.n, 4))
+    rows = [face_charges(faces, scene) for faces in scene.sequence]
+    return np.ascontiguousarray(rows[::-1] if reversed_inside(scene) else rows)
+
+
+def face_charges(faces: str, scene: Scene) -> Array:
+    """Signed charges (4,) [A·m] of one component, its faces in the engine's order."""
+    if scene.magnets is None:
+        return np.zeros(4)
+    charge = scene.magnets.charge
+    signs = np.array([charge if letter == "N" else -charge for letter in faces])
+    # Seen from the other end of the chain a casing is turned by half a turn.
+    return signs[[2, 3, 0, 1]] if reversed_inside(scene) else signs
+
+
+def pack_magnets(scene: Scene) -> Magnets:
+    """Quadrature nodes of a casing's eight pole faces."""
+    magnets = scene.magnets
+    if magnets is None:
+        rule = Rule(counts=(1,), radii=(0.0,))
+        return _build(rule, strips=False, width=1.0, height=1.0, outer=0.0, inner=0.0)
+    rule = choose_rule(magnets)
+    outer = scene.casing.side / 2.0 - magnets.inset
+    return _build(
+        rule,
+        strips=magnets.model == "strips",
+        width=magnets.width,
+        height=magnets.height,
+        outer=outer,
+        inner=outer - magnets.thickness,
+    )
+
+
+def _build(
+    rule: Rule, *, strips: bool, width: float, height: float, outer: float, inner: float
+) -> Magnets:
+    levels = len(rule.counts)
+    # A row's length is a multiple of the vector width; the padding has weight 0.
+    most = -(-(max(rule.counts) ** 2) // 8) * 8
+    here, there, weight = (np.zeros((levels, most)) for _ in range(3))
+    for level, count in enumerate(rule.counts):
+        node, share = _width_rule(strips, count, width)
+        here[level, : count**2] = np.repeat(node, count)
+        there[level, : count**2] = np.tile(node, count)
+        weight[level, : count**2] = np.outer(share, share).ravel()
+    base, base_share = _width_rule(strips, rule.counts[0], width)
+    distance = np.repeat([outer, inner], 4)
+    angle = np.tile(FACE_ANGLES, 2)
+    face_x, face_y = distance * np.cos(angle), distance * np.sin(angle)
+    tangent_x, tangent_y = -np.sin(angle), np.cos(angle)
+    sign = np.repeat([1.0, -1.0], 4)
+    face: IntArray = np.repeat(np.tile(np.arange(4), 2), base.size).astype(np.int64)
+    return Magnets(
+        strips=strips,
+        height2=height * height,
+        node_x=(face_x[:, None] + np.outer(tangent_x, base)).ravel(),
+        node_y=(face_y[:, None] + np.outer(tangent_y, base)).ravel(),
+        node_weight=np.outer(sign, base_share).ravel(),
+        node_face=face,
+        face_x=face_x,
+        face_y=face_y,
+        face_tx=tangent_x,
+        face_ty=tangent_y,
+        pair_count=np.array([-(-(count**2) // 8) * 8 for count in rule.counts]),
+        pair_here=here,
+        pair_there=there,
+        pair_weight=weight,
+        level_radius=np.array(rule.radii),
+        reach=2.0 * outer + (BLEND * rule.radii[1] if levels > 1 else 0.0),
+    )
+
+
+def _width_rule(strips: bool, count: int, width: float) -> tuple[Array, Array]:
+    """Offsets [m] and shares of the charge of ``count`` nodes across a pole face."""
+    if strips:
+        x, w = np.polynomial.legendre.leggauss(count)
+        return x * width / 2.0, w / 2.0
+    return np.linspace(-width / 2.0, width / 2.0, count) if count > 1 else np.zeros(1), np.full(
+        count, 1.0 / count
+    )
+
+
+def _rate_scale(scene: Scene, mass: float, pitch: float) -> float:
+    """A typical angular rate [rad/s]: what the strongest force at hand makes of one component.
+
+    Errors of rates are judged against it.
+    """
+    acceleration = math.hypot(*scene.gravity.in_plane)
+    if scene.magnets is not None:
+        # Two charges a magnet's width apart: the order of the force between touching faces.
+        force = 1e-7 * scene.magnets.charge**2 / scene.magnets.width**2
+        acceleration += force / mass
+    return max(math.sqrt(acceleration / pitch), 1.0)

@@ -1,0 +1,53 @@
+"""Frames at equal intervals, from the dense output: recording costs no forces and changes nothing."""
+
+from __future__ import annotations
+
+from magfold_env.engine.events import interpolate
+from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.state import FRAME_TIME, FRAMES, LO, TIME, Model, Record, State, Work
+
+
+@inlined
+def has_room(record: Record, state: State, longest_step: float) -> bool:
+    """Whether the frames of one more step fit."""
+    if record.interval <= 0.0:
+        return True
+    return state.count[FRAMES] + longest_step / record.interval + 2.0 < record.time.size
+
+
+@kernel
+def record_step(record: Record, state: State, work: Work, step: float, fraction: float) -> None:
+    """Take the frames that fall into the accepted part of a step."""
+    if record.interval <= 0.0:
+        return
+    begin = state.clock[TIME]
+    end = begin + fraction * step
+    while state.clock[FRAME_TIME] <= end:
+        f = state.count[FRAMES]
+        at = (state.clock[FRAME_TIME] - begin) / step
+        interpolate(state.q, work.slope_q, step, at, record.q[f])
+        interpolate(state.v, work.slope_v, step, at, record.v[f])
+        record.time[f] = state.clock[FRAME_TIME]
+        record.lo[f] = state.count[LO]
+        state.count[FRAMES] = f + 1
+        state.clock[FRAME_TIME] += record.interval
+
+
+@kernel
+def record_rest(record: Record, model: Model, state: State, until: float) -> bool:
+    """Take the frames of a chain that only moves with the base; False if they do not fit."""
+    if record.interval <= 0.0:
+        return True
+    n = model.n
+    while state.clock[FRAME_TIME] <= until:
+        f = state.count[FRAMES]
+        if f >= record.time.size:
+            return False
+        record.q[f, :] = state.q
+        record.v[f, :] = state.v
+        record.q[f, n] += state.v[n] * (state.clock[FRAME_TIME] - state.clock[TIME])
+        record.time[f] = state.clock[FRAME_TIME]
+        record.lo[f] = state.count[LO]
+        state.count[FRAMES] = f + 1
+        state.clock[FRAME_TIME] += record.interval
+    return True

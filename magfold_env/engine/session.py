@@ -1,0 +1,367 @@
+"""One chain being folded, step by step: what `simulate` and the environments drive."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from magfold_env.engine import chain, feed, integrator, magnets
+from magfold_env.engine.pack import face_charges, pack, reversed_inside
+from magfold_env.engine.state import (
+    EVALUATIONS,
+    FRAMES,
+    LO,
+    STEPS,
+    TIME,
+    Array,
+    Record,
+)
+from magfold_env.engine.workspace import new_record, new_state, new_work
+from magfold_env.fold import Fold, FoldStatus, Trajectory
+from magfold_env.scene import Scene
+from magfold_env.shapes import angles_to_word
+
+FOLDED_WITHIN = 0.05  # [rad] of ±90°
+ROOM = 4096  # frames kept before they are moved out of the kernels' record
+
+
+class Session:
+    """A chain at the beginning of its run, or anywhere in it.
+
+    Parameters
+    ----------
+    scene
+        What to simulate; anything it leaves to chance must be drawn first (`Scene.draw`).
+    frame_rate
+        Frames recorded a simulated second [1/s]; None records nothing.
+
+    Raises
+    ------
+    ValueError
+        If the scene is not concrete, or too long for contact and friction.
+    """
+
+    def __init__(self, scene: Scene, frame_rate: float | None = None) -> None:
+        if not scene.is_concrete:
+            msg = "scene: leaves start angles or spreads to chance; draw it first (Scene.draw)"
+            raise ValueError(msg)
+        self._scene = scene
+        self._flip = reversed_inside(scene)
+        self._model = pack(scene)
+        self._state = new_state(self._model, self._start_headings())
+        self._work = new_work(self._model)
+        interval = 0.0 if frame_rate is None else 1.0 / frame_rate
+        capacity = ROOM + int(integrator.LONGEST_STEP / interval) if interval else 0
+        self._record: Record = new_record(self._model, interval, capacity)
+        self._frames: list[tuple[Array, Array, Array, npt.NDArray[np.int64]]] = []
+        self._faces = list(scene.sequence)
+        self._speeds = scene.speeds.copy()
+        self._status: FoldStatus | None = None
+        self._message = ""
+        if scene.mount == "tube" and scene.feed.loading == "at_mouth":
+            # A component's magnets act from when its leading hinge reaches the mouth.
+            self._waiting = self._model.charge.copy()
+            self._model.charge[:] = 0.0
+        else:
+            self._waiting = None
+
+    # --- what a caller may see -------------------------------------------------------------
+
+    @property
+    def n(self) -> int:
+        """Number of components."""
+        return self._model.n
+
+    @property
+    def released(self) -> int:
+        """Components that are out of the tube and free; all n where there is no tube."""
+        return self.n - int(self._state.count[LO])
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return float(self._state.clock[TIME])
+
+    @property
+    def steps(self) -> int:
+        """Time steps tried so far."""
+        return int(self._state.count[STEPS])
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of the accelerations so far."""
+        return int(self._state.count[EVALUATIONS])
+
+    @property
+    def status(self) -> FoldStatus | None:
+        """How the run ended; None while it has not."""
+        return self._status
+
+    @property
+    def message(self) -> str:
+        """The status in words."""
+        return self._message
+
+    @property
+    def angles(self) -> Array:
+        """Headings [rad], component 1 first, shape (n,)."""
+        return self._outward(self._state.q[None, : self.n])[0]
+
+    @property
+    def rates(self) -> Array:
+        """Rates of the headings [rad/s], shape (n,)."""
+        rates = self._state.v[: self.n]
+        return rates[::-1].copy() if self._flip else rates.copy()
+
+    @property
+    def base(self) -> Array:
+        """Outer hinge of component 1 [m], shape (2,)."""
+        return self._outer_hinge(self._state.q[None], np.array([self._state.count[LO]]))[0]
+
+    @property
+    def base_velocity(self) -> Array:
+        """Velocity of component 1's outer hinge [m/s], shape (2,)."""
+        n, q, v = self.n, self._state.q, self._state.v
+        velocity = v[n:].copy()
+        if self._flip:
+            arm = self._model.bodies.length * v[:n]
+            velocity += np.array([-(arm * np.sin(q[:n])).sum(), (arm * np.cos(q[:n])).sum()])
+        return velocity
+
+    @property
+    def word(self) -> str:
+        """Nearest fold word."""
+        return angles_to_word(np.diff(self.angles))
+
+    def energy(self) -> float:
+        """Magnetic energy of the components whose magnets act [J]."""
+        if not self._model.magnetic:
+            return 0.0
+        state, work = self._state, self._work
+        first = feed.place_all(int(state.count[LO]), self._model, state.q, work.pose)
+        return float(
+            magnets.energy(
+                first,
+                self._model.magnets,
+                self._model.charge,
+                work.pose,
+                work.node_x,
+                work.node_y,
+                work.node_q,
+            )
+        )
+
+    # --- what a caller may do --------------------------------------------------------------
+
+    def set_component(self, index: int, faces: str, speed: float) -> None:
+        """Choose magnets and feed speed [m/s] of a component that is still in the tube.
+
+        Parameters
+        ----------
+        index
+            Component number minus one.
+        faces
+            Four letters N or S: front-left, back-left, back-right, front-right.
+
+        Raises
+        ------
+        ValueError
+            If the component's magnets act already.
+        """
+        if self._waiting is None or not self._scene.magnets:
+            msg = "feed.loading: magnets can be chosen only with a tube loaded 'at_mouth'"
+            raise ValueError(msg)
+        inside = self._inside(index)
+        if inside >= self._state.count[LO]:
+            msg = f"component {index + 1} has left the tube; {self.released} have"
+            raise ValueError(msg)
+        self._waiting[inside] = face_charges(faces, self._scene)
+        self._faces[index] = faces
+        self._speeds[index] = speed
+
+    def feed_one(self) -> None:
+        """Push the next component out until it is released."""
+        state, model = self._state, self._model
+        lo = int(state.count[LO])
+        if lo == 0:
+            msg = "no component is left in the tube"
+            raise ValueError(msg)
+        if self._status is not None:
+            return
+        i = lo - 1
+        if self._waiting is not None:
+            model.charge[i] = self._waiting[i]
+        speed = float(self._speeds[self._inside(i)])
+        feed.change_speed(model, state, self._work, speed)
+        until = state.clock[TIME] + feed.time_to_release(model, state)
+        if lo == model.n:
+            # Nothing is outside yet that could move by itself.
+            self._record_straight(until)
+            state.q[model.n] += speed * (until - state.clock[TIME])
+            state.clock[TIME] = until
+        elif not self._advance(until):
+            return
+        feed.release(model, state)
+
+    def settle(self) -> None:
+        """Integrate until the chain rests or the scene's duration is over."""
+        if self._status is not None:
+            return
+        if self._advance(self._state.clock[TIME] + self._scene.duration):
+            self._end(FoldStatus.UNSETTLED, f"still moving after {self.time:.4g} s")
+
+    def fold(self) -> Fold:
+        """Return the result of a run that has ended.
+
+        Raises
+        ------
+        ValueError
+            If it has not.
+        """
+        if self._status is None:
+            msg = "the run has not ended; settle it first"
+            raise ValueError(msg)
+        return Fold(
+            scene=self.scene(),
+            status=self._status,
+            message=self._message,
+            word=self.word,
+            angles=self.angles,
+            base=self.base,
+            energy=self.energy(),
+            time=self.time,
+            steps=self.steps,
+            evaluations=self.evaluations,
+            trajectory=self._trajectory(),
+        )
+
+    def scene(self) -> Scene:
+        """Return the scene of this run, with the magnets and speeds that were chosen in it."""
+        if self._waiting is None:
+            return self._scene
+        return self._scene.replace(
+            sequence=tuple(self._faces), feed={"speed": tuple(self._speeds.tolist())}
+        )
+
+    # --- within ----------------------------------------------------------------------------
+
+    def _inside(self, index: int) -> int:
+        """Map a component's index to the engine's, or back."""
+        return self.n - 1 - index if self._flip else index
+
+    def _start_headings(self) -> Array:
+        """Headings at the start in the engine's order (n,); the mean of a tube's are along +x."""
+        joints = np.asarray(self._scene.start_angles, dtype=np.float64)
+        if self._flip:
+            joints = -joints[::-1]
+        headings = np.concatenate([[0.0], np.cumsum(joints)])
+        return headings - headings.mean() if self._scene.mount == "tube" else headings
+
+    def _advance(self, until: float) -> bool:
+        """Integrate; returns whether the time was reached rather than an end."""
+        model, state = self._model, self._state
+        while True:
+            outcome = integrator.advance(model, state, self._work, self._record, until)
+            if outcome != integrator.FULL:
+                break
+            self._empty_record()
+        if outcome == integrator.REACHED:
+            return True
+        at = f"at t = {self.time:.6g} s"
+        if outcome == integrator.RESTED:
+            self._rest()
+        elif outcome == integrator.CAPPED:
+            self._end(FoldStatus.UNSETTLED, f"stopped {at}: {self.steps} steps are the limit")
+        elif outcome == integrator.UNDERFLOW:
+            self._end(FoldStatus.FAILED, f"step size underflow {at}: tolerance out of reach")
+        elif outcome == integrator.TOO_CROWDED:
+            self._end(FoldStatus.FAILED, f"more contacts than there is room for {at}")
+        elif outcome == integrator.NO_SOLUTION:
+            self._end(FoldStatus.FAILED, f"contact and friction forces not found {at}")
+        else:
+            self._end(FoldStatus.FAILED, f"accelerations are not finite {at}")
+        return False
+
+    def _rest(self) -> None:
+        joints = np.abs(np.diff(self.angles))
+        open_joints = np.flatnonzero(np.abs(joints - math.pi / 2.0) > FOLDED_WITHIN) + 1
+        if open_joints.size == 0:
+            self._end(FoldStatus.FOLDED, f"folded at t = {self.time:.4g} s")
+        else:
+            names = ", ".join(str(k) for k in open_joints)
+            self._end(
+                FoldStatus.MISFOLDED, f"at rest at t = {self.time:.4g} s with joint {names} open"
+            )
+
+    def _end(self, status: FoldStatus, message: str) -> None:
+        self._status = status
+        self._message = message
+
+    def _record_straight(self, until: float) -> None:
+        while not integrator.record_rest(self._record, self._model, self._state, until):
+            self._empty_record()
+
+    def _empty_record(self) -> None:
+        count = int(self._state.count[FRAMES])
+        record = self._record
+        self._frames.append(
+            (
+                record.time[:count].copy(),
+                record.q[:count].copy(),
+                record.v[:count].copy(),
+                record.lo[:count].copy(),
+            )
+        )
+        self._state.count[FRAMES] = 0
+
+    def _trajectory(self) -> Trajectory | None:
+        if self._record.interval == 0.0:
+            return None
+        self._empty_record()
+        time, q, v, lo = (np.concatenate(parts) for parts in zip(*self._frames, strict=True))
+        n = self.n
+        return Trajectory(
+            time=time,
+            angles=self._outward(q[:, :n]),
+            base=self._outer_hinge(q, lo),
+            rates=v[:, n - 1 :: -1].copy() if self._flip else v[:, :n].copy(),
+            released=n - lo,
+        )
+
+    def _outward(self, headings: Array) -> Array:
+        """Turn the engine's headings (m, n) into public ones."""
+        return headings[:, ::-1] + math.pi if self._flip else headings.copy()
+
+    def _outer_hinge(self, q: Array, lo: npt.NDArray[np.int64]) -> Array:
+        """Component 1's outer hinge [m] for coordinates (m, n + 2); shape (m, 2)."""
+        n = self.n
+        links = self._model.bodies.length * np.exp(1j * q[:, :n])
+        held = np.arange(n) < lo[:, None]
+        base = q[:, n] + 1j * q[:, n + 1]
+        # The base is the inner hinge of component ``lo``.
+        if self._flip:
+            hinge = base + np.where(held, 0.0, links).sum(axis=1)
+        else:
+            hinge = base - np.where(held, links, 0.0).sum(axis=1)
+        return np.stack([hinge.real, hinge.imag], axis=1)
+
+
+def smooth_state(scene: Scene, angles: Array) -> tuple[Array, Array, Array, float]:
+    """Magnet forces (n, 2) [N], torques (n,) [N·m], centres (n, 2) [m] and energy [J]."""
+    pinned = scene.replace(mount="pinned", start_angles=None)
+    model = pack(pinned)
+    work = new_work(model._replace(contact=False, frictional=False))
+    q = np.append(np.asarray(angles, dtype=np.float64), [0.0, 0.0])
+    chain.place(0, model.bodies, q, work.pose)
+    energy = 0.0
+    if model.magnetic:
+        nodes = (work.node_x, work.node_y, work.node_q)
+        magnets.add_forces(
+            0, model.magnets, model.charge, work.pose, *nodes, work.fx, work.fy, work.torque
+        )
+        energy = float(magnets.energy(0, model.magnets, model.charge, work.pose, *nodes))
+    force = np.stack([work.fx, work.fy], axis=1)
+    centres = np.stack([work.pose.x, work.pose.y], axis=1)
+    return force, work.torque, centres, energy

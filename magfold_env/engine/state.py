@@ -1,0 +1,159 @@
+"""What the kernels see: NamedTuples of arrays and scalars, in SI units.
+
+Inside the engine a chain is indexed from its inner end, the one that is pinned or held in the
+tube, and a straight chain points along +x. ``engine.pack`` turns a scene into this form.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class Bodies(NamedTuple):
+    """The rigid parts of a chain, each array of shape (n,)."""
+
+    mass: Array  # [kg]
+    inertia: Array  # about the centre [kg m²]
+    reach: Array  # inner hinge to centre [m]
+    length: Array  # inner hinge to outer hinge [m]
+
+
+class Pose(NamedTuple):
+    """Where the components are: heading cosines and centres [m], each of shape (n,)."""
+
+    cos: Array
+    sin: Array
+    x: Array
+    y: Array
+
+
+class Magnets(NamedTuple):
+    """Pole faces of a casing and the quadrature that replaces them.
+
+    A casing has eight pole faces, numbered 0-3 (the outer ones, front-left first) and 4-7 (their
+    inner counterparts, with the opposite sign). ``base`` nodes sum over all pairs of casings;
+    near pairs of pole faces are then corrected level by level, see ``engine.magnets``.
+    """
+
+    strips: bool  # charged rectangles standing on the plane; else point charges
+    height2: float  # H² [m²]
+    node_x: Array  # base nodes in the casing's frame, shape (8·h,) [m]
+    node_y: Array
+    node_weight: Array  # share of the face's charge, signed for inner faces; (8·h,)
+    node_face: IntArray  # 0-3, which charge applies; (8·h,)
+    face_x: Array  # centres of the pole faces in the casing's frame, (8,) [m]
+    face_y: Array
+    face_tx: Array  # unit vectors along their widths, (8,)
+    face_ty: Array
+    pair_count: IntArray  # node pairs of two faces at every level, level 0 the base; (levels,)
+    pair_here: Array  # offset along one face's width [m], (levels, most pairs)
+    pair_there: Array  # and along the other's
+    pair_weight: Array  # product of the nodes' shares of the charge
+    level_radius: Array  # within it, level k is in full force; (levels,) [m], [0] unused
+    reach: float  # centres farther apart than this have no near faces [m]
+
+
+class Model(NamedTuple):
+    """One chain and its world, without its state."""
+
+    n: int
+    bodies: Bodies
+    magnets: Magnets
+    charge: Array  # signed charge of each outer pole face, (n, 4) [A·m]; 0 is no magnet
+    magnetic: bool
+    side: float  # of the casing [m]
+    grip: Array  # largest friction force µ m g of a released component, (n,) [N]
+    arm: float  # c of the friction ellipsoid (vx, vy, c·ω) [m]
+    frictional: bool
+    gravity_x: float  # in-plane [m/s²]
+    gravity_y: float
+    contact: bool  # joint stops and squares act
+    tube: bool
+    bore: float  # [m]
+    wall: float  # thickness [m]
+    pinned: bool  # the innermost hinge is fixed
+    tolerance: float  # [rad]
+    rate_scale: float  # a typical angular rate [rad/s]
+    max_steps: int
+
+
+class State(NamedTuple):
+    """The moving part; every array is updated in place.
+
+    Entries of ``count``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`; of ``clock``: `TIME`,
+    `STEP`, `FRAME_TIME`.
+    """
+
+    q: Array  # headings, then the base, (n + 2,) [rad, m]
+    v: Array  # their rates, (n + 2,) [rad/s, m/s]
+    lock: IntArray  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not; (n,)
+    stuck: IntArray  # 1: held by friction; (n,)
+    count: IntArray  # (5,)
+    clock: Array  # (3,) [s]
+
+
+LO, STEPS, EVALUATIONS, EVENTS, FRAMES = range(5)
+TIME, STEP, FRAME_TIME = range(3)
+
+
+class Record(NamedTuple):
+    """Frames of a run, taken every ``interval`` seconds; an interval of 0 records nothing."""
+
+    interval: float
+    time: Array  # (capacity,)
+    q: Array  # (capacity, n + 2)
+    v: Array  # (capacity, n + 2)
+    lo: IntArray  # (capacity,)
+
+
+class Work(NamedTuple):
+    """Scratch space of one run, so that steps allocate nothing.
+
+    Rows are constraints: first the joint stops, then contacts, then three for each component that
+    friction may hold.
+    """
+
+    pose: Pose
+    node_x: Array
+    node_y: Array
+    node_q: Array
+    fx: Array  # (n,) forces and torques on the components
+    fy: Array
+    torque: Array
+    vx: Array  # (n,) velocities and velocity-dependent accelerations of the centres
+    vy: Array
+    ax: Array
+    ay: Array
+    art: Array  # (n, 6) articulated inertias
+    force: Array  # (n + 2,)
+    stage_q: Array  # (n + 2,)
+    stage_v: Array
+    new_q: Array
+    new_v: Array
+    slope_q: Array  # (7, n + 2) Runge-Kutta stages
+    slope_v: Array
+    box_x: Array  # (n + 2,) squares and the two walls: centre, axis and half sizes
+    box_y: Array
+    box_c: Array
+    box_s: Array
+    box_a: Array
+    box_b: Array
+    row_count: IntArray  # (3,) stops, stops and contacts, all
+    row_id: IntArray  # (rows, 4)
+    jacobian: Array  # (rows, n + 2)
+    response: Array  # (rows, n + 2) M⁻¹Jᵀ
+    delassus: Array  # (rows, rows)
+    bias: Array  # (rows,)
+    multiplier: Array  # (rows,)
+    passive: IntArray  # (rows,)
+    equality: IntArray  # (rows,)
+    index: IntArray  # (rows,)
+    mark: IntArray  # (n,)
+    trial: Array  # (rows,)
+    cholesky: Array  # (rows, rows)

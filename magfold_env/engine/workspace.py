@@ -1,0 +1,108 @@
+"""Allocate what the kernels work on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from magfold_env.engine.dormand_prince import STAGES
+from magfold_env.engine.state import STEP, Array, IntArray, Model, Pose, Record, State, Work
+
+# Constraints are solved densely; longer chains must do without contact and friction.
+MOST_CONSTRAINED = 500
+
+
+def new_state(model: Model, angles: Array) -> State:
+    """A chain at rest with the given headings (n,) and its inner end at the origin.
+
+    With a tube all of it is inside, the outer tip at the mouth.
+    """
+    n = model.n
+    q = np.zeros(n + 2)
+    q[:n] = angles
+    clock = np.zeros(3)
+    clock[STEP] = 0.1 / model.rate_scale
+    count: IntArray = np.zeros(5, dtype=np.int64)
+    count[0] = n if model.tube else 0
+    return State(
+        q=q,
+        v=np.zeros(n + 2),
+        lock=np.zeros(n, dtype=np.int64),
+        stuck=np.zeros(n, dtype=np.int64),
+        count=count,
+        clock=clock,
+    )
+
+
+def new_work(model: Model) -> Work:
+    """Scratch space for one chain."""
+    n = model.n
+    rows = 1
+    if model.contact or model.frictional:
+        if n > MOST_CONSTRAINED:
+            msg = (
+                f"sequence: {n} components are too many with contact or friction; "
+                f"at most {MOST_CONSTRAINED} (without both: any number)"
+            )
+            raise ValueError(msg)
+        rows = 6 * n + 16
+    nodes = model.magnets.node_x.size
+
+    def floats(*shape: int) -> Array:
+        return np.zeros(shape)
+
+    def integers(*shape: int) -> IntArray:
+        return np.zeros(shape, dtype=np.int64)
+
+    return Work(
+        pose=Pose(floats(n), floats(n), floats(n), floats(n)),
+        node_x=floats(n, nodes),
+        node_y=floats(n, nodes),
+        node_q=floats(n, nodes),
+        fx=floats(n),
+        fy=floats(n),
+        torque=floats(n),
+        vx=floats(n),
+        vy=floats(n),
+        ax=floats(n),
+        ay=floats(n),
+        art=floats(n, 6),
+        force=floats(n + 2),
+        stage_q=floats(n + 2),
+        stage_v=floats(n + 2),
+        new_q=floats(n + 2),
+        new_v=floats(n + 2),
+        slope_q=floats(STAGES, n + 2),
+        slope_v=floats(STAGES, n + 2),
+        box_x=floats(n + 2),
+        box_y=floats(n + 2),
+        box_c=floats(n + 2),
+        box_s=floats(n + 2),
+        box_a=floats(n + 2),
+        box_b=floats(n + 2),
+        row_count=integers(3),
+        row_id=integers(rows, 4),
+        jacobian=floats(rows, n + 2),
+        response=floats(rows, n + 2),
+        delassus=floats(rows, rows),
+        bias=floats(rows),
+        multiplier=floats(rows),
+        passive=integers(rows),
+        equality=integers(rows),
+        index=integers(rows),
+        mark=integers(n),
+        trial=floats(rows),
+        cholesky=floats(rows, rows),
+    )
+
+
+def new_record(model: Model, interval: float, capacity: int) -> Record:
+    """Room for ``capacity`` frames, one every ``interval`` seconds; 0 records nothing."""
+    n = model.n
+    capacity = capacity if interval > 0.0 else 0
+    return Record(
+        interval=interval,
+        time=np.zeros(capacity),
+        q=np.zeros((capacity, n + 2)),
+        v=np.zeros((capacity, n + 2)),
+        lo=np.zeros(capacity, dtype=np.int64),
+    )

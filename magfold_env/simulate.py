@@ -1,0 +1,104 @@
+"""Scene -> Fold, and the forces behind it."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from magfold_env.engine.dynamics import smooth_accelerations
+from magfold_env.engine.pack import pack
+from magfold_env.engine.session import Session, smooth_state
+from magfold_env.engine.workspace import new_work
+from magfold_env.errors import Problem, SceneError
+from magfold_env.fold import Fold
+from magfold_env.scene import Scene
+
+Floats = npt.NDArray[np.float64]
+
+
+def simulate(
+    scene: Scene, seed: int | np.random.Generator = 0, *, frame_rate: float | None = None
+) -> Fold:
+    """Simulate one fold.
+
+    Parameters
+    ----------
+    scene
+        What to fold.
+    seed
+        Draws what the scene leaves to chance: its start angles and its spreads. One seed gives
+        one fold, bit for bit.
+    frame_rate
+        Frames recorded a simulated second [1/s]; None records no trajectory. Recording does not
+        change the fold.
+
+    Returns
+    -------
+    Fold
+        The result; ``fold.scene`` is the scene as drawn and gives the same fold again.
+    """
+    session = Session(scene.draw(np.random.default_rng(seed)), frame_rate)
+    while session.status is None and session.released < session.n:
+        session.feed_one()
+    session.settle()
+    return session.fold()
+
+
+def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> Floats:
+    """Angular accelerations (n,) [rad/s²] of the pinned chain under its smooth forces.
+
+    Magnets, in-plane gravity and inertia act; contact, stops and friction do not. The equations
+    are the paper's eq. 39, solved in O(n).
+
+    Parameters
+    ----------
+    scene
+        The chain; its mount is ignored.
+    angles, rates
+        Headings [rad] and their rates [rad/s], shape (n,), component 1 first.
+
+    Raises
+    ------
+    SceneError
+        If a shape is not (n,) or a number is not finite.
+    """
+    q = np.append(_checked("angles", angles, scene.n), [0.0, 0.0])
+    v = np.append(_checked("rates", rates, scene.n), [0.0, 0.0])
+    model = pack(scene.replace(mount="pinned"))._replace(contact=False, frictional=False)
+    out = np.zeros(scene.n + 2)
+    smooth_accelerations(0, model, q, v, new_work(model), out)
+    return out[: scene.n]
+
+
+def forces(scene: Scene, angles: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Magnet forces (n, 2) [N] and torques about the centres (n,) [N·m] at the given headings.
+
+    Raises
+    ------
+    SceneError
+        If the shape is not (n,) or a number is not finite.
+    """
+    force, torque, _, _ = smooth_state(scene, _checked("angles", angles, scene.n))
+    return force, torque
+
+
+def energy(scene: Scene, angles: npt.ArrayLike) -> float:
+    """Magnetic energy [J] at the given headings, each pair of components once.
+
+    Pairs of pole faces within a component are left out: they do not depend on the shape.
+
+    Raises
+    ------
+    SceneError
+        If the shape is not (n,) or a number is not finite.
+    """
+    return smooth_state(scene, _checked("angles", angles, scene.n))[3]
+
+
+def _checked(key: str, values: npt.ArrayLike, n: int) -> Floats:
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != (n,):
+        raise SceneError([Problem(key, array.shape, f"must have shape ({n},)")])
+    if not np.isfinite(array).all():
+        raise SceneError([Problem(key, array.tolist(), "must be finite")])
+    return array
