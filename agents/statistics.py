@@ -1,0 +1,38 @@
+"""Shares of successes with their confidence intervals."""
+
+from dataclasses import dataclass
+
+from scipy.stats import binomtest
+
+
+@dataclass(frozen=True)
+class Share:
+    """Successes among trials, with Wilson's 95 % confidence interval.
+
+    Attributes
+    ----------
+    successes, trials : int
+        Counts.
+    low, high : float
+        Ends of the interval of the probability of success.
+    """
+
+    successes: int
+    trials: int
+    low: float
+    high: float
+
+    @property
+    def rate(self) -> float:
+        """Share of successes."""
+        return self.successes / self.trials
+
+    def __str__(self) -> str:
+        """Return the share and its interval in per cent."""
+        return f"{100 * self.rate:.0f} % ({100 * self.low:.0f}–{100 * self.high:.0f})"
+
+
+def share(successes: int, trials: int) -> Share:
+    """Return the share of `successes` among `trials` (at least one)."""
+    interval = binomtest(successes, trials).proportion_ci(0.95, method="wilson")
+    return Share(successes, trials, float(interval.low), float(interval.high))

@@ -1,0 +1,95 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from stable_baselines3 import PPO
+
+from agents.callbacks import save_policy
+from agents.episodes import make_env, play, play_all
+from agents.policies import DesignPolicy, RandomPolicy, TrainedPolicy
+from agents.seeds import episode_seeds
+from agents.settings import TrainSettings
+from agents.train import train
+
+SETTINGS = TrainSettings.model_validate(
+    {
+        "name": "tiny",
+        "timesteps": 96,
+        "processes": 1,
+        "checkpoint_every": 48,
+        "validate_every": 48,
+        "validation_episodes": 2,
+        "env": {"targets": ["LRLLL", "RLRRR"]},
+        "ppo": {"n_steps": 48, "batch_size": 24, "n_epochs": 2, "hidden": [16]},
+    }
+)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run")
+    train(SETTINGS, folder)
+    return folder
+
+
+def test_a_run_leaves_policy_checkpoints_settings_and_logs(run: Path) -> None:
+    assert (run / "policy.zip").is_file()
+    assert (run / "settings.yaml").is_file()
+    names = {file.name for file in (run / "checkpoints").iterdir()}
+    assert names == {"policy-000000048.zip", "policy-000000096.zip"}
+    assert list(run.glob("events.out.tfevents.*"))
+
+
+def test_the_same_seed_trains_the_same_policy(run: Path, tmp_path: Path) -> None:
+    again = PPO.load(train(SETTINGS, tmp_path), device="cpu")
+    before = PPO.load(run / "policy.zip", device="cpu")
+    for name, weights in before.policy.state_dict().items():
+        np.testing.assert_array_equal(weights.numpy(), again.policy.state_dict()[name].numpy())
+
+
+def test_a_trained_policy_plays_the_same_in_any_number_of_processes(run: Path) -> None:
+    episodes = [(t, s) for t in ("LRLLL", "RLRRR") for s in episode_seeds("evaluation", 2)]
+    policy = str(run / "policy.zip")
+    alone = list(play_all(policy, SETTINGS.env, episodes, processes=1))
+    shared = list(play_all(policy, SETTINGS.env, episodes, processes=2))
+    assert alone == shared
+    assert [(o.target, o.seed) for o in alone] == episodes
+
+
+def test_a_policy_for_other_spaces_is_refused(run: Path) -> None:
+    env = make_env(SETTINGS.env.model_copy(update={"speeds": 4}))
+    policy = TrainedPolicy.load(run / "policy.zip")
+    with pytest.raises(ValueError, match=r"policy: its spaces .* are not the environment's"):
+        play(policy, env, "LRLLL", 0)
+
+
+def test_the_design_policy_feeds_the_design_at_its_speed() -> None:
+    env = make_env(SETTINGS.env)
+    outcome = play(DesignPolicy(), env, "LRLLL", 0)
+    baseline = env.baseline_of("LRLLL")
+    assert outcome.scene is not None
+    assert outcome.scene.sequence == baseline.sequence
+    assert baseline.speed is not None
+    np.testing.assert_allclose(outcome.scene.speeds, baseline.speed, rtol=0.05)
+
+
+def test_random_play_depends_on_the_seed_alone() -> None:
+    env = make_env(SETTINGS.env)
+    outcomes = [play(RandomPolicy(), env, "LRLLL", seed) for seed in (1, 2, 1)]
+    assert outcomes[0] == outcomes[2] != outcomes[1]
+
+
+def test_an_interrupted_save_leaves_the_old_policy(run: Path, tmp_path: Path) -> None:
+    path = tmp_path / "policy.zip"
+    path.write_bytes((run / "policy.zip").read_bytes())
+    before = path.read_bytes()
+
+    class Broken:
+        def save(self, target: Path) -> None:
+            target.write_bytes(b"half")
+            raise OSError("no space left")
+
+    with pytest.raises(OSError, match="no space"):
+        save_policy(Broken(), path)  # pyright: ignore[reportArgumentType]
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]

@@ -1,0 +1,43 @@
+from typing import Any
+
+import numpy as np
+import pytest
+
+from magfold_env.envs.randomisation import randomised
+from magfold_env.scene_io import load_scene
+
+
+def draws(randomisation: str, count: int = 200) -> list[Any]:
+    scene = randomised(load_scene("tube-feed"), randomisation)  # pyright: ignore[reportArgumentType]
+    rng = np.random.default_rng(0)
+    return [scene.draw(rng) for _ in range(count)]
+
+
+def test_none_draws_nothing() -> None:
+    assert len({scene.model_dump_json() for scene in draws("none", 5)}) == 1
+    assert draws("none", 1)[0].start_angles == (0.0,) * 5
+
+
+def test_nominal_spreads_have_the_stated_widths() -> None:
+    mean = load_scene("tube-feed")
+    magnets = mean.magnets
+    assert magnets is not None
+    drawn = draws("nominal")
+    friction = np.array([scene.friction for scene in drawn]) / mean.friction - 1
+    remanence = np.array([scene.magnets.remanence for scene in drawn]) / magnets.remanence - 1
+    speed = np.array([scene.feed.speed for scene in drawn]) / mean.feed.speed - 1
+    angles = np.array([scene.start_angles for scene in drawn])
+    for values, width in ((friction, 0.1), (remanence, 0.05), (speed, 0.05), (angles, 0.03)):
+        assert np.abs(values).max() <= width * (1 + 1e-12)
+        assert values.min() < -0.9 * width
+        assert values.max() > 0.9 * width
+
+
+def test_scene_leaves_the_scene_alone() -> None:
+    scene = load_scene("tube-feed").replace(spreads={"mass": 0.2})
+    assert randomised(scene, "scene") == scene
+
+
+def test_another_name_is_an_error() -> None:
+    with pytest.raises(ValueError, match="randomisation: 'wild' is not allowed; must be one of"):
+        randomised(load_scene("tube-feed"), "wild")  # pyright: ignore[reportArgumentType]

@@ -1,0 +1,209 @@
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from stable_baselines3.common.env_checker import check_env as sb3_check_env
+
+import magfold_env as mf
+from magfold_env.envs import register_envs
+from magfold_env.envs.reward import potential
+from magfold_env.envs.tube_feed import TubeFeedEnv
+
+ENV_ID = "MagFold/TubeFeed-v0"
+
+
+def play(env: TubeFeedEnv, seed: int, target: str | None = None) -> tuple[list, list, dict]:
+    """Play random actions that depend on `seed` alone; return observations, rewards, last info."""
+    rng = np.random.default_rng(seed)
+    observation, info = env.reset(seed=seed, options={"target": target} if target else None)
+    observations, rewards, terminated = [observation], [], False
+    while not terminated:
+        observation, reward, terminated, truncated, info = env.step(
+            rng.integers(env.actions.space.nvec)
+        )
+        assert not truncated
+        observations.append(observation)
+        rewards.append(reward)
+    return observations, rewards, info
+
+
+def test_the_registered_env_passes_gymnasiums_check() -> None:
+    check_env(gymnasium.make(ENV_ID, render_mode="rgb_array").unwrapped)
+
+
+@pytest.mark.parametrize(
+    "kwargs",
+    [
+        {"randomisation": "none"},
+        {"randomisation": "scene"},
+        {"shaping": True, "gamma": 0.9},
+        {"targets": ["LRLLL"], "speeds": 3},
+    ],
+)
+def test_every_variant_passes_both_checks(kwargs: dict) -> None:
+    env = gymnasium.make(ENV_ID, baseline=None, **kwargs)
+    check_env(env.unwrapped, skip_render_check=True)
+    sb3_check_env(env.unwrapped)
+
+
+def test_registering_again_changes_nothing() -> None:
+    spec = gymnasium.spec(ENV_ID)
+    register_envs()
+    assert gymnasium.spec(ENV_ID) is spec
+    assert spec.max_episode_steps is None
+
+
+def random_steps(steps: int) -> None:
+    env = TubeFeedEnv(baseline=None)
+    env.action_space.seed(0)
+    observation, _ = env.reset(seed=0)
+    finished = 0
+    for _ in range(steps):
+        observation, reward, terminated, _, info = env.step(env.action_space.sample())
+        assert np.isfinite(observation).all()
+        assert observation in env.observation_space
+        assert -1.0 <= reward <= 1.0
+        if terminated:
+            assert info["step"] == env.scene.n
+            finished += 1
+            observation, _ = env.reset()
+    assert finished == steps // env.scene.n
+
+
+def test_random_steps_stay_inside_the_space() -> None:
+    random_steps(1_200)
+
+
+@pytest.mark.slow
+def test_ten_thousand_random_steps_stay_inside_the_space() -> None:
+    random_steps(10_000)
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+@pytest.mark.parametrize("seed", range(4))
+def test_an_episode_replays_bit_for_bit(direction: str, seed: int) -> None:
+    scene = mf.load_scene("tube-feed").replace(feed={"direction": direction})
+    env = TubeFeedEnv(scene, baseline=None)
+    *_, info = play(env, seed)
+    replay = env.to_scene()
+    assert replay.is_concrete
+    fold = mf.simulate(replay, seed=12345)  # nothing is left for the seed to decide
+    end = env.state
+    np.testing.assert_array_equal(fold.angles, end.angles)
+    np.testing.assert_array_equal(fold.base, end.base)
+    assert (fold.word, fold.status.value) == (info["word"], info["status"])
+    assert fold.energy == info["energy"]
+
+
+def test_a_saved_episode_replays_after_loading(tmp_path) -> None:
+    env = TubeFeedEnv(baseline=None)
+    play(env, 7)
+    mf.save_scene(env.to_scene(), tmp_path / "episode.yaml")
+    fold = mf.simulate(mf.load_scene(tmp_path / "episode.yaml"))
+    np.testing.assert_array_equal(fold.angles, env.state.angles)
+
+
+def test_the_exported_scene_holds_what_was_chosen() -> None:
+    env = TubeFeedEnv(randomisation="none", baseline=None)
+    env.reset(seed=0)
+    for pattern, level in [(0, 0), (15, 8), (8, 4), (1, 2), (5, 6), (10, 3)]:
+        env.step(np.array([pattern, level]))
+    scene = env.to_scene()
+    assert scene.sequence == ("NNNN", "SSSS", "SNNN", "NNNS", "NSNS", "SNSN")
+    np.testing.assert_allclose(scene.speeds, env.actions.speeds[[0, 8, 4, 2, 6, 3]])
+    assert scene.feed.loading == "at_mouth"
+
+
+def test_one_seed_gives_one_episode() -> None:
+    first = play(TubeFeedEnv(baseline=None), 3)
+    second = play(TubeFeedEnv(baseline=None), 3)
+    np.testing.assert_array_equal(first[0], second[0])
+    assert first[1:] == second[1:]
+
+
+def test_another_seed_gives_other_physics() -> None:
+    env = TubeFeedEnv(baseline=None, targets=["LRLLL"])
+    frictions = set()
+    for seed in range(3):
+        play(env, seed)
+        frictions.add(env.to_scene().friction)
+    assert len(frictions) == 3
+
+
+def test_fixing_the_target_leaves_the_physics_as_they_were() -> None:
+    env = TubeFeedEnv(baseline=None)
+    words = set()
+    scenes = set()
+    for target in ("LRLLL", "RRRLR", None):
+        *_, info = play(env, 11, target)
+        words.add(info["target"])
+        scenes.add(env.to_scene().model_dump_json())
+    assert {"LRLLL", "RRRLR"} <= words
+    assert len(scenes) == 1
+
+
+def test_every_target_is_drawn() -> None:
+    env = TubeFeedEnv(baseline=None)
+    env.reset(seed=0)
+    drawn = {env.reset()[1]["target"] for _ in range(300)}
+    assert drawn == set(env.targets)
+
+
+def test_observations_do_not_share_memory_with_the_env() -> None:
+    observations, *_ = play(TubeFeedEnv(baseline=None), 0)
+    copies = [observation.copy() for observation in observations]
+    for observation in observations:
+        assert observation.flags.owndata
+    np.testing.assert_array_equal(observations, copies)
+
+
+def test_the_last_observation_is_the_settled_chain() -> None:
+    env = TubeFeedEnv(randomisation="none", baseline=None)
+    observations, *_, info = play(env, 0)
+    assert info["status"] in ("folded", "misfolded")
+    rates = observations[-1][env.layout.slices["rate"]]
+    # At rest: relative rates are zero, or so small that friction holds them.
+    assert np.abs(rates).max() < 1e-2
+
+
+def test_the_reward_is_the_score_above_the_baseline_at_the_end() -> None:
+    env = TubeFeedEnv()
+    for seed in range(3):
+        _, rewards, info = play(env, seed)
+        assert rewards[:-1] == [0.0] * (env.scene.n - 1)
+        assert rewards[-1] == pytest.approx(info["score"] - info["baseline"])
+        assert info["baseline"] == env.baseline_of(info["target"]).score
+        assert not info["baseline_flagged"]
+
+
+def test_without_a_baseline_it_is_zero_and_flagged() -> None:
+    _, rewards, info = play(TubeFeedEnv(baseline=None), 0)
+    assert info["baseline"] == 0.0
+    assert info["baseline_flagged"]
+    assert rewards[-1] == info["score"]
+
+
+@pytest.mark.parametrize("gamma", [1.0, 0.9])
+def test_shaping_changes_the_discounted_return_by_the_first_potential_alone(gamma: float) -> None:
+    env = TubeFeedEnv(shaping=True, gamma=gamma, baseline=None)
+    for seed in range(3):
+        _, rewards, info = play(env, seed)
+        discounted = sum(gamma**k * reward for k, reward in enumerate(rewards))
+        last = gamma ** (len(rewards) - 1) * info["score"]
+        env.reset(seed=seed)
+        first = potential(np.diff(env.state.angles), env.target)
+        assert discounted == pytest.approx(last - first)
+
+
+def test_render_modes() -> None:
+    picture = gymnasium.make(ENV_ID, render_mode="rgb_array", baseline=None)
+    picture.reset(seed=0)
+    picture.step(np.array([3, 4]))
+    image = picture.render()
+    assert isinstance(image, np.ndarray)
+    assert image.dtype == np.uint8
+    assert image.shape[2:] == (3,)
+    assert image.std() > 0
+    text = gymnasium.make(ENV_ID, render_mode="ansi", baseline=None)
+    text.reset(seed=0, options={"target": "LRLLL"})
+    assert "target LRLLL, fed 0 of 6" in str(text.render())

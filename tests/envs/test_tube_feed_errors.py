@@ -1,0 +1,83 @@
+import gymnasium
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.envs.tube_feed import TubeFeedEnv
+
+
+@pytest.mark.parametrize(
+    ("kwargs", "message"),
+    [
+        ({"gamma": 1.5}, "gamma: 1.5 is not allowed; must be between 0 and 1"),
+        ({"baseline": "best"}, "baseline: 'best' is not allowed; must be 'auto' or None"),
+        ({"render_mode": "human"}, "render_mode: 'human' is not allowed; must be None or one of"),
+        ({"randomisation": "wild"}, "randomisation: 'wild' is not allowed; must be one of none"),
+        ({"speeds": 1}, "speeds: 1 is not allowed; must be"),
+        ({"targets": ["SSSSS"]}, "targets: 'SSSSS' is not allowed; must be a fully folded word"),
+        ({"scene": "tube-fed"}, "tube-fed: no such scene"),
+        ({"scene": "missing.yaml"}, "missing.yaml: no such file"),
+        ({"scene": "pendulum-3"}, "scene.mount: 'pinned' is not allowed; must be 'tube'"),
+    ],
+)
+def test_wrong_arguments_are_named(kwargs: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        TubeFeedEnv(**kwargs)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"mount": "free"}, "scene.mount: 'free' is not allowed"),
+        ({"feed": {"loading": "preloaded"}}, "scene.feed.loading: 'preloaded' is not allowed"),
+        ({"magnets": None}, "scene.magnets: None is not allowed"),
+        ({"sequence": ("NSNS",)}, r"scene.sequence: \('NSNS',\) is not allowed"),
+    ],
+)
+def test_scenes_that_cannot_be_fed_one_by_one_are_refused(changes: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        TubeFeedEnv(mf.load_scene("tube-feed").replace(**changes))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"target": "LLLLL"}, r"options\['target'\]: 'LLLLL' is not allowed; must be one of"),
+        ({"target": 3}, r"options\['target'\]: 3 is not allowed; must be one of"),
+        ({"word": "LRLLL"}, "options: 'word' is not allowed; must be 'target'"),
+    ],
+)
+def test_wrong_options_are_named(options: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        TubeFeedEnv(baseline=None).reset(options=options)
+
+
+def test_a_wrong_action_is_named_and_leaves_the_episode_as_it_was() -> None:
+    env = TubeFeedEnv(baseline=None)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"action: .*16.* is not allowed"):
+        env.step(np.array([16, 0]))
+    assert env.next_component == 0
+    env.step(np.array([15, 0]))
+    assert env.next_component == 1
+
+
+def test_stepping_needs_a_running_episode() -> None:
+    env = TubeFeedEnv(baseline=None)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(np.array([0, 0]))
+    env.reset(seed=0)
+    for _ in range(6):
+        env.step(np.array([6, 4]))
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(np.array([0, 0]))
+    with pytest.raises(RuntimeError, match="every component has been fed"):
+        _ = env.next_component
+
+
+def test_half_an_episode_is_not_a_scene() -> None:
+    env = TubeFeedEnv(baseline=None)
+    env.reset(seed=0)
+    env.step(np.array([0, 0]))
+    with pytest.raises(RuntimeError, match="1 of 6 components are set"):
+        env.to_scene()
