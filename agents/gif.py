@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from agents.episodes import Outcome
-from magfold_env.simulate import simulate
 from magfold_env.render import save_gif
+from magfold_env.simulate import simulate
 
 FRAME_RATE = 120.0
 """Recorded frames per simulated second [1/s]."""

@@ -19,11 +19,11 @@ class SettingsError(ValueError):
     """Settings that cannot be used: one line per problem, each naming key, value and remedy."""
 
 
-class _Group(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+class _Group(BaseModel, frozen=True):
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
-class EnvSettings(_Group):
+class EnvSettings(_Group, frozen=True):
     """The environment to train in; see `magfold_env.envs.tube_feed.TubeFeedEnv`."""
 
     scene: str = "tube-feed"
@@ -38,7 +38,7 @@ class EnvSettings(_Group):
     """Whether every step is rewarded with its gain in similarity."""
 
 
-class PPOSettings(_Group):
+class PPOSettings(_Group, frozen=True):
     """Hyper-parameters of Stable-Baselines3's PPO."""
 
     learning_rate: Annotated[float, Field(gt=0)] = 3e-4
@@ -65,7 +65,7 @@ class PPOSettings(_Group):
     """Widths of the hidden layers of policy and value network."""
 
 
-class TrainSettings(_Group):
+class TrainSettings(_Group, frozen=True):
     """One training run."""
 
     name: Annotated[str, Field(pattern=r"^[\w.-]+$")]

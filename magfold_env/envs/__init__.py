@@ -10,4 +10,6 @@ def register_envs() -> None:
     for env_id, entry_point in ENTRY_POINTS.items():
         if env_id not in gymnasium.registry:
             # The horizon is part of the task (one step a component), so no TimeLimit is added.
-            gymnasium.register(id=env_id, entry_point=entry_point)
+            gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
+                id=env_id, entry_point=entry_point
+            )

@@ -73,6 +73,7 @@ def test_the_baseline_is_the_mean_score_at_the_best_speed() -> None:
 
     selection = [mean(speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS]
     assert baseline.speed == CANDIDATE_SPEEDS[int(np.argmax(selection))]
+    assert baseline.speed is not None
     assert baseline.score == mean(baseline.speed, "scoring", SCORING_DRAWS)
 
 
