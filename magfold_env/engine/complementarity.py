@@ -16,6 +16,8 @@ from magfold_env.engine.state import Array, IntArray, Work
 # changes the velocities by as little.
 RIDGE = 1e-11
 ROUNDING = 1e-10
+SWEEPS = 20_000
+CANCELLED = 1e-13
 
 
 @kernel
@@ -55,12 +57,8 @@ def solve_passive(
 
 
 @kernel
-def solve_nonnegative(count: int, work: Work) -> bool:
-    """Find λ with λ ≥ 0, w ≥ 0, λ w = 0; rows marked in ``work.equality`` have w = 0, any λ.
-
-    Active sets after Lawson and Hanson, begun from ``work.passive``, the guess that is nearly
-    always right. Returns whether it converged.
-    """
+def active_sets(count: int, work: Work) -> bool:
+    """Lawson and Hanson's active sets, begun from ``work.passive``."""
     delassus, bias, lam = work.delassus, work.bias, work.multiplier
     passive, trial = work.passive, work.trial
     scale = 0.0
@@ -88,16 +86,19 @@ def solve_nonnegative(count: int, work: Work) -> bool:
                     lam[r] = 0.0
                     passive[r] = 0
             continue
-        worst = -ROUNDING * scale
+        worst = 0.0
         enter = -1
         for r in range(count):
             lam[r] = trial[r]
         for r in range(count):
             if passive[r] == 0:
                 w = bias[r]
+                size = 0.0
                 for c in range(count):
                     w += delassus[r, c] * lam[c]
-                if w < worst:
+                    size += abs(delassus[r, c] * lam[c])
+                # Rows that nearly repeat each other have large λ that cancel.
+                if w < -ROUNDING * scale - CANCELLED * size and w < worst:
                     worst = w
                     enter = r
         if enter < 0:
@@ -107,9 +108,7 @@ def solve_nonnegative(count: int, work: Work) -> bool:
 
 
 @kernel
-def solve_with_friction(
-    rows: int, count: int, work: Work, grip: Array, sweeps: int
-) -> bool:
+def solve_with_friction(rows: int, count: int, work: Work, grip: Array, sweeps: int) -> bool:
     """As `solve_nonnegative`, with friction: rows from ``rows`` on come in threes.
 
     Each three is a friction force in the ball of radius ``grip`` of its component (named in
@@ -128,7 +127,9 @@ def solve_with_friction(
             w = bias[r]
             for c in range(count):
                 w += delassus[r, c] * lam[c]
-            new = max(0.0, lam[r] - w / delassus[r, r])
+            new = lam[r] - w / delassus[r, r]
+            if work.equality[r] == 0:
+                new = max(0.0, new)
             change = max(change, abs(new - lam[r]) * delassus[r, r])
             lam[r] = new
         for r in range(rows, count, 3):
@@ -156,3 +157,19 @@ def solve_with_friction(
         if change <= 1e-11 * scale:
             return True
     return False
+
+
+@kernel
+def solve_nonnegative(count: int, work: Work) -> bool:
+    """Find λ with λ ≥ 0, w ≥ 0, λ w = 0; rows marked in ``work.equality`` have w = 0, any λ.
+
+    Active sets, begun from ``work.passive``, the guess that is nearly always right; if rounding
+    makes them cycle, begun from nothing, and then by relaxation. Returns whether it converged.
+    """
+    if active_sets(count, work):
+        return True
+    for r in range(count):
+        work.passive[r] = 0
+    if active_sets(count, work):
+        return True
+    return solve_with_friction(count, count, work, work.bias, SWEEPS)

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 from magfold_env.engine import chain, contact
-from magfold_env.engine.complementarity import solve_nonnegative
-from magfold_env.engine.dynamics import apply_multipliers, fill_rows, project, rate_of
+from magfold_env.engine.dynamics import fill_rows, project, rate_of
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import EVENTS, LO, Array, Model, State, Work
 
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
 SHUT = 1e-10  # [m/s] rates this small are none
-FARTHEST = 20.0  # a correction may turn a component by this many gaps over the side
 OPENING = 1e-7  # [rad/s] a stop whose joint turns away faster is left
 OK, IMPACT, CROWDED, UNSOLVED = range(4)
 
@@ -25,24 +21,23 @@ def first_joint(lo: int) -> int:
 
 
 @kernel
-def begin_step(model: Model, state: State, work: Work, force: bool) -> int:
+def begin_step(model: Model, state: State, work: Work) -> int:
     """Collect the rows of the coming step; impacts happen here.
 
-    ``force`` shuts whatever touches, also if it is coming apart: the last word on rattling.
     Returns OK, IMPACT (velocities jumped), CROWDED (more contacts than rows) or UNSOLVED.
     """
     work.row_count[:] = 0
     if not model.contact:
         return OK
     lo = state.count[LO]
-    collect_stops(lo, model, state, work, force)
+    collect_stops(lo, model, state, work)
     place_all(lo, model, state.q, work.pose)
     contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
     rows = contact.collect_contacts(lo, model, work, work.row_count[0])
     if rows < 0:
         return CROWDED
     work.row_count[1] = rows
-    closing = force
+    closing = False
     for r in range(work.row_count[0]):
         k = work.row_id[r, 0]
         behind = state.v[k - 1] if k > lo else 0.0
@@ -54,9 +49,7 @@ def begin_step(model: Model, state: State, work: Work, force: bool) -> int:
             closing = closing or rate_of(lo, work, r, state.v) < -SHUT
     result = OK
     if closing:
-        slow = 0.1 * model.tolerance * model.rate_scale * model.side
-        if force:
-            slow = math.inf
+        slow = model.tolerance * model.rate_scale * model.side
         if not project(model, state, state.v, work, slow):
             return UNSOLVED
         state.count[EVENTS] += 1
@@ -69,8 +62,8 @@ def begin_step(model: Model, state: State, work: Work, force: bool) -> int:
 
 
 @kernel
-def collect_stops(lo: int, model: Model, state: State, work: Work, force: bool) -> None:
-    """Rows for the joints at their stops, unless they are on their way out."""
+def collect_stops(lo: int, model: Model, state: State, work: Work) -> None:
+    """Rows for the joints at their stops, but not for those on their way out."""
     row = 0
     for k in range(first_joint(lo), model.n):
         sign = state.lock[k]
@@ -78,7 +71,7 @@ def collect_stops(lo: int, model: Model, state: State, work: Work, force: bool) 
             angle = state.q[k] - state.q[k - 1]
             side = 1 if angle > 0.0 else -1
             behind = state.v[k - 1] if k > lo else 0.0
-            inward = force or (state.v[k] - behind) * side >= 0.0
+            inward = (state.v[k] - behind) * side >= 0.0
             if inward and abs(angle) >= contact.HALF_PI - AT_STOP:
                 sign = side
                 state.lock[k] = sign
@@ -143,43 +136,3 @@ def open_joints(lo: int, model: Model, state: State) -> None:
             if (state.q[k] - state.q[k - 1]) * sign > contact.HALF_PI:
                 state.q[k] = state.q[k - 1] + sign * contact.HALF_PI
     hold_joints(lo, model, state.lock, state.q, state.v)
-
-
-@kernel
-def correct_drift(model: Model, state: State, work: Work) -> bool:
-    """Bring touching corners back to their faces after a step; returns whether any moved.
-
-    One Newton step on the gaps, nearest in the metric of the mass matrix, joints at their stops
-    kept there.
-    """
-    lo = state.count[LO]
-    stops, rows = work.row_count[0], work.row_count[1]
-    if rows == stops:
-        return False
-    touch = contact.TOUCH * model.side
-    place_all(lo, model, state.q, work.pose)
-    prepare(lo, model, state.v, work)
-    drifted = 0.0
-    for r in range(rows):
-        work.bias[r] = 0.0
-        work.equality[r] = 1
-        if r >= stops:
-            gap = contact.contact_gap(work, r)
-            pressed = work.multiplier[r] > 0.0
-            if gap < 0.0 or (pressed and gap > 0.75 * touch):
-                work.bias[r] = gap - 0.25 * touch
-                drifted = max(drifted, abs(work.bias[r]))
-            elif not pressed:
-                work.equality[r] = 0
-    if drifted == 0.0:
-        return False
-    solve_nonnegative(rows, work)
-    work.force[:] = 0.0
-    apply_multipliers(lo, rows, work, work.force)
-    # Rows that nearly repeat each other ask for the impossible; a small gap is better.
-    for k in range(lo, model.n):
-        if abs(work.force[k]) * model.side > FARTHEST * drifted:
-            return False
-    state.q[lo:] += work.force[lo:]
-    hold_joints(lo, model, state.lock, state.q, state.v)
-    return True

@@ -2,13 +2,16 @@
 
 Neighbours meet only at their stops. Components two or three apart cannot overlap while the stops
 between them hold (``tests/engine/test_contact.py`` searches for a counterexample), so pairs
-start at four apart. A pair is separated along the normal of one face of either box; the face
-with the largest distance to the other box is the reference, and the corners of the other box
-within reach of it are the contacts.
+start at four apart.
+
+Boxes have rounded corners: a box is a *core* with sharp corners, widened by a radius. The gap of
+two boxes is the distance of their cores less both radii, and that distance is always one of a
+corner of one core from the other core. A row is such a corner; its normal turns continuously when
+the corner slides off the end of a face, or over another corner.
 
 On the lattice of folded shapes many squares touch exactly where joint stops already hold them.
 Squares therefore collide only when they overlap by `SHRINK` of their side: contacts that repeat
-the stops never act, and neither do corners that meet corners there.
+the stops never act.
 """
 
 from __future__ import annotations
@@ -21,54 +24,56 @@ from magfold_env.engine.state import Array, Model, Pose, Work
 HALF_PI = math.pi / 2.0
 APART = 4
 SHRINK = 1e-4
-TOUCH = 1e-6  # contacts act within this share of the side
+TOUCH = 1e-5  # contacts act within this share of the side
+FAR = 1.0  # [m]
 FACE_C = math.sqrt(0.5)  # a square's first face looks 45° to the left of its heading
 
 
 @kernel
 def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
-    """Squares of components ``first`` on, and the tube's walls as boxes n and n + 1.
+    """Cores of the squares of components ``first`` on, and of the walls as boxes n and n + 1.
 
-    A box has a centre, an axis (c, s) and half sizes along it and across. Face k of a box looks
-    along the axis turned by k right angles: a square's faces are front-left, back-left,
-    back-right, front-right.
+    A box has a centre, an axis (c, s) and half sizes along it and across.
     """
     n = model.n
+    half = 0.5 * (1.0 - SHRINK) * model.side - model.rounding
     for i in range(first, n):
         work.box_x[i] = pose.x[i]
         work.box_y[i] = pose.y[i]
         work.box_c[i] = FACE_C * (pose.cos[i] - pose.sin[i])
         work.box_s[i] = FACE_C * (pose.sin[i] + pose.cos[i])
-        work.box_a[i] = 0.5 * (1.0 - SHRINK) * model.side
-        work.box_b[i] = 0.5 * (1.0 - SHRINK) * model.side
+        work.box_a[i] = half
+        work.box_b[i] = half
     if model.tube:
         length = 2.0 * n * model.bodies.length[0]
+        radius = wall_rounding(model)
         for k in range(2):
             sign = 1.0 - 2.0 * k
             work.box_x[n + k] = -0.5 * length
             work.box_y[n + k] = sign * 0.5 * (model.bore + model.wall)
             work.box_c[n + k] = 1.0
             work.box_s[n + k] = 0.0
-            work.box_a[n + k] = 0.5 * length
-            work.box_b[n + k] = 0.5 * model.wall
+            work.box_a[n + k] = 0.5 * length - radius
+            work.box_b[n + k] = 0.5 * model.wall - radius
 
 
 @inlined
-def face_normal(work: Work, box: int, face: int) -> tuple[float, float, float]:
-    """Outward normal of a face and its distance from the box's centre."""
-    c, s = work.box_c[box], work.box_s[box]
-    if face == 0:
-        return c, s, work.box_a[box]
-    if face == 1:
-        return -s, c, work.box_b[box]
-    if face == 2:
-        return -c, -s, work.box_a[box]
-    return s, -c, work.box_b[box]
+def wall_rounding(model: Model) -> float:
+    """Radius of the wall's edges [m]: as the casings', but never more than the wall allows."""
+    return min(model.rounding, 0.25 * model.wall)
+
+
+@inlined
+def clearance(model: Model, box: int, other: int) -> float:
+    """Sum of two boxes' radii [m]; at most one of them is a wall."""
+    if box < model.n and other < model.n:
+        return 2.0 * model.rounding
+    return model.rounding + wall_rounding(model)
 
 
 @inlined
 def corner(work: Work, box: int, k: int) -> tuple[float, float]:
-    """Corner k of a box relative to its centre [m]."""
+    """Corner k of a box's core relative to its centre [m]."""
     a = work.box_a[box] if k in (0, 3) else -work.box_a[box]
     b = work.box_b[box] if k in (0, 1) else -work.box_b[box]
     c, s = work.box_c[box], work.box_s[box]
@@ -76,35 +81,35 @@ def corner(work: Work, box: int, k: int) -> tuple[float, float]:
 
 
 @inlined
-def face_distance(work: Work, box: int, face: int, other: int) -> float:
-    """Signed distance of the nearest corner of ``other`` from a face's line [m]."""
-    nx, ny, half = face_normal(work, box, face)
-    # The support of a box against −n has a closed form.
-    along = abs(work.box_c[other] * nx + work.box_s[other] * ny)
-    across = abs(work.box_c[other] * ny - work.box_s[other] * nx)
-    centre = (work.box_x[other] - work.box_x[box]) * nx + (
-        work.box_y[other] - work.box_y[box]
-    ) * ny
-    return centre - half - along * work.box_a[other] - across * work.box_b[other]
+def corner_offset(
+    work: Work, box: int, other: int, k: int
+) -> tuple[float, float, bool]:
+    """Corner k of ``other`` from the nearest point of the core of ``box``, in the box's frame [m].
 
-
-@kernel
-def separation(work: Work, i: int, j: int) -> tuple[float, int, int]:
-    """Largest face distance of two boxes [m], and the reference box and face that have it.
-
-    Positive exactly when the boxes do not touch.
+    And whether that point is a corner. Zero if the corner is inside.
     """
-    best = -1e300
-    box, face = i, 0
-    for f in range(4):
-        d = face_distance(work, i, f, j)
-        if d > best:
-            best, box, face = d, i, f
-    for f in range(4):
-        d = face_distance(work, j, f, i)
-        if d > best:
-            best, box, face = d, j, f
-    return best, box, face
+    px, py = corner(work, other, k)
+    x = work.box_x[other] + px - work.box_x[box]
+    y = work.box_y[other] + py - work.box_y[box]
+    c, s = work.box_c[box], work.box_s[box]
+    along, across = c * x + s * y, c * y - s * x
+    a, b = work.box_a[box], work.box_b[box]
+    dx = along - min(max(along, -a), a)
+    dy = across - min(max(across, -b), b)
+    return dx, dy, dx != 0.0 and dy != 0.0
+
+
+@inlined
+def corner_gap(model: Model, work: Work, box: int, other: int, k: int) -> float:
+    """Gap between corner k of ``other`` and ``box`` [m].
+
+    Two corners that face each other are one contact, not two: seen from the second box they are
+    far apart.
+    """
+    dx, dy, round_corner = corner_offset(work, box, other, k)
+    if round_corner and box > other:
+        return FAR
+    return math.sqrt(dx * dx + dy * dy) - clearance(model, box, other)
 
 
 @inlined
@@ -136,21 +141,8 @@ def next_partner(model: Model, lo: int, i: int, j: int) -> int:
 
 
 @kernel
-def deepest(lo: int, model: Model, work: Work) -> float:
-    """Smallest separation of any pair that may touch [m]; a large number if there is none."""
-    worst = 1.0
-    for i in range(max(lo - 1, 0), model.n):
-        j = next_partner(model, lo, i, i)
-        while j < model.n + 2:
-            if may_touch(model, work, i, j):
-                worst = min(worst, separation(work, i, j)[0])
-            j = next_partner(model, lo, i, j)
-    return worst
-
-
-@kernel
 def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
-    """Append a row [reference box, face, other box, corner] for every touching corner.
+    """Append a row [box, other box, corner of the other] for every touching corner.
 
     Returns the number of rows, −1 if there is no room for them.
     """
@@ -159,36 +151,17 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
         j = next_partner(model, lo, i, i)
         while j < model.n + 2:
             if may_touch(model, work, i, j):
-                gap, box, face = separation(work, i, j)
-                if gap < touch:
-                    other = i + j - box
-                    nx, ny, half = face_normal(work, box, face)
-                    dx = work.box_x[other] - work.box_x[box]
-                    dy = work.box_y[other] - work.box_y[box]
-                    for k in range(4):
-                        px, py = corner(work, other, k)
-                        if (dx + px) * nx + (dy + py) * ny - half < touch:
-                            if row >= work.bias.size:
-                                return -1
-                            work.row_id[row, 0] = box
-                            work.row_id[row, 1] = face
-                            work.row_id[row, 2] = other
-                            work.row_id[row, 3] = k
-                            row += 1
+                for c in range(8):
+                    box, other = (i, j) if c < 4 else (j, i)
+                    if corner_gap(model, work, box, other, c % 4) < touch:
+                        if row >= work.bias.size:
+                            return -1
+                        work.row_id[row, 0] = box
+                        work.row_id[row, 1] = other
+                        work.row_id[row, 2] = c % 4
+                        row += 1
             j = next_partner(model, lo, i, j)
     return row
-
-
-@kernel
-def contact_gap(work: Work, r: int) -> float:
-    """Distance of contact row r's corner from its face [m]."""
-    box, face = work.row_id[r, 0], work.row_id[r, 1]
-    other, k = work.row_id[r, 2], work.row_id[r, 3]
-    nx, ny, half = face_normal(work, box, face)
-    px, py = corner(work, other, k)
-    dx = work.box_x[other] - work.box_x[box]
-    dy = work.box_y[other] - work.box_y[box]
-    return (dx + px) * nx + (dy + py) * ny - half
 
 
 @inlined
@@ -214,27 +187,27 @@ def add_point(
 
 
 @kernel
-def contact_row(
-    lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array
-) -> None:
+def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array) -> None:
     """Fill Jacobian and bias of contact row r.
 
-    The gap is g = n·(p − c) − half with n and c of the reference box and p the other's corner;
-    the bias is what of g̈ is left when all accelerations are zero. Needs `place_boxes`, and
-    `centripetal` accelerations in ``work.ax``, ``work.ay``.
+    The bias is what of the gap's second derivative is left when all accelerations are zero. Needs
+    `place_boxes`, and `centripetal` accelerations in ``work.ax``, ``work.ay``.
     """
     n = model.n
-    box, face = work.row_id[r, 0], work.row_id[r, 1]
-    other, k = work.row_id[r, 2], work.row_id[r, 3]
-    nx, ny, _ = face_normal(work, box, face)
+    box, other, k = work.row_id[r, 0], work.row_id[r, 1], work.row_id[r, 2]
+    dx, dy, round_corner = corner_offset(work, box, other, k)
+    distance = max(math.sqrt(dx * dx + dy * dy), 1e-300)
+    c, s = work.box_c[box], work.box_s[box]
+    nx = (c * dx - s * dy) / distance
+    ny = (s * dx + c * dy) / distance
     ox, oy = corner(work, other, k)
     px, py = work.box_x[other] + ox, work.box_y[other] + oy
     row = work.jacobian[r]
     row[:] = 0.0
     add_point(lo, model, pose, row, other, px, py, nx, ny)
-    # The same point taken as part of the reference box: together the exact rate of g.
+    # The same point taken as part of the box: the gap's rate is the point's, seen from the box.
     add_point(lo, model, pose, row, box, px, py, -nx, -ny)
-    # g̈ = −ω² n·x + 2 ω n⊥·ẋ + n·(p̈ − c̈), x = p − c.
+    # n·ẍ seen from the box, x = p − c, with ω̇ = 0: n·(p̈ − c̈) + 2 ω n⊥·ẋ − ω² n·x.
     x, y = px - work.box_x[box], py - work.box_y[box]
     vx, vy, ax, ay = 0.0, 0.0, 0.0, 0.0
     w = 0.0
@@ -256,9 +229,12 @@ def contact_row(
         else:
             vx -= v[n]
             vy -= v[n + 1]
-    work.bias[r] = (
-        -w * w * (nx * x + ny * y) + 2.0 * w * (nx * vy - ny * vx) + nx * ax + ny * ay
-    )
+    bias = nx * ax + ny * ay + 2.0 * w * (nx * vy - ny * vx) - w * w * (nx * x + ny * y)
+    if round_corner:
+        # Around a corner the normal turns with the point.
+        slip = nx * (vy - w * x) - ny * (vx + w * y)
+        bias += slip * slip / distance
+    work.bias[r] = bias
 
 
 @kernel

@@ -10,12 +10,11 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine import chain, contact, friction, magnets
-from magfold_env.engine.complementarity import solve_nonnegative, solve_with_friction
+from magfold_env.engine.complementarity import SWEEPS, solve_nonnegative, solve_with_friction
 from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
 
-SWEEPS = 20_000
 HELD = 1e-6  # share of µ g: a component that accelerates less is held
 
 

@@ -6,7 +6,7 @@ from magfold_env.engine import chain, contact
 from magfold_env.engine.constraints import first_joint
 from magfold_env.engine.dormand_prince import DENSE, STAGES
 from magfold_env.engine.feed import place_all
-from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import LO, Array, Model, State, Work
 
 STALLED = -1.0
@@ -27,22 +27,11 @@ def interpolate(y: Array, slopes: Array, step: float, fraction: float, out: Arra
             out[k] += w * slopes[s, k]
 
 
-@inlined
-def in_contact(work: Work, i: int, j: int) -> bool:
-    """Whether the pair already has a row in this step."""
-    for r in range(work.row_count[0], work.row_count[1]):
-        a, b = work.row_id[r, 0], work.row_id[r, 2]
-        if (a == i and b == j) or (a == j and b == i):
-            return True
-    return False
-
-
 @kernel
 def margin(model: Model, state: State, q: Array, work: Work) -> float:
     """How far the coordinates are from a new touch, as a share of the side or in radians.
 
-    Negative means that something touched before; pairs and joints in touch do not count, but the
-    other corners of a touching pair do.
+    Negative means that something touched before. Joints at their stops do not count.
     """
     lo = state.count[LO]
     worst = 1.0
@@ -57,33 +46,11 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
         j = contact.next_partner(model, lo, i, i)
         while j < model.n + 2:
             if contact.may_touch(model, work, i, j):
-                if in_contact(work, i, j):
-                    gap = other_corners(work, i, j)
-                else:
-                    gap = contact.separation(work, i, j)[0]
-                worst = min(worst, gap / model.side + 0.5 * contact.TOUCH)
+                for c in range(8):
+                    box, other = (i, j) if c < 4 else (j, i)
+                    gap = contact.corner_gap(model, work, box, other, c % 4)
+                    worst = min(worst, gap / model.side)
             j = contact.next_partner(model, lo, i, j)
-    return worst
-
-
-@kernel
-def other_corners(work: Work, i: int, j: int) -> float:
-    """Smallest distance, from the reference face, of a touching pair's corners without rows [m]."""
-    worst = 1.0
-    box, face, other = -1, 0, 0
-    taken = 0
-    for r in range(work.row_count[0], work.row_count[1]):
-        a, b = work.row_id[r, 0], work.row_id[r, 2]
-        if (a == i and b == j) or (a == j and b == i):
-            box, face, other = a, work.row_id[r, 1], b
-            taken |= 1 << work.row_id[r, 3]
-    nx, ny, half = contact.face_normal(work, box, face)
-    dx = work.box_x[other] - work.box_x[box]
-    dy = work.box_y[other] - work.box_y[box]
-    for k in range(4):
-        if taken & (1 << k) == 0:
-            px, py = contact.corner(work, other, k)
-            worst = min(worst, (dx + px) * nx + (dy + py) * ny - half)
     return worst
 
 
@@ -91,7 +58,7 @@ def other_corners(work: Work, i: int, j: int) -> float:
 def first_touch(model: Model, state: State, step: float, work: Work) -> float:
     """Fraction of the step at which something new touches; 1 if nothing does.
 
-    `STALLED` if something touches within half a step of parting: the step is too long to tell.
+    `STALLED` if something touches that hardly parted: a matter for `moreau_step`.
 
     Bracketed at the ends and the middle of the step, then located by the Illinois method on the
     dense output, which costs no forces.
@@ -108,8 +75,8 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
         low, at_low = high, at_high
     if at_high >= 0.0:
         return 1.0
-    if at_low <= 0.0:
-        return STALLED
+    if at_low < NEAR_ENOUGH:
+        return STALLED if low == 0.0 else low
     left = at_low
     kept = 0
     for _ in range(60):

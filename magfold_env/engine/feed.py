@@ -11,7 +11,7 @@ import math
 
 from magfold_env.engine import chain
 from magfold_env.engine.jit import inlined, kernel
-from magfold_env.engine.state import LO, Array, Model, Pose, State, Work
+from magfold_env.engine.state import FRESH, LO, Array, Model, Pose, State, Work
 
 
 @inlined
@@ -78,6 +78,7 @@ def release(model: Model, state: State) -> None:
     state.lock[i] = 0
     state.stuck[i] = 0
     state.count[LO] = i
+    state.count[FRESH] = 1
 
 
 @kernel
@@ -88,6 +89,7 @@ def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
     """
     lo, n = state.count[LO], model.n
     jump = speed - state.v[n]
+    state.count[FRESH] = 1
     state.v[n] = speed
     if lo == n or jump == 0.0:
         return

@@ -2,7 +2,9 @@
 
 Between events the accelerations are smooth and Dormand and Prince's 5(4) pair takes steps whose
 error it controls. A step ends where something new touches; there the impact is a projection of
-the velocities and integration starts afresh, at full order.
+the velocities and integration starts afresh, at full order. Joints at their stops are linear
+constraints, which the pair keeps exactly. While squares touch each other or the tube, or stops
+rattle, Moreau's time-stepping takes over: of first order, but it needs no events.
 """
 
 from __future__ import annotations
@@ -15,7 +17,6 @@ from magfold_env.engine.constraints import (
     OK,
     UNSOLVED,
     begin_step,
-    correct_drift,
     first_joint,
     open_joints,
 )
@@ -24,16 +25,29 @@ from magfold_env.engine.dynamics import accelerations, first_accelerations
 from magfold_env.engine.events import STALLED, first_touch, interpolate
 from magfold_env.engine.feed import is_free
 from magfold_env.engine.jit import kernel
+from magfold_env.engine.moreau import moreau_step
+from magfold_env.engine.outcomes import ACCEPTED, BROKEN, RATTLED, TOO_SHORT, TOUCHED
 from magfold_env.engine.recorder import has_room, record_rest, record_step
 from magfold_env.engine.rest import is_at_rest, stop_slow
-from magfold_env.engine.state import LO, STEP, STEPS, TIME, Model, Record, State, Work
+from magfold_env.engine.state import (
+    FRESH,
+    LO,
+    STEP,
+    STEPS,
+    TIME,
+    TOUCHY,
+    Model,
+    Record,
+    State,
+    Work,
+)
 
 # What `advance` returns.
 REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, FULL = range(8)
 
 LONGEST_STEP = 0.05  # [s]
 SHORTEST_STEP = 1e-13  # [s]
-RATTLE_STEP = 1e-8  # [s] touches that part for less are shut
+PATIENCE = 8  # Moreau steps after the last contact or rattle
 
 
 @kernel
@@ -44,21 +58,20 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
     chain at rest relative to it is moved on to ``until`` at once.
     """
     lo, n = state.count[LO], model.n
-    fresh = True
-    force = False
     while state.clock[TIME] < until:
         if state.count[STEPS] >= model.max_steps:
             return CAPPED
         if not has_room(record, state, LONGEST_STEP):
             return FULL
-        begun = begin_step(model, state, work, force)
-        force = False
+        begun = begin_step(model, state, work)
         if begun == CROWDED:
             return TOO_CROWDED
         if begun == UNSOLVED:
             return NO_SOLUTION
-        touching = work.row_count[1] > work.row_count[0]
-        if fresh or begun != OK or touching or resting(lo, state):
+        if work.row_count[1] > work.row_count[0]:
+            state.count[TOUCHY] = PATIENCE
+        touchy = state.count[TOUCHY] > 0
+        if state.count[FRESH] == 1 or begun != OK or touchy or resting(lo, state):
             if not first_accelerations(model, state, work, work.slope_v[0]):
                 return NO_SOLUTION
         if model.frictional:
@@ -72,20 +85,19 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
             state.q[n] += state.v[n] * (until - state.clock[TIME])
             state.clock[TIME] = until
             return REACHED
-        outcome = step(model, state, work, record, until)
-        if outcome == ACCEPTED:
-            fresh = False
-        elif outcome == TOUCHED:
-            fresh = True
-        elif outcome == RATTLED:
-            fresh = True
-            force = True
+        if touchy:
+            outcome = moreau_step(model, state, work, record, until)
+            state.count[TOUCHY] -= 1
         else:
-            return UNDERFLOW if outcome == TOO_SHORT else NOT_FINITE
+            outcome = step(model, state, work, record, until)
+        state.count[FRESH] = 0 if outcome == ACCEPTED else 1
+        if outcome == RATTLED:
+            state.count[TOUCHY] = PATIENCE
+        elif outcome == TOO_SHORT:
+            return UNDERFLOW
+        elif outcome == BROKEN:
+            return NOT_FINITE
     return REACHED
-
-
-ACCEPTED, TOUCHED, RATTLED, TOO_SHORT, BROKEN = range(5)
 
 
 @kernel
@@ -125,10 +137,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
             continue
         fraction = first_touch(model, state, h, work) if model.contact else 1.0
         if fraction == STALLED:
-            if h < RATTLE_STEP:
-                return RATTLED
-            state.clock[STEP] = 0.25 * h
-            continue
+            return RATTLED
         break
     growth = 5.0 if error < 1e-4 else min(5.0, 0.9 * error ** (-1.0 / dp.ORDER))
     # A step cut short by an event or by the time limit says nothing against a longer one.
@@ -142,8 +151,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     state.clock[TIME] = until if last and fraction == 1.0 else state.clock[TIME] + fraction * h
     settle_held(lo, model, state, work)
     open_joints(lo, model, state)
-    corrected = correct_drift(model, state, work)
-    if fraction < 1.0 or corrected:
+    if fraction < 1.0:
         return TOUCHED
     # First same as last: the seventh stage is the next step's first.
     work.slope_v[0, :] = work.slope_v[6, :]

@@ -52,6 +52,7 @@ def pack(scene: Scene) -> Model:
         charge=charges(scene),
         magnetic=scene.magnets is not None,
         side=casing.side,
+        rounding=casing.corner_radius,
         grip=scene.friction * scene.gravity.normal * mass,
         arm=FRICTION_ARM * casing.side,
         frictional=scene.friction > 0.0 and scene.gravity.normal > 0.0,

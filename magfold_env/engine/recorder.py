@@ -51,3 +51,20 @@ def record_rest(record: Record, model: Model, state: State, until: float) -> boo
         state.count[FRAMES] = f + 1
         state.clock[FRAME_TIME] += record.interval
     return True
+
+
+@kernel
+def record_line(record: Record, state: State, work: Work, step: float) -> None:
+    """Take the frames of a step of constant velocity, whose end is in ``work.new_q``, ``new_v``."""
+    if record.interval <= 0.0:
+        return
+    begin = state.clock[TIME]
+    while state.clock[FRAME_TIME] <= begin + step:
+        f = state.count[FRAMES]
+        share = (state.clock[FRAME_TIME] - begin) / step
+        record.q[f, :] = state.q + share * (work.new_q - state.q)
+        record.v[f, :] = work.new_v
+        record.time[f] = state.clock[FRAME_TIME]
+        record.lo[f] = state.count[LO]
+        state.count[FRAMES] = f + 1
+        state.clock[FRAME_TIME] += record.interval

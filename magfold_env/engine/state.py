@@ -68,6 +68,7 @@ class Model(NamedTuple):
     charge: Array  # signed charge of each outer pole face, (n, 4) [A·m]; 0 is no magnet
     magnetic: bool
     side: float  # of the casing [m]
+    rounding: float  # radius of its corners [m]
     grip: Array  # largest friction force µ m g of a released component, (n,) [N]
     arm: float  # c of the friction ellipsoid (vx, vy, c·ω) [m]
     frictional: bool
@@ -86,19 +87,20 @@ class Model(NamedTuple):
 class State(NamedTuple):
     """The moving part; every array is updated in place.
 
-    Entries of ``count``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`; of ``clock``: `TIME`,
-    `STEP`, `FRAME_TIME`.
+    Entries of ``count``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`, `FRESH` (1:
+    the accelerations must be found anew), `TOUCHY` (steps
+    still to be taken by Moreau's scheme); of ``clock``: `TIME`, `STEP`, `FRAME_TIME`.
     """
 
     q: Array  # headings, then the base, (n + 2,) [rad, m]
     v: Array  # their rates, (n + 2,) [rad/s, m/s]
     lock: IntArray  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not; (n,)
     stuck: IntArray  # 1: held by friction; (n,)
-    count: IntArray  # (5,)
+    count: IntArray  # (7,)
     clock: Array  # (3,) [s]
 
 
-LO, STEPS, EVALUATIONS, EVENTS, FRAMES = range(5)
+LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, TOUCHY = range(7)
 TIME, STEP, FRAME_TIME = range(3)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from magfold_env.engine.dormand_prince import STAGES
-from magfold_env.engine.state import STEP, Array, IntArray, Model, Pose, Record, State, Work
+from magfold_env.engine.state import FRESH, LO, STEP, Array, IntArray, Model, Pose, Record, State, Work
 
 # Constraints are solved densely; longer chains must do without contact and friction.
 MOST_CONSTRAINED = 500
@@ -21,8 +21,9 @@ def new_state(model: Model, angles: Array) -> State:
     q[:n] = angles
     clock = np.zeros(3)
     clock[STEP] = 0.1 / model.rate_scale
-    count: IntArray = np.zeros(5, dtype=np.int64)
-    count[0] = n if model.tube else 0
+    count: IntArray = np.zeros(7, dtype=np.int64)
+    count[LO] = n if model.tube else 0
+    count[FRESH] = 1
     return State(
         q=q,
         v=np.zeros(n + 2),
