@@ -109,6 +109,7 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
     lo = state.count[LO]
     state.count[EVALUATIONS] += 1
     smooth_accelerations(lo, model, q, v, work, out)
+    work.smooth[:] = out
     if work.row_count[2] == 0:
         return True
     fill_rows(lo, model, v, work)

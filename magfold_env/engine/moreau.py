@@ -1,9 +1,9 @@
 """Moreau's time-stepping, for phases in which squares touch or stops rattle.
 
-One step: the accelerations of the begin, with the constraints that act then, give a trial
-velocity; the velocity of the step is the one nearest to it, in the metric of the mass matrix,
-that lets no gap, old or new, become negative by the end. Impacts, simultaneous ones too, take
-place inside steps, and nothing has to be located.
+One step: the smooth accelerations of its begin give a trial velocity; the velocity of the step is
+the one nearest to it, in the metric of the mass matrix, that lets no gap become negative by the
+end and leaves at rest what friction holds. Impacts, simultaneous ones too, take place inside
+steps, and nothing has to be located.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from magfold_env.engine import contact
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.constraints import first_joint, hold_joints, open_joints
 from magfold_env.engine.dynamics import apply_multipliers, rate_of, respond
+from magfold_env.engine.friction import friction_rows
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.outcomes import BROKEN, TOO_SHORT, TOUCHED
 from magfold_env.engine.recorder import record_line
@@ -27,7 +28,7 @@ PUSH_OUT = 0.2  # share of an overlap that one step takes back
 
 @kernel
 def moreau_step(model: Model, state: State, work: Work, record: Record, until: float) -> int:
-    """Take one step from the state, whose accelerations are in ``work.slope_v[0]``.
+    """Take one step from the state, whose smooth accelerations are in ``work.smooth``.
 
     Its length is halved, at no cost in forces, until the velocity changes little, but not below
     what an impact, which changes it at once, would ask for.
@@ -77,20 +78,26 @@ def velocity_after(model: Model, state: State, work: Work, h: float) -> bool:
     v = work.new_v
     v[:] = state.v
     for k in range(lo, n + 2):
-        v[k] += h * work.slope_v[0, k]
+        v[k] += h * work.smooth[k]
     rows = collect_within(lo, model, state, work, v, h)
     if rows < 0:
         return False
     work.row_count[2] = 0
-    if rows == 0:
-        return True
-    respond(lo, model, work, 0, rows)
-    for r in range(rows):
-        work.bias[r] += rate_of(lo, work, r, v)
-        work.equality[r] = 0
+    count = rows
+    for i in range(lo, n):
+        if state.stuck[i] == 1:
+            if count + 3 > work.bias.size:
+                return False
+            friction_rows(lo, model, work.pose, work, count, i)
+            count += 3
+    respond(lo, model, work, 0, count)
+    for r in range(count):
+        gap = work.bias[r] if r < rows else 0.0
+        work.bias[r] = gap + rate_of(lo, work, r, v)
+        work.equality[r] = 0 if r < rows else 1
         work.passive[r] = 1
-    solved = solve_nonnegative(rows, work)
-    apply_multipliers(lo, rows, work, v)
+    solved = solve_nonnegative(count, work)
+    apply_multipliers(lo, count, work, v)
     return solved
 
 

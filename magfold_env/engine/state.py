@@ -134,6 +134,7 @@ class Work(NamedTuple):
     ay: Array
     art: Array  # (n, 6) articulated inertias
     force: Array  # (n + 2,)
+    smooth: Array  # (n + 2,) accelerations before constraints
     stage_q: Array  # (n + 2,)
     stage_v: Array
     new_q: Array

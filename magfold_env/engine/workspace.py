@@ -68,6 +68,7 @@ def new_work(model: Model) -> Work:
         ay=floats(n),
         art=floats(n, 6),
         force=floats(n + 2),
+        smooth=floats(n + 2),
         stage_q=floats(n + 2),
         stage_v=floats(n + 2),
         new_q=floats(n + 2),
