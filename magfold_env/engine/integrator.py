@@ -26,7 +26,21 @@ from magfold_env.engine.events import STALLED, first_touch, interpolate
 from magfold_env.engine.feed import is_free
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.moreau import moreau_step
-from magfold_env.engine.outcomes import ACCEPTED, BROKEN, RATTLED, TOO_SHORT, TOUCHED
+from magfold_env.engine.outcomes import (
+    ACCEPTED,
+    BROKEN,
+    CAPPED,
+    FULL,
+    NO_SOLUTION,
+    NOT_FINITE,
+    RATTLED,
+    REACHED,
+    RESTED,
+    TOO_CROWDED,
+    TOO_SHORT,
+    TOUCHED,
+    UNDERFLOW,
+)
 from magfold_env.engine.recorder import has_room, record_rest, record_step
 from magfold_env.engine.rest import is_at_rest, stop_slow
 from magfold_env.engine.state import (
@@ -41,9 +55,6 @@ from magfold_env.engine.state import (
     State,
     Work,
 )
-
-# What `advance` returns.
-REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, FULL = range(8)
 
 LONGEST_STEP = 0.05  # [s]
 SHORTEST_STEP = 1e-13  # [s]

@@ -1,3 +1,7 @@
-"""How a single step can end."""
+"""How a step, and an integration, can end."""
 
+# One step.
 ACCEPTED, TOUCHED, RATTLED, TOO_SHORT, BROKEN = range(5)
+
+# An integration.
+REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, FULL = range(8)

@@ -68,3 +68,20 @@ def record_line(record: Record, state: State, work: Work, step: float) -> None:
         record.lo[f] = state.count[LO]
         state.count[FRAMES] = f + 1
         state.clock[FRAME_TIME] += record.interval
+
+
+@kernel
+def record_instant(record: Record, state: State) -> bool:
+    """Take a frame of the state if one is due; False if it does not fit."""
+    if record.interval <= 0.0 or state.clock[TIME] < state.clock[FRAME_TIME]:
+        return True
+    f = state.count[FRAMES]
+    if f >= record.time.size:
+        return False
+    record.q[f, :] = state.q
+    record.v[f, :] = state.v
+    record.time[f] = state.clock[TIME]
+    record.lo[f] = state.count[LO]
+    state.count[FRAMES] = f + 1
+    state.clock[FRAME_TIME] += record.interval
+    return True

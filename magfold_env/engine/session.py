@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.engine import chain, feed, integrator, magnets
+from magfold_env.engine import chain, feed, integrator, magnets, outcomes, paper, recorder
 from magfold_env.engine.pack import face_charges, pack, reversed_inside
 from magfold_env.engine.state import (
     EVALUATIONS,
@@ -263,22 +263,27 @@ class Session:
         """Integrate; returns whether the time was reached rather than an end."""
         model, state = self._model, self._state
         while True:
-            outcome = integrator.advance(model, state, self._work, self._record, until)
-            if outcome != integrator.FULL:
+            if self._scene.solver.method == "paper":
+                outcome = paper.paper_advance(
+                    model, state, self._work, self._record, until, self._scene.solver.time_step
+                )
+            else:
+                outcome = integrator.advance(model, state, self._work, self._record, until)
+            if outcome != outcomes.FULL:
                 break
             self._empty_record()
-        if outcome == integrator.REACHED:
+        if outcome == outcomes.REACHED:
             return True
         at = f"at t = {self.time:.6g} s"
-        if outcome == integrator.RESTED:
+        if outcome == outcomes.RESTED:
             self._rest()
-        elif outcome == integrator.CAPPED:
+        elif outcome == outcomes.CAPPED:
             self._end(FoldStatus.UNSETTLED, f"stopped {at}: {self.steps} steps are the limit")
-        elif outcome == integrator.UNDERFLOW:
+        elif outcome == outcomes.UNDERFLOW:
             self._end(FoldStatus.FAILED, f"step size underflow {at}: tolerance out of reach")
-        elif outcome == integrator.TOO_CROWDED:
+        elif outcome == outcomes.TOO_CROWDED:
             self._end(FoldStatus.FAILED, f"more contacts than there is room for {at}")
-        elif outcome == integrator.NO_SOLUTION:
+        elif outcome == outcomes.NO_SOLUTION:
             self._end(FoldStatus.FAILED, f"contact and friction forces not found {at}")
         else:
             self._end(FoldStatus.FAILED, f"accelerations are not finite {at}")
@@ -300,7 +305,7 @@ class Session:
         self._message = message
 
     def _record_straight(self, until: float) -> None:
-        while not integrator.record_rest(self._record, self._model, self._state, until):
+        while not recorder.record_rest(self._record, self._model, self._state, until):
             self._empty_record()
 
     def _empty_record(self) -> None:
