@@ -44,6 +44,7 @@ from magfold_env.engine.outcomes import (
 from magfold_env.engine.recorder import has_room, record_rest, record_step
 from magfold_env.engine.rest import is_at_rest, stop_slow
 from magfold_env.engine.state import (
+    BRAKE,
     FRESH,
     LO,
     STEP,
@@ -130,6 +131,8 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
         h = min(state.clock[STEP], remaining)
         if model.contact:
             h = min(h, 1.2 * time_to_stop(lo, model, state, work))
+        if model.frictional:
+            h = min(h, max(state.clock[BRAKE], 1e-7))
         last = h >= remaining
         if h < SHORTEST_STEP and not last:
             return TOO_SHORT

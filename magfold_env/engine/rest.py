@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import math
+
 from magfold_env.engine import chain, friction
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.constraints import first_joint, prepare
 from magfold_env.engine.dynamics import apply_multipliers, first_accelerations, rate_of, respond
 from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.jit import kernel
-from magfold_env.engine.state import LO, Array, Model, State, Work
+from magfold_env.engine.state import BRAKE, LO, Array, Model, State, Work
+
+# Shares of tolerance times side that a component may still slide by: to be put to rest, and to
+# have its stopping watched.
+STOPPED = 0.01
+BRAKING = 25.0
 
 
 @kernel
@@ -17,7 +24,8 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
 
     A component that slows down and would slide on by less than a hundredth of the tolerance is
     put to rest, by the impulse nearest in the metric of the mass matrix, and stays if friction
-    can hold it. ``out`` holds the accelerations of the state, before and after.
+    can hold it. ``out`` holds the accelerations of the state, before and after. Steps must not
+    jump over the moment when a component stops: ``state.clock[BRAKE]`` bounds the next one.
     """
     lo, n = state.count[LO], model.n
     candidates = 0
@@ -27,19 +35,24 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     chain.centre_velocities(lo, model.bodies, work.pose, out, work.fx, work.fy)
     rows = work.row_count[1]
     count = rows
+    state.clock[BRAKE] = math.inf
     for i in range(lo, n):
         s = friction.speed(model, work, state.v, i)
         slide = s * s * model.bodies.mass[i] / (2.0 * max(model.grip[i], 1e-300))
-        if slide < 0.01 * model.tolerance * model.side:
-            slowing = (
-                work.vx[i] * (work.fx[i] + work.ax[i])
-                + work.vy[i] * (work.fy[i] + work.ay[i])
-                + model.arm * model.arm * state.v[i] * out[i]
-            )
-            if s <= friction.AT_REST or slowing < 0.0:
-                work.row_id[count, 0] = i
-                count += 3
-                candidates += int(s > friction.AT_REST)
+        if slide > BRAKING * model.tolerance * model.side:
+            continue
+        slowing = (
+            work.vx[i] * (work.fx[i] + work.ax[i])
+            + work.vy[i] * (work.fy[i] + work.ay[i])
+            + model.arm * model.arm * state.v[i] * out[i]
+        )
+        moves = s > friction.AT_REST
+        if moves and slowing < 0.0:
+            state.clock[BRAKE] = min(state.clock[BRAKE], -0.9 * s * s / slowing)
+        if slide < STOPPED * model.tolerance * model.side and (slowing < 0.0 or not moves):
+            work.row_id[count, 0] = i
+            count += 3
+            candidates += int(moves)
     if candidates == 0:
         return False
     work.stage_v[:] = state.v

@@ -89,7 +89,8 @@ class State(NamedTuple):
 
     Entries of ``count``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`, `FRESH` (1:
     the accelerations must be found anew), `TOUCHY` (steps
-    still to be taken by Moreau's scheme); of ``clock``: `TIME`, `STEP`, `FRAME_TIME`.
+    still to be taken by Moreau's scheme); of ``clock``: `TIME`, `STEP`, `FRAME_TIME`,
+    `BRAKE` (how long the next step may be before a component stops).
     """
 
     q: Array  # headings, then the base, (n + 2,) [rad, m]
@@ -97,11 +98,11 @@ class State(NamedTuple):
     lock: IntArray  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not; (n,)
     stuck: IntArray  # 1: held by friction; (n,)
     count: IntArray  # (7,)
-    clock: Array  # (3,) [s]
+    clock: Array  # (4,) [s]
 
 
 LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, TOUCHY = range(7)
-TIME, STEP, FRAME_TIME = range(3)
+TIME, STEP, FRAME_TIME, BRAKE = range(4)
 
 
 class Record(NamedTuple):

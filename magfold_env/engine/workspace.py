@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from magfold_env.engine.dormand_prince import STAGES
-from magfold_env.engine.state import FRESH, LO, STEP, Array, IntArray, Model, Pose, Record, State, Work
+from magfold_env.engine.state import BRAKE, FRESH, LO, STEP, Array, IntArray, Model, Pose, Record, State, Work
 
 # Constraints are solved densely; longer chains must do without contact and friction.
 MOST_CONSTRAINED = 500
@@ -19,7 +21,8 @@ def new_state(model: Model, angles: Array) -> State:
     n = model.n
     q = np.zeros(n + 2)
     q[:n] = angles
-    clock = np.zeros(3)
+    clock = np.zeros(4)
+    clock[BRAKE] = math.inf
     clock[STEP] = 0.1 / model.rate_scale
     count: IntArray = np.zeros(7, dtype=np.int64)
     count[LO] = n if model.tube else 0
