@@ -218,13 +218,14 @@ def step_error(lo: int, model: Model, state: State, work: Work, h: float) -> flo
         scale = 1.0 if k < n else model.bodies.length[0]
         rate = model.rate_scale * scale
         eq = abs(h * eq) / (LOCAL * model.tolerance * scale)
-        ev = abs(h * ev) / (LOCAL * model.tolerance * max(rate, abs(work.new_v[k])))
+        ev = abs(h * ev) / (LOCAL * model.tolerance * max(SLOW * rate, abs(work.new_v[k])))
         finite = finite and math.isfinite(eq) and math.isfinite(ev)
         worst = max(worst, eq, ev)
     return worst if finite else math.nan
 
 
 LOCAL = 0.1  # share of the tolerance that one step may use up
+SLOW = 0.3  # share of a typical rate below which rates are judged by it
 
 
 @kernel

@@ -13,8 +13,9 @@ from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import BRAKE, LO, Array, Model, State, Work
 
 # Shares of tolerance times side that a component may still slide by: to be put to rest, and to
-# have its stopping watched.
+# have its stopping watched; and to turn back from rest.
 STOPPED = 0.01
+TURNING = 1e-4
 BRAKING = 25.0
 
 
@@ -24,7 +25,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
 
     A component that slows down and would slide on by less than a hundredth of the tolerance is
     put to rest, by the impulse nearest in the metric of the mass matrix, and stays if friction
-    can hold it. ``out`` holds the accelerations of the state, before and after. Steps must not
+    can hold it. If not it turns back, and does so from rest if it hardly moved any more. ``out`` holds the accelerations of the state, before and after. Steps must not
     jump over the moment when a component stops: ``state.clock[BRAKE]`` bounds the next one.
     """
     lo, n = state.count[LO], model.n
@@ -36,6 +37,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     rows = work.row_count[1]
     count = rows
     state.clock[BRAKE] = math.inf
+    longest = 0.0
     for i in range(lo, n):
         s = friction.speed(model, work, state.v, i)
         slide = s * s * model.bodies.mass[i] / (2.0 * max(model.grip[i], 1e-300))
@@ -53,6 +55,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
             work.row_id[count, 0] = i
             count += 3
             candidates += int(moves)
+            longest = max(longest, slide)
     if candidates == 0:
         return False
     work.stage_v[:] = state.v
@@ -77,7 +80,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     held = True
     for i in range(lo, n):
         held = held and (work.mark[i] == 0 or state.stuck[i] == 1)
-    if held:
+    if held or longest < TURNING * model.tolerance * model.side:
         return True
     state.v[:] = work.stage_v
     first_accelerations(model, state, work, out)
