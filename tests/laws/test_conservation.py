@@ -1,0 +1,52 @@
+"""A chain that nothing pushes keeps its momentum and its energy."""
+
+import numpy as np
+import pytest
+
+from magfold_env.engine.session import Session
+from magfold_env.scene import Scene
+from magfold_env.scene_parts import Casing, Solver
+from tests.laws.chains import kinetic, momentum
+
+pytestmark = pytest.mark.laws
+
+
+def thrown(scene, seed, rate):
+    """A session whose chain begins with random rates and a drift."""
+    rng = np.random.default_rng(seed)
+    session = Session(scene.draw(rng))
+    session._state.v[: scene.n] = rng.uniform(-rate, rate, scene.n)
+    session._state.v[scene.n :] = rng.uniform(-0.3, 0.3, 2)
+    return session
+
+
+def momentum_of(session):
+    return momentum(
+        session.scene(), session.angles, session.rates, session.base, session.base_velocity
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_thrown_chain_keeps_momentum_and_energy(seed):
+    rng = np.random.default_rng(100 + seed)
+    masses, inertias = rng.uniform(0.001, 0.01, 6), rng.uniform(2e-8, 2e-7, 6)
+    scene = Scene(
+        sequence=("NSNS",) * 6,
+        casing=Casing(mass=tuple(masses.tolist()), inertia=tuple(inertias.tolist())),
+        magnets=None,
+        friction=0.0,
+        contact=False,
+        duration=0.5,
+        solver=Solver(tolerance=1e-9),
+    )
+    session = thrown(scene, seed, 30.0)
+    linear, angular = momentum_of(session)
+    before = kinetic(scene, session.angles, session.rates, session.base_velocity)
+    session.settle()
+    assert session.time == pytest.approx(0.5)
+    after = kinetic(scene, session.angles, session.rates, session.base_velocity)
+    assert after == pytest.approx(before, rel=1e-7)
+    linear_after, angular_after = momentum_of(session)
+    size = scene.masses.sum() * 1.0  # a metre a second
+    assert linear_after == pytest.approx(linear, abs=1e-8 * size)
+    assert angular_after == pytest.approx(angular, abs=1e-8 * size * 0.1)

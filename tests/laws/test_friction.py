@@ -1,0 +1,86 @@
+"""Coulomb's law against closed forms; what is stuck stays where it is."""
+
+import math
+
+import numpy as np
+import pytest
+
+from magfold_env.engine.session import Session
+from magfold_env.fold import FoldStatus
+from magfold_env.scene import Scene
+from magfold_env.scene_io import load_scene
+from magfold_env.simulate import simulate
+
+pytestmark = pytest.mark.laws
+
+
+def block(**changes) -> Session:
+    """Two casings in line, free on the floor, no magnets: pushed evenly, they move as one block.
+
+    (A single casing has no joint and so is at rest by definition.)
+    """
+    scene = Scene(sequence=("NNNN", "NNNN"), magnets=None, start_angle_spread=0.0)
+    return Session(scene.replace(**changes).draw(np.random.default_rng(0)))
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.35, 2.0])
+def test_a_sliding_block_stops_where_coulomb_says(friction):
+    session = block(friction=friction)
+    session._state.v[2:] = 0.3, 0.4
+    session.settle()
+    slowing = friction * 9.8
+    # What would slide on by less than a share of the tolerance is stopped at once.
+    assert session.time == pytest.approx(0.5 / slowing, rel=5e-3)
+    assert session.base == pytest.approx(np.array([0.3, 0.4]) * 0.5 / (2 * slowing), rel=1e-3)
+    assert (session.rates == 0.0).all()
+
+
+def test_a_pinned_block_stops_spinning_after_the_time_its_torque_takes():
+    scene = Scene(sequence=("NNNN",), magnets=None, mount="pinned", start_angle_spread=0.0)
+    session = Session(scene.draw(np.random.default_rng(0)))
+    session._state.v[0] = 40.0
+    session.settle()
+    side = scene.casing.side
+    reach2 = side**2 / 2
+    # Along the ellipsoid the centre's speed and the spin add up to one slip.
+    torque = 0.35 * 9.8 * np.sqrt(reach2 + (0.3826 * side) ** 2)
+    slowing = torque / (reach2 + side**2 / 6)
+    assert session.angles[0] == pytest.approx(40.0**2 / (2 * slowing), rel=2e-3)
+    assert session.time == pytest.approx(40.0 / slowing, rel=2e-3)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.999, 1.001, 2.0])
+def test_a_block_on_a_slope_holds_exactly_below_the_threshold(share):
+    friction, until = 0.35, 0.1
+    pull = share * friction * 9.8
+    session = block(friction=friction, gravity={"in_plane": (pull, 0.0)}, duration=until)
+    session.settle()
+    if share < 1:
+        assert session.status is FoldStatus.MISFOLDED
+        assert (session.base == 0.0).all()
+    else:
+        assert session.status is FoldStatus.UNSETTLED
+        way = 0.5 * (share - 1) * friction * 9.8 * until**2
+        assert session.base == pytest.approx([way, 0.0], rel=1e-6, abs=1e-12)
+
+
+def test_a_stuck_chain_does_not_creep():
+    scene = load_scene("paper/sequence-1").replace(friction=10.0, duration=1000.0)
+    fold = simulate(scene, 3)
+    session = Session(fold.scene)
+    start = session.angles
+    session.settle()
+    assert (session.angles == start).all()
+    assert (session.base == 0.0).all()
+    assert math.isfinite(fold.time)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_misfold_put_down_again_stays_put(seed):
+    scene = load_scene("paper/sequence-1").replace(duration=1000.0)
+    fold = simulate(scene, seed)
+    assert fold.status is FoldStatus.MISFOLDED
+    joints = np.clip(fold.joint_angles, -np.pi / 2, np.pi / 2)
+    again = simulate(fold.scene.replace(start_angles=joints))
+    assert again.joint_angles == pytest.approx(fold.joint_angles, abs=1e-12)
+    assert (again.base == 0.0).all()

@@ -1,0 +1,89 @@
+"""The three-link pendulum: energy, order of convergence, and scipy as a second opinion."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from magfold_env.engine import dormand_prince, integrator
+from magfold_env.engine.dynamics import accelerations
+from magfold_env.engine.session import Session
+from magfold_env.engine.state import FRESH, Model
+from magfold_env.engine.workspace import new_state, new_work
+from magfold_env.scene_io import load_scene
+from magfold_env.simulate import simulate
+from tests.laws.chains import kinetic, pinned_accelerations, potential
+
+pytestmark = pytest.mark.laws
+
+END = 0.3  # [s] several swings of a 5 cm chain, before it turns chaotic
+
+
+def swing(tolerance):
+    scene = load_scene("pendulum-3").replace(solver={"tolerance": tolerance}, duration=END)
+    fold = simulate(scene, frame_rate=500.0)
+    assert fold.trajectory is not None
+    return scene, fold
+
+
+def drift(tolerance):
+    """Largest change of the energy, relative to its range."""
+    scene, fold = swing(tolerance)
+    run = fold.trajectory
+    assert run is not None
+    moving = np.array([kinetic(scene, a, r) for a, r in zip(run.angles, run.rates, strict=True)])
+    total = moving + np.array([potential(scene, a) for a in run.angles])
+    return np.abs(total - total[0]).max() / moving.max()
+
+
+def test_energy_is_kept_better_the_finer_the_tolerance():
+    tolerances = 10.0 ** -np.arange(3, 10)
+    drifts = np.array([drift(t) for t in tolerances])
+    assert (drifts < 3.0 * tolerances).all()
+    # Error control on local errors: the error follows the tolerance's power 5/5 to 6/5.
+    slope = np.polyfit(np.log(tolerances), np.log(drifts), 1)[0]
+    assert 0.8 < slope < 1.3
+
+
+def test_the_fixed_step_converges_with_fifth_order():
+    scene = load_scene("pendulum-3").draw(np.random.default_rng(0))
+    exact = reference(scene, 0.1)
+    steps = np.array([40, 80, 160])
+    errors = np.array([np.abs(fixed_steps(scene, 0.1, int(n)) - exact).max() for n in steps])
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert (orders > dormand_prince.ORDER - 0.4).all()
+    assert (orders < dormand_prince.ORDER + 1.0).all()
+
+
+def test_it_agrees_with_scipy_on_the_dense_equation():
+    scene, fold = swing(1e-11)
+    exact = reference(scene, END)
+    assert fold.angles == pytest.approx(exact[:3], abs=1e-8)
+    assert fold.trajectory is not None
+    assert fold.time == END
+
+
+def reference(scene, until):
+    """Headings and rates (6,) at the end, by an eighth-order method of another family."""
+
+    def slope(_, y):
+        return np.concatenate([y[3:], pinned_accelerations(scene, y[:3], y[3:])])
+
+    start = np.zeros(6)
+    run = solve_ivp(slope, (0.0, until), start, "DOP853", rtol=1e-13, atol=1e-13)
+    assert run.success
+    return run.y[:, -1]
+
+
+def fixed_steps(scene, until, count):
+    """Headings and rates (6,) after ``count`` equal steps of the engine's pair."""
+    model: Model = Session(scene)._model
+    state, work = new_state(model, np.zeros(3)), new_work(model)
+    h = until / count
+    for _ in range(count):
+        assert accelerations(model, state, state.q, state.v, work, work.slope_v[0])
+        work.slope_q[0] = state.v
+        assert integrator.stages(model, state, work, h)
+        state.q[:] = work.new_q
+        state.v[:] = work.new_v
+        state.count[FRESH] = 1
+    return np.concatenate([state.q[:3], state.v[:3]])
