@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from magfold_env.engine import chain, magnets
 from magfold_env.engine.dynamics import smooth_accelerations
 from magfold_env.engine.pack import pack
-from magfold_env.engine.session import Session, smooth_state
+from magfold_env.engine.session import Session
 from magfold_env.engine.workspace import new_work
 from magfold_env.errors import Problem, SceneError
 from magfold_env.fold import Fold
@@ -78,7 +79,7 @@ def forces(scene: Scene, angles: npt.ArrayLike) -> tuple[Floats, Floats]:
     SceneError
         If the shape is not (n,) or a number is not finite.
     """
-    force, torque, _, _ = smooth_state(scene, _checked("angles", angles, scene.n))
+    force, torque, _, _ = _smooth_state(scene, _checked("angles", angles, scene.n))
     return force, torque
 
 
@@ -92,7 +93,7 @@ def energy(scene: Scene, angles: npt.ArrayLike) -> float:
     SceneError
         If the shape is not (n,) or a number is not finite.
     """
-    return smooth_state(scene, _checked("angles", angles, scene.n))[3]
+    return _smooth_state(scene, _checked("angles", angles, scene.n))[3]
 
 
 def _checked(key: str, values: npt.ArrayLike, n: int) -> Floats:
@@ -102,3 +103,22 @@ def _checked(key: str, values: npt.ArrayLike, n: int) -> Floats:
     if not np.isfinite(array).all():
         raise SceneError([Problem(key, array.tolist(), "must be finite")])
     return array
+
+
+def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, Floats, float]:
+    """Magnet forces (n, 2) [N], torques (n,) [N·m], centres (n, 2) [m] and energy [J]."""
+    pinned = scene.replace(mount="pinned", start_angles=None)
+    model = pack(pinned)
+    work = new_work(model._replace(contact=False, frictional=False))
+    q = np.append(np.asarray(angles, dtype=np.float64), [0.0, 0.0])
+    chain.place(0, model.bodies, q, work.pose)
+    energy = 0.0
+    if model.magnetic:
+        nodes = (work.node_x, work.node_y, work.node_q)
+        magnets.add_forces(
+            0, model.magnets, model.charge, work.pose, *nodes, work.fx, work.fy, work.torque
+        )
+        energy = float(magnets.energy(0, model.magnets, model.charge, work.pose, *nodes))
+    force = np.stack([work.fx, work.fy], axis=1)
+    centres = np.stack([work.pose.x, work.pose.y], axis=1)
+    return force, work.torque, centres, energy

@@ -34,9 +34,7 @@ def place(lo: int, bodies: Bodies, q: Array, pose: Pose) -> None:
 
 
 @kernel
-def centre_velocities(
-    lo: int, bodies: Bodies, pose: Pose, v: Array, vx: Array, vy: Array
-) -> None:
+def centre_velocities(lo: int, bodies: Bodies, pose: Pose, v: Array, vx: Array, vy: Array) -> None:
     """Velocities of the centres [m/s] for the velocities ``v`` (n + 2,)."""
     n = bodies.mass.size
     x, y = v[n], v[n + 1]

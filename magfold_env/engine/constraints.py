@@ -6,7 +6,7 @@ from magfold_env.engine import chain, contact
 from magfold_env.engine.dynamics import fill_rows, project, rate_of
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.jit import inlined, kernel
-from magfold_env.engine.state import EVENTS, LO, Array, Model, State, Work
+from magfold_env.engine.state import EVENTS, LO, Array, IntArray, Model, State, Work
 
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
 SHUT = 1e-10  # [m/s] rates this small are none
@@ -29,7 +29,7 @@ def begin_step(model: Model, state: State, work: Work) -> int:
     work.row_count[:] = 0
     if not model.contact:
         return OK
-    lo = state.count[LO]
+    lo = state.counter[LO]
     collect_stops(lo, model, state, work)
     place_all(lo, model, state.q, work.pose)
     contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
@@ -52,7 +52,7 @@ def begin_step(model: Model, state: State, work: Work) -> int:
         slow = model.tolerance * model.rate_scale * model.side
         if not project(model, state, state.v, work, slow):
             return UNSOLVED
-        state.count[EVENTS] += 1
+        state.counter[EVENTS] += 1
         result = IMPACT
     leave(lo, model, state, work)
     for r in range(work.row_count[1]):
@@ -115,7 +115,7 @@ def leave(lo: int, model: Model, state: State, work: Work) -> None:
 
 
 @kernel
-def hold_joints(lo: int, model: Model, lock: Array, q: Array, v: Array) -> None:
+def hold_joints(lo: int, model: Model, lock: IntArray, q: Array, v: Array) -> None:
     """Put joints at their stops there exactly, free of rounding."""
     for k in range(first_joint(lo), model.n):
         if lock[k] != 0:

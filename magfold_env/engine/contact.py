@@ -81,9 +81,7 @@ def corner(work: Work, box: int, k: int) -> tuple[float, float]:
 
 
 @inlined
-def corner_offset(
-    work: Work, box: int, other: int, k: int
-) -> tuple[float, float, bool]:
+def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, float, bool]:
     """Corner k of ``other`` from the nearest point of the core of ``box``, in the box's frame [m].
 
     And whether that point is a corner. Zero if the corner is inside.
@@ -128,7 +126,7 @@ def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
 
 @inlined
 def next_partner(model: Model, lo: int, i: int, j: int) -> int:
-    """The box after ``j`` that ``i`` can meet; begins after ``j = i`` and ends at n + 2.
+    """Return the box after ``j`` that ``i`` can meet; begin with ``j = i``, end at n + 2.
 
     Components in the tube, all before ``lo``, meet neither each other nor the walls.
     """
@@ -194,7 +192,8 @@ def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array)
     `place_boxes`, and `centripetal` accelerations in ``work.ax``, ``work.ay``.
     """
     n = model.n
-    box, other, k = work.row_id[r, 0], work.row_id[r, 1], work.row_id[r, 2]
+    box, other = int(work.row_id[r, 0]), int(work.row_id[r, 1])
+    k = int(work.row_id[r, 2])
     dx, dy, round_corner = corner_offset(work, box, other, k)
     distance = max(math.sqrt(dx * dx + dy * dy), 1e-300)
     c, s = work.box_c[box], work.box_s[box]

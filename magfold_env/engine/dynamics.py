@@ -56,9 +56,7 @@ def respond(lo: int, model: Model, work: Work, first: int, last: int) -> None:
     n = model.n
     free = is_free(lo, model)
     for r in range(first, last):
-        chain.solve(
-            lo, model.bodies, work.pose, work.art, free, work.jacobian[r], work.response[r]
-        )
+        chain.solve(lo, model.bodies, work.pose, work.art, free, work.jacobian[r], work.response[r])
     for r in range(first, last):
         for c in range(r + 1):
             total = 0.0
@@ -106,8 +104,8 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
 
     Components marked in ``state.stuck`` stay at rest.
     """
-    lo = state.count[LO]
-    state.count[EVALUATIONS] += 1
+    lo = state.counter[LO]
+    state.counter[EVALUATIONS] += 1
     smooth_accelerations(lo, model, q, v, work, out)
     work.smooth[:] = out
     if work.row_count[2] == 0:
@@ -138,7 +136,7 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
 
     Marks them in ``state.stuck`` and leaves only their rows for the stages to come.
     """
-    lo, n = state.count[LO], model.n
+    lo, n = state.counter[LO], model.n
     rows = work.row_count[1]
     work.row_count[2] = rows
     if not model.frictional:
@@ -174,7 +172,7 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
 
 @inlined
 def acceleration_left(count: int, work: Work, r: int) -> float:
-    """What rows r to r + 2 accelerate under the multipliers found."""
+    """Return the acceleration that the multipliers leave in rows r to r + 2 [m/s²]."""
     total = 0.0
     for k in range(3):
         w = work.bias[r + k]
@@ -202,7 +200,7 @@ def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bo
     "Nearest" is in the metric of the mass matrix. Rows that would come apart slower than
     ``slow`` [m/s, at a square's corner] are kept together, which ends rocking. Needs the pose.
     """
-    lo = state.count[LO]
+    lo = state.counter[LO]
     rows = work.row_count[1]
     if rows == 0:
         return True

@@ -1,8 +1,8 @@
-"""When, inside a step, does something new touch?"""
+"""The moment, inside a step, when something new touches."""
 
 from __future__ import annotations
 
-from magfold_env.engine import chain, contact
+from magfold_env.engine import contact
 from magfold_env.engine.constraints import first_joint
 from magfold_env.engine.dormand_prince import DENSE, STAGES
 from magfold_env.engine.feed import place_all
@@ -11,6 +11,7 @@ from magfold_env.engine.state import LO, Array, Model, State, Work
 
 STALLED = -1.0
 NEAR_ENOUGH = 1e-10  # [rad, or of the side]
+ROUNDING = 1e-14
 
 
 @kernel
@@ -33,7 +34,7 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
 
     Negative means that something touched before. Joints at their stops do not count.
     """
-    lo = state.count[LO]
+    lo = state.counter[LO]
     worst = 1.0
     for k in range(first_joint(lo), model.n):
         if state.lock[k] == 0:
@@ -81,7 +82,7 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
     kept = 0
     for _ in range(60):
         # The state at the event must be one that is allowed: stay on the near side of it.
-        if left < NEAR_ENOUGH or high - low < 1e-14:
+        if left < NEAR_ENOUGH or high - low < ROUNDING:
             break
         middle = high - at_high * (high - low) / (at_high - at_low)
         if not low < middle < high:

@@ -61,7 +61,7 @@ def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
 @inlined
 def time_to_release(model: Model, state: State) -> float:
     """Time until the outermost held component is released at the present feed speed [s]."""
-    n, i = model.n, state.count[LO] - 1
+    n, i = model.n, state.counter[LO] - 1
     return (model.bodies.length[i] * math.cos(state.q[i]) - state.q[n]) / state.v[n]
 
 
@@ -71,25 +71,26 @@ def release(model: Model, state: State) -> None:
 
     The base moves to its inner hinge, which is now at the mouth.
     """
-    n, i = model.n, state.count[LO] - 1
+    n, i = model.n, state.counter[LO] - 1
     state.q[n] = 0.0
     state.q[n + 1] -= model.bodies.length[i] * math.sin(state.q[i])
     state.v[i] = 0.0
     state.lock[i] = 0
     state.stuck[i] = 0
-    state.count[LO] = i
-    state.count[FRESH] = 1
+    state.counter[LO] = i
+    state.counter[FRESH] = 1
 
 
 @kernel
 def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
-    """Give the base another feed speed [m/s]: an impulse on the chain outside, nearest in its metric.
+    """Give the base another feed speed [m/s]; the chain outside feels an impulse.
 
-    Constraints that it violates are met by the impact at the beginning of the next step.
+    Its velocity becomes the nearest one, in the metric of its mass matrix. Constraints that it
+    violates are met by the impact at the beginning of the next step.
     """
-    lo, n = state.count[LO], model.n
+    lo, n = state.counter[LO], model.n
     jump = speed - state.v[n]
-    state.count[FRESH] = 1
+    state.counter[FRESH] = 1
     state.v[n] = speed
     if lo == n or jump == 0.0:
         return

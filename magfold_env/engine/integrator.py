@@ -59,6 +59,8 @@ from magfold_env.engine.state import (
 
 LONGEST_STEP = 0.05  # [s]
 SHORTEST_STEP = 1e-13  # [s]
+HOPELESS_STEP = 1e-9  # [s] not finite even here: broken
+EASY = 1e-4  # an error that allows the largest growth
 PATIENCE = 8  # Moreau steps after the last contact or rattle
 
 
@@ -69,9 +71,9 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
     `FULL` means that the record must be emptied; call again to go on. While the tube feeds, a
     chain at rest relative to it is moved on to ``until`` at once.
     """
-    lo, n = state.count[LO], model.n
+    lo, n = state.counter[LO], model.n
     while state.clock[TIME] < until:
-        if state.count[STEPS] >= model.max_steps:
+        if state.counter[STEPS] >= model.max_steps:
             return CAPPED
         if not has_room(record, state, LONGEST_STEP):
             return FULL
@@ -81,11 +83,11 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
         if begun == UNSOLVED:
             return NO_SOLUTION
         if work.row_count[1] > work.row_count[0]:
-            state.count[TOUCHY] = PATIENCE
-        touchy = state.count[TOUCHY] > 0
-        if state.count[FRESH] == 1 or begun != OK or touchy or resting(lo, state):
-            if not first_accelerations(model, state, work, work.slope_v[0]):
-                return NO_SOLUTION
+            state.counter[TOUCHY] = PATIENCE
+        touchy = state.counter[TOUCHY] > 0
+        anew = state.counter[FRESH] == 1 or begun != OK or touchy or resting(lo, state)
+        if anew and not first_accelerations(model, state, work, work.slope_v[0]):
+            return NO_SOLUTION
         if model.frictional:
             stop_slow(model, state, work, work.slope_v[0])
         work.slope_q[0, :] = state.v
@@ -99,12 +101,12 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
             return REACHED
         if touchy:
             outcome = moreau_step(model, state, work, record, until)
-            state.count[TOUCHY] -= 1
+            state.counter[TOUCHY] -= 1
         else:
             outcome = step(model, state, work, record, until)
-        state.count[FRESH] = 0 if outcome == ACCEPTED else 1
+        state.counter[FRESH] = 0 if outcome == ACCEPTED else 1
         if outcome == RATTLED:
-            state.count[TOUCHY] = PATIENCE
+            state.counter[TOUCHY] = PATIENCE
         elif outcome == TOO_SHORT:
             return UNDERFLOW
         elif outcome == BROKEN:
@@ -124,7 +126,7 @@ def resting(lo: int, state: State) -> bool:
 @kernel
 def step(model: Model, state: State, work: Work, record: Record, until: float) -> int:
     """Take one step from the state, whose accelerations are in ``work.slope_v[0]``."""
-    lo, n = state.count[LO], model.n
+    lo = state.counter[LO]
     remaining = until - state.clock[TIME]
     state.clock[STEP] = min(state.clock[STEP], LONGEST_STEP)
     while True:
@@ -136,13 +138,13 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
         last = h >= remaining
         if h < SHORTEST_STEP and not last:
             return TOO_SHORT
-        state.count[STEPS] += 1
+        state.counter[STEPS] += 1
         if not stages(model, state, work, h):
             state.clock[STEP] = 0.25 * h
             continue
         error = step_error(lo, model, state, work, h)
         if not math.isfinite(error):
-            if h < 1e-9:
+            if h < HOPELESS_STEP:
                 return BROKEN
             state.clock[STEP] = 0.1 * h
             continue
@@ -153,7 +155,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
         if fraction == STALLED:
             return RATTLED
         break
-    growth = 5.0 if error < 1e-4 else min(5.0, 0.9 * error ** (-1.0 / dp.ORDER))
+    growth = 5.0 if error < EASY else min(5.0, 0.9 * error ** (-1.0 / dp.ORDER))
     # A step cut short by an event or by the time limit says nothing against a longer one.
     state.clock[STEP] = max(h * growth, 0.5 * state.clock[STEP] if h < state.clock[STEP] else 0.0)
     if fraction < 1.0:
@@ -175,7 +177,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
 @kernel
 def stages(model: Model, state: State, work: Work, h: float) -> bool:
     """Fill the slopes of a step and its end in ``work.new_q``, ``work.new_v``."""
-    lo, n = state.count[LO], model.n
+    lo, n = state.counter[LO], model.n
     for k in range(lo):
         work.stage_q[k] = state.q[k]
         work.stage_v[k] = 0.0

@@ -6,11 +6,14 @@ import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 import platformdirs
-from numba.core import config as numba_config
+from numba.core import config
+
+# Numba fills its settings in at run time, unseen by type checkers.
+numba_config = cast("Any", config)
 
 P = ParamSpec("P")
 R = TypeVar("R")

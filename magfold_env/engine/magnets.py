@@ -62,7 +62,13 @@ def step_down(ratio: float) -> tuple[float, float]:
 
 @kernel
 def spread_nodes(
-    lo: int, magnets: Magnets, charge: Array, pose: Pose, node_x: Array, node_y: Array, node_q: Array
+    lo: int,
+    magnets: Magnets,
+    charge: Array,
+    pose: Pose,
+    node_x: Array,
+    node_y: Array,
+    node_q: Array,
 ) -> None:
     """Fill the base nodes' positions [m] and charges [A·m], each (n, nodes a casing)."""
     for i in range(lo, pose.x.size):
@@ -100,9 +106,7 @@ def level_pair(
         for p in range(magnets.pair_count[level]):
             dx = ex + here[p] * atx - there[p] * btx
             dy = ey + here[p] * aty - there[p] * bty
-            energy += weight[p] * node_energy(
-                magnets.strips, magnets.height2, dx * dx + dy * dy
-            )
+            energy += weight[p] * node_energy(magnets.strips, magnets.height2, dx * dx + dy * dy)
     return energy, fx, fy, ax * fy - ay * fx + atx * my - aty * mx
 
 

@@ -33,8 +33,8 @@ def moreau_step(model: Model, state: State, work: Work, record: Record, until: f
     Its length is halved, at no cost in forces, until the velocity changes little, but not below
     what an impact, which changes it at once, would ask for.
     """
-    lo, n = state.count[LO], model.n
-    state.count[STEPS] += 1
+    lo, n = state.counter[LO], model.n
+    state.counter[STEPS] += 1
     remaining = until - state.clock[TIME]
     finest = FINEST * model.tolerance / model.rate_scale
     h = min(max(2.0 * state.clock[STEP], finest), COARSEST)
@@ -74,7 +74,7 @@ def velocity_after(model: Model, state: State, work: Work, h: float) -> bool:
 
     Needs the pose and the articulated inertias of the state, as the accelerations leave them.
     """
-    lo, n = state.count[LO], model.n
+    lo, n = state.counter[LO], model.n
     v = work.new_v
     v[:] = state.v
     for k in range(lo, n + 2):
@@ -103,7 +103,7 @@ def velocity_after(model: Model, state: State, work: Work, h: float) -> bool:
 
 @inlined
 def allowance(gap: float, h: float) -> float:
-    """Closing velocity that a gap allows in a step; overlaps are taken back gently."""
+    """Return gap over step, the closing velocity allowed; overlaps are taken back gently."""
     return gap / h if gap >= 0.0 else PUSH_OUT * gap / h
 
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from magfold_env.engine.state import Array, Bodies, IntArray, Magnets, Model
 from magfold_env.engine.magnets import BLEND
 from magfold_env.engine.quadrature import Rule, choose_rule
+from magfold_env.engine.state import Array, Bodies, IntArray, Magnets, Model
 from magfold_env.scene import Scene
 
 # c of the friction ellipsoid, as a share of the side: mean distance of a square's points from
@@ -155,7 +155,7 @@ def _width_rule(strips: bool, count: int, width: float) -> tuple[Array, Array]:
 
 
 def _rate_scale(scene: Scene, mass: float, pitch: float) -> float:
-    """A typical angular rate [rad/s]: what the strongest force at hand makes of one component.
+    """Return a typical angular rate [rad/s]: what the strongest force makes of one component.
 
     Errors of rates are judged against it.
     """

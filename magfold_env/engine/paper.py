@@ -40,11 +40,11 @@ def paper_advance(
     """
     n = model.n
     # new_q keeps the headings of the last look, new_v[0] its time.
-    if state.count[STEPS] == 0:
+    if state.counter[STEPS] == 0:
         work.new_q[:] = state.q
         work.new_v[0] = 0.0
     while state.clock[TIME] < until:
-        if state.count[STEPS] >= model.max_steps:
+        if state.counter[STEPS] >= model.max_steps:
             return CAPPED
         if not record_instant(record, state):
             return FULL
@@ -55,8 +55,8 @@ def paper_advance(
             if not math.isfinite(state.q[i]):
                 return NOT_FINITE
         snapped = snap(n, state.q, state.v)
-        state.count[STEPS] += 1
-        state.clock[TIME] = state.count[STEPS] * dt
+        state.counter[STEPS] += 1
+        state.clock[TIME] = state.counter[STEPS] * dt
         if snapped == n - 1 and n > 1:
             return RESTED
         if state.clock[TIME] - work.new_v[0] >= QUIET_TIME:
@@ -74,7 +74,7 @@ def paper_advance(
 def evaluate(model: Model, state: State, work: Work) -> None:
     """Angular accelerations of equation 39 into ``work.force``, friction after equation 41."""
     bodies, pose = model.bodies, work.pose
-    state.count[EVALUATIONS] += 1
+    state.counter[EVALUATIONS] += 1
     chain.place(0, bodies, state.q, pose)
     chain.centre_velocities(0, bodies, pose, state.v, work.vx, work.vy)
     chain.centripetal(0, bodies, pose, state.v, work.ax, work.ay)

@@ -1,4 +1,4 @@
-"""Frames at equal intervals, from the dense output: recording costs no forces and changes nothing."""
+"""Frames at equal intervals, from the dense output: they cost no forces and change nothing."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def has_room(record: Record, state: State, longest_step: float) -> bool:
     """Whether the frames of one more step fit."""
     if record.interval <= 0.0:
         return True
-    return state.count[FRAMES] + longest_step / record.interval + 2.0 < record.time.size
+    return state.counter[FRAMES] + longest_step / record.interval + 2.0 < record.time.size
 
 
 @kernel
@@ -23,13 +23,13 @@ def record_step(record: Record, state: State, work: Work, step: float, fraction:
     begin = state.clock[TIME]
     end = begin + fraction * step
     while state.clock[FRAME_TIME] <= end:
-        f = state.count[FRAMES]
+        f = state.counter[FRAMES]
         at = (state.clock[FRAME_TIME] - begin) / step
         interpolate(state.q, work.slope_q, step, at, record.q[f])
         interpolate(state.v, work.slope_v, step, at, record.v[f])
         record.time[f] = state.clock[FRAME_TIME]
-        record.lo[f] = state.count[LO]
-        state.count[FRAMES] = f + 1
+        record.lo[f] = state.counter[LO]
+        state.counter[FRAMES] = f + 1
         state.clock[FRAME_TIME] += record.interval
 
 
@@ -40,15 +40,15 @@ def record_rest(record: Record, model: Model, state: State, until: float) -> boo
         return True
     n = model.n
     while state.clock[FRAME_TIME] <= until:
-        f = state.count[FRAMES]
+        f = state.counter[FRAMES]
         if f >= record.time.size:
             return False
         record.q[f, :] = state.q
         record.v[f, :] = state.v
         record.q[f, n] += state.v[n] * (state.clock[FRAME_TIME] - state.clock[TIME])
         record.time[f] = state.clock[FRAME_TIME]
-        record.lo[f] = state.count[LO]
-        state.count[FRAMES] = f + 1
+        record.lo[f] = state.counter[LO]
+        state.counter[FRAMES] = f + 1
         state.clock[FRAME_TIME] += record.interval
     return True
 
@@ -60,13 +60,13 @@ def record_line(record: Record, state: State, work: Work, step: float) -> None:
         return
     begin = state.clock[TIME]
     while state.clock[FRAME_TIME] <= begin + step:
-        f = state.count[FRAMES]
+        f = state.counter[FRAMES]
         share = (state.clock[FRAME_TIME] - begin) / step
         record.q[f, :] = state.q + share * (work.new_q - state.q)
         record.v[f, :] = work.new_v
         record.time[f] = state.clock[FRAME_TIME]
-        record.lo[f] = state.count[LO]
-        state.count[FRAMES] = f + 1
+        record.lo[f] = state.counter[LO]
+        state.counter[FRAMES] = f + 1
         state.clock[FRAME_TIME] += record.interval
 
 
@@ -75,13 +75,13 @@ def record_instant(record: Record, state: State) -> bool:
     """Take a frame of the state if one is due; False if it does not fit."""
     if record.interval <= 0.0 or state.clock[TIME] < state.clock[FRAME_TIME]:
         return True
-    f = state.count[FRAMES]
+    f = state.counter[FRAMES]
     if f >= record.time.size:
         return False
     record.q[f, :] = state.q
     record.v[f, :] = state.v
     record.time[f] = state.clock[TIME]
-    record.lo[f] = state.count[LO]
-    state.count[FRAMES] = f + 1
+    record.lo[f] = state.counter[LO]
+    state.counter[FRAMES] = f + 1
     state.clock[FRAME_TIME] += record.interval
     return True

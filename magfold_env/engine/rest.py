@@ -25,10 +25,11 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
 
     A component that slows down and would slide on by less than a hundredth of the tolerance is
     put to rest, by the impulse nearest in the metric of the mass matrix, and stays if friction
-    can hold it. If not it turns back, and does so from rest if it hardly moved any more. ``out`` holds the accelerations of the state, before and after. Steps must not
-    jump over the moment when a component stops: ``state.clock[BRAKE]`` bounds the next one.
+    can hold it. If not it turns back, and does so from rest if it hardly moved any more.
+    ``out`` holds the accelerations of the state, before and after. Steps must not jump over the
+    moment when a component stops: ``state.clock[BRAKE]`` bounds the next one.
     """
-    lo, n = state.count[LO], model.n
+    lo, n = state.counter[LO], model.n
     candidates = 0
     place_all(lo, model, state.q, work.pose)
     chain.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
@@ -95,7 +96,7 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
     with more than friction could lift, or because rates and accelerations are far below the
     tolerance and the base does not move by itself.
     """
-    lo, n = state.count[LO], model.n
+    lo, n = state.counter[LO], model.n
     free = is_free(lo, model)
     if model.frictional:
         held = True

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.engine import chain, feed, integrator, magnets, outcomes, paper, recorder
+from magfold_env.engine import feed, integrator, magnets, outcomes, paper, recorder
+from magfold_env.engine.orientation import Orientation
 from magfold_env.engine.pack import face_charges, pack, reversed_inside
 from magfold_env.engine.state import (
     EVALUATIONS,
@@ -48,9 +49,11 @@ class Session:
             msg = "scene: leaves start angles or spreads to chance; draw it first (Scene.draw)"
             raise ValueError(msg)
         self._scene = scene
-        self._flip = reversed_inside(scene)
         self._model = pack(scene)
-        self._state = new_state(self._model, self._start_headings())
+        self._view = Orientation(reversed_inside(scene), self._model.bodies.length)
+        joints = np.asarray(scene.start_angles, dtype=np.float64)
+        headings = self._view.start(joints, centred=scene.mount == "tube")
+        self._state = new_state(self._model, headings)
         self._work = new_work(self._model)
         interval = 0.0 if frame_rate is None else 1.0 / frame_rate
         capacity = ROOM + int(integrator.LONGEST_STEP / interval) if interval else 0
@@ -77,7 +80,7 @@ class Session:
     @property
     def released(self) -> int:
         """Components that are out of the tube and free; all n where there is no tube."""
-        return self.n - int(self._state.count[LO])
+        return self.n - int(self._state.counter[LO])
 
     @property
     def time(self) -> float:
@@ -87,12 +90,12 @@ class Session:
     @property
     def steps(self) -> int:
         """Time steps tried so far."""
-        return int(self._state.count[STEPS])
+        return int(self._state.counter[STEPS])
 
     @property
     def evaluations(self) -> int:
         """Evaluations of the accelerations so far."""
-        return int(self._state.count[EVALUATIONS])
+        return int(self._state.counter[EVALUATIONS])
 
     @property
     def status(self) -> FoldStatus | None:
@@ -107,28 +110,22 @@ class Session:
     @property
     def angles(self) -> Array:
         """Headings [rad], component 1 first, shape (n,)."""
-        return self._outward(self._state.q[None, : self.n])[0]
+        return self._view.headings(self._state.q[: self.n])
 
     @property
     def rates(self) -> Array:
         """Rates of the headings [rad/s], shape (n,)."""
-        rates = self._state.v[: self.n]
-        return rates[::-1].copy() if self._flip else rates.copy()
+        return self._view.rates(self._state.v[: self.n])
 
     @property
     def base(self) -> Array:
         """Outer hinge of component 1 [m], shape (2,)."""
-        return self._outer_hinge(self._state.q[None], np.array([self._state.count[LO]]))[0]
+        return self._view.outer_hinge(self._state.q[None], self._state.counter[[LO]])[0]
 
     @property
     def base_velocity(self) -> Array:
         """Velocity of component 1's outer hinge [m/s], shape (2,)."""
-        n, q, v = self.n, self._state.q, self._state.v
-        velocity = v[n:].copy()
-        if self._flip:
-            arm = self._model.bodies.length * v[:n]
-            velocity += np.array([-(arm * np.sin(q[:n])).sum(), (arm * np.cos(q[:n])).sum()])
-        return velocity
+        return self._view.outer_hinge_velocity(self._state.q, self._state.v)
 
     @property
     def word(self) -> str:
@@ -140,7 +137,7 @@ class Session:
         if not self._model.magnetic:
             return 0.0
         state, work = self._state, self._work
-        first = feed.place_all(int(state.count[LO]), self._model, state.q, work.pose)
+        first = feed.place_all(int(state.counter[LO]), self._model, state.q, work.pose)
         return float(
             magnets.energy(
                 first,
@@ -173,8 +170,8 @@ class Session:
         if self._waiting is None or not self._scene.magnets:
             msg = "feed.loading: magnets can be chosen only with a tube loaded 'at_mouth'"
             raise ValueError(msg)
-        inside = self._inside(index)
-        if inside >= self._state.count[LO]:
+        inside = self._view.index(index)
+        if inside >= self._state.counter[LO]:
             msg = f"component {index + 1} has left the tube; {self.released} have"
             raise ValueError(msg)
         self._waiting[inside] = face_charges(faces, self._scene)
@@ -184,7 +181,7 @@ class Session:
     def feed_one(self) -> None:
         """Push the next component out until it is released."""
         state, model = self._state, self._model
-        lo = int(state.count[LO])
+        lo = int(state.counter[LO])
         if lo == 0:
             msg = "no component is left in the tube"
             raise ValueError(msg)
@@ -193,7 +190,7 @@ class Session:
         i = lo - 1
         if self._waiting is not None:
             model.charge[i] = self._waiting[i]
-        speed = float(self._speeds[self._inside(i)])
+        speed = float(self._speeds[self._view.index(i)])
         feed.change_speed(model, state, self._work, speed)
         until = state.clock[TIME] + feed.time_to_release(model, state)
         if lo == model.n:
@@ -247,18 +244,6 @@ class Session:
 
     # --- within ----------------------------------------------------------------------------
 
-    def _inside(self, index: int) -> int:
-        """Map a component's index to the engine's, or back."""
-        return self.n - 1 - index if self._flip else index
-
-    def _start_headings(self) -> Array:
-        """Headings at the start in the engine's order (n,); the mean of a tube's are along +x."""
-        joints = np.asarray(self._scene.start_angles, dtype=np.float64)
-        if self._flip:
-            joints = -joints[::-1]
-        headings = np.concatenate([[0.0], np.cumsum(joints)])
-        return headings - headings.mean() if self._scene.mount == "tube" else headings
-
     def _advance(self, until: float) -> bool:
         """Integrate; returns whether the time was reached rather than an end."""
         model, state = self._model, self._state
@@ -309,7 +294,7 @@ class Session:
             self._empty_record()
 
     def _empty_record(self) -> None:
-        count = int(self._state.count[FRAMES])
+        count = int(self._state.counter[FRAMES])
         record = self._record
         self._frames.append(
             (
@@ -319,7 +304,7 @@ class Session:
                 record.lo[:count].copy(),
             )
         )
-        self._state.count[FRAMES] = 0
+        self._state.counter[FRAMES] = 0
 
     def _trajectory(self) -> Trajectory | None:
         if self._record.interval == 0.0:
@@ -329,44 +314,8 @@ class Session:
         n = self.n
         return Trajectory(
             time=time,
-            angles=self._outward(q[:, :n]),
-            base=self._outer_hinge(q, lo),
-            rates=v[:, n - 1 :: -1].copy() if self._flip else v[:, :n].copy(),
+            angles=self._view.headings(q[:, :n]),
+            base=self._view.outer_hinge(q, lo),
+            rates=self._view.rates(v[:, :n]),
             released=n - lo,
         )
-
-    def _outward(self, headings: Array) -> Array:
-        """Turn the engine's headings (m, n) into public ones."""
-        return headings[:, ::-1] + math.pi if self._flip else headings.copy()
-
-    def _outer_hinge(self, q: Array, lo: npt.NDArray[np.int64]) -> Array:
-        """Component 1's outer hinge [m] for coordinates (m, n + 2); shape (m, 2)."""
-        n = self.n
-        links = self._model.bodies.length * np.exp(1j * q[:, :n])
-        held = np.arange(n) < lo[:, None]
-        base = q[:, n] + 1j * q[:, n + 1]
-        # The base is the inner hinge of component ``lo``.
-        if self._flip:
-            hinge = base + np.where(held, 0.0, links).sum(axis=1)
-        else:
-            hinge = base - np.where(held, links, 0.0).sum(axis=1)
-        return np.stack([hinge.real, hinge.imag], axis=1)
-
-
-def smooth_state(scene: Scene, angles: Array) -> tuple[Array, Array, Array, float]:
-    """Magnet forces (n, 2) [N], torques (n,) [N·m], centres (n, 2) [m] and energy [J]."""
-    pinned = scene.replace(mount="pinned", start_angles=None)
-    model = pack(pinned)
-    work = new_work(model._replace(contact=False, frictional=False))
-    q = np.append(np.asarray(angles, dtype=np.float64), [0.0, 0.0])
-    chain.place(0, model.bodies, q, work.pose)
-    energy = 0.0
-    if model.magnetic:
-        nodes = (work.node_x, work.node_y, work.node_q)
-        magnets.add_forces(
-            0, model.magnets, model.charge, work.pose, *nodes, work.fx, work.fy, work.torque
-        )
-        energy = float(magnets.energy(0, model.magnets, model.charge, work.pose, *nodes))
-    force = np.stack([work.fx, work.fy], axis=1)
-    centres = np.stack([work.pose.x, work.pose.y], axis=1)
-    return force, work.torque, centres, energy

@@ -87,7 +87,7 @@ class Model(NamedTuple):
 class State(NamedTuple):
     """The moving part; every array is updated in place.
 
-    Entries of ``count``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`, `FRESH` (1:
+    Entries of ``counter``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`, `FRESH` (1:
     the accelerations must be found anew), `TOUCHY` (steps
     still to be taken by Moreau's scheme); of ``clock``: `TIME`, `STEP`, `FRAME_TIME`,
     `BRAKE` (how long the next step may be before a component stops).
@@ -97,7 +97,7 @@ class State(NamedTuple):
     v: Array  # their rates, (n + 2,) [rad/s, m/s]
     lock: IntArray  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not; (n,)
     stuck: IntArray  # 1: held by friction; (n,)
-    count: IntArray  # (7,)
+    counter: IntArray  # (7,)
     clock: Array  # (4,) [s]
 
 
@@ -157,7 +157,7 @@ class Work(NamedTuple):
     multiplier: Array  # (rows,)
     passive: IntArray  # (rows,)
     equality: IntArray  # (rows,)
-    index: IntArray  # (rows,)
+    order: IntArray  # (rows,)
     mark: IntArray  # (n,)
     trial: Array  # (rows,)
     cholesky: Array  # (rows, rows)

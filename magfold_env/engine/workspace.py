@@ -7,14 +7,26 @@ import math
 import numpy as np
 
 from magfold_env.engine.dormand_prince import STAGES
-from magfold_env.engine.state import BRAKE, FRESH, LO, STEP, Array, IntArray, Model, Pose, Record, State, Work
+from magfold_env.engine.state import (
+    BRAKE,
+    FRESH,
+    LO,
+    STEP,
+    Array,
+    IntArray,
+    Model,
+    Pose,
+    Record,
+    State,
+    Work,
+)
 
 # Constraints are solved densely; longer chains must do without contact and friction.
 MOST_CONSTRAINED = 500
 
 
 def new_state(model: Model, angles: Array) -> State:
-    """A chain at rest with the given headings (n,) and its inner end at the origin.
+    """Return a chain at rest with the given headings (n,) and its inner end at the origin.
 
     With a tube all of it is inside, the outer tip at the mouth.
     """
@@ -32,7 +44,7 @@ def new_state(model: Model, angles: Array) -> State:
         v=np.zeros(n + 2),
         lock=np.zeros(n, dtype=np.int64),
         stuck=np.zeros(n, dtype=np.int64),
-        count=count,
+        counter=count,
         clock=clock,
     )
 
@@ -93,7 +105,7 @@ def new_work(model: Model) -> Work:
         multiplier=floats(rows),
         passive=integers(rows),
         equality=integers(rows),
-        index=integers(rows),
+        order=integers(rows),
         mark=integers(n),
         trial=floats(rows),
         cholesky=floats(rows, rows),
