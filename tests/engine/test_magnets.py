@@ -244,7 +244,7 @@ def test_like_faces_repel_and_unlike_faces_attract(model):
     unlike = mf.energy(scene.replace(sequence=["NNNN", "SSSS"]), angles)
     assert like > 0 > unlike
     assert like == pytest.approx(-unlike)
-    apart = np.array([-1.0, 1.0]) / np.sqrt(2)  # from the first casing's front-left face
+    apart = np.array([1.0, 1.0]) / np.sqrt(2)  # from the first casing's front-left face
     assert mf.forces(scene, angles)[0][1] @ apart > 0
 
 
