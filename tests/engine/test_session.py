@@ -37,13 +37,13 @@ def test_a_release_changes_no_velocity(direction):
     model, state = session._model, session._state
     for _ in range(3):
         session.feed_one()
-    lo = int(state.count[LO])
+    lo = int(state.counter[LO])
     before, base = state.v.copy(), session.base
     state.q[model.n] = feed.time_to_release(model, state) * state.v[model.n] + state.q[model.n]
     moved = session.base
     feed.release(model, state)
     assert (state.v == before).all()
-    assert state.count[LO] == lo - 1
+    assert state.counter[LO] == lo - 1
     assert session.base == pytest.approx(moved, abs=1e-15)
     assert moved[0] > base[0]
 

@@ -13,7 +13,7 @@ def states(session: Session) -> Iterator[Session]:
     """Yield the session after every time step, to its end; a tube feeds first."""
     while session.released < session.n:
         model, state = session._model, session._state
-        lo = int(state.count[LO])
+        lo = int(state.counter[LO])
         if lo == model.n or session._waiting is not None:
             session.feed_one()
             yield session
@@ -29,7 +29,7 @@ def _advance(session: Session, until: float) -> Iterator[Session]:
     state = session._state
     outcome = integrator.CAPPED
     while outcome in {integrator.CAPPED, integrator.FULL}:
-        model = session._model._replace(max_steps=int(state.count[STEPS]) + 1)
+        model = session._model._replace(max_steps=int(state.counter[STEPS]) + 1)
         outcome = integrator.advance(model, state, session._work, session._record, until)
         yield session
     assert outcome in {integrator.REACHED, integrator.RESTED}, outcome

@@ -85,5 +85,5 @@ def fixed_steps(scene, until, count):
         assert integrator.stages(model, state, work, h)
         state.q[:] = work.new_q
         state.v[:] = work.new_v
-        state.count[FRESH] = 1
+        state.counter[FRESH] = 1
     return np.concatenate([state.q[:3], state.v[:3]])
