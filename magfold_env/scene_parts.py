@@ -75,7 +75,7 @@ class Casing(Part):
     """Mass of a component with its magnets [kg]; one number, or one a component."""
     inertia: PositiveEach | None = None
     """Moment of inertia about the centre [kg m²]; None takes mass·side²/6, an even square."""
-    corner_radius: Positive = 0.00025
+    corner_radius: Positive = 1e-5
     """Rounding of the corners where they meet other casings and the tube [m]."""
     hinge: Literal["corner"] = "corner"
     """Where neighbours are hinged; opposite corners is the only geometry there is."""

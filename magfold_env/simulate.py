@@ -114,11 +114,10 @@ def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, Floats,
     chain.place(0, model.bodies, q, work.pose)
     energy = 0.0
     if model.magnetic:
-        nodes = (work.node_x, work.node_y, work.node_q)
         magnets.add_forces(
-            0, model.magnets, model.charge, work.pose, *nodes, work.fx, work.fy, work.torque
+            0, model.magnets, model.charge, work.pose, work.nodes, work.fx, work.fy, work.torque
         )
-        energy = float(magnets.energy(0, model.magnets, model.charge, work.pose, *nodes))
+        energy = float(magnets.energy(0, model.magnets, model.charge, work.pose, work.nodes))
     force = np.stack([work.fx, work.fy], axis=1)
     centres = np.stack([work.pose.x, work.pose.y], axis=1)
     return force, work.torque, centres, energy

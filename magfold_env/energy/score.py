@@ -42,9 +42,12 @@ def _between_faces(magnets: Magnets) -> Array:
         )
     ]
     found = np.zeros((len(faces), len(faces)))
+    lanes = np.zeros((2, magnets.level_node.shape[1]))
     for a, one in enumerate(faces):
         for b, other in enumerate(faces[:a]):
-            found[a, b] = found[b, a] = level_pair(magnets, finest, *one, *other, True)[0]
+            found[a, b] = found[b, a] = level_pair(
+                magnets, finest, *one, *other, True, lanes[0], lanes[1]
+            )[0]
     return found
 
 

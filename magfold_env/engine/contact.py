@@ -130,12 +130,12 @@ def next_partner(model: Model, lo: int, i: int, j: int) -> int:
 
     Components in the tube, all before ``lo``, meet neither each other nor the walls.
     """
-    j = j + 1 if j > i else i + APART
+    j = j + 1 if j > i else min(i + APART, model.n)
     if j < model.n:
         return j
     if not model.tube or i < lo:
         return model.n + 2
-    return max(j, model.n)
+    return j
 
 
 @kernel

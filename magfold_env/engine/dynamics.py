@@ -36,9 +36,8 @@ def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, 
         work.torque[i] = 0.0
     if model.magnetic:
         magnets.add_forces(
-            first, model.magnets, model.charge, pose,
-            work.node_x, work.node_y, work.node_q, work.fx, work.fy, work.torque,
-        )  # fmt: skip
+            first, model.magnets, model.charge, pose, work.nodes, work.fx, work.fy, work.torque
+        )
     if model.frictional:
         friction.add_sliding(lo, model, v, work)
     for i in range(lo, n):

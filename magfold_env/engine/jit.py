@@ -1,4 +1,9 @@
-"""The one place that decides how kernels are compiled and where the results are cached."""
+"""The one place that decides how kernels are compiled and where the results are cached.
+
+No fast-math flag is set: with them a kernel's last bits depend on where it was inlined, and so on
+what else a process has compiled. Loops that must vectorise add into arrays, lane by lane, which
+strict arithmetic allows. With ``error_model="numpy"`` a division is no branch.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +22,6 @@ numba_config = cast("Any", config)
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
-# NaN and infinity keep their meaning (breakdown is detected by testing for them); reassociation
-# lets sums vectorise, and with ``error_model="numpy"`` a division is no branch.
-FASTMATH = {"contract", "nsz", "reassoc", "arcp"}
 
 
 def source_fingerprint() -> str:
@@ -67,7 +68,6 @@ def _compile(function: Callable[P, R], *, parallel: bool, forceinline: bool = Fa
     numba_config.CACHE_DIR = _CACHE_DIRECTORY
     try:
         return numba.njit(
-            fastmath=FASTMATH,
             error_model="numpy",
             cache=True,
             parallel=parallel,

@@ -19,10 +19,11 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine.jit import inlined, kernel
-from magfold_env.engine.state import Array, Magnets, Pose
+from magfold_env.engine.state import Array, Magnets, Nodes, Pose
 
 COULOMB = 1e-7  # µ0 / 4π [N/A²]
 BLEND = 1.1
+LANES = 8  # doubles in a vector register
 
 
 @inlined
@@ -61,59 +62,67 @@ def step_down(ratio: float) -> tuple[float, float]:
 
 
 @kernel
-def spread_nodes(
-    lo: int,
-    magnets: Magnets,
-    charge: Array,
-    pose: Pose,
-    node_x: Array,
-    node_y: Array,
-    node_q: Array,
-) -> None:
+def spread_nodes(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> None:
     """Fill the base nodes' positions [m] and charges [A·m], each (n, nodes a casing)."""
     for i in range(lo, pose.x.size):
         c, s = pose.cos[i], pose.sin[i]
         x, y = pose.x[i], pose.y[i]
         for a in range(magnets.node_x.size):
-            node_x[i, a] = x + c * magnets.node_x[a] - s * magnets.node_y[a]
-            node_y[i, a] = y + s * magnets.node_x[a] + c * magnets.node_y[a]
-            node_q[i, a] = magnets.node_weight[a] * charge[i, magnets.node_face[a]]
+            nodes.x[i, a] = x + c * magnets.node_x[a] - s * magnets.node_y[a]
+            nodes.y[i, a] = y + s * magnets.node_x[a] + c * magnets.node_y[a]
+            nodes.q[i, a] = magnets.node_weight[a] * charge[i, magnets.node_face[a]]
 
 
 @kernel
 def level_pair(
     magnets: Magnets, level: int, ax: float, ay: float, atx: float, aty: float,
-    bx: float, by: float, btx: float, bty: float, with_energy: bool,
+    bx: float, by: float, btx: float, bty: float, with_energy: bool, lane_x: Array, lane_y: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Energy, force on face a and its torque about the origin, for faces of unit charge.
 
     Faces are given by centre and direction; without µ0/4π. The energy is 0 unless asked for.
     """
+    count = magnets.level_count[level]
+    # The lanes are face a's nodes, padded with weightless ones to the width of a vector.
+    lanes = (count + LANES - 1) // LANES * LANES
+    node = magnets.level_node[level]
+    weight = magnets.level_weight[level]
     ex, ey = ax - bx, ay - by
-    here = magnets.pair_here[level]
-    there = magnets.pair_there[level]
-    weight = magnets.pair_weight[level]
-    fx, fy, mx, my, energy = 0.0, 0.0, 0.0, 0.0, 0.0
-    for p in range(magnets.pair_count[level]):
-        dx = ex + here[p] * atx - there[p] * btx
-        dy = ey + here[p] * aty - there[p] * bty
-        g = weight[p] * node_force(magnets.strips, magnets.height2, dx * dx + dy * dy)
-        fx += g * dx
-        fy += g * dy
-        mx += here[p] * (g * dx)
-        my += here[p] * (g * dy)
+    for k in range(lanes):
+        lane_x[k] = 0.0
+        lane_y[k] = 0.0
+    for m in range(count):
+        fx0, fy0, w = ex - node[m] * btx, ey - node[m] * bty, weight[m]
+        for k in range(lanes):
+            dx = fx0 + node[k] * atx
+            dy = fy0 + node[k] * aty
+            g = w * node_force(magnets.strips, magnets.height2, dx * dx + dy * dy)
+            lane_x[k] += g * dx
+            lane_y[k] += g * dy
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        px, py = weight[k] * lane_x[k], weight[k] * lane_y[k]
+        fx += px
+        fy += py
+        torque += (ax + node[k] * atx) * py - (ay + node[k] * aty) * px
     if with_energy:
-        for p in range(magnets.pair_count[level]):
-            dx = ex + here[p] * atx - there[p] * btx
-            dy = ey + here[p] * aty - there[p] * bty
-            energy += weight[p] * node_energy(magnets.strips, magnets.height2, dx * dx + dy * dy)
-    return energy, fx, fy, ax * fy - ay * fx + atx * my - aty * mx
+        for m in range(count):
+            for k in range(count):
+                dx = ex - node[m] * btx + node[k] * atx
+                dy = ey - node[m] * bty + node[k] * aty
+                energy += (
+                    weight[m]
+                    * weight[k]
+                    * node_energy(magnets.strips, magnets.height2, dx * dx + dy * dy)
+                )
+    return energy, fx, fy, torque
 
 
 @kernel
 def near_pair(
-    magnets: Magnets, charge: Array, pose: Pose, i: int, j: int, with_energy: bool
-) -> tuple[float, float, float, float]:
+    magnets: Magnets, charge: Array, pose: Pose, i: int, j: int, with_energy: bool,
+    lane_x: Array, lane_y: Array,
+) -> tuple[float, float, float, float]:  # fmt: skip
     """Correct the near pole faces of casings i and j: energy [J], force on i [N], torque on i.
 
     The torque is about the centre of i [N·m]. The energy is complete only ``with_energy``.
@@ -143,7 +152,7 @@ def near_pair(
                 bx, by,
                 cj * magnets.face_tx[g] - sj * magnets.face_ty[g],
                 sj * magnets.face_tx[g] + cj * magnets.face_ty[g],
-                with_energy,
+                with_energy, lane_x, lane_y,
             )  # fmt: skip
             energy += q * u
             fx += q * px
@@ -155,16 +164,16 @@ def near_pair(
 @kernel
 def refine(
     magnets: Magnets, distance: float, ax: float, ay: float, atx: float, aty: float,
-    bx: float, by: float, btx: float, bty: float, with_energy: bool,
+    bx: float, by: float, btx: float, bty: float, with_energy: bool, lane_x: Array, lane_y: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Sum of w_k (U_k − U_{k−1}) over the levels, and its gradient, for faces of unit charge."""
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    levels = magnets.pair_count.size
+    levels = magnets.level_count.size
     blended = with_energy
     for level in range(1, levels):
         radius = magnets.level_radius[level]
         blended = blended or radius < distance < radius * BLEND
-    low = level_pair(magnets, 0, ax, ay, atx, aty, bx, by, btx, bty, blended)
+    low = level_pair(magnets, 0, ax, ay, atx, aty, bx, by, btx, bty, blended, lane_x, lane_y)
     for level in range(1, levels):
         radius = magnets.level_radius[level]
         weight, slope = step_down(distance / radius)
@@ -172,7 +181,9 @@ def refine(
             break
         if level + 1 < levels and distance <= magnets.level_radius[level + 1]:
             continue  # the next level is in full force too: this one cancels
-        high = level_pair(magnets, level, ax, ay, atx, aty, bx, by, btx, bty, blended)
+        high = level_pair(
+            magnets, level, ax, ay, atx, aty, bx, by, btx, bty, blended, lane_x, lane_y
+        )
         gain = high[0] - low[0]
         energy += weight * gain
         fx += weight * (high[1] - low[1])
@@ -191,33 +202,39 @@ def refine(
 @kernel
 def add_forces(
     lo: int, magnets: Magnets, charge: Array, pose: Pose,
-    node_x: Array, node_y: Array, node_q: Array, fx: Array, fy: Array, torque: Array,
+    nodes: Nodes, fx: Array, fy: Array, torque: Array,
 ) -> None:  # fmt: skip
     """Add the magnets' forces [N] and torques about the centres [N·m] of casings ``lo`` on."""
     n = pose.x.size
-    nodes = magnets.node_x.size
+    count = magnets.node_x.size
     strips, height2 = magnets.strips, magnets.height2
-    spread_nodes(lo, magnets, charge, pose, node_x, node_y, node_q)
+    spread_nodes(lo, magnets, charge, pose, nodes)
+    node_x, node_y, node_q = nodes.x, nodes.y, nodes.q
+    lane_x, lane_y = nodes.lane_x, nodes.lane_y
     for i in range(lo, n):
         xi, yi = pose.x[i], pose.y[i]
         for j in range(i + 1, n):
+            for a in range(count):
+                lane_x[a] = 0.0
+                lane_y[a] = 0.0
+            for b in range(count):
+                x, y, q = node_x[j, b], node_y[j, b], node_q[j, b]
+                for a in range(count):
+                    dx = node_x[i, a] - x
+                    dy = node_y[i, a] - y
+                    g = q * node_force(strips, height2, dx * dx + dy * dy)
+                    lane_x[a] += g * dx
+                    lane_y[a] += g * dy
             px, py, t = 0.0, 0.0, 0.0
-            for a in range(nodes):
-                x, y = node_x[i, a], node_y[i, a]
-                gx, gy = 0.0, 0.0
-                for b in range(nodes):
-                    dx = x - node_x[j, b]
-                    dy = y - node_y[j, b]
-                    g = node_q[j, b] * node_force(strips, height2, dx * dx + dy * dy)
-                    gx += g * dx
-                    gy += g * dy
-                w = COULOMB * node_q[i, a]
-                px += w * gx
-                py += w * gy
-                t += w * ((x - xi) * gy - (y - yi) * gx)
+            for a in range(count):
+                gx = COULOMB * node_q[i, a] * lane_x[a]
+                gy = COULOMB * node_q[i, a] * lane_y[a]
+                px += gx
+                py += gy
+                t += (node_x[i, a] - xi) * gy - (node_y[i, a] - yi) * gx
             ex, ey = pose.x[j] - xi, pose.y[j] - yi
-            if magnets.pair_count.size > 1 and ex * ex + ey * ey < magnets.reach**2:
-                _, nx, ny, nt = near_pair(magnets, charge, pose, i, j, False)
+            if magnets.level_count.size > 1 and ex * ex + ey * ey < magnets.reach**2:
+                _, nx, ny, nt = near_pair(magnets, charge, pose, i, j, False, lane_x, lane_y)
                 px += nx
                 py += ny
                 t += nt
@@ -231,20 +248,19 @@ def add_forces(
 
 
 @kernel
-def energy(
-    lo: int, magnets: Magnets, charge: Array, pose: Pose,
-    node_x: Array, node_y: Array, node_q: Array,
-) -> float:  # fmt: skip
+def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> float:
     """Energy of all pairs of casings ``lo`` on [J]; pairs of faces within a casing left out."""
     n = pose.x.size
-    nodes = magnets.node_x.size
-    spread_nodes(lo, magnets, charge, pose, node_x, node_y, node_q)
+    count = magnets.node_x.size
+    spread_nodes(lo, magnets, charge, pose, nodes)
+    node_x, node_y, node_q = nodes.x, nodes.y, nodes.q
+    lane_x, lane_y = nodes.lane_x, nodes.lane_y
     total = 0.0
     for i in range(lo, n):
         for j in range(i + 1, n):
-            for a in range(nodes):
+            for a in range(count):
                 u = 0.0
-                for b in range(nodes):
+                for b in range(count):
                     dx = node_x[i, a] - node_x[j, b]
                     dy = node_y[i, a] - node_y[j, b]
                     u += node_q[j, b] * node_energy(
@@ -252,6 +268,6 @@ def energy(
                     )
                 total += COULOMB * node_q[i, a] * u
             ex, ey = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
-            if magnets.pair_count.size > 1 and ex * ex + ey * ey < magnets.reach**2:
-                total += near_pair(magnets, charge, pose, i, j, True)[0]
+            if magnets.level_count.size > 1 and ex * ex + ey * ey < magnets.reach**2:
+                total += near_pair(magnets, charge, pose, i, j, True, lane_x, lane_y)[0]
     return total

@@ -1,24 +1,43 @@
 """Moreau's time-stepping, for phases in which squares touch or stops rattle.
 
-One step: the smooth accelerations of its begin give a trial velocity; the velocity of the step is
-the one nearest to it, in the metric of the mass matrix, that lets no gap become negative by the
-end and leaves at rest what friction holds. Impacts, simultaneous ones too, take place inside
-steps, and nothing has to be located.
+One step, after Moreau and Jean, has two halves. The velocity nearest to the free one, in the
+metric of the mass matrix, that lets no gap become negative and leaves at rest what friction holds,
+leads over the first half to a middle position. Forces, masses and gaps are taken anew there, and
+the velocity found again; it leads over the second half and stays. Impacts, simultaneous ones too,
+take place inside steps, and nothing has to be located. The momentum of a free chain is kept apart
+from all this: only forces from outside change it.
 """
 
 from __future__ import annotations
 
 import math
 
-from magfold_env.engine import contact
+from magfold_env.engine import chain, contact
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.constraints import first_joint, hold_joints, open_joints
-from magfold_env.engine.dynamics import apply_multipliers, rate_of, respond
+from magfold_env.engine.dynamics import (
+    apply_multipliers,
+    rate_of,
+    respond,
+    smooth_accelerations,
+)
+from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.friction import friction_rows
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.outcomes import BROKEN, TOO_SHORT, TOUCHED
 from magfold_env.engine.recorder import record_line
-from magfold_env.engine.state import LO, STEP, STEPS, TIME, Array, Model, Record, State, Work
+from magfold_env.engine.state import (
+    EVALUATIONS,
+    LO,
+    STEP,
+    STEPS,
+    TIME,
+    Array,
+    Model,
+    Record,
+    State,
+    Work,
+)
 
 FINEST = 10.0  # shortest step: tolerances of a typical rate
 COARSEST = 0.01  # [s]
@@ -28,16 +47,16 @@ PUSH_OUT = 0.2  # share of an overlap that one step takes back
 
 @kernel
 def moreau_step(model: Model, state: State, work: Work, record: Record, until: float) -> int:
-    """Take one step from the state, whose smooth accelerations are in ``work.smooth``.
+    """Take one step from the state, whose accelerations are in ``work.slope_v[0]``.
 
-    Its length is halved, at no cost in forces, until the velocity changes little, but not below
-    what an impact, which changes it at once, would ask for.
+    It is repeated at half its length until the velocity changes little, but not below what an
+    impact, which changes it at once, would ask for.
     """
     lo, n = state.counter[LO], model.n
     state.counter[STEPS] += 1
     remaining = until - state.clock[TIME]
     finest = FINEST * model.tolerance / model.rate_scale
-    h = min(max(2.0 * state.clock[STEP], finest), COARSEST)
+    h = min(max(1.5 * state.clock[STEP], finest), COARSEST)
     while True:
         last = h >= remaining
         h = min(h, remaining)
@@ -52,14 +71,15 @@ def moreau_step(model: Model, state: State, work: Work, record: Record, until: f
             break
         h = max(0.5 * h, finest)
     state.clock[STEP] = h
-    work.new_q[:] = state.q
-    for k in range(lo, n + 2):
-        work.new_q[k] += h * work.new_v[k]
+    for k in range(n + 2):
+        work.new_q[k] = work.stage_q[k]
+        if k >= lo:
+            work.new_q[k] += 0.5 * h * work.new_v[k]
     record_line(record, state, work, h)
     state.q[lo:] = work.new_q[lo:]
     state.v[lo:] = work.new_v[lo:]
     state.clock[TIME] = until if last else state.clock[TIME] + h
-    land_joints(lo, model, state)
+    # A joint that lands on its stop keeps its speed until the next step's impact takes it.
     open_joints(lo, model, state)
     for i in range(lo, n):
         if state.stuck[i] == 1:
@@ -70,20 +90,108 @@ def moreau_step(model: Model, state: State, work: Work, record: Record, until: f
 
 @kernel
 def velocity_after(model: Model, state: State, work: Work, h: float) -> bool:
-    """Velocity of a step of length ``h`` into ``work.new_v``; False if it could not be found.
+    """Middle of a step of length ``h`` into ``work.stage_q``, its new velocity into ``work.new_v``.
 
-    Needs the pose and the articulated inertias of the state, as the accelerations leave them.
+    Returns False if it could not be found. Needs the smooth accelerations of the state in
+    ``work.smooth``.
+    """
+    lo, n = state.counter[LO], model.n
+    # A repeated step finds the middle's pose and inertias; put the state's back.
+    place_all(lo, model, state.q, work.pose)
+    chain.factor(lo, model.bodies, work.pose, work.art)
+    if not constrain(model, state, state.q, work.smooth, work, h, h):
+        return False
+    work.stage_q[:] = state.q
+    work.stage_v[:] = state.v
+    for k in range(lo, n + 2):
+        work.stage_q[k] += 0.5 * h * work.new_v[k]
+        work.stage_v[k] = 0.5 * (state.v[k] + work.new_v[k])
+    state.counter[EVALUATIONS] += 1
+    middle = work.slope_v[1]
+    smooth_accelerations(lo, model, work.stage_q, work.stage_v, work, middle)
+    push_x, push_y = outer_force(lo, model, work)
+    if not constrain(model, state, work.stage_q, middle, work, h, 0.5 * h):
+        return False
+    if is_free(lo, model) and not held_or_walled(model, state, work):
+        keep_momentum(model, state, work, h, h * push_x, h * push_y)
+    return True
+
+
+@kernel
+def outer_force(lo: int, model: Model, work: Work) -> tuple[float, float]:
+    """Friction and gravity on the whole chain [N], after `smooth_accelerations`."""
+    n = model.n
+    x, y = work.force[n], work.force[n + 1]
+    for i in range(lo, n):
+        x += model.bodies.mass[i] * work.ax[i]
+        y += model.bodies.mass[i] * work.ay[i]
+    return x, y
+
+
+@kernel
+def held_or_walled(model: Model, state: State, work: Work) -> bool:
+    """Whether something else from outside acts: friction that holds, or a wall."""
+    for i in range(model.n):
+        if state.stuck[i] == 1:
+            return True
+    for r in range(work.row_count[0], work.row_count[1]):
+        if work.row_id[r, 1] >= model.n or work.row_id[r, 0] >= model.n:
+            return True
+    return False
+
+
+@kernel
+def keep_momentum(
+    model: Model, state: State, work: Work, h: float, push_x: float, push_y: float
+) -> None:
+    """Shift the new base velocity so that only the outer impulse [N·s] changed the momentum.
+
+    All else in the step acts between components; their rotation during it, if velocities jump,
+    would else leave a trace of first order.
+    """
+    n, lo, mass = model.n, state.counter[LO], 0.0
+    before_x, before_y = momentum(lo, model, state.q, state.v, work)
+    for k in range(n + 2):
+        work.slope_q[2, k] = work.stage_q[k] + 0.5 * h * work.new_v[k]
+    after_x, after_y = momentum(lo, model, work.slope_q[2], work.new_v, work)
+    for i in range(lo, n):
+        mass += model.bodies.mass[i]
+    work.new_v[n] += (before_x + push_x - after_x) / mass
+    work.new_v[n + 1] += (before_y + push_y - after_y) / mass
+
+
+@kernel
+def momentum(lo: int, model: Model, q: Array, v: Array, work: Work) -> tuple[float, float]:
+    """Linear momentum [kg m/s] of the free components."""
+    chain.place(lo, model.bodies, q, work.pose)
+    chain.centre_velocities(lo, model.bodies, work.pose, v, work.vx, work.vy)
+    x, y = 0.0, 0.0
+    for i in range(lo, model.n):
+        x += model.bodies.mass[i] * work.vx[i]
+        y += model.bodies.mass[i] * work.vy[i]
+    return x, y
+
+
+@kernel
+def constrain(
+    model: Model, state: State, q: Array, acceleration: Array, work: Work, h: float, left: float
+) -> bool:
+    """Velocity after a step ``h`` into ``work.new_v``: the nearest that closes no gap of ``q``.
+
+    ``left`` is the time that the gaps have to last. Needs pose and inertias of ``q``. Returns
+    False if it could not be found.
     """
     lo, n = state.counter[LO], model.n
     v = work.new_v
     v[:] = state.v
     for k in range(lo, n + 2):
-        v[k] += h * work.smooth[k]
-    rows = collect_within(lo, model, state, work, v, h)
+        v[k] += h * acceleration[k]
+    rows = collect_within(lo, model, q, work, v, left)
     if rows < 0:
         return False
-    work.row_count[2] = 0
     count = rows
+    work.row_count[1] = rows
+    work.row_count[2] = 0
     for i in range(lo, n):
         if state.stuck[i] == 1:
             if count + 3 > work.bias.size:
@@ -102,20 +210,20 @@ def velocity_after(model: Model, state: State, work: Work, h: float) -> bool:
 
 
 @inlined
-def allowance(gap: float, h: float) -> float:
-    """Return gap over step, the closing velocity allowed; overlaps are taken back gently."""
-    return gap / h if gap >= 0.0 else PUSH_OUT * gap / h
+def allowance(gap: float, time: float) -> float:
+    """Return the closing velocity that a gap allows; overlaps are taken back gently."""
+    return gap / time if gap >= 0.0 else PUSH_OUT * gap / time
 
 
 @kernel
-def collect_within(lo: int, model: Model, state: State, work: Work, v: Array, h: float) -> int:
+def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: float) -> int:
     """Rows of all gaps that could close within the step, their allowances in ``work.bias``.
 
     Returns their number, −1 if there is no room.
     """
     row = 0
     for k in range(first_joint(lo), model.n):
-        angle = state.q[k] - state.q[k - 1]
+        angle = q[k] - q[k - 1]
         rate = v[k] - (v[k - 1] if k > lo else 0.0)
         for sign in (-1, 1):
             gap = contact.HALF_PI - sign * angle
@@ -123,6 +231,7 @@ def collect_within(lo: int, model: Model, state: State, work: Work, v: Array, h:
                 contact.stop_row(lo, model, work, row, k, sign)
                 work.bias[row] = allowance(gap, h)
                 row += 1
+    work.row_count[0] = row
     contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
     fastest = 0.0
     for i in range(lo, model.n):
@@ -150,12 +259,3 @@ def collect_within(lo: int, model: Model, state: State, work: Work, v: Array, h:
 
 
 REACH = 1.0  # how much faster than the trial velocity a joint may turn after the projection
-
-
-@kernel
-def land_joints(lo: int, model: Model, state: State) -> None:
-    """Lock the joints that the step brought to their stops."""
-    for k in range(first_joint(lo), model.n):
-        angle = state.q[k] - state.q[k - 1]
-        if state.lock[k] == 0 and abs(angle) >= contact.HALF_PI - 1e-9:
-            state.lock[k] = 1 if angle > 0.0 else -1

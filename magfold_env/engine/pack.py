@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from magfold_env.engine.magnets import BLEND
+from magfold_env.engine.magnets import BLEND, LANES
 from magfold_env.engine.quadrature import Rule, choose_rule
 from magfold_env.engine.state import Array, Bodies, IntArray, Magnets, Model
 from magfold_env.scene import Scene
@@ -109,14 +109,10 @@ def _build(
     rule: Rule, *, strips: bool, width: float, height: float, outer: float, inner: float
 ) -> Magnets:
     levels = len(rule.counts)
-    # A row's length is a multiple of the vector width; the padding has weight 0.
-    most = -(-(max(rule.counts) ** 2) // 8) * 8
-    here, there, weight = (np.zeros((levels, most)) for _ in range(3))
+    most = -(-max(rule.counts) // LANES) * LANES
+    node, weight = np.zeros((levels, most)), np.zeros((levels, most))
     for level, count in enumerate(rule.counts):
-        node, share = _width_rule(strips, count, width)
-        here[level, : count**2] = np.repeat(node, count)
-        there[level, : count**2] = np.tile(node, count)
-        weight[level, : count**2] = np.outer(share, share).ravel()
+        node[level, :count], weight[level, :count] = _width_rule(strips, count, width)
     base, base_share = _width_rule(strips, rule.counts[0], width)
     distance = np.repeat([outer, inner], 4)
     angle = np.tile(FACE_ANGLES, 2)
@@ -135,10 +131,9 @@ def _build(
         face_y=face_y,
         face_tx=tangent_x,
         face_ty=tangent_y,
-        pair_count=np.array([-(-(count**2) // 8) * 8 for count in rule.counts]),
-        pair_here=here,
-        pair_there=there,
-        pair_weight=weight,
+        level_count=np.array(rule.counts, dtype=np.int64),
+        level_node=node,
+        level_weight=weight,
         level_radius=np.array(rule.radii),
         reach=2.0 * outer + (BLEND * rule.radii[1] if levels > 1 else 0.0),
     )

@@ -89,9 +89,8 @@ def evaluate(model: Model, state: State, work: Work) -> None:
             work.fy[i] -= model.grip[i] * work.vy[i] / speed
     if model.magnetic:
         magnets.add_forces(
-            0, model.magnets, model.charge, pose,
-            work.node_x, work.node_y, work.node_q, work.fx, work.fy, work.torque,
-        )  # fmt: skip
+            0, model.magnets, model.charge, pose, work.nodes, work.fx, work.fy, work.torque
+        )
     chain.generalise(0, bodies, pose, work.fx, work.fy, work.torque, work.force)
     chain.factor(0, bodies, pose, work.art)
     chain.solve(0, bodies, pose, work.art, False, work.force, work.force)

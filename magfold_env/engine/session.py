@@ -136,19 +136,9 @@ class Session:
         """Magnetic energy of the components whose magnets act [J]."""
         if not self._model.magnetic:
             return 0.0
-        state, work = self._state, self._work
-        first = feed.place_all(int(state.counter[LO]), self._model, state.q, work.pose)
-        return float(
-            magnets.energy(
-                first,
-                self._model.magnets,
-                self._model.charge,
-                work.pose,
-                work.node_x,
-                work.node_y,
-                work.node_q,
-            )
-        )
+        state, work, model = self._state, self._work, self._model
+        first = feed.place_all(int(state.counter[LO]), model, state.q, work.pose)
+        return float(magnets.energy(first, model.magnets, model.charge, work.pose, work.nodes))
 
     # --- what a caller may do --------------------------------------------------------------
 

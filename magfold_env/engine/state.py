@@ -51,10 +51,9 @@ class Magnets(NamedTuple):
     face_y: Array
     face_tx: Array  # unit vectors along their widths, (8,)
     face_ty: Array
-    pair_count: IntArray  # node pairs of two faces at every level, level 0 the base; (levels,)
-    pair_here: Array  # offset along one face's width [m], (levels, most pairs)
-    pair_there: Array  # and along the other's
-    pair_weight: Array  # product of the nodes' shares of the charge
+    level_count: IntArray  # nodes a face at every level, level 0 the base; (levels,)
+    level_node: Array  # offsets along the width [m], (levels, most nodes in whole lanes)
+    level_weight: Array  # shares of the charge
     level_radius: Array  # within it, level k is in full force; (levels,) [m], [0] unused
     reach: float  # centres farther apart than this have no near faces [m]
 
@@ -115,6 +114,16 @@ class Record(NamedTuple):
     lo: IntArray  # (capacity,)
 
 
+class Nodes(NamedTuple):
+    """Scratch space of the magnets' sums."""
+
+    x: Array  # base nodes in the world, (n, nodes a casing) [m]
+    y: Array
+    q: Array  # their charges [A·m]
+    lane_x: Array  # sums of the vectorised loops
+    lane_y: Array
+
+
 class Work(NamedTuple):
     """Scratch space of one run, so that steps allocate nothing.
 
@@ -123,9 +132,7 @@ class Work(NamedTuple):
     """
 
     pose: Pose
-    node_x: Array
-    node_y: Array
-    node_q: Array
+    nodes: Nodes
     fx: Array  # (n,) forces and torques on the components
     fy: Array
     torque: Array
@@ -135,7 +142,7 @@ class Work(NamedTuple):
     ay: Array
     art: Array  # (n, 6) articulated inertias
     force: Array  # (n + 2,)
-    smooth: Array  # (n + 2,) accelerations before constraints
+    smooth: Array  # (n + 2,) accelerations without constraints
     stage_q: Array  # (n + 2,)
     stage_v: Array
     new_q: Array

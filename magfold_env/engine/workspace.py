@@ -15,6 +15,7 @@ from magfold_env.engine.state import (
     Array,
     IntArray,
     Model,
+    Nodes,
     Pose,
     Record,
     State,
@@ -61,7 +62,8 @@ def new_work(model: Model) -> Work:
             )
             raise ValueError(msg)
         rows = 6 * n + 16
-    nodes = model.magnets.node_x.size
+    count = model.magnets.node_x.size
+    lanes = max(count, model.magnets.level_node.shape[1])
 
     def floats(*shape: int) -> Array:
         return np.zeros(shape)
@@ -71,9 +73,9 @@ def new_work(model: Model) -> Work:
 
     return Work(
         pose=Pose(floats(n), floats(n), floats(n), floats(n)),
-        node_x=floats(n, nodes),
-        node_y=floats(n, nodes),
-        node_q=floats(n, nodes),
+        nodes=Nodes(
+            floats(n, count), floats(n, count), floats(n, count), floats(lanes), floats(lanes)
+        ),
         fx=floats(n),
         fy=floats(n),
         torque=floats(n),

@@ -37,20 +37,20 @@ class Casings:
 
     @property
     def nodes(self):
-        return self.work.node_x, self.work.node_y, self.work.node_q
+        return self.work.nodes
 
     def forces(self, places, headings):
         n = headings.size
         fx, fy, torque = np.zeros(n), np.zeros(n), np.zeros(n)
         pose = self.pose(places, headings)
         magnets.add_forces(
-            0, self.model.magnets, self.model.charge, pose, *self.nodes, fx, fy, torque
+            0, self.model.magnets, self.model.charge, pose, self.nodes, fx, fy, torque
         )
         return np.stack([fx, fy], axis=1), torque
 
     def energy(self, places, headings):
         pose = self.pose(places, headings)
-        return magnets.energy(0, self.model.magnets, self.model.charge, pose, *self.nodes)
+        return magnets.energy(0, self.model.magnets, self.model.charge, pose, self.nodes)
 
     def face_distances(self, places, headings):
         """Distances of all pairs of pole faces' centres."""

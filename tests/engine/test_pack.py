@@ -51,9 +51,9 @@ def test_nodes_lie_where_the_reference_puts_them(model):
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4])
 def test_every_level_carries_the_whole_charge(accuracy):
     rule = pack_magnets(Scene(sequence=("NSNS",), magnets=Magnets(accuracy=accuracy)))
-    np.testing.assert_allclose(rule.pair_weight.sum(axis=1), 1.0, rtol=1e-13)
-    # Pairs beyond the count are padding.
-    for count, weights in zip(rule.pair_count, rule.pair_weight, strict=True):
+    np.testing.assert_allclose(rule.level_weight.sum(axis=1), 1.0, rtol=1e-13)
+    # Nodes beyond the count are padding.
+    for count, weights in zip(rule.level_count, rule.level_weight, strict=True):
         assert not weights[count:].any()
     assert (np.diff(rule.level_radius[1:]) < 0).all()
 
