@@ -16,7 +16,7 @@ from magfold_env.energy.lattice import HEADINGS, Ints
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.magnets import energy
 from magfold_env.engine.pack import pack_magnets
-from magfold_env.engine.state import Array, Magnets, Pose
+from magfold_env.engine.state import Array, Magnets, Nodes, Pose
 from magfold_env.scene import Scene
 from magfold_env.scene_parts import Casing
 from magfold_env.scene_parts import Magnets as MagnetsPart
@@ -99,8 +99,15 @@ def _pairs(magnets: Magnets, unit: float, centres: Array, headings: Array, out: 
     cos, sin, x, y = np.ones(2), np.zeros(2), np.zeros(2), np.zeros(2)
     pose = Pose(cos, sin, x, y)
     charge = np.zeros((2, 4))
-    nodes = magnets.node_x.size
-    node_x, node_y, node_q = np.empty((2, nodes)), np.empty((2, nodes)), np.empty((2, nodes))
+    count = magnets.node_x.size
+    lanes = max(count, magnets.level_node.shape[1])
+    nodes = Nodes(
+        np.empty((2, count)),
+        np.empty((2, count)),
+        np.empty((2, count)),
+        np.empty(lanes),
+        np.empty(lanes),
+    )
     for p in range(out.shape[0]):
         x[1], y[1] = centres[p, 0], centres[p, 1]
         cos[1], sin[1] = headings[p, 0], headings[p, 1]
@@ -109,4 +116,4 @@ def _pairs(magnets: Magnets, unit: float, centres: Array, headings: Array, out: 
                 charge[:] = 0.0
                 charge[0, a] = unit
                 charge[1, b] = unit
-                out[p, a, b] = energy(0, magnets, charge, pose, node_x, node_y, node_q)
+                out[p, a, b] = energy(0, magnets, charge, pose, nodes)
