@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from magfold_env.engine import chain, contact
 from magfold_env.engine.dynamics import fill_rows, project, rate_of
 from magfold_env.engine.feed import place_all
@@ -129,6 +131,10 @@ def open_joints(lo: int, model: Model, state: State) -> None:
     for k in range(first_joint(lo), model.n):
         sign = state.lock[k]
         if sign == 0:
+            # Moreau steps may overshoot by a little: from there no joint would lock.
+            angle = state.q[k] - state.q[k - 1]
+            if abs(angle) > contact.HALF_PI:
+                state.q[k] = state.q[k - 1] + math.copysign(contact.HALF_PI, angle)
             continue
         behind = state.v[k - 1] if k > lo else 0.0
         if (behind - state.v[k]) * sign > OPENING:
