@@ -128,6 +128,8 @@ def hold_joints(lo: int, model: Model, lock: IntArray, q: Array, v: Array) -> No
 @kernel
 def open_joints(lo: int, model: Model, state: State) -> None:
     """After a step: open the joints that came apart in it, hold the others exactly."""
+    if not model.contact:
+        return
     for k in range(first_joint(lo), model.n):
         sign = state.lock[k]
         if sign == 0:
