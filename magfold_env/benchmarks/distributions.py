@@ -57,7 +57,7 @@ def main(
     table = Table(title=f"{seeds} releases each; tube feed at {speed} m/s")
     for column in ("sequence", "mode", "simulated", "energy minimiser", "the paper's experiment"):
         table.add_column(column)
-    cases = [(sequence, mode) for sequence in (1, 2, 3) for mode in MODES]
+    cases: list[tuple[int, Mode]] = [(k, mode) for k in (1, 2, 3) for mode in MODES]
     for sequence, mode in track(cases, description="folding"):
         counts = distribution(released(sequence, mode, speed), seeds)
         words = "\n".join(f"{n} × {word} {status}" for (word, status), n in counts.most_common())
