@@ -11,7 +11,7 @@ from agents.train import train
 
 
 def main(
-    minutes: Annotated[float, typer.Option(help="Longest training time.")] = 6.0,
+    minutes: Annotated[float, typer.Option(help="Longest training time.")] = 5.0,
     draws: Annotated[int, typer.Option(min=1, help="Evaluation episodes per target.")] = 20,
     output: Annotated[Path, typer.Option(help="Folder of all results.")] = Path("runs/quickstart"),
 ) -> None:
