@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine.jit import kernel
-from magfold_env.engine.state import Array, Bodies, Pose
+from magfold_env.engine.state import Array, Bodies, IntArray, Pose
 
 
 @kernel
@@ -79,61 +79,87 @@ def generalise(
 
 
 @kernel
-def factor(lo: int, bodies: Bodies, pose: Pose, art: Array) -> None:
-    """Sweep from tip to root; ``art`` (n, 6) keeps 1/D, h (2) and P (xx, xy, yy).
+def factor(lo: int, bodies: Bodies, pose: Pose, lock: IntArray, art: Array) -> None:
+    """Sweep from tip to root; ``art`` (n, 7) keeps 1/D, h (2), D and P (xx, xy, yy).
 
-    Row i holds P as seen from the inner hinge of component i.
+    Row i holds them as seen from the inner hinge of component i. A component whose ``lock`` is
+    not 0 turns with the one before it, or not at all if it is the first: it is not eliminated
+    but carried along, so that locked components move as one rigid body.
     """
     pxx, pxy, pyy = 0.0, 0.0, 0.0
+    carried, carried_x, carried_y = 0.0, 0.0, 0.0
     for i in range(bodies.mass.size - 1, lo - 1, -1):
         c, s = pose.cos[i], pose.sin[i]
         m, r, d = bodies.mass[i], bodies.reach[i], bodies.length[i]
         vx, vy = -d * s, d * c
-        gx = pxx * vx + pxy * vy
-        gy = pxy * vx + pyy * vy
-        inverse = 1.0 / (bodies.inertia[i] + m * r * r + vx * gx + vy * gy)
+        gx = pxx * vx + pxy * vy + carried_x
+        gy = pxy * vx + pyy * vy + carried_y
+        inertia = bodies.inertia[i] + m * r * r + carried
+        inertia += vx * (gx + carried_x) + vy * (gy + carried_y)
         hx = gx - m * r * s
         hy = gy + m * r * c
-        pxx += m - hx * hx * inverse
-        pxy -= hx * hy * inverse
-        pyy += m - hy * hy * inverse
-        art[i, 0] = inverse
+        pxx += m
+        pyy += m
         art[i, 1] = hx
         art[i, 2] = hy
-        art[i, 3] = pxx
-        art[i, 4] = pxy
-        art[i, 5] = pyy
+        art[i, 3] = inertia
+        if lock[i] == 0:
+            inverse = 1.0 / inertia
+            art[i, 0] = inverse
+            pxx -= hx * hx * inverse
+            pxy -= hx * hy * inverse
+            pyy -= hy * hy * inverse
+            carried, carried_x, carried_y = 0.0, 0.0, 0.0
+        else:
+            art[i, 0] = 0.0
+            carried, carried_x, carried_y = inertia, hx, hy
+        art[i, 4] = pxx
+        art[i, 5] = pxy
+        art[i, 6] = pyy
 
 
 @kernel
 def solve(
-    lo: int, bodies: Bodies, pose: Pose, art: Array, free: bool, force: Array, out: Array
-) -> None:
+    lo: int, bodies: Bodies, pose: Pose, lock: IntArray, art: Array, free: bool, force: Array,
+    out: Array, hold: Array,
+) -> None:  # fmt: skip
     """Solve M(φ) a = Q for generalised forces ``force`` (n + 2,); ``out`` may be ``force``.
 
     Unless ``free``, the base follows its own law and does not accelerate here. The same solve
-    turns impulses into changes of velocity.
+    turns impulses into changes of velocity. ``hold`` (n,) gets the torques that keep locked
+    components, on the outer side of their inner hinges; 0 for the others.
     """
     n = bodies.mass.size
-    px, py = 0.0, 0.0
+    px, py, carried = 0.0, 0.0, 0.0
     for i in range(n - 1, lo - 1, -1):
         d = bodies.length[i]
-        k = (force[i] - d * (pose.cos[i] * py - pose.sin[i] * px)) * art[i, 0]
-        out[i] = k
-        px += art[i, 1] * k
-        py += art[i, 2] * k
+        k = force[i] - d * (pose.cos[i] * py - pose.sin[i] * px) + carried
+        hold[i] = k
+        if lock[i] == 0:
+            k *= art[i, 0]
+            px += art[i, 1] * k
+            py += art[i, 2] * k
+            carried = 0.0
+        else:
+            carried = k
     ax, ay = 0.0, 0.0
     if free:
         # Nothing but the base's own force acts on the innermost hinge: P a + p = force.
         bx = force[n] - px
         by = force[n + 1] - py
-        det = art[lo, 3] * art[lo, 5] - art[lo, 4] * art[lo, 4]
-        ax = (art[lo, 5] * bx - art[lo, 4] * by) / det
-        ay = (art[lo, 3] * by - art[lo, 4] * bx) / det
+        det = art[lo, 4] * art[lo, 6] - art[lo, 5] * art[lo, 5]
+        ax = (art[lo, 6] * bx - art[lo, 5] * by) / det
+        ay = (art[lo, 4] * by - art[lo, 5] * bx) / det
     out[n] = ax
     out[n + 1] = ay
+    w = 0.0
     for i in range(lo, n):
-        w = out[i] - (art[i, 1] * ax + art[i, 2] * ay) * art[i, 0]
+        k = hold[i] - art[i, 1] * ax - art[i, 2] * ay
+        if lock[i] == 0:
+            w = k * art[i, 0]
+            hold[i] = 0.0
+        else:
+            hold[i] = art[i, 3] * w - k
         out[i] = w
         ax -= bodies.length[i] * pose.sin[i] * w
         ay += bodies.length[i] * pose.cos[i] * w

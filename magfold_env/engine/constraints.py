@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine import chain, contact
-from magfold_env.engine.dynamics import fill_rows, project, rate_of
+from magfold_env.engine.complementarity import solve_nonnegative
+from magfold_env.engine.dynamics import apply_multipliers, fill_rows, project, rate_of
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import EVENTS, LO, Array, IntArray, Model, State, Work
@@ -13,6 +14,7 @@ from magfold_env.engine.state import EVENTS, LO, Array, IntArray, Model, State, 
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
 SHUT = 1e-10  # [m/s] rates this small are none
 OPENING = 1e-7  # [rad/s] a stop whose joint turns away faster is left
+HOP = 0.05  # share of the tolerance by which a joint may open and close again unseen
 OK, IMPACT, CROWDED, UNSOLVED = range(4)
 
 
@@ -32,20 +34,15 @@ def begin_step(model: Model, state: State, work: Work) -> int:
     if not model.contact:
         return OK
     lo = state.counter[LO]
-    collect_stops(lo, model, state, work)
-    place_all(lo, model, state.q, work.pose)
-    contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
-    rows = contact.collect_contacts(lo, model, work, work.row_count[0])
+    rows = collect_rows(lo, model, state, work)
     if rows < 0:
         return CROWDED
-    work.row_count[1] = rows
     closing = False
     for r in range(work.row_count[0]):
         k = work.row_id[r, 0]
         behind = state.v[k - 1] if k > lo else 0.0
         closing = closing or (state.v[k] - behind) * work.row_id[r, 1] > 0.0
     if rows > work.row_count[0]:
-        work.row_count[1] = rows
         prepare(lo, model, state.v, work)
         for r in range(work.row_count[0], rows):
             closing = closing or rate_of(lo, work, r, state.v) < -SHUT
@@ -57,10 +54,60 @@ def begin_step(model: Model, state: State, work: Work) -> int:
         state.counter[EVENTS] += 1
         result = IMPACT
     leave(lo, model, state, work)
-    for r in range(work.row_count[1]):
-        work.passive[r] = 1
-    work.row_count[2] = work.row_count[1]
     return result
+
+
+@kernel
+def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int:
+    """Hold the joints that left their stops but would be back before anybody could see it.
+
+    An impact on one joint throws others off their stops, which the magnets then press shut again:
+    ever smaller hops, each with an impact. Those of less than `HOP` of the tolerance are left out:
+    the velocity becomes the nearest one at which these joints stay. ``acceleration`` is that of
+    the state. Returns OK, IMPACT (velocities changed) or UNSOLVED.
+    """
+    lo = state.counter[LO]
+    work.mark[:] = 0
+    found = False
+    for k in range(first_joint(lo), model.n):
+        angle = state.q[k] - state.q[k - 1]
+        if state.lock[k] != 0 or abs(angle) < contact.HALF_PI - AT_STOP:
+            continue
+        side = 1 if angle > 0.0 else -1
+        rate, pull = side * state.v[k], side * acceleration[k]
+        if k > lo:
+            rate -= side * state.v[k - 1]
+            pull -= side * acceleration[k - 1]
+        if pull > 0.0 and rate * rate < 2.0 * pull * HOP * model.tolerance:
+            state.lock[k] = side
+            work.mark[k] = 1
+            found = True
+    if not found:
+        return OK
+    rows = collect_rows(lo, model, state, work)
+    if rows < 0:
+        return UNSOLVED
+    prepare(lo, model, state.v, work)
+    for r in range(rows):
+        work.bias[r] = rate_of(lo, work, r, state.v)
+        work.equality[r] = work.mark[work.row_id[r, 0]] if r < work.row_count[0] else 0
+        work.passive[r] = 1
+    if not solve_nonnegative(rows, work):
+        return UNSOLVED
+    apply_multipliers(lo, rows, work, state.v)
+    leave(lo, model, state, work)
+    return IMPACT
+
+
+@kernel
+def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
+    """Rows of all that touches, stops first; returns their number, −1 if there is no room."""
+    collect_stops(lo, model, state, work)
+    place_all(lo, model, state.q, work.pose)
+    contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
+    rows = contact.collect_contacts(lo, model, work, work.row_count[0])
+    work.row_count[1] = rows
+    return rows
 
 
 @kernel
@@ -90,7 +137,7 @@ def prepare(lo: int, model: Model, v: Array, work: Work) -> None:
     """Jacobians of all rows at the current pose and velocity."""
     chain.centre_velocities(lo, model.bodies, work.pose, v, work.vx, work.vy)
     chain.centripetal(lo, model.bodies, work.pose, v, work.ax, work.ay)
-    chain.factor(lo, model.bodies, work.pose, work.art)
+    chain.factor(lo, model.bodies, work.pose, work.open, work.art)
     fill_rows(lo, model, v, work)
 
 
@@ -113,6 +160,8 @@ def leave(lo: int, model: Model, state: State, work: Work) -> None:
             work.row_id[keep] = work.row_id[r]
             keep += 1
     work.row_count[1] = keep
+    work.row_count[2] = keep
+    work.passive[:keep] = 1
     hold_joints(lo, model, state.lock, state.q, state.v)
 
 

@@ -19,11 +19,11 @@ HELD = 1e-6  # share of µ g: a component that accelerates less is held
 
 
 @kernel
-def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
-    """Accelerations (n + 2,) under magnets, gravity and sliding friction alone.
+def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None:
+    """Generalised forces of magnets, gravity, inertia and sliding friction into ``work.force``.
 
-    Leaves pose, centre velocities and articulated inertias in ``work``. Charged components that
-    are still in the tube act on the others.
+    Leaves pose and centre velocities in ``work``. Charged components that are still in the tube
+    act on the others.
     """
     n = model.n
     bodies, pose = model.bodies, work.pose
@@ -45,8 +45,40 @@ def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, 
         work.fx[i] += m * (model.gravity_x - work.ax[i])
         work.fy[i] += m * (model.gravity_y - work.ay[i])
     chain.generalise(lo, bodies, pose, work.fx, work.fy, work.torque, work.force)
-    chain.factor(lo, bodies, pose, work.art)
-    chain.solve(lo, bodies, pose, work.art, is_free(lo, model), work.force, out)
+
+
+@kernel
+def unconstrained(lo: int, model: Model, work: Work, out: Array) -> None:
+    """Accelerations (n + 2,) under ``work.force`` alone; leaves articulated inertias in ``work``."""
+    bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
+    chain.factor(lo, bodies, pose, work.open, work.art)
+    chain.solve(lo, bodies, pose, work.open, work.art, free, work.force, out, work.hold)
+
+
+@kernel
+def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
+    """Accelerations (n + 2,) under magnets, gravity and sliding friction alone."""
+    smooth_forces(lo, model, q, v, work)
+    unconstrained(lo, model, work, out)
+
+
+@kernel
+def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> bool:
+    """Accelerations (n + 2,) under ``work.force`` if all joints at their stops stay there.
+
+    The components between them then move as rigid bodies, and no constraint has to be solved
+    for. Returns whether every stop presses, which is the condition; `work.multiplier` has how much.
+    """
+    lo = state.counter[LO]
+    bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
+    chain.factor(lo, bodies, pose, state.lock, work.art)
+    chain.solve(lo, bodies, pose, state.lock, work.art, free, work.force, out, work.hold)
+    for r in range(work.row_count[0]):
+        k, sign = work.row_id[r, 0], work.row_id[r, 1]
+        work.multiplier[r] = -sign * work.hold[k]
+        if work.multiplier[r] < 0.0:
+            return False
+    return True
 
 
 @kernel
@@ -55,7 +87,10 @@ def respond(lo: int, model: Model, work: Work, first: int, last: int) -> None:
     n = model.n
     free = is_free(lo, model)
     for r in range(first, last):
-        chain.solve(lo, model.bodies, work.pose, work.art, free, work.jacobian[r], work.response[r])
+        chain.solve(
+            lo, model.bodies, work.pose, work.open, work.art, free,
+            work.jacobian[r], work.response[r], work.hold,
+        )  # fmt: skip
     for r in range(first, last):
         for c in range(r + 1):
             total = 0.0
@@ -105,10 +140,10 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
     """
     lo = state.counter[LO]
     state.counter[EVALUATIONS] += 1
-    smooth_accelerations(lo, model, q, v, work, out)
-    work.smooth[:] = out
-    if work.row_count[2] == 0:
+    smooth_forces(lo, model, q, v, work)
+    if work.row_count[2] == work.row_count[0] and rigid_accelerations(model, state, work, out):
         return True
+    unconstrained(lo, model, work, out)
     fill_rows(lo, model, v, work)
     rows, count = work.row_count[1], work.row_count[2]
     fill_friction(lo, model, work)
@@ -196,8 +231,8 @@ def within_grip(model: Model, work: Work) -> bool:
 def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bool:
     """Moreau's impact: replace ``v`` by the nearest velocity that no row forbids.
 
-    "Nearest" is in the metric of the mass matrix. Rows that would come apart slower than
-    ``slow`` [m/s, at a square's corner] are kept together, which ends rocking. Needs the pose.
+    "Nearest" is in the metric of the mass matrix. Corners that would come apart slower
+    than ``slow`` [m/s] are kept together, which ends rocking. Needs the pose.
     """
     lo = state.counter[LO]
     rows = work.row_count[1]
@@ -205,7 +240,7 @@ def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bo
         return True
     chain.centre_velocities(lo, model.bodies, work.pose, v, work.vx, work.vy)
     chain.centripetal(lo, model.bodies, work.pose, v, work.ax, work.ay)
-    chain.factor(lo, model.bodies, work.pose, work.art)
+    chain.factor(lo, model.bodies, work.pose, work.open, work.art)
     fill_rows(lo, model, v, work)
     for r in range(rows):
         work.bias[r] = rate_of(lo, work, r, v)
@@ -213,12 +248,11 @@ def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bo
         work.passive[r] = 1
     solved = solve_nonnegative(rows, work)
     again = False
-    for r in range(rows):
+    for r in range(work.row_count[0], rows):
         after = work.bias[r]
         for c in range(rows):
             after += work.delassus[r, c] * work.multiplier[c]
-        scale = model.side if r < work.row_count[0] else 1.0
-        if work.passive[r] == 0 and after * scale < slow:
+        if work.passive[r] == 0 and after < slow:
             work.equality[r] = 1
             again = True
     if again:

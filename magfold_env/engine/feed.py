@@ -100,7 +100,10 @@ def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
         work.fy[i] = 0.0
         work.torque[i] = 0.0
     chain.generalise(lo, model.bodies, work.pose, work.fx, work.fy, work.torque, work.force)
-    chain.factor(lo, model.bodies, work.pose, work.art)
-    chain.solve(lo, model.bodies, work.pose, work.art, False, work.force, work.force)
+    locks = work.open
+    chain.factor(lo, model.bodies, work.pose, locks, work.art)
+    chain.solve(
+        lo, model.bodies, work.pose, locks, work.art, False, work.force, work.force, work.hold
+    )
     for i in range(lo, n):
         state.v[i] += work.force[i]

@@ -14,9 +14,11 @@ import math
 from magfold_env.engine import dormand_prince as dp
 from magfold_env.engine.constraints import (
     CROWDED,
+    IMPACT,
     OK,
     UNSOLVED,
     begin_step,
+    end_hops,
     first_joint,
     open_joints,
 )
@@ -86,7 +88,7 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
             state.counter[TOUCHY] = PATIENCE
         touchy = state.counter[TOUCHY] > 0
         anew = state.counter[FRESH] == 1 or begun != OK or touchy or resting(lo, state)
-        if anew and not first_accelerations(model, state, work, work.slope_v[0]):
+        if anew and not fresh_accelerations(model, state, work):
             return NO_SOLUTION
         if model.frictional:
             stop_slow(model, state, work, work.slope_v[0])
@@ -112,6 +114,20 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
         elif outcome == BROKEN:
             return NOT_FINITE
     return REACHED
+
+
+@kernel
+def fresh_accelerations(model: Model, state: State, work: Work) -> bool:
+    """Accelerations of the state into ``work.slope_v[0]``; ends hops. False if not found."""
+    for _ in range(model.n):
+        if not first_accelerations(model, state, work, work.slope_v[0]):
+            return False
+        if not model.contact:
+            return True
+        hops = end_hops(model, state, work, work.slope_v[0])
+        if hops != IMPACT:
+            return hops == OK
+    return first_accelerations(model, state, work, work.slope_v[0])
 
 
 @kernel

@@ -20,6 +20,7 @@ from magfold_env.engine.dynamics import (
     rate_of,
     respond,
     smooth_accelerations,
+    unconstrained,
 )
 from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.friction import friction_rows
@@ -47,12 +48,13 @@ PUSH_OUT = 0.2  # share of an overlap that one step takes back
 
 @kernel
 def moreau_step(model: Model, state: State, work: Work, record: Record, until: float) -> int:
-    """Take one step from the state, whose accelerations are in ``work.slope_v[0]``.
+    """Take one step from the state, whose pose and forces are in ``work``.
 
     It is repeated at half its length until the velocity changes little, but not below what an
     impact, which changes it at once, would ask for.
     """
     lo, n = state.counter[LO], model.n
+    unconstrained(lo, model, work, work.smooth)
     state.counter[STEPS] += 1
     remaining = until - state.clock[TIME]
     finest = FINEST * model.tolerance / model.rate_scale
@@ -98,7 +100,7 @@ def velocity_after(model: Model, state: State, work: Work, h: float) -> bool:
     lo, n = state.counter[LO], model.n
     # A repeated step finds the middle's pose and inertias; put the state's back.
     place_all(lo, model, state.q, work.pose)
-    chain.factor(lo, model.bodies, work.pose, work.art)
+    chain.factor(lo, model.bodies, work.pose, work.open, work.art)
     if not constrain(model, state, state.q, work.smooth, work, h, h):
         return False
     work.stage_q[:] = state.q

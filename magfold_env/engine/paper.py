@@ -92,8 +92,8 @@ def evaluate(model: Model, state: State, work: Work) -> None:
             0, model.magnets, model.charge, pose, work.nodes, work.fx, work.fy, work.torque
         )
     chain.generalise(0, bodies, pose, work.fx, work.fy, work.torque, work.force)
-    chain.factor(0, bodies, pose, work.art)
-    chain.solve(0, bodies, pose, work.art, False, work.force, work.force)
+    chain.factor(0, bodies, pose, work.open, work.art)
+    chain.solve(0, bodies, pose, work.open, work.art, False, work.force, work.force, work.hold)
 
 
 @kernel

@@ -140,8 +140,10 @@ class Work(NamedTuple):
     vy: Array
     ax: Array
     ay: Array
-    art: Array  # (n, 6) articulated inertias
-    force: Array  # (n + 2,)
+    art: Array  # (n, 7) articulated inertias
+    hold: Array  # (n,) torques that keep locked joints
+    open: IntArray  # (n,) zeros: the locks of a chain whose joints all turn
+    force: Array  # (n + 2,) generalised, without constraints
     smooth: Array  # (n + 2,) accelerations without constraints
     stage_q: Array  # (n + 2,)
     stage_v: Array

@@ -76,8 +76,8 @@ def test_free_chain_solves_the_dense_mass_matrix(seed, n):
     scene, model, work, q = in_engine(rng, n)
     force = rng.normal(0.0, 1.0, n + 2) * np.append(np.full(n, SIDE), [1.0, 1.0])
     out = np.empty(n + 2)
-    chain.factor(0, model.bodies, work.pose, work.art)
-    chain.solve(0, model.bodies, work.pose, work.art, True, force, out)
+    chain.factor(0, model.bodies, work.pose, work.open, work.art)
+    chain.solve(0, model.bodies, work.pose, work.open, work.art, True, force, out, work.hold)
     matrix = reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)
     expected = np.linalg.solve(matrix, force)
     scale = np.append(np.full(n, 1.0), [SIDE, SIDE])
@@ -93,8 +93,8 @@ def test_part_of_a_chain_behind_its_hinge_is_a_shorter_chain(seed, n, share):
     lo = int(share * (n - 1))
     force = np.append(rng.normal(0.0, SIDE, n), [0.0, 0.0])
     out = np.zeros(n + 2)
-    chain.factor(lo, model.bodies, work.pose, work.art)
-    chain.solve(lo, model.bodies, work.pose, work.art, False, force, out)
+    chain.factor(lo, model.bodies, work.pose, work.open, work.art)
+    chain.solve(lo, model.bodies, work.pose, work.open, work.art, False, force, out, work.hold)
     tail = reference.mass_matrix(q[lo:], SIDE, scene.masses[lo:], scene.inertias[lo:])
     expected = np.linalg.solve(tail[: n - lo, : n - lo], force[lo:n])
     np.testing.assert_allclose(out[lo:n], expected, rtol=0, atol=1e-11 * np.abs(expected).max())
@@ -145,8 +145,8 @@ def test_a_free_chain_keeps_its_momentum(seed, n):
     pull_x, pull_y = -scene.masses * work.ax, -scene.masses * work.ay
     out = np.empty(n + 2)
     chain.generalise(0, model.bodies, work.pose, pull_x, pull_y, np.zeros(n), work.force)
-    chain.factor(0, model.bodies, work.pose, work.art)
-    chain.solve(0, model.bodies, work.pose, work.art, True, work.force, out)
+    chain.factor(0, model.bodies, work.pose, work.open, work.art)
+    chain.solve(0, model.bodies, work.pose, work.open, work.art, True, work.force, out, work.hold)
     places = reference.centres(q, SIDE)
     pulls = reference.velocity_map(q, SIDE) @ out
     pulls = scene.masses[:, None] * (pulls + reference.velocity_accelerations(q, v, SIDE))
@@ -155,3 +155,37 @@ def test_a_free_chain_keeps_its_momentum(seed, n):
     size = np.abs(pulls).max() + 1e-300
     assert np.abs(pulls.sum(axis=0)).max() <= 1e-11 * size
     assert abs(moment) <= 1e-11 * size * (np.abs(places).max() + SIDE) + 1e-18
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 20), held=st.booleans())
+def test_locked_joints_move_as_the_constrained_mass_matrix_says(seed, n, held):
+    # M a = Q + Jᵀτ with one row a locked joint, J a = 0; if held, component 0 may lock to the base.
+    rng = np.random.default_rng(seed)
+    scene, model, work, q = in_engine(rng, n)
+    lock = rng.integers(-1, 2, n)
+    lock[0] = 1 if held and rng.integers(2) else 0
+    force = rng.normal(0.0, 1.0, n + 2) * np.append(np.full(n, SIDE), [1.0, 1.0])
+    out = np.empty(n + 2)
+    chain.factor(0, model.bodies, work.pose, lock, work.art)
+    chain.solve(0, model.bodies, work.pose, lock, work.art, not held, force, out, work.hold)
+    matrix = reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)
+    relative = np.eye(n, n + 2) - np.eye(n, n + 2, -1)
+    rows = relative[lock != 0]
+    if held:
+        rows = np.concatenate([rows, np.eye(n + 2)[n:]])
+    size = len(rows)
+    scale = np.append(np.full(n, SIDE), [1.0, 1.0])  # torques and forces of one size
+    system = np.block([[matrix / scale[:, None], rows.T], [rows, np.zeros((size, size))]])
+    solution = np.linalg.solve(
+        system, np.concatenate([force / scale, np.zeros(size)])
+    ) if size else np.linalg.solve(matrix, force)
+    np.testing.assert_allclose(
+        out * scale, solution[: n + 2] * scale, rtol=0, atol=1e-10 * np.abs(solution).max()
+    )
+    assert not np.diff(out[:n])[lock[1:] != 0].any()
+    assert not work.hold[lock == 0].any()
+    # What holds the joints does no net work and makes up for the rest of the equation.
+    torque = matrix @ out - force
+    torque[:n] += np.append(work.hold[1:], 0.0) - work.hold
+    kept = slice(0, n) if held else slice(None)
+    np.testing.assert_allclose(torque[kept] / scale[kept], 0.0, atol=1e-9 * np.abs(force / scale).max())
