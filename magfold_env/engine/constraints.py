@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine import chain, contact
-from magfold_env.engine.complementarity import solve_nonnegative
+from magfold_env.engine.complementarity import solve_nonnegative, solve_passive
 from magfold_env.engine.dynamics import apply_multipliers, fill_rows, project, rate_of
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.jit import inlined, kernel
@@ -15,6 +15,8 @@ AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
 SHUT = 1e-10  # [m/s] rates this small are none
 OPENING = 1e-7  # [rad/s] a stop whose joint turns away faster is left
 HOP = 0.05  # share of the tolerance by which a joint may open and close again unseen
+CORRECTIONS = 3
+SUNK = 1e-4  # share of the side: overlaps that a step's error does not explain
 OK, IMPACT, CROWDED, UNSOLVED = range(4)
 
 
@@ -63,11 +65,10 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
 
     An impact on one joint throws others off their stops, which the magnets then press shut again:
     ever smaller hops, each with an impact. Those of less than `HOP` of the tolerance are left out:
-    the velocity becomes the nearest one at which these joints stay. ``acceleration`` is that of
-    the state. Returns OK, IMPACT (velocities changed) or UNSOLVED.
+    the velocity becomes the nearest one at which these joints stay, and those that stayed anyway.
+    ``acceleration`` is that of the state. Returns OK, IMPACT (velocities changed) or UNSOLVED.
     """
     lo = state.counter[LO]
-    work.mark[:] = 0
     found = False
     for k in range(first_joint(lo), model.n):
         angle = state.q[k] - state.q[k - 1]
@@ -80,7 +81,6 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
             pull -= side * acceleration[k - 1]
         if pull > 0.0 and rate * rate < 2.0 * pull * HOP * model.tolerance:
             state.lock[k] = side
-            work.mark[k] = 1
             found = True
     if not found:
         return OK
@@ -90,13 +90,66 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
     prepare(lo, model, state.v, work)
     for r in range(rows):
         work.bias[r] = rate_of(lo, work, r, state.v)
-        work.equality[r] = work.mark[work.row_id[r, 0]] if r < work.row_count[0] else 0
+        work.equality[r] = int(r < work.row_count[0])
         work.passive[r] = 1
     if not solve_nonnegative(rows, work):
         return UNSOLVED
     apply_multipliers(lo, rows, work, state.v)
     leave(lo, model, state, work)
     return IMPACT
+
+
+@kernel
+def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) -> bool:
+    """Undo what a step drifted off the contacts that pressed all through it.
+
+    Their gaps and the rates of these obeyed the step's accelerations, so only up to its error.
+    Coordinates and velocities become the nearest ones at which the squares touch and stay in
+    touch. Returns False if a gap is so wrong that something happened within the step.
+    """
+    lo = state.counter[LO]
+    stops, rows = work.row_count[0], work.row_count[1]
+    target = 0.25 * contact.TOUCH * model.side
+    for r in range(stops):
+        work.equality[r] = 1
+        work.passive[r] = 1
+    for r in range(stops, rows):
+        # Those that pressed at the end of the step.
+        work.equality[r] = int(work.multiplier[r] > 0.0)
+        work.passive[r] = work.equality[r]
+    for _ in range(CORRECTIONS):
+        place_all(lo, model, q, work.pose)
+        contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
+        work.row_count[2] = rows
+        prepare(lo, model, v, work)
+        off = 0.0
+        for r in range(rows):
+            work.bias[r] = 0.0
+            if r >= stops:
+                box, other, k = work.row_id[r, 0], work.row_id[r, 1], work.row_id[r, 2]
+                gap = contact.corner_gap(model, work, box, other, k)
+                if gap < -SUNK * model.side:
+                    return False
+                if work.passive[r] == 1:
+                    work.bias[r] = gap - target
+                    off = max(off, abs(gap - target))
+        if off < target:
+            break
+        solve_passive(
+            rows, work.delassus, work.bias, work.passive, work.order, work.cholesky, work.trial
+        )
+        for r in range(rows):
+            work.multiplier[r] = work.trial[r]
+        apply_multipliers(lo, rows, work, q)
+    for r in range(rows):
+        work.bias[r] = rate_of(lo, work, r, v)
+    solve_passive(
+        rows, work.delassus, work.bias, work.passive, work.order, work.cholesky, work.trial
+    )
+    for r in range(rows):
+        work.multiplier[r] = work.trial[r]
+    apply_multipliers(lo, rows, work, v)
+    return True
 
 
 @kernel

@@ -163,6 +163,19 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
 
 
 @inlined
+def is_row(work: Work, box: int, other: int, corner: int) -> bool:
+    """Whether this corner is one of the step's contacts."""
+    for r in range(work.row_count[0], work.row_count[1]):
+        if (
+            work.row_id[r, 0] == box
+            and work.row_id[r, 1] == other
+            and work.row_id[r, 2] == corner
+        ):
+            return True
+    return False
+
+
+@inlined
 def add_point(
     lo: int, model: Model, pose: Pose, row: Array, i: int, px: float, py: float,
     nx: float, ny: float,

@@ -32,7 +32,8 @@ def interpolate(y: Array, slopes: Array, step: float, fraction: float, out: Arra
 def margin(model: Model, state: State, q: Array, work: Work) -> float:
     """How far the coordinates are from a new touch, as a share of the side or in radians.
 
-    Negative means that something touched before. Joints at their stops do not count.
+    Negative means that something touched before. What touches already, in the rows of the step,
+    does not count.
     """
     lo = state.counter[LO]
     worst = 1.0
@@ -49,8 +50,9 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
             if contact.may_touch(model, work, i, j):
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)
-                    gap = contact.corner_gap(model, work, box, other, c % 4)
-                    worst = min(worst, gap / model.side)
+                    gap = contact.corner_gap(model, work, box, other, c % 4) / model.side
+                    if gap < worst and not contact.is_row(work, box, other, c % 4):
+                        worst = gap
             j = contact.next_partner(model, lo, i, j)
     return worst
 

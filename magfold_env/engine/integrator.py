@@ -2,9 +2,10 @@
 
 Between events the accelerations are smooth and Dormand and Prince's 5(4) pair takes steps whose
 error it controls. A step ends where something new touches; there the impact is a projection of
-the velocities and integration starts afresh, at full order. Joints at their stops are linear
-constraints, which the pair keeps exactly. While squares touch each other or the tube, or stops
-rattle, Moreau's time-stepping takes over: of first order, but it needs no events.
+the velocities and integration starts afresh, at full order. Joints at their stops move as rigid
+bodies, which the pair keeps exactly; squares that touch are kept from drifting after each step.
+Where something rattles, touching again as soon as it parted, Moreau's time-stepping takes over
+for a few steps: of first order, but it needs no events.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from magfold_env.engine.constraints import (
     UNSOLVED,
     begin_step,
     end_hops,
+    keep_contacts,
     first_joint,
     open_joints,
 )
@@ -63,7 +65,7 @@ LONGEST_STEP = 0.05  # [s]
 SHORTEST_STEP = 1e-13  # [s]
 HOPELESS_STEP = 1e-9  # [s] not finite even here: broken
 EASY = 1e-4  # an error that allows the largest growth
-PATIENCE = 8  # Moreau steps after the last contact or rattle
+PATIENCE = 4  # Moreau steps after a rattle
 
 
 @kernel
@@ -84,8 +86,6 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
             return TOO_CROWDED
         if begun == UNSOLVED:
             return NO_SOLUTION
-        if work.row_count[1] > work.row_count[0]:
-            state.counter[TOUCHY] = PATIENCE
         touchy = state.counter[TOUCHY] > 0
         anew = state.counter[FRESH] == 1 or begun != OK or touchy or resting(lo, state)
         if anew and not fresh_accelerations(model, state, work):
@@ -145,6 +145,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     lo = state.counter[LO]
     remaining = until - state.clock[TIME]
     state.clock[STEP] = min(state.clock[STEP], LONGEST_STEP)
+    growth = 5.0
     while True:
         h = min(state.clock[STEP], remaining)
         if model.contact:
@@ -165,25 +166,32 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
             state.clock[STEP] = 0.1 * h
             continue
         if error > 1.0:
+            growth = 1.0
             state.clock[STEP] = h * max(0.2, 0.9 * error ** (-1.0 / dp.ORDER))
             continue
         fraction = first_touch(model, state, h, work) if model.contact else 1.0
         if fraction == STALLED:
             return RATTLED
         break
-    growth = 5.0 if error < EASY else min(5.0, 0.9 * error ** (-1.0 / dp.ORDER))
+    if fraction < 1.0:
+        growth = 1.0
+    elif error > EASY:
+        growth = min(growth, 0.9 * error ** (-1.0 / dp.ORDER))
     # A step cut short by an event or by the time limit says nothing against a longer one.
     state.clock[STEP] = max(h * growth, 0.5 * state.clock[STEP] if h < state.clock[STEP] else 0.0)
     if fraction < 1.0:
         interpolate(state.q, work.slope_q, h, fraction, work.new_q)
         interpolate(state.v, work.slope_v, h, fraction, work.new_v)
+    touching = work.row_count[1] > work.row_count[0]
+    if touching and not keep_contacts(model, state, work, work.new_q, work.new_v):
+        return RATTLED
     record_step(record, state, work, h, fraction)
     state.q[lo:] = work.new_q[lo:]
     state.v[lo:] = work.new_v[lo:]
     state.clock[TIME] = until if last and fraction == 1.0 else state.clock[TIME] + fraction * h
     settle_held(lo, model, state, work)
     open_joints(lo, model, state)
-    if fraction < 1.0:
+    if fraction < 1.0 or touching:
         return TOUCHED
     # First same as last: the seventh stage is the next step's first.
     work.slope_v[0, :] = work.slope_v[6, :]
@@ -270,8 +278,10 @@ def time_to_stop(lo: int, model: Model, state: State, work: Work) -> float:
             gap = HALF_PI - sign * angle
             toward, push = sign * rate, sign * acceleration
             root = toward * toward + 2.0 * push * gap
-            if root >= 0.0 and toward + math.sqrt(root) > 0.0:
-                # 2 g / (r + √(r² + 2 a g)) is the smaller root of r t + a t²/2 = g, for either
-                # sign of the push.
+            # The first t > 0 with r t + a t²/2 = g, in the form that does not cancel.
+            if toward < 0.0:
+                if push > 0.0:
+                    soonest = min(soonest, (math.sqrt(root) - toward) / push)
+            elif root >= 0.0 and toward + math.sqrt(root) > 0.0:
                 soonest = min(soonest, 2.0 * gap / (toward + math.sqrt(root)))
     return max(soonest, 1e-7)
