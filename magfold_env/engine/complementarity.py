@@ -25,7 +25,7 @@ ACCEPTABLE = 1e-6
 @kernel
 def solve_passive(
     count: int, delassus: Array, bias: Array, passive: IntArray, index: IntArray,
-    cholesky: Array, trial: Array,
+    cholesky: Array, trial: Array, update: Array,
 ) -> None:  # fmt: skip
     """Solve W λ = −b on the passive rows by Cholesky; λ of the others is zero."""
     size = 0
@@ -46,16 +46,32 @@ def solve_passive(
         cholesky[size, size] = math.sqrt(pivot)
         index[size] = r
         size += 1
-    for k in range(size):
-        total = -bias[index[k]]
-        for m in range(k):
-            total -= cholesky[k, m] * trial[index[m]]
-        trial[index[k]] = total / cholesky[k, k]
-    for k in range(size - 1, -1, -1):
-        total = trial[index[k]]
-        for m in range(k + 1, size):
-            total -= cholesky[m, k] * trial[index[m]]
-        trial[index[k]] = total / cholesky[k, k]
+    # The first pass solves with the ridge, the second takes its trace out of the velocities.
+    for _ in range(2):
+        for k in range(size):
+            r = index[k]
+            total = -bias[r]
+            for m in range(size):
+                total -= delassus[r, index[m]] * trial[index[m]]
+            for m in range(k):
+                total -= cholesky[k, m] * update[m]
+            update[k] = total / cholesky[k, k]
+        for k in range(size - 1, -1, -1):
+            total = update[k]
+            for m in range(k + 1, size):
+                total -= cholesky[m, k] * update[m]
+            update[k] = total / cholesky[k, k]
+        for k in range(size):
+            trial[index[k]] += update[k]
+
+
+@kernel
+def solve_equalities(count: int, work: Work) -> None:
+    """Multipliers for w = 0 in the rows marked in ``work.passive``; those of the others are 0."""
+    solve_passive(
+        count, work.delassus, work.bias, work.passive, work.order, work.cholesky,
+        work.multiplier, work.update,
+    )  # fmt: skip
 
 
 @kernel
@@ -70,7 +86,9 @@ def active_sets(count: int, work: Work) -> bool:
         if work.equality[r] == 1:
             passive[r] = 1
     for _ in range(10 * count + 10):
-        solve_passive(count, delassus, bias, passive, work.order, work.cholesky, trial)
+        solve_passive(
+            count, delassus, bias, passive, work.order, work.cholesky, trial, work.update
+        )
         # Walk from the feasible λ towards the trial until a row would turn negative.
         fraction = 1.0
         blocking = -1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine import chain, contact
-from magfold_env.engine.complementarity import solve_nonnegative, solve_passive
+from magfold_env.engine.complementarity import solve_equalities, solve_nonnegative
 from magfold_env.engine.dynamics import apply_multipliers, fill_rows, project, rate_of
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.jit import inlined, kernel
@@ -110,13 +110,9 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
     lo = state.counter[LO]
     stops, rows = work.row_count[0], work.row_count[1]
     target = 0.25 * contact.TOUCH * model.side
-    for r in range(stops):
-        work.equality[r] = 1
-        work.passive[r] = 1
-    for r in range(stops, rows):
-        # Those that pressed at the end of the step.
-        work.equality[r] = int(work.multiplier[r] > 0.0)
-        work.passive[r] = work.equality[r]
+    for r in range(rows):
+        # Stops, and the contacts that pressed at the end of the step.
+        work.passive[r] = int(r < stops or work.multiplier[r] > 0.0)
     for _ in range(CORRECTIONS):
         place_all(lo, model, q, work.pose)
         contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
@@ -135,19 +131,11 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
                     off = max(off, abs(gap - target))
         if off < target:
             break
-        solve_passive(
-            rows, work.delassus, work.bias, work.passive, work.order, work.cholesky, work.trial
-        )
-        for r in range(rows):
-            work.multiplier[r] = work.trial[r]
+        solve_equalities(rows, work)
         apply_multipliers(lo, rows, work, q)
     for r in range(rows):
         work.bias[r] = rate_of(lo, work, r, v)
-    solve_passive(
-        rows, work.delassus, work.bias, work.passive, work.order, work.cholesky, work.trial
-    )
-    for r in range(rows):
-        work.multiplier[r] = work.trial[r]
+    solve_equalities(rows, work)
     apply_multipliers(lo, rows, work, v)
     return True
 

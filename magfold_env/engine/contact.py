@@ -25,7 +25,6 @@ HALF_PI = math.pi / 2.0
 APART = 4
 SHRINK = 1e-4
 TOUCH = 1e-5  # contacts act within this share of the side
-FAR = 1.0  # [m]
 FACE_C = math.sqrt(0.5)  # a square's first face looks 45° to the left of its heading
 
 
@@ -101,12 +100,10 @@ def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, floa
 def corner_gap(model: Model, work: Work, box: int, other: int, k: int) -> float:
     """Gap between corner k of ``other`` and ``box`` [m].
 
-    Two corners that face each other are one contact, not two: seen from the second box they are
-    far apart.
+    Where two corners face each other it is the same seen from either box, so that one row takes
+    over from the other without a jump.
     """
-    dx, dy, round_corner = corner_offset(work, box, other, k)
-    if round_corner and box > other:
-        return FAR
+    dx, dy, _ = corner_offset(work, box, other, k)
     return math.sqrt(dx * dx + dy * dy) - clearance(model, box, other)
 
 

@@ -169,4 +169,5 @@ class Work(NamedTuple):
     order: IntArray  # (rows,)
     mark: IntArray  # (n,)
     trial: Array  # (rows,)
+    update: Array  # (rows,)
     cholesky: Array  # (rows, rows)

@@ -112,6 +112,7 @@ def new_work(model: Model) -> Work:
         order=integers(rows),
         mark=integers(n),
         trial=floats(rows),
+        update=floats(rows),
         cholesky=floats(rows, rows),
     )
 
