@@ -134,7 +134,7 @@ class Impact:
         joints = rng.choice(np.arange(1, n), int(rng.integers(1, n)), replace=False)
         for r, joint in enumerate(joints):
             work.row_id[r, :2] = joint, rng.choice([-1, 1])
-        row = len(joints)
+        self.stops = row = len(joints)
         work.row_count[0] = row
         # Rows are linear: for the projection it does not matter how large their gaps are.
         for _ in range(int(rng.integers(0, 4))):
@@ -227,10 +227,11 @@ def test_a_second_impact_changes_nothing(seed, mount):
 
 
 @given(seed=seeds, mount=mounts)
-def test_rows_that_part_slowly_stay_together(seed, mount):
+def test_corners_that_part_slowly_stay_together(seed, mount):
     impact = Impact(np.random.default_rng(seed), mount)
     apart = impact.jacobian @ impact.project()[: impact.free]
     rate = np.abs(impact.jacobian @ impact.before[: impact.free]).max()
     after = impact.jacobian @ impact.project(1e9)[: impact.free]
     assert after.min() >= -1e-6 * rate
-    np.testing.assert_allclose(after[apart > 1e-3 * rate], 0.0, rtol=0, atol=1e-6 * rate)
+    slow = (apart > 1e-3 * rate) & (np.arange(len(apart)) >= impact.stops)
+    np.testing.assert_allclose(after[slow], 0.0, rtol=0, atol=1e-6 * rate)
