@@ -86,9 +86,7 @@ def active_sets(count: int, work: Work) -> bool:
         if work.equality[r] == 1:
             passive[r] = 1
     for _ in range(10 * count + 10):
-        solve_passive(
-            count, delassus, bias, passive, work.order, work.cholesky, trial, work.update
-        )
+        solve_passive(count, delassus, bias, passive, work.order, work.cholesky, trial, work.update)
         # Walk from the feasible λ towards the trial until a row would turn negative.
         fraction = 1.0
         blocking = -1

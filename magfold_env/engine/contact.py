@@ -163,11 +163,7 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
 def is_row(work: Work, box: int, other: int, corner: int) -> bool:
     """Whether this corner is one of the step's contacts."""
     for r in range(work.row_count[0], work.row_count[1]):
-        if (
-            work.row_id[r, 0] == box
-            and work.row_id[r, 1] == other
-            and work.row_id[r, 2] == corner
-        ):
+        if work.row_id[r, 0] == box and work.row_id[r, 1] == other and work.row_id[r, 2] == corner:
             return True
     return False
 
@@ -194,6 +190,69 @@ def add_point(
     row[i] += hx * ny - hy * nx
 
 
+@inlined
+def corner_velocity(
+    lo: int, model: Model, work: Work, box: int, other: int, ox: float, oy: float, v: Array
+) -> tuple[float, float, float]:
+    """Velocity [m/s] of the point (ox, oy) from the centre of ``other``, and rate of ``box``.
+
+    The velocity is relative to the centre of ``box``. Bodies before ``lo`` move with the base,
+    walls not at all.
+    """
+    n = model.n
+    vx, vy, w = 0.0, 0.0, 0.0
+    if other < n:
+        vx, vy = v[n], v[n + 1]
+        if other >= lo:
+            vx = work.vx[other] - v[other] * oy
+            vy = work.vy[other] + v[other] * ox
+    if box < n:
+        if box >= lo:
+            w = v[box]
+            vx -= work.vx[box]
+            vy -= work.vy[box]
+        else:
+            vx -= v[n]
+            vy -= v[n + 1]
+    return vx, vy, w
+
+
+@kernel
+def time_to_edge(lo: int, model: Model, work: Work, v: Array) -> float:
+    """Time until a corner that slides along a face, or around an edge, is at its end [s].
+
+    There the normal begins or ceases to turn. At the present velocities; infinite if nothing
+    slides. Needs `place_boxes` and centre velocities.
+    """
+    soonest = math.inf
+    for r in range(work.row_count[0], work.row_count[1]):
+        box, other, k = int(work.row_id[r, 0]), int(work.row_id[r, 1]), int(work.row_id[r, 2])
+        ox, oy = corner(work, other, k)
+        x = work.box_x[other] + ox - work.box_x[box]
+        y = work.box_y[other] + oy - work.box_y[box]
+        vx, vy, w = corner_velocity(lo, model, work, box, other, ox, oy, v)
+        vx += w * y
+        vy -= w * x
+        c, s = work.box_c[box], work.box_s[box]
+        along, across = c * x + s * y, c * y - s * x
+        slide, rise = c * vx + s * vy, c * vy - s * vx
+        a, b = work.box_a[box], work.box_b[box]
+        beside, above = abs(along) > a, abs(across) > b
+        if beside == above or above:
+            soonest = min(soonest, time_to_end(along, a, slide))
+        if beside == above or beside:
+            soonest = min(soonest, time_to_end(across, b, rise))
+    return soonest
+
+
+@inlined
+def time_to_end(x: float, end: float, rate: float) -> float:
+    """Time until a point at x is at one of the ends −end and end of a face [s]."""
+    goal = math.copysign(end, x if abs(x) > end else rate)
+    time = (goal - x) / rate if rate != 0.0 else math.inf
+    return time if time > 0.0 else math.inf
+
+
 @kernel
 def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array) -> None:
     """Fill Jacobian and bias of contact row r.
@@ -218,26 +277,15 @@ def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array)
     add_point(lo, model, pose, row, box, px, py, -nx, -ny)
     # n·ẍ seen from the box, x = p − c, with ω̇ = 0: n·(p̈ − c̈) + 2 ω n⊥·ẋ − ω² n·x.
     x, y = px - work.box_x[box], py - work.box_y[box]
-    vx, vy, ax, ay = 0.0, 0.0, 0.0, 0.0
-    w = 0.0
-    if other < n:
-        vx, vy = v[n], v[n + 1]
-        if other >= lo:
-            u = v[other]
-            vx = work.vx[other] - u * oy
-            vy = work.vy[other] + u * ox
-            ax = work.ax[other] - u * u * ox
-            ay = work.ay[other] - u * u * oy
-    if box < n:
-        if box >= lo:
-            w = v[box]
-            vx -= work.vx[box]
-            vy -= work.vy[box]
-            ax -= work.ax[box]
-            ay -= work.ay[box]
-        else:
-            vx -= v[n]
-            vy -= v[n + 1]
+    vx, vy, w = corner_velocity(lo, model, work, box, other, ox, oy, v)
+    ax, ay = 0.0, 0.0
+    if lo <= other < n:
+        u = v[other]
+        ax = work.ax[other] - u * u * ox
+        ay = work.ay[other] - u * u * oy
+    if lo <= box < n:
+        ax -= work.ax[box]
+        ay -= work.ay[box]
     bias = nx * ax + ny * ay + 2.0 * w * (nx * vy - ny * vx) - w * w * (nx * x + ny * y)
     if round_corner:
         # Around a corner the normal turns with the point.

@@ -49,7 +49,7 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
 
 @kernel
 def unconstrained(lo: int, model: Model, work: Work, out: Array) -> None:
-    """Accelerations (n + 2,) under ``work.force`` alone; leaves articulated inertias in ``work``."""
+    """Accelerations (n + 2,) under ``work.force`` alone; leaves articulated inertias behind."""
     bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
     chain.factor(lo, bodies, pose, work.open, work.art)
     chain.solve(lo, bodies, pose, work.open, work.art, free, work.force, out, work.hold)

@@ -12,7 +12,7 @@ import math
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import Array, Model, Pose, Work
 
-AT_REST = 1e-9  # [m/s] slower is rounding error
+AT_REST = 1e-13  # [m/s] slower is rounding error
 
 
 @inlined

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 
+from magfold_env.engine import contact
 from magfold_env.engine import dormand_prince as dp
 from magfold_env.engine.constraints import (
     CROWDED,
@@ -20,11 +21,10 @@ from magfold_env.engine.constraints import (
     UNSOLVED,
     begin_step,
     end_hops,
-    keep_contacts,
     first_joint,
+    keep_contacts,
     open_joints,
 )
-from magfold_env.engine.contact import HALF_PI
 from magfold_env.engine.dynamics import accelerations, first_accelerations
 from magfold_env.engine.events import STALLED, first_touch, interpolate
 from magfold_env.engine.feed import is_free
@@ -63,6 +63,7 @@ from magfold_env.engine.state import (
 
 LONGEST_STEP = 0.05  # [s]
 SHORTEST_STEP = 1e-13  # [s]
+PAST_EDGE = 2e-6  # [s] how far a step may reach beyond the end of a face
 HOPELESS_STEP = 1e-9  # [s] not finite even here: broken
 EASY = 1e-4  # an error that allows the largest growth
 PATIENCE = 4  # Moreau steps after a rattle
@@ -146,10 +147,11 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     remaining = until - state.clock[TIME]
     state.clock[STEP] = min(state.clock[STEP], LONGEST_STEP)
     growth = 5.0
+    edge = contact.time_to_edge(lo, model, work, state.v) + PAST_EDGE
     while True:
         h = min(state.clock[STEP], remaining)
         if model.contact:
-            h = min(h, 1.2 * time_to_stop(lo, model, state, work))
+            h = min(h, 1.2 * time_to_stop(lo, model, state, work), edge)
         if model.frictional:
             h = min(h, max(state.clock[BRAKE], 1e-7))
         last = h >= remaining
@@ -275,7 +277,7 @@ def time_to_stop(lo: int, model: Model, state: State, work: Work) -> float:
             rate -= state.v[k - 1]
             acceleration -= work.slope_v[0, k - 1]
         for sign in (-1.0, 1.0):
-            gap = HALF_PI - sign * angle
+            gap = contact.HALF_PI - sign * angle
             toward, push = sign * rate, sign * acceleration
             root = toward * toward + 2.0 * push * gap
             # The first t > 0 with r t + a t²/2 = g, in the form that does not cancel.

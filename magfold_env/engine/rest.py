@@ -37,7 +37,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     chain.centre_velocities(lo, model.bodies, work.pose, out, work.fx, work.fy)
     rows = work.row_count[1]
     count = rows
-    state.clock[BRAKE] = math.inf
+    brake, brake_tried = math.inf, math.inf
     longest = 0.0
     for i in range(lo, n):
         s = friction.speed(model, work, state.v, i)
@@ -50,13 +50,17 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
             + model.arm * model.arm * state.v[i] * out[i]
         )
         moves = s > friction.AT_REST
+        tried = slide < STOPPED * model.tolerance * model.side and (slowing < 0.0 or not moves)
         if moves and slowing < 0.0:
-            state.clock[BRAKE] = min(state.clock[BRAKE], -0.9 * s * s / slowing)
-        if slide < STOPPED * model.tolerance * model.side and (slowing < 0.0 or not moves):
+            time = -0.9 * s * s / slowing
+            brake_tried = min(brake_tried, time)
+            brake = brake if tried else min(brake, time)
+        if tried:
             work.row_id[count, 0] = i
             count += 3
             candidates += int(moves)
             longest = max(longest, slide)
+    state.clock[BRAKE] = brake
     if candidates == 0:
         return False
     work.stage_v[:] = state.v
@@ -83,6 +87,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
         held = held and (work.mark[i] == 0 or state.stuck[i] == 1)
     if held or longest < TURNING * model.tolerance * model.side:
         return True
+    state.clock[BRAKE] = brake_tried
     state.v[:] = work.stage_v
     first_accelerations(model, state, work, out)
     return False

@@ -176,9 +176,11 @@ def test_locked_joints_move_as_the_constrained_mass_matrix_says(seed, n, held):
     size = len(rows)
     scale = np.append(np.full(n, SIDE), [1.0, 1.0])  # torques and forces of one size
     system = np.block([[matrix / scale[:, None], rows.T], [rows, np.zeros((size, size))]])
-    solution = np.linalg.solve(
-        system, np.concatenate([force / scale, np.zeros(size)])
-    ) if size else np.linalg.solve(matrix, force)
+    solution = (
+        np.linalg.solve(system, np.concatenate([force / scale, np.zeros(size)]))
+        if size
+        else np.linalg.solve(matrix, force)
+    )
     np.testing.assert_allclose(
         out * scale, solution[: n + 2] * scale, rtol=0, atol=1e-10 * np.abs(solution).max()
     )
@@ -188,4 +190,6 @@ def test_locked_joints_move_as_the_constrained_mass_matrix_says(seed, n, held):
     torque = matrix @ out - force
     torque[:n] += np.append(work.hold[1:], 0.0) - work.hold
     kept = slice(0, n) if held else slice(None)
-    np.testing.assert_allclose(torque[kept] / scale[kept], 0.0, atol=1e-9 * np.abs(force / scale).max())
+    np.testing.assert_allclose(
+        torque[kept] / scale[kept], 0.0, atol=1e-9 * np.abs(force / scale).max()
+    )
