@@ -24,7 +24,9 @@ class Watch:
     """[rad]."""
     finite: bool = True
     totals: list[float] = field(default_factory=list[float])
-    """Magnetic and kinetic energy without feed, after each step [J]."""
+    """Magnetic and kinetic energy after each step [J]."""
+    fed: int = 0
+    """How many of these belong to the feed, which may add energy."""
 
     def __call__(self, session: SteppedSession) -> None:
         """Look at the session's present state."""
@@ -36,18 +38,20 @@ class Watch:
         self.past_stop = max(self.past_stop, float((joints - np.pi / 2.0).max(initial=0.0)))
         deep = deepest_overlap(self.scene, angles, base, session.released)
         self.overlap = max(self.overlap, deep / self.scene.casing.side)
-        if session.released == session.n:
-            moving = kinetic_energy(self.scene, angles, session.rates, session.base_velocity)
-            self.totals.append(session.energy() + moving)
+        moving = kinetic_energy(self.scene, angles, session.rates, session.base_velocity)
+        self.totals.append(session.energy() + moving)
+        if session.released < session.n:
+            self.fed = len(self.totals)
 
     @property
     def rise(self) -> float:
-        """Largest rise of the total energy above its lowest value before, over its range."""
+        """Largest rise of the total energy, after the feed, over its range in the whole run."""
         total = np.array(self.totals)
+        alone = total[self.fed :]
         extent = float(np.ptp(total)) if total.size else 0.0
-        if extent == 0.0:
+        if extent == 0.0 or alone.size == 0:
             return 0.0
-        return float((total - np.minimum.accumulate(total)).max()) / extent
+        return float((alone - np.minimum.accumulate(alone)).max()) / extent
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from magfold_env.benchmarks.dynamics_laws.outcomes import Outcome
+from magfold_env.benchmarks.dynamics_laws.overlap import deepest_overlap
 from magfold_env.benchmarks.dynamics_laws.random_scenes import designed_sequence
+from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
+
+TOO_DEEP = 1e-3  # overlap, share of the side
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,12 @@ def ending(scene: Scene) -> Ending:
         return Ending(outcome, "no message")
     if outcome.steps > scene.solver.max_steps:
         return Ending(outcome, "more steps than allowed")
-    if not np.isfinite(outcome.joints).all():
+    joints = np.array(outcome.joints)
+    if not np.isfinite(joints).all():
         return Ending(outcome, "not a number")
+    at_rest = outcome.status in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}
+    angles = np.concatenate([[0.0], np.cumsum(joints)])
+    deep = deepest_overlap(scene.replace(mount="free"), angles, np.zeros(2), scene.n)
+    if at_rest and deep > TOO_DEEP * scene.casing.side:
+        return Ending(outcome, "at rest with squares in one another")
     return Ending(outcome, "")

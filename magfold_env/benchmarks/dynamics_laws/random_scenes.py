@@ -6,6 +6,7 @@ A design takes no simulation and no energies, so that a change of either leaves 
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ def random_scene(seed: int) -> Scene:
         changes["feed"] = {
             "direction": str(rng.choice(["forward", "backward"])),
             "loading": str(rng.choice(["preloaded", "at_mouth"])),
-            "speed": float(np.exp(rng.uniform(np.log(SLOWEST), np.log(FASTEST)))),
+            "speed": math.exp(rng.uniform(math.log(SLOWEST), math.log(FASTEST))),
         }
     scene = Scene(sequence=sequence, friction=friction, duration=DURATION)
     return scene.replace(**changes).draw(rng)

@@ -27,7 +27,7 @@ class SteppedSession(Session):
     def __init__(self, scene: Scene, look: Callable[[Self], None] = lambda _: None) -> None:
         super().__init__(scene)
         self._look = look
-        self._most_steps = self._model.max_steps
+        self._most_steps: int = self._model.max_steps
 
     def throw(self, rates: npt.ArrayLike, base_velocity: npt.ArrayLike = (0.0, 0.0)) -> None:
         """Set the rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; not in a tube."""
