@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
@@ -36,11 +37,11 @@ def test_threads_side_by_side_change_no_bit(alone):
 
 @pytest.mark.parametrize("threads", [1, 3])
 def test_the_number_of_threads_changes_no_bit(alone, threads):
-    # A process may have compiled other kernels before: here none.
-    code = f"from {__name__} import *; print(*map(fingerprint, {SEEDS}))"
-    command = "import sys; sys.path.insert(0, '.'); " + code
+    # A process may have compiled other kernels before; this one has not.
+    code = f"from {__name__} import SEEDS, fingerprint; print(*map(fingerprint, SEEDS))"
     run = subprocess.run(
-        [sys.executable, "-c", command],
+        [sys.executable, "-c", code],
+        cwd=Path(__file__).parents[2],
         env={**os.environ, "NUMBA_NUM_THREADS": str(threads)},
         capture_output=True,
         text=True,
