@@ -1,0 +1,1 @@
+"""The laws that the dynamics must hold, measured over many random scenes."""

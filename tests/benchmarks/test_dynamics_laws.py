@@ -1,0 +1,171 @@
+"""What measures the dynamics is right itself: scenes, overlaps, mechanics, projections, tables."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import nnls
+
+from magfold_env.benchmarks.dynamics_laws import agreement, mechanics, overlap, projection
+from magfold_env.benchmarks.dynamics_laws import random_scenes as scenes
+from magfold_env.benchmarks.dynamics_laws.intervals import wilson
+from magfold_env.energy.contacts import conflicts
+from magfold_env.energy.lattice import from_words
+from magfold_env.scene import Scene
+from magfold_env.scene_io import load_scene
+from magfold_env.scene_parts import Casing, Feed
+from magfold_env.shapes import mirror, overlaps
+from tests.laws import chains
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def test_a_number_gives_one_scene():
+    drawn = [scenes.random_scene(seed) for seed in range(200)]
+    assert drawn == [scenes.random_scene(seed) for seed in range(200)]
+    assert all(scene.is_concrete for scene in drawn)
+    assert {scene.n for scene in drawn} == set(range(3, 13))
+    assert {scene.mount for scene in drawn} == {"pinned", "free", "tube"}
+    kinds = {(s.feed.direction, s.feed.loading) for s in drawn if s.mount == "tube"}
+    assert len(kinds) == 4
+    speeds = [scene.speeds[0] for scene in drawn if scene.mount == "tube"]
+    assert 0.01 <= min(speeds) < 0.03
+    assert 0.3 < max(speeds) <= 0.6
+    frictions = np.array([scene.friction for scene in drawn])
+    assert 0.05 < (frictions == 0.0).mean() < 0.3
+    assert frictions.max() <= 1.0
+
+
+@given(seed=seeds, n=st.integers(3, 12))
+def test_designed_neighbours_attract_where_they_turn_to(seed, n):
+    rng = np.random.default_rng(seed)
+    word = scenes.random_word(rng, n)
+    assert len(word) == n - 1
+    assert not overlaps(word)
+    sequence = scenes.pulled_sequence(rng, word)
+    neighbours = {(k, k + 1) for k in range(1, n)}
+    assert not neighbours & set(conflicts(from_words([word]), sequence))
+    assert neighbours <= set(conflicts(from_words([mirror(word)]), sequence))
+
+
+def test_designs_hardly_repel_anywhere_in_their_folds():
+    rng = np.random.default_rng(0)
+    clean = 0
+    for _ in range(20):
+        word_rng = np.random.default_rng(int(rng.integers(2**32)))
+        state = word_rng.bit_generator.state
+        sequence = scenes.designed_sequence(word_rng, 8)
+        word_rng.bit_generator.state = state
+        clean += not conflicts(from_words([scenes.random_word(word_rng, 8)]), sequence)
+    assert clean >= 15
+
+
+@given(seed=seeds)
+def test_separation_agrees_with_points_along_the_edges(seed):
+    rng = np.random.default_rng(seed)
+    one = overlap.square(np.zeros(2), rng.uniform(0, 7), 1.0)
+    other = overlap.square(rng.uniform(-1.5, 1.5, 2), rng.uniform(0, 7), 1.0)
+    found = overlap.separation(one, other)
+    assert found == pytest.approx(overlap.separation(other, one), abs=1e-12)
+    share = np.linspace(0.0, 1.0, 200, endpoint=False)[:, None]
+    edges = [np.concatenate([a + share * (b - a) for a, b in pairs(p)]) for p in (one, other)]
+    apart = np.hypot(*(edges[0][:, None] - edges[1]).T).min()
+    if found > 0.0:
+        assert found == pytest.approx(apart, abs=0.01)
+    else:
+        # Moved by as much as it lies inside, along some direction, it just touches.
+        ways = [(np.cos(t), np.sin(t)) for t in np.linspace(0.0, 2 * np.pi, 400)]
+        moved = [overlap.separation(one, other - found * np.array(way)) for way in ways]
+        assert max(moved) == pytest.approx(0.0, abs=1e-3)
+
+
+def pairs(polygon):
+    return zip(polygon, np.roll(polygon, -1, axis=0), strict=True)
+
+
+@given(seed=seeds)
+def test_overlaps_of_sharp_squares_agree_with_separating_axes(seed):
+    rng = np.random.default_rng(seed)
+    scene = Scene(sequence=("NNNN",) * 7, casing=Casing(corner_radius=1e-12))
+    angles, base = np.cumsum(rng.uniform(-1.7, 1.7, 7)), rng.normal(size=2)
+    centres, _ = chains.motion(scene, angles, np.zeros(7))
+    expected = chains.squares_overlap(centres, angles, scene.casing.side)
+    assert overlap.deepest_overlap(scene, angles, base, 7) == pytest.approx(expected, abs=1e-10)
+
+
+def test_walls_count_for_released_components_only():
+    scene = Scene(sequence=("NNNN",) * 2, mount="tube", feed=Feed(direction="forward"))
+    side, reach = scene.casing.side, scene.casing.diagonal
+    # Component 1 is out of the tube but lies across its wall, component 2 is held.
+    angles = np.array([np.pi / 2, np.pi])
+    base = np.array([-reach, 0.5 * (scene.bore + scene.feed.wall - reach)])
+    assert overlap.deepest_overlap(scene, angles, base, 1) > 0.5 * side
+    assert overlap.deepest_overlap(scene, angles, base, 0) < 1e-9 * side
+
+
+@given(seed=seeds)
+def test_mechanics_agree_with_positions(seed):
+    rng = np.random.default_rng(seed)
+    scene = Scene(
+        sequence=("NNNN",) * 5, casing=Casing(mass=tuple(rng.uniform(0.001, 0.01, 5).tolist()))
+    )
+    angles, rates = rng.uniform(-3, 3, 5), rng.uniform(-9, 9, 5)
+    base, velocity = rng.normal(size=2), rng.normal(size=2)
+    energy = mechanics.kinetic_energy(scene, angles, rates, velocity)
+    assert energy == pytest.approx(chains.kinetic(scene, angles, rates, velocity))
+    linear, angular = mechanics.momenta(scene, angles, rates, base, velocity)
+    other = chains.momentum(scene, angles, rates, base, velocity)
+    assert linear == pytest.approx(other[0])
+    assert angular == pytest.approx(other[1])
+
+
+@given(seed=seeds)
+def test_projections_agree_with_another_solver(seed):
+    rng = np.random.default_rng(seed)
+    k = int(rng.integers(2, 9))
+    root = rng.normal(size=(k, k)) + 3.0 * np.eye(k)
+    rows = rng.normal(size=(int(rng.integers(1, 7)), k))
+    rows = np.concatenate([rows, rows[:1], rows[:1] + rows[-1:]])
+    mass, before = root @ root.T, rng.normal(size=k)
+    after, doubt = projection.nearest_admissible(mass, rows, before)
+    assert doubt < 1e-13
+    lower = np.linalg.cholesky(mass)
+    cone = np.linalg.solve(lower, rows.T)
+    change = cone @ nnls(cone, -lower.T @ before)[0]
+    expected = before + np.linalg.solve(lower.T, change)
+    np.testing.assert_allclose(after.astype(float), expected, rtol=0, atol=1e-9)
+
+
+def test_wilson_interval():
+    # All of n: the lower end is n / (n + z²).
+    assert wilson(10, 10, 2.0) == pytest.approx((10 / 14, 1.0))
+    assert wilson(0, 10, 2.0) == pytest.approx((0.0, 4 / 14))
+    low, high = wilson(50, 100)
+    assert low + high == pytest.approx(1.0)
+    assert wilson(0, 0) == (0.0, 1.0)
+
+
+def test_a_killed_run_goes_on(tmp_path):
+    agreement.main(scenes=2, first=0, out=tmp_path, workers=1)
+    path = tmp_path / "rows.jsonl"
+    rows = agreement.read_rows(path)
+    assert [row["seed"] for row in rows] == [0, 1]
+    foreign = json.dumps({**rows[0], "engine": "another", "seed": 2})
+    path.write_text(path.read_text() + foreign + "\n" + json.dumps(rows[1])[:40])
+    assert agreement.read_rows(path) == rows
+    agreement.main(scenes=4, first=0, out=tmp_path, workers=1)
+    again = agreement.read_rows(path)
+    assert again[:2] == rows
+    assert [row["seed"] for row in again] == [0, 1, 2, 3]
+
+
+def test_a_disagreeing_scene_is_saved_and_reported(tmp_path, monkeypatch, capsys):
+    real = agreement.compare
+    monkeypatch.setattr(
+        agreement, "compare", lambda s: real(s) | {"verdict": "differs", "difference": "word"}
+    )
+    agreement.main(scenes=1, first=3, out=tmp_path, workers=1)
+    assert load_scene(tmp_path / "differs-3.yaml") == scenes.random_scene(3)
+    assert "Scenes that differ" in capsys.readouterr().out

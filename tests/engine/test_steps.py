@@ -1,0 +1,54 @@
+"""After every single step of random scenes: squares apart, joints within stops, numbers finite."""
+
+import pytest
+
+from magfold_env.benchmarks.dynamics_laws.along_folds import limits_of
+from magfold_env.benchmarks.dynamics_laws.random_scenes import random_scene
+from magfold_env.benchmarks.dynamics_laws.stepping import SteppedSession
+from magfold_env.simulate import simulate
+
+DEEPEST = 1e-3  # share of the side
+FURTHEST = 1e-3  # [rad]
+
+
+def check(seed):
+    found = limits_of(random_scene(seed))
+    assert found.finite, found.message
+    assert found.overlap <= DEEPEST
+    assert found.past_stop <= FURTHEST
+    return found
+
+
+@pytest.mark.parametrize("seed", [3, 8, 10, 13, 14])
+def test_every_step_keeps_its_limits(seed):
+    check(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100, 150))
+def test_every_step_keeps_its_limits_and_the_fold_goes_through(seed):
+    found = check(seed)
+    assert found.status != "failed", found.message
+
+
+@pytest.mark.parametrize("seed", [1, 8, 10, 14])
+def test_looking_at_every_step_changes_no_bit(seed):
+    scene = random_scene(seed)
+    times = []
+    session = SteppedSession(scene, lambda s: times.append(s.time))
+    session.run()
+    fold, other = session.fold(), simulate(scene)
+    assert (fold.angles == other.angles).all()
+    assert (fold.base == other.base).all()
+    assert (fold.time, fold.steps, fold.message) == (other.time, other.steps, other.message)
+    # Steps that were tried and rejected count, but are not seen.
+    assert 0.7 * fold.steps < len(times) <= fold.steps + session.n + 1
+    assert times == sorted(times)
+
+
+def test_the_work_cap_holds_when_steps_are_watched():
+    scene = random_scene(14).replace(solver={"max_steps": 20})
+    session = SteppedSession(scene)
+    session.run()
+    assert session.steps == 20
+    assert session.message == simulate(scene).message

@@ -1,0 +1,50 @@
+"""One scene gives one fold, bit for bit: on any thread, and in processes of any thread count."""
+
+import hashlib
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from magfold_env.benchmarks.dynamics_laws.random_scenes import random_scene
+from magfold_env.simulate import simulate
+
+pytestmark = pytest.mark.laws
+
+SEEDS = (0, 3, 10, 16, 18, 21)
+
+
+def fingerprint(seed: int) -> str:
+    """Hash of the end of a random scene: every bit of it, and the work it took."""
+    fold = simulate(random_scene(seed))
+    data = fold.angles.tobytes() + fold.base.tobytes()
+    return hashlib.sha256(data + f"{fold.time!r} {fold.steps} {fold.message}".encode()).hexdigest()
+
+
+@pytest.fixture(scope="module")
+def alone() -> list[str]:
+    return [fingerprint(seed) for seed in SEEDS]
+
+
+def test_threads_side_by_side_change_no_bit(alone):
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(fingerprint, SEEDS * 3))
+    assert together == alone * 3
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_the_number_of_threads_changes_no_bit(alone, threads):
+    # A process may have compiled other kernels before; this one has not.
+    code = f"from {__name__} import SEEDS, fingerprint; print(*map(fingerprint, SEEDS))"
+    run = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=Path(__file__).parents[2],
+        env={**os.environ, "NUMBA_NUM_THREADS": str(threads)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stdout.split() == alone
