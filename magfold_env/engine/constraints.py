@@ -193,17 +193,24 @@ def leave(lo: int, model: Model, state: State, work: Work) -> None:
         if (behind - state.v[k]) * sign > OPENING:
             state.lock[k] = 0
         else:
-            work.row_id[keep] = work.row_id[r]
+            move_row(work, r, keep)
             keep += 1
     work.row_count[0] = keep
     for r in range(stops, rows):
         if rate_of(lo, work, r, state.v) <= SHUT:
-            work.row_id[keep] = work.row_id[r]
+            move_row(work, r, keep)
             keep += 1
     work.row_count[1] = keep
     work.row_count[2] = keep
     work.passive[:keep] = 1
     hold_joints(lo, model, state.lock, state.q, state.v)
+
+
+@inlined
+def move_row(work: Work, old: int, new: int) -> None:
+    """Copy a row's id, entry by entry: an array assignment would allocate."""
+    for k in range(work.row_id.shape[1]):
+        work.row_id[new, k] = work.row_id[old, k]
 
 
 @kernel

@@ -24,6 +24,7 @@ from magfold_env.engine.state import Array, Model, Pose, Work
 HALF_PI = math.pi / 2.0
 APART = 4
 SHRINK = 1e-4
+OVERLAP = 1e-3  # share of the side: deeper, and squares overlap
 TOUCH = 1e-5  # contacts act within this share of the side
 FACE_C = math.sqrt(0.5)  # a square's first face looks 45° to the left of its heading
 
@@ -157,6 +158,34 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
                         row += 1
             j = next_partner(model, lo, i, j)
     return row
+
+
+@kernel
+def overlapping_pair(model: Model, work: Work) -> tuple[int, int]:
+    """Return two components that overlap, (−1, −1) if none do. Needs `place_boxes`."""
+    for i in range(model.n):
+        for j in range(i + APART, model.n):
+            dx, dy = work.box_x[i] - work.box_x[j], work.box_y[i] - work.box_y[j]
+            if dx * dx + dy * dy < 0.25 * model.side**2:
+                return i, j
+            if may_touch(model, work, i, j):
+                for c in range(8):
+                    box, other = (i, j) if c < 4 else (j, i)
+                    along, across, _ = corner_offset(work, box, other, c % 4)
+                    inside = along == 0.0 and across == 0.0
+                    if inside and corner_depth(work, box, other, c % 4) > OVERLAP * model.side:
+                        return i, j
+    return -1, -1
+
+
+@inlined
+def corner_depth(work: Work, box: int, other: int, k: int) -> float:
+    """How deep corner k of the core of ``other`` is inside that of ``box`` [m]."""
+    px, py = corner(work, other, k)
+    x = work.box_x[other] + px - work.box_x[box]
+    y = work.box_y[other] + py - work.box_y[box]
+    c, s = work.box_c[box], work.box_s[box]
+    return min(work.box_a[box] - abs(c * x + s * y), work.box_b[box] - abs(c * y - s * x))
 
 
 @inlined

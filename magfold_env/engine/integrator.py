@@ -64,6 +64,8 @@ from magfold_env.engine.state import (
 LONGEST_STEP = 0.05  # [s]
 SHORTEST_STEP = 1e-13  # [s]
 PAST_EDGE = 2e-6  # [s] how far a step may reach beyond the end of a face
+SHORTEST_BRAKE = 1e-7  # [s] the shortest step that ends where a component stops
+BREAK_AWAY = 1e-6  # [s] how exactly the moment is found when friction no longer holds
 HOPELESS_STEP = 1e-9  # [s] not finite even here: broken
 EASY = 1e-4  # an error that allows the largest growth
 PATIENCE = 4  # Moreau steps after a rattle
@@ -145,15 +147,10 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     """Take one step from the state, whose accelerations are in ``work.slope_v[0]``."""
     lo = state.counter[LO]
     remaining = until - state.clock[TIME]
-    state.clock[STEP] = min(state.clock[STEP], LONGEST_STEP)
     growth = 5.0
-    edge = contact.time_to_edge(lo, model, work, state.v) + PAST_EDGE
+    limit = longest_step(lo, model, state, work)
     while True:
-        h = min(state.clock[STEP], remaining)
-        if model.contact:
-            h = min(h, 1.2 * time_to_stop(lo, model, state, work), edge)
-        if model.frictional:
-            h = min(h, max(state.clock[BRAKE], 1e-7))
+        h = min(state.clock[STEP], remaining, limit)
         last = h >= remaining
         if h < SHORTEST_STEP and not last:
             return TOO_SHORT
@@ -170,6 +167,10 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
         if error > 1.0:
             growth = 1.0
             state.clock[STEP] = h * max(0.2, 0.9 * error ** (-1.0 / dp.ORDER))
+            continue
+        if h > BREAK_AWAY and torn_loose(model, work):
+            growth = 1.0
+            state.clock[STEP] = 0.5 * h
             continue
         fraction = first_touch(model, state, h, work) if model.contact else 1.0
         if fraction == STALLED:
@@ -198,6 +199,22 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     # First same as last: the seventh stage is the next step's first.
     work.slope_v[0, :] = work.slope_v[6, :]
     return ACCEPTED
+
+
+@kernel
+def longest_step(lo: int, model: Model, state: State, work: Work) -> float:
+    """How far a step may reach [s], going by the state alone.
+
+    Not far beyond a joint's stop, the end of a face on which a corner slides, or the moment when
+    friction stops a component: what happens there would only have the step repeated.
+    """
+    h = LONGEST_STEP
+    if model.contact:
+        h = min(h, 1.2 * time_to_stop(lo, model, state, work))
+        h = min(h, PAST_EDGE + contact.time_to_edge(lo, model, work, state.v))
+    if model.frictional:
+        h = min(h, max(state.clock[BRAKE], SHORTEST_BRAKE))
+    return h
 
 
 @kernel
@@ -252,8 +269,22 @@ def step_error(lo: int, model: Model, state: State, work: Work, h: float) -> flo
     return worst if finite else math.nan
 
 
-LOCAL = 0.1  # share of the tolerance that one step may use up
+LOCAL = 0.3  # share of the tolerance that one step may use up
 SLOW = 0.3  # share of a typical rate below which rates are judged by it
+
+
+SLACK = 0.01  # how far, relatively, a step may end beyond what friction can hold
+
+
+@kernel
+def torn_loose(model: Model, work: Work) -> bool:
+    """Whether friction would have had to hold more, at the end of the step, than it can."""
+    lam = work.multiplier
+    for r in range(work.row_count[1], work.row_count[2], 3):
+        size = math.sqrt(lam[r] ** 2 + lam[r + 1] ** 2 + lam[r + 2] ** 2)
+        if size > (1.0 + SLACK) * model.grip[work.row_id[r, 0]]:
+            return True
+    return False
 
 
 @kernel

@@ -27,6 +27,7 @@ from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.outcomes import BROKEN, TOO_SHORT, TOUCHED
 from magfold_env.engine.recorder import record_line
 from magfold_env.engine.state import (
+    BRAKE,
     EVALUATIONS,
     LO,
     STEP,
@@ -57,7 +58,8 @@ def moreau_step(model: Model, state: State, work: Work, record: Record, until: f
     state.counter[STEPS] += 1
     remaining = until - state.clock[TIME]
     finest = FINEST * model.tolerance / model.rate_scale
-    h = min(max(1.5 * state.clock[STEP], finest), COARSEST)
+    # Friction turns around when a component stops: no step goes far beyond.
+    h = min(max(1.5 * state.clock[STEP], finest), COARSEST, max(state.clock[BRAKE], 0.1 * finest))
     while True:
         last = h >= remaining
         h = min(h, remaining)

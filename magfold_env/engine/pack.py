@@ -157,6 +157,7 @@ def _rate_scale(scene: Scene, mass: float, pitch: float) -> float:
     acceleration = math.hypot(*scene.gravity.in_plane)
     if scene.magnets is not None:
         # Two charges a magnet's width apart: the order of the force between touching faces.
-        force = 1e-7 * scene.magnets.charge**2 / scene.magnets.width**2
+        density = scene.magnets.charge / scene.magnets.width
+        force = 1e-7 * density * density  # beyond the largest number: infinite, not an error
         acceleration += force / mass
     return max(math.sqrt(acceleration / pitch), 1.0)

@@ -62,8 +62,9 @@ def record_line(record: Record, state: State, work: Work, step: float) -> None:
     while state.clock[FRAME_TIME] <= begin + step:
         f = state.counter[FRAMES]
         share = (state.clock[FRAME_TIME] - begin) / step
-        record.q[f, :] = state.q + share * (work.new_q - state.q)
-        record.v[f, :] = work.new_v
+        for k in range(state.q.size):
+            record.q[f, k] = state.q[k] + share * (work.new_q[k] - state.q[k])
+            record.v[f, k] = work.new_v[k]
         record.time[f] = state.clock[FRAME_TIME]
         record.lo[f] = state.counter[LO]
         state.counter[FRAMES] = f + 1

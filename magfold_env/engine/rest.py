@@ -9,7 +9,7 @@ from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.constraints import first_joint, prepare
 from magfold_env.engine.dynamics import apply_multipliers, first_accelerations, rate_of, respond
 from magfold_env.engine.feed import is_free, place_all
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import BRAKE, LO, Array, Model, State, Work
 
 # Shares of tolerance times side that a component may still slide by: to be put to rest, and to
@@ -17,6 +17,7 @@ from magfold_env.engine.state import BRAKE, LO, Array, Model, State, Work
 STOPPED = 0.01
 TURNING = 1e-4
 BRAKING = 25.0
+ROUNDING = 1e-9  # of accelerations, as a share of typical ones
 
 
 @kernel
@@ -44,11 +45,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
         slide = s * s * model.bodies.mass[i] / (2.0 * max(model.grip[i], 1e-300))
         if slide > BRAKING * model.tolerance * model.side:
             continue
-        slowing = (
-            work.vx[i] * (work.fx[i] + work.ax[i])
-            + work.vy[i] * (work.fy[i] + work.ay[i])
-            + model.arm * model.arm * state.v[i] * out[i]
-        )
+        slowing = half_rate(model, state, work, out, i)
         moves = s > friction.AT_REST
         tried = slide < STOPPED * model.tolerance * model.side and (slowing < 0.0 or not moves)
         if moves and slowing < 0.0:
@@ -93,6 +90,16 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     return False
 
 
+@inlined
+def half_rate(model: Model, state: State, work: Work, acceleration: Array, i: int) -> float:
+    """Half the rate of change of component i's squared speed [m²/s³], see `stop_slow`."""
+    return (
+        work.vx[i] * (work.fx[i] + work.ax[i])
+        + work.vy[i] * (work.fy[i] + work.ay[i])
+        + model.arm * model.arm * state.v[i] * acceleration[i]
+    )
+
+
 @kernel
 def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> bool:
     """Whether nothing will move again, relative to the base while the tube feeds.
@@ -110,8 +117,12 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
         if held:
             state.v[lo:] = 0.0
             return True
-    turning, speeding_up = relative_motion(lo, n, free, state.v, acceleration)
-    quiet = turning <= 1e-3 * model.tolerance and speeding_up <= 0.1 * model.tolerance
+    # A pinned chain that nothing pulls at turns about its pin as a free one turns in space.
+    spins = free or (model.pinned and model.contact and not pulled(model))
+    turning, speeding_up = relative_motion(lo, n, spins, state.v, acceleration)
+    rounding = ROUNDING * model.rate_scale**2
+    quiet = turning <= 1e-3 * model.tolerance
+    quiet = quiet and speeding_up <= max(0.1 * model.tolerance, rounding)
     if not quiet:
         return False
     if not free:
@@ -122,15 +133,24 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
     return stops_press(lo, model, state, work)
 
 
+@inlined
+def pulled(model: Model) -> bool:
+    """Whether gravity acts in the plane."""
+    return model.gravity_x != 0.0 or model.gravity_y != 0.0
+
+
 @kernel
-def relative_motion(lo: int, n: int, free: bool, v: Array, a: Array) -> tuple[float, float]:
-    """Largest relative rate [rad/s] and relative angular acceleration [rad/s²] of a joint."""
+def relative_motion(lo: int, n: int, spins: bool, v: Array, a: Array) -> tuple[float, float]:
+    """Largest relative rate [rad/s] and relative angular acceleration [rad/s²] of a joint.
+
+    The first component counts as a joint too unless it ``spins`` freely.
+    """
     rate, acceleration = 0.0, 0.0
     for k in range(lo, n):
         if k > lo:
             rate = max(rate, abs(v[k] - v[k - 1]))
             acceleration = max(acceleration, abs(a[k] - a[k - 1]))
-        elif not free:
+        elif not spins:
             rate = abs(v[k])
             acceleration = abs(a[k])
     return rate, acceleration

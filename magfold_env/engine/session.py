@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.engine import feed, integrator, magnets, outcomes, paper, recorder
+from magfold_env.engine import contact, feed, integrator, magnets, outcomes, paper, recorder
 from magfold_env.engine.orientation import Orientation
 from magfold_env.engine.pack import face_charges, pack, reversed_inside
 from magfold_env.engine.state import (
@@ -63,6 +63,8 @@ class Session:
         self._speeds = scene.speeds.copy()
         self._status: FoldStatus | None = None
         self._message = ""
+        if scene.contact and scene.mount != "tube":
+            self._refuse_overlap()
         if scene.mount == "tube" and scene.feed.loading == "at_mouth":
             # A component's magnets act from when its leading hinge reaches the mouth.
             self._waiting = self._model.charge.copy()
@@ -263,6 +265,15 @@ class Session:
         else:
             self._end(FoldStatus.FAILED, f"accelerations are not finite {at}")
         return False
+
+    def _refuse_overlap(self) -> None:
+        model, work = self._model, self._work
+        feed.place_all(0, model, self._state.q, work.pose)
+        contact.place_boxes(0, model, work.pose, work)
+        pair = contact.overlapping_pair(model, work)
+        if pair[0] >= 0:
+            first, second = sorted(self._view.index(k) + 1 for k in pair)
+            self._end(FoldStatus.FAILED, f"components {first} and {second} overlap at the start")
 
     def _rest(self) -> None:
         joints = np.abs(np.diff(self.angles))

@@ -8,20 +8,8 @@ pytestmark = pytest.mark.laws
 
 SCENES = hopeless_scenes(max_steps=1000)
 
-NOT_YET = {
-    "charges beyond squaring": "overflows while the scene is packed",
-    "squares in one another": "a start with overlapping squares counts as at rest",
-    "squares in one another, friction 10": "a start with overlapping squares counts as at rest",
-}
 
-
-def cases():
-    for name, scene in SCENES.items():
-        marks = [pytest.mark.xfail(reason=NOT_YET[name])] if name in NOT_YET else []
-        yield pytest.param(scene, id=name.replace(" ", "-"), marks=marks)
-
-
-@pytest.mark.parametrize("scene", list(cases()))
+@pytest.mark.parametrize("scene", SCENES.values(), ids=[name.replace(" ", "-") for name in SCENES])
 def test_a_hopeless_scene_ends_and_says_how(scene):
     found = ending(scene)
     assert found.wrong == ""
