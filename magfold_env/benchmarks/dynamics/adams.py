@@ -15,11 +15,14 @@ from magfold_env.engine.state import Array, Model, Work
 
 HIGHEST = 12  # order of the predictor
 SHORTEST = 1e-15  # step, as a share of the whole time
+DOUBLE = 2.0
 SLOW = 0.3  # share of a typical rate below which rates are judged by it
 
 
 @kernel
-def adams(model: Model, work: Work, y: Array, until: float, tolerance: float) -> int:
+def adams(  # noqa: PLR0912, PLR0915 - one step, read from top to bottom
+    model: Model, work: Work, y: Array, until: float, tolerance: float
+) -> int:
     """Advance ``y`` (headings, base, their rates) in place; return the evaluations.
 
     −1 if steps became too short.
@@ -93,8 +96,8 @@ def adams(model: Model, work: Work, y: Array, until: float, tolerance: float) ->
             k, error = k + 1, min(higher, error)
         room = (0.5 / max(error, 1e-300)) ** (1.0 / (k + 1))
         # Steps are kept or doubled: differences of equal steps lose the least to rounding.
-        if room >= 2.0 or (starting and room >= 1.0):
-            h *= 2.0
+        if room >= DOUBLE or (starting and room >= 1.0):
+            h *= DOUBLE
         elif room < 1.0:
             h *= min(max(room, 0.5), 0.9)
     return evaluations

@@ -21,7 +21,7 @@ FACE_ANGLES = np.radians([45.0, 135.0, -135.0, -45.0])
 
 
 def accelerations(scene: Scene, angles: Array, rates: Array) -> Array:
-    """Angular accelerations (n,) [rad/s²] of the pinned chain."""
+    """Return angular accelerations (n,) [rad/s²] of the pinned chain."""
     n, pitch = scene.n, scene.casing.diagonal
     # Component i's centre is moved by link k < i over its whole length, by its own over half.
     levers = pitch * (np.tril(np.ones((n, n)), -1) + 0.5 * np.eye(n))
@@ -32,11 +32,12 @@ def accelerations(scene: Scene, angles: Array, rates: Array) -> Array:
     force = force + scene.masses[:, None] * np.asarray(scene.gravity.in_plane)
     pull = torque + np.cos(angles) * (levers.T @ force[:, 1])
     pull -= np.sin(angles) * (levers.T @ force[:, 0])
-    return np.linalg.solve(mass, pull - (coupling * np.sin(apart)) @ rates**2)
+    solved: Array = np.linalg.solve(mass, pull - (coupling * np.sin(apart)) @ rates**2)
+    return solved
 
 
 def magnet_forces(scene: Scene, angles: Array) -> tuple[Array, Array]:
-    """Forces (n, 2) [N] and torques about the centres (n,) [N·m], node by node.
+    """Return forces (n, 2) [N] and torques about the centres (n,) [N·m], node by node.
 
     Needs a fixed number of nodes a pole face (``magnets.nodes``).
     """
@@ -60,7 +61,7 @@ def magnet_forces(scene: Scene, angles: Array) -> tuple[Array, Array]:
 
 
 def _nodes(scene: Scene, magnets: Magnets, angles: Array) -> tuple[Array, Array]:
-    """Nodes relative to their casings' centres (n, k, 2) [m] and their charges (n·k,) [A·m]."""
+    """Return nodes (n, k, 2) [m], relative to the centres, and their charges (n·k,) [A·m]."""
     offset, share = np.polynomial.legendre.leggauss(magnets.nodes or 1)
     turn = angles[:, None] + FACE_ANGLES
     normal = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
@@ -80,7 +81,7 @@ def _nodes(scene: Scene, magnets: Magnets, angles: Array) -> tuple[Array, Array]
 
 
 def solve(scene: Scene, until: float, tolerance: float = 1e-13) -> Array:
-    """Headings (n,) of the chain at the time ``until`` [s], by SciPy's DOP853 from rest.
+    """Return the headings (n,) of the chain at the time ``until`` [s], by SciPy's DOP853 from rest.
 
     Raises
     ------

@@ -20,7 +20,7 @@ Fixed = Callable[[Model, Work, Array, float, int], int]
 Adaptive = Callable[[Model, Work, Array, float, float], int]
 
 
-class Unreached(RuntimeError):  # noqa: N818 - an outcome, not a mistake
+class Unreached(RuntimeError):
     """A tolerance that an integrator could not reach."""
 
 
@@ -32,7 +32,9 @@ class Integrator:
     fixed: Fixed | None = None
     adaptive: Adaptive | None = None
 
-    def prepare(self, problem: SmoothProblem, setting: float, share: float = 1.0) -> Callable[[], Run]:
+    def prepare(
+        self, problem: SmoothProblem, setting: float, share: float = 1.0
+    ) -> Callable[[], Run]:
         """Return a call that integrates ``share`` of the problem's time.
 
         Parameters
@@ -89,9 +91,7 @@ def prepare_engine(
     problem: SmoothProblem, tolerance: float, share: float = 1.0
 ) -> Callable[[], Run]:
     """Return a call that lets the engine itself integrate ``share`` of the problem's time."""
-    scene = problem.scene.replace(
-        solver={"tolerance": tolerance}, duration=share * problem.until
-    )
+    scene = problem.scene.replace(solver={"tolerance": tolerance}, duration=share * problem.until)
     session = Session(scene)
 
     def call() -> Run:

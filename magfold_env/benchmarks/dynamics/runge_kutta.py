@@ -33,14 +33,14 @@ class Pair(NamedTuple):
 
 
 @kernel
-def runge_kutta(
+def runge_kutta(  # noqa: PLR0912 - one step, read from top to bottom
     model: Model, work: Work, y: Array, until: float, tolerance: float, pair: Pair
 ) -> int:
     """Advance ``y`` (headings, base, their rates) in place; return the evaluations.
 
-    −1 if steps became too short. The error of angles is kept below the tolerance [rad], that of rates below the tolerance times
-    the rate, or a share of a typical rate. Two estimates are combined as in Hairer, Nørsett and
-    Wanner, Solving Ordinary Differential Equations I, section II.10.
+    −1 if steps became too short. The error of angles is kept below the tolerance [rad], that of
+    rates below the tolerance times the rate, or a share of a typical rate. Two estimates are
+    combined as in Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, II.10.
     """
     m, s = y.size // 2, pair.step.size
     slope, new = np.zeros((s + 1, 2 * m)), np.zeros(2 * m)

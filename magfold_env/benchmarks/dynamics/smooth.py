@@ -33,6 +33,7 @@ from magfold_env.benchmarks.timing import Spread, Timing, ratio, take_turns
 from magfold_env.engine.state import Array
 
 ENGINE = "engine"
+DEFAULT = 1e-3  # tolerance of a scene that names none [rad]
 EXACT = 1e-13
 TOLERANCES = tuple(10.0**-k for k in range(2, 12))
 ENGINE_TOLERANCES = tuple(10.0**-k for k in range(2, 11))
@@ -41,6 +42,7 @@ TARGETS = (1e-3, 1e-6, 1e-9)  # errors at which integrators are compared [rad]
 ALLOWED = 10.0  # true error of the engine over its tolerance
 WANTED = 20.0  # time of double Euler over the engine's, for the same error
 FEWEST_STEPS = 64
+NEAR = 0.95  # how near, from below, errors count as the same
 CHECK_NODES = 4  # a pole face, in the independent check
 
 
@@ -96,15 +98,12 @@ def _measure(problem: SmoothProblem, effort: Effort, part: Part, tell: Progress)
     second = ADAMS.prepare(problem, 1e-12)().angles
     agreement = float(np.abs(second - exact[-1]).max())
     tell(0.1, "errors")
-    cases = [
-        engine_case(problem, tolerance, exact)
-        for tolerance in ENGINE_TOLERANCES
-    ]
+    cases = [engine_case(problem, tolerance, exact) for tolerance in ENGINE_TOLERANCES]
     for method in ADAPTIVE:
         cases += [case(problem, method, tolerance, exact) for tolerance in TOLERANCES]
     for method in FIXED:
         cases += fixed_cases(problem, method, exact, effort.seconds)
-    at_default = next(c for c in cases if c.method == ENGINE and c.setting == 1e-3)
+    at_default = next(c for c in cases if c.method == ENGINE and c.setting == DEFAULT)
     match = same_error(problem, at_default.error, exact)
     tell(0.4, "times")
     tasks = {key(c): _task(c) for c in [*cases, match]}
@@ -125,7 +124,7 @@ def _measure(problem: SmoothProblem, effort: Effort, part: Part, tell: Progress)
 
 
 def shares() -> Array:
-    """Ends of the equal parts of a run, as shares of it."""
+    """Return the ends of the equal parts of a run, as shares of it."""
     return np.arange(1, PARTS + 1) / PARTS
 
 
@@ -145,9 +144,7 @@ def case(problem: SmoothProblem, method: Integrator, setting: float, exact: list
 
 def engine_case(problem: SmoothProblem, tolerance: float, exact: list[Array]) -> Case:
     """Find the error and the evaluations of the engine at a tolerance [rad]."""
-    return _case(
-        ENGINE, tolerance, lambda share: prepare_engine(problem, tolerance, share), exact
-    )
+    return _case(ENGINE, tolerance, lambda share: prepare_engine(problem, tolerance, share), exact)
 
 
 def _case(
@@ -186,7 +183,7 @@ def same_error(problem: SmoothProblem, error: float, exact: list[Array]) -> Case
     for _ in range(6):
         steps = round(steps * found.error / error)
         found = case(problem, EULER, steps, exact)
-        if 0.95 < found.error / error <= 1.0:
+        if NEAR < found.error / error <= 1.0:
             break
     return found
 
@@ -229,10 +226,12 @@ def _target_table(problem: SmoothProblem, rows: list[Row]) -> Table:
         mine = [row for row in rows if row["method"] == method]
         cells: Row = {"method": method}
         for target in TARGETS:
-            cells[f"µs for {target:g}"] = needed(mine, "time [µs]", target)
-            cells[f"evaluations for {target:g}"] = needed(mine, "evaluations", target)
+            cells[f"µs, {target:g}"] = needed(mine, "time [µs]", target)
+            cells[f"evals, {target:g}"] = needed(mine, "evaluations", target)
         shown.append(cells)
-    return Table(f"Cost of a given error [rad] on {problem.name}, calls' overhead off", shown)
+    return Table(
+        f"Time (calls' overhead off) and evaluations for an error [rad]: {problem.name}", shown
+    )
 
 
 def needed(rows: list[Row], cost: str, error: float) -> float:
@@ -256,9 +255,7 @@ def needed(rows: list[Row], cost: str, error: float) -> float:
     return float(costs[k - 1] * (costs[k] / costs[k - 1]) ** share)
 
 
-def _findings(
-    problem: SmoothProblem, rows: list[Row], quotient: Spread, match: Case
-) -> list[str]:
+def _findings(problem: SmoothProblem, rows: list[Row], quotient: Spread, match: Case) -> list[str]:
     ratios = [
         float(row["error [rad]"]) / float(row["setting"])
         for row in rows
