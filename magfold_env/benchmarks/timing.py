@@ -1,7 +1,8 @@
 """Time several pieces of work against each other.
 
 A machine's speed drifts: other programs, clock and heat. The pieces therefore take turns, round
-after round, and a ratio is taken within each round, where the drift cancels.
+after round, and a ratio is taken within each round, where the drift cancels. The clock is the
+processor time of the calling thread: time that other programs take away does not count.
 """
 
 from __future__ import annotations
@@ -74,6 +75,7 @@ def take_turns(
     tasks: Mapping[str, Task],
     rounds: int = 7,
     shortest: float = 2e-3,
+    clock: Callable[[], float] = time.thread_time,
     tick: Callable[[float], None] | None = None,
 ) -> dict[str, Timing]:
     """Time tasks in turns.
@@ -87,13 +89,15 @@ def take_turns(
         Samples of each task.
     shortest
         Least time of a sample [s]; shorter calls are repeated and their mean is the sample.
+    clock
+        Seconds; for work on several threads `time.perf_counter`.
     tick
         Is told the finished share of the work, 0 to 1.
     """
     calls: dict[str, int] = {}
     for name, task in tasks.items():
-        _sample(task, 1)
-        once = max(_sample(task, 1), 1e-9)
+        _sample(task, 1, clock)
+        once = max(_sample(task, 1, clock), 1e-9)
         calls[name] = min(max(1, math.ceil(shortest / once)), MOST_CALLS)
     samples = {name: np.zeros(rounds) for name in tasks}
     collecting = gc.isenabled()
@@ -101,7 +105,7 @@ def take_turns(
     try:
         for turn in range(rounds):
             for name, task in tasks.items():
-                samples[name][turn] = _sample(task, calls[name])
+                samples[name][turn] = _sample(task, calls[name], clock)
             if tick is not None:
                 tick((turn + 1) / rounds)
     finally:
@@ -110,12 +114,12 @@ def take_turns(
     return {name: Timing(taken) for name, taken in samples.items()}
 
 
-def _sample(task: Task, calls: int) -> float:
+def _sample(task: Task, calls: int, clock: Callable[[], float]) -> float:
     """Mean seconds a call."""
     total = 0.0
     for _ in range(calls):
         call = task()
-        begun = time.perf_counter()
+        begun = clock()
         call()
-        total += time.perf_counter() - begun
+        total += clock() - begun
     return total / calls

@@ -32,8 +32,8 @@ def accelerations(scene: Scene, angles: Array, rates: Array) -> Array:
     force = force + scene.masses[:, None] * np.asarray(scene.gravity.in_plane)
     pull = torque + np.cos(angles) * (levers.T @ force[:, 1])
     pull -= np.sin(angles) * (levers.T @ force[:, 0])
-    solved: Array = np.linalg.solve(mass, pull - (coupling * np.sin(apart)) @ rates**2)
-    return solved
+    pull -= (coupling * np.sin(apart)) @ rates**2
+    return np.asarray(np.linalg.solve(mass, pull), dtype=np.float64)
 
 
 def magnet_forces(scene: Scene, angles: Array) -> tuple[Array, Array]:
