@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics import dense
+from magfold_env.benchmarks.dynamics import dense, restarts
 from magfold_env.benchmarks.dynamics.integrators import (
     ADAMS,
     ADAPTIVE,
@@ -112,3 +112,15 @@ def test_overlap_sees_squares_that_share_points(chain):
 
 def test_adams_is_as_exact_as_it_is_asked_for(swing, exact):
     assert error(ADAMS, swing, 1e-12, exact) < 1e-11
+
+
+def test_starting_anew_costs_high_orders_most(chain):
+    exact = DOP853.prepare(chain, 1e-12)().angles
+    counts = {}
+    for method in ADAPTIVE:
+        for arcs in (1, 16):
+            angles, counts[method.name, arcs] = restarts.in_arcs(chain, method, 1e-4, arcs)
+            assert np.abs(angles - exact).max() < 1e-3
+    assert counts["DP5(4)", 16] < counts["DOP853", 16]
+    assert counts["DP5(4)", 16] < counts["Adams PECE", 16]
+    assert all(counts[method.name, 1] < counts[method.name, 16] for method in ADAPTIVE)

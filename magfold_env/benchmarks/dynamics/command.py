@@ -10,7 +10,14 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 
 from magfold_env.benchmarks import machine
-from magfold_env.benchmarks.dynamics import contact_scenes, features, figures, report, smooth
+from magfold_env.benchmarks.dynamics import (
+    contact_scenes,
+    features,
+    figures,
+    report,
+    restarts,
+    smooth,
+)
 from magfold_env.benchmarks.dynamics.part import Part, Progress
 from magfold_env.benchmarks.dynamics.runge_kutta import dop853
 
@@ -18,6 +25,7 @@ Runner = Callable[[bool, Progress], Part]
 
 PARTS: dict[str, Runner] = {
     "smooth": smooth.run,
+    "restarts": restarts.run,
     "contact": contact_scenes.run,
     "features": features.run,
 }
@@ -47,7 +55,7 @@ def run(only: Sequence[str], quick: bool, out: Path | None) -> None:
         )
     chosen = list(only) or list(PARTS)
     try:
-        if "smooth" in chosen:
+        if {"smooth", "restarts"} & set(chosen):
             dop853()
         if out is not None:
             figures.figure_class()
