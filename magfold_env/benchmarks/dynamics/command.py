@@ -78,7 +78,14 @@ def run(only: Sequence[str], quick: bool, out: Path | None) -> None:
 def _run_part(name: str, quick: bool) -> Part:
     """Run one part; the bar is on stderr and vanishes with it."""
     columns = (TextColumn("{task.fields[part]}"), BarColumn(), TextColumn("{task.description}"))
-    with Bar(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar:
+    console = Console(stderr=True)
+    with Bar(
+        *columns,
+        TimeElapsedColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ) as bar:
         task = bar.add_task("", total=1.0, part=name)
 
         def progress(share: float, what: str) -> None:

@@ -3,8 +3,8 @@
 A scene starts from the bare chain and features are switched on. Runs last at most `DURATION` and
 chains that fold come to rest before it; magnets without contact are stopped at `BLIND`, before they
 run into each other. The time of a run is split by measured prices: the share of the chain, and that
-of magnets and sliding friction (forces), are their prices an evaluation times the evaluations; what
-is left is contact, friction at rest, stepping and the calls from Python.
+of magnets and sliding friction (forces), are their prices an evaluation, at the mean of start and
+end, times the evaluations; what is left is contact, friction at rest, stepping and the calls.
 """
 
 from __future__ import annotations
@@ -19,9 +19,11 @@ from magfold_env.benchmarks.dynamics.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.timing import Task, take_turns
 from magfold_env.engine.pack import pack
 from magfold_env.engine.session import Session
+from magfold_env.engine.state import Array
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Scene
 from magfold_env.scene_io import load_scene
+from magfold_env.shapes import headings
 
 SEQUENCE = "paper/sequence-3"
 DURATION = 1.0  # [s] at most, from the last release
@@ -54,36 +56,30 @@ FEATURES: dict[str, dict[str, Any]] = {
     "the same, tube loaded at mouth": REAL | AT_MOUTH,
 }
 
-SHOWN = {
-    "features": "features",
-    "end": "end",
-    "evaluations": "evals",
-    "run [µs]": "run [µs]",
-    "run / evaluations [µs]": "each [µs]",
-    "smooth evaluation [µs]": "smooth [µs]",
-    "forces [%]": "forces [%]",
-    "chain [%]": "chain [%]",
-    "rest [%]": "rest [%]",
-}  # columns for the console
-
 
 def run(quick: bool, progress: Progress) -> Part:
     """Measure every row of `FEATURES`."""
     rounds = 3 if quick else 9
     scenes = {name: build(changes) for name, changes in FEATURES.items()}
-    progress(0.0, "features")
+    progress(0.0, "runs")
     runs = {name: _run(scene, name) for name, scene in scenes.items()}
     times = take_turns(runs, rounds, tick=lambda share: progress(0.6 * share, "runs"))
-    kernels = {name: _evaluations(scene) for name, scene in scenes.items()}
-    prices = take_turns(kernels, rounds, tick=lambda share: progress(0.6 + 0.4 * share, "kernels"))
-    chain = 1e6 * prices[CHAIN].median / EVALUATIONS
-    rows: list[Row] = []
+    ended = {name: _ended(scene, name) for name, scene in scenes.items()}
+    kernels: dict[str, Task] = {}
     for name, scene in scenes.items():
-        session = _session(scene, name)
-        finish(session)
-        count = session.evaluations
-        taken = 1e6 * times[name].median
-        price = 1e6 * prices[name].median / EVALUATIONS
+        kernels[f"{name}, start"] = _evaluations(scene, headings(np.array(scene.start_angles)))
+        kernels[f"{name}, end"] = _evaluations(scene, ended[name].angles)
+    taken = take_turns(kernels, rounds, tick=lambda share: progress(0.6 + 0.4 * share, "kernels"))
+    prices = {
+        name: 1e6
+        * (taken[f"{name}, start"].median + taken[f"{name}, end"].median)
+        / (2 * EVALUATIONS)
+        for name in scenes
+    }
+    chain = prices[CHAIN]
+    rows: list[Row] = []
+    for name, session in ended.items():
+        count, run_time, price = session.evaluations, 1e6 * times[name].median, prices[name]
         rows.append(
             {
                 "features": name,
@@ -91,15 +87,25 @@ def run(quick: bool, progress: Progress) -> Part:
                 "simulated [s]": session.time,
                 "steps": session.steps,
                 "evaluations": count,
-                "run [µs]": taken,
-                "run / evaluations [µs]": taken / max(count, 1),
+                "run [µs]": run_time,
+                "run / evaluations [µs]": run_time / max(count, 1),
                 "smooth evaluation [µs]": price,
-                "forces [%]": 100.0 * count * (price - chain) / taken,
-                "chain [%]": 100.0 * count * chain / taken,
-                "rest [%]": 100.0 * (1.0 - count * price / taken),
+                "forces [%]": 100.0 * count * (price - chain) / run_time,
+                "chain [%]": 100.0 * count * chain / run_time,
+                "rest [%]": 100.0 * (1.0 - count * price / run_time),
             }
         )
-    shown: list[Row] = [{short: row[name] for name, short in SHOWN.items()} for row in rows]
+    shown: list[Row] = [
+        {
+            "features": row["features"],
+            "evals": row["evaluations"],
+            "a run [ms]": 1e-3 * float(row["run [µs]"]),
+            "each [µs]": row["run / evaluations [µs]"],
+            "smooth [µs]": row["smooth evaluation [µs]"],
+            **{name: round(float(row[name])) for name in ("forces [%]", "chain [%]", "rest [%]")},
+        }
+        for row in rows
+    ]
     title = f"Cost by feature, {SEQUENCE}, at most {DURATION} s simulated"
     return Part("features", rows, [Table(title, shown)])
 
@@ -131,12 +137,18 @@ def _run(scene: Scene, name: str) -> Task:
     return prepare
 
 
-def _evaluations(scene: Scene) -> Task:
-    """Evaluate the smooth accelerations `EVALUATIONS` times at the start of a scene.
+def _ended(scene: Scene, name: str) -> Session:
+    session = _session(scene, name)
+    finish(session)
+    return session
+
+
+def _evaluations(scene: Scene, angles: Array) -> Task:
+    """Evaluate the smooth accelerations `EVALUATIONS` times at headings (n,) [rad].
 
     Double Euler without any time to go does it, within a compiled loop as integrators do.
     """
     model = pack(scene.replace(mount="pinned"))
     work, y = new_work(model), np.zeros(2 * (scene.n + 2))
-    y[1 : scene.n] = np.cumsum(np.asarray(scene.start_angles))
+    y[: scene.n] = angles
     return lambda: lambda: double_euler(model, work, y, 0.0, EVALUATIONS)

@@ -35,11 +35,13 @@ def show(console: Console, machine: Mapping[str, str], parts: Sequence[Part]) ->
 def rich_table(table: Table) -> RichTable:
     """Return a table for the console, numbers to three figures."""
     shown = RichTable(title=escape(table.title))
-    for name in table.rows[0]:
-        number = not isinstance(table.rows[0][name], str)
-        shown.add_column(escape(name), justify="right" if number else "left")
-    for row in table.rows:
-        shown.add_row(*(escape(_text(cell)) for cell in row.values()))
+    texts = [[escape(_text(cell)) for cell in row.values()] for row in table.rows]
+    for k, (name, cell) in enumerate(table.rows[0].items()):
+        justify = "left" if isinstance(cell, str) else "right"
+        # Headings may be broken, cells not.
+        shown.add_column(escape(name), justify=justify, min_width=max(len(row[k]) for row in texts))
+    for row in texts:
+        shown.add_row(*row)
     return shown
 
 
