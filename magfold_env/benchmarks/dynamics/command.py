@@ -21,6 +21,8 @@ from magfold_env.benchmarks.dynamics import (
 from magfold_env.benchmarks.dynamics.part import Part, Progress
 from magfold_env.benchmarks.dynamics.runge_kutta import dop853
 
+FILE_WIDTH = 110  # of the report where it is not written to a terminal
+
 Runner = Callable[[bool, Progress], Part]
 
 PARTS: dict[str, Runner] = {
@@ -66,6 +68,8 @@ def run(only: Sequence[str], quick: bool, out: Path | None) -> None:
     system = machine.describe()
     parts = [_run_part(name, quick) for name in chosen]
     console = Console()
+    if not console.is_terminal:
+        console = Console(width=FILE_WIDTH)
     report.show(console, system, parts)
     if out is not None:
         written = report.write(out, system, parts)
