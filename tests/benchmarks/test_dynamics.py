@@ -10,11 +10,12 @@ from typer.testing import CliRunner
 
 from magfold_env import cli
 from magfold_env.benchmarks.dynamics import command, contact_scenes, features, figures, report
+from magfold_env.benchmarks.dynamics.cases import same_error
 from magfold_env.benchmarks.dynamics.contact_scenes import Effort, fold
 from magfold_env.benchmarks.dynamics.integrators import EULER, prepare_engine
 from magfold_env.benchmarks.dynamics.moreau_only import moreau_only
 from magfold_env.benchmarks.dynamics.part import Part, Table
-from magfold_env.benchmarks.dynamics.smooth import needed, same_error
+from magfold_env.benchmarks.dynamics.smooth import needed
 from magfold_env.benchmarks.dynamics.smooth_problems import SmoothProblem, pendulum
 from magfold_env.engine import integrator
 
@@ -51,7 +52,7 @@ def test_double_euler_is_given_the_steps_for_the_same_error():
 
 def test_moreau_alone_takes_more_steps_to_the_same_word():
     usual = integrator.advance
-    _, _, scene = contact_scenes.contact_scenes(Effort((3,), 1, (1e-3,), 1))[1]
+    _, _, scene = contact_scenes.contact_scenes(Effort((3,), 1, (1e-3,), (), 1))[1]
     events = fold(scene, 1e-3)
     with moreau_only():
         steps = fold(scene, 1e-3)

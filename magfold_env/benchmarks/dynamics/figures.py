@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from magfold_env.benchmarks.dynamics.cases import ENGINE
 from magfold_env.benchmarks.dynamics.contact_scenes import METHODS
 from magfold_env.benchmarks.dynamics.part import Part, Row
-from magfold_env.benchmarks.dynamics.smooth import ENGINE
 from magfold_env.files import replacing
 
 DPI = 130
@@ -108,18 +108,24 @@ def draw_contact(rows: list[Row]) -> Any:
                 linewidth=2.2,
                 label=method,
             )
-            if k == 0:
-                for x, y, tolerance in zip(*middle, tolerances, strict=True):
-                    axis.annotate(
-                        f"{tolerance:g}", (x, y), (6, 5), textcoords="offset points", fontsize=8
-                    )
+            for x, y, tolerance in zip(*middle, tolerances, strict=True):
+                axis.annotate(
+                    f"{tolerance:g}",
+                    (x, y),
+                    (-6, -4) if k == 0 else (6, 4),
+                    textcoords="offset points",
+                    ha="right" if k == 0 else "left",
+                    va="top" if k == 0 else "bottom",
+                    fontsize=8,
+                    color=COLOURS[k + 1],
+                )
         axis.set_title(kind, fontsize=11)
         axis.set_xlabel("run time [s]")
         axis.tick_params(axis="x", which="minor", labelbottom=False)
     axes[0].set_ylabel("largest error of a relative angle at any time [rad]")
     axes[0].legend(
-        fontsize=9, frameon=False, loc="lower left", title="median over scenes, by tolerance",
-        title_fontsize=8,
+        fontsize=9, frameon=False, loc="lower right", title_fontsize=8,
+        title="medians over scenes, by tolerance [rad]",
     )  # fmt: skip
     return figure
 

@@ -1,38 +1,40 @@
 """Run time against error on smooth motion, for every integrator and for the engine itself.
 
-An error is the largest of any heading at the ends of six equal parts of the run, each reached by
-a run of its own. The reference is DOP853 at 1e-13 on the same forces.
+Errors, as `cases` defines them, are against DOP853 at 1e-13 on the same forces.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from magfold_env.benchmarks.dynamics import dense
+from magfold_env.benchmarks.dynamics.cases import (
+    ENGINE,
+    Case,
+    case,
+    engine_case,
+    fixed_cases,
+    key,
+    same_error,
+    shares,
+    task,
+)
 from magfold_env.benchmarks.dynamics.integrators import (
     ADAMS,
     ADAPTIVE,
     DOP853,
-    EULER,
     FIXED,
-    Integrator,
-    Run,
-    prepare_engine,
 )
 from magfold_env.benchmarks.dynamics.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.dynamics.smooth_problems import (
-    PARTS,
     SmoothProblem,
     magnetic_chain,
     pendulum,
 )
 from magfold_env.benchmarks.timing import Spread, Timing, ratio, take_turns
-from magfold_env.engine.state import Array
 
-ENGINE = "engine"
 DEFAULT = 1e-3  # tolerance of a scene that names none [rad]
 EXACT = 1e-13
 TOLERANCES = tuple(10.0**-k for k in range(2, 12))
@@ -41,8 +43,6 @@ JUDGED = tuple(10.0**-k for k in range(3, 10))  # where the engine's error must 
 TARGETS = (1e-3, 1e-6, 1e-9)  # errors at which integrators are compared [rad]
 ALLOWED = 10.0  # true error of the engine over its tolerance
 WANTED = 20.0  # time of double Euler over the engine's, for the same error
-FEWEST_STEPS = 64
-NEAR = 0.95  # how near, from below, errors count as the same
 CHECK_NODES = 4  # a pole face, in the independent check
 
 
@@ -59,20 +59,6 @@ class Effort:
     def of(cls, quick: bool) -> Effort:
         """Return the effort of a quick or a full run."""
         return cls(0.02, 3) if quick else cls(0.25, 7)
-
-
-@dataclass(frozen=True, eq=False)
-class Case:
-    """One integrator at one setting."""
-
-    method: str
-    setting: float
-    """Tolerance [rad], or number of steps."""
-    prepare: Callable[[float], Callable[[], Run]]
-    """Takes the share of the run's time."""
-    error: float
-    """[rad]"""
-    evaluations: int
 
 
 def run(quick: bool, progress: Progress) -> Part:
@@ -102,14 +88,14 @@ def _measure(problem: SmoothProblem, effort: Effort, part: Part, tell: Progress)
     for method in ADAPTIVE:
         cases += [case(problem, method, tolerance, exact) for tolerance in TOLERANCES]
     for method in FIXED:
-        cases += fixed_cases(problem, method, exact, effort.seconds)
+        cases += fixed_cases(problem, method, exact, min(TARGETS), effort.seconds)
     at_default = next(c for c in cases if c.method == ENGINE and c.setting == DEFAULT)
     match = same_error(problem, at_default.error, exact)
     tell(0.4, "times")
-    tasks = {key(c): _task(c) for c in [*cases, match]}
+    tasks = {key(c): task(c) for c in [*cases, match]}
     # A call from Python costs the same whatever it integrates: seen in runs of no length.
     idle = Case("idle", 0.0, lambda _: DOP853.prepare(problem, 1.0, 0.0), 0.0, 0)
-    tasks["idle"] = _task(idle)
+    tasks["idle"] = task(idle)
     times = take_turns(tasks, effort.rounds, tick=lambda share: tell(0.4 + 0.6 * share, "times"))
     overhead = times["idle"].median
     rows = [_row(problem, c, times[key(c)], overhead) for c in cases]
@@ -121,71 +107,6 @@ def _measure(problem: SmoothProblem, effort: Effort, part: Part, tell: Progress)
     part.findings.append(
         f"{problem.name}: DOP853 at {EXACT:g} and Adams at 1e-12 agree to {agreement:.1e} rad"
     )
-
-
-def shares() -> Array:
-    """Return the ends of the equal parts of a run, as shares of it."""
-    return np.arange(1, PARTS + 1) / PARTS
-
-
-def _task(c: Case) -> Callable[[], Callable[[], Run]]:
-    return lambda: c.prepare(1.0)
-
-
-def key(c: Case) -> str:
-    """Return a name of a case that no other has."""
-    return f"{c.method} {c.setting:.12g}"
-
-
-def case(problem: SmoothProblem, method: Integrator, setting: float, exact: list[Array]) -> Case:
-    """Find the error and the evaluations of an integrator at a setting."""
-    return _case(method.name, setting, lambda share: method.prepare(problem, setting, share), exact)
-
-
-def engine_case(problem: SmoothProblem, tolerance: float, exact: list[Array]) -> Case:
-    """Find the error and the evaluations of the engine at a tolerance [rad]."""
-    return _case(ENGINE, tolerance, lambda share: prepare_engine(problem, tolerance, share), exact)
-
-
-def _case(
-    method: str,
-    setting: float,
-    prepare: Callable[[float], Callable[[], Run]],
-    exact: list[Array],
-) -> Case:
-    runs = [prepare(share)() for share in shares()]
-    errors = [np.abs(run.angles - end).max() for run, end in zip(runs, exact, strict=True)]
-    return Case(method, setting, prepare, float(max(errors)), runs[-1].evaluations)
-
-
-def fixed_cases(
-    problem: SmoothProblem, method: Integrator, exact: list[Array], seconds: float
-) -> list[Case]:
-    """Double the steps until the smallest target is met or a run takes too long [s]."""
-    cases: list[Case] = []
-    steps = FEWEST_STEPS
-    while True:
-        cases.append(case(problem, method, steps, exact))
-        task = {"run": _task(cases[-1])}
-        taken = take_turns(task, rounds=1, shortest=0.0)["run"].median
-        if cases[-1].error < min(TARGETS) or taken > seconds:
-            return cases
-        steps *= 2
-
-
-def same_error(problem: SmoothProblem, error: float, exact: list[Array]) -> Case:
-    """Return double Euler with about as many steps as it needs for an error [rad].
-
-    It is of first order: the error times the steps is nearly constant.
-    """
-    found = case(problem, EULER, FEWEST_STEPS, exact)
-    steps = float(FEWEST_STEPS)
-    for _ in range(6):
-        steps = round(steps * found.error / error)
-        found = case(problem, EULER, steps, exact)
-        if NEAR < found.error / error <= 1.0:
-            break
-    return found
 
 
 def _row(problem: SmoothProblem, c: Case, taken: Timing, overhead: float) -> Row:
