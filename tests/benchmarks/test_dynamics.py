@@ -65,6 +65,18 @@ def test_moreau_alone_takes_more_steps_to_the_same_word():
     assert contact_scenes.error_on_the_way(events, events) == 0.0
 
 
+def test_located_events_are_more_exact_at_the_same_tolerance(tmp_path):
+    effort = Effort((3,), 1, (1e-2, 1e-3), (), 1)
+    name, kind, scene = contact_scenes.contact_scenes(effort)[1]
+    rows = contact_scenes.measure(name, kind, scene, effort)
+    error = {(row["method"], row["tolerance [rad]"]): row["error [rad]"] for row in rows}
+    assert error[contact_scenes.ENGINE, 1e-3] < 0.2 * error[contact_scenes.ENGINE, 1e-2]
+    assert error[contact_scenes.ENGINE, 1e-3] < 0.2 * error[contact_scenes.MOREAU, 1e-3]
+    assert all(row["sensitivity [rad]"] < contact_scenes.CLOSE for row in rows)
+    assert contact_scenes.clear(rows) == rows
+    assert [path.name for path in figures.draw(Part("contact", rows), tmp_path)] == ["contact.png"]
+
+
 def test_a_motion_is_close_only_if_it_stays_so_at_tighter_tolerances():
     rows = [
         {"scene": "a", "method": "m", "tolerance [rad]": t, "error [rad]": e, "time [ms]": c}

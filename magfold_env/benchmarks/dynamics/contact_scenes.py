@@ -68,9 +68,8 @@ def run(quick: bool, progress: Progress) -> Part:
     for k, (name, kind, scene) in enumerate(scenes):
         progress(k / len(scenes), name)
         part.rows.extend(measure(name, kind, scene, effort))
-    clear = [row for row in part.rows if float(row["sensitivity [rad]"]) <= CLOSE]
     for kind in dict.fromkeys(kind for _, kind, _ in scenes):
-        mine = [row for row in clear if row["kind"] == kind]
+        mine = [row for row in clear(part.rows) if row["kind"] == kind]
         total = sum(other == kind for _, other, _ in scenes)
         kept = len({row["scene"] for row in mine})
         if kept:
@@ -82,6 +81,11 @@ def run(quick: bool, progress: Progress) -> Part:
                 f"{NUDGE:g} rad moves the reference by more than {CLOSE} rad"
             )
     return part
+
+
+def clear(rows: list[Row]) -> list[Row]:
+    """Return the rows of scenes that are not set aside."""
+    return [row for row in rows if float(row["sensitivity [rad]"]) <= CLOSE]
 
 
 def contact_scenes(effort: Effort) -> list[tuple[str, str, Scene]]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from magfold_env.benchmarks.dynamics.cases import ENGINE
-from magfold_env.benchmarks.dynamics.contact_scenes import METHODS
+from magfold_env.benchmarks.dynamics.contact_scenes import METHODS, clear
 from magfold_env.benchmarks.dynamics.part import Part, Row
 from magfold_env.files import replacing
 
@@ -88,7 +88,11 @@ def draw_smooth(rows: list[Row]) -> Any:
 
 
 def draw_contact(rows: list[Row]) -> Any:
-    """Error on the way against run time, a panel a kind of scene; thin lines are single scenes."""
+    """Error on the way against run time, a panel a kind of scene; thin lines are single scenes.
+
+    Scenes that are set aside are left out, if any other is left.
+    """
+    rows = clear(rows) or rows
     kinds = list(dict.fromkeys(str(row["kind"]) for row in rows))
     figure, axes = _panels(len(kinds), "Folds with contact: error on the way against run time")
     for axis, kind in zip(axes, kinds, strict=True):
