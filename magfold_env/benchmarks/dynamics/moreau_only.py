@@ -12,9 +12,8 @@ from functools import cache
 from types import FunctionType
 from typing import Any, cast
 
-import numba
-
 from magfold_env.engine import integrator
+from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import TOUCHY, Model, Record, State, Work
 
 ENDLESS = 2**60  # steps
@@ -34,11 +33,13 @@ def patient_advance() -> Callable[[Model, State, Work, Record, float], int]:
     if PATIENCE not in source.__globals__:
         raise LookupError(f"magfold_env.engine.integrator has no {PATIENCE} to set")
     changed = FunctionType(source.__code__, {**source.__globals__, PATIENCE: ENDLESS})
-    compiled: Any = numba.njit(error_model="numpy", nogil=True)(changed)
+    # Compiled results are kept by name: the name must not be that of the engine's own loop.
+    changed.__qualname__ = "advance_by_moreau"
+    compiled = kernel(changed)
 
     def advance(model: Model, state: State, work: Work, record: Record, until: float) -> int:
         state.counter[TOUCHY] = ENDLESS
-        return compiled(model, state, work, record, until)
+        return int(compiled(model, state, work, record, until))
 
     return advance
 
