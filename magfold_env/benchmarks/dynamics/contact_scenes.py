@@ -205,17 +205,18 @@ def _table(kind: str, rows: list[Row], effort: Effort) -> Table:
             shown.append(
                 {
                     "method": method,
-                    "tolerance [rad]": tolerance,
-                    "on the way [rad]": float(np.median(column(mine, "error [rad]"))),
-                    "at the end [rad]": float(np.median(column(mine, "final error [rad]"))),
-                    "worst end [rad]": float(column(mine, "final error [rad]").max()),
+                    "tolerance": tolerance,
+                    "on the way": float(np.median(column(mine, "error [rad]"))),
+                    "worst end": float(column(mine, "final error [rad]").max()),
                     "same word": f"{int(column(mine, 'same word').sum())} of {len(mine)}",
+                    "ms": float(np.median(column(mine, "time [ms]"))),
+                    "evals": float(np.median(column(mine, "evaluations"))),
                     "steps": float(np.median(column(mine, "steps"))),
-                    "evaluations": float(np.median(column(mine, "evaluations"))),
-                    "time [ms]": float(np.median(column(mine, "time [ms]"))),
                 }
             )
-    return Table(f"Errors and cost of folds with contact, medians: {kind}", shown)
+    return Table(
+        f"Folds with contact, {kind}: errors [rad] and cost, medians but for the end", shown
+    )
 
 
 def column(rows: list[Row], name: str) -> Array:

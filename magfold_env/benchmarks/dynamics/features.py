@@ -52,8 +52,8 @@ FEATURES: dict[str, dict[str, Any]] = {
     "magnets, friction": {"magnets": MAGNETS, "friction": 0.35},
     "magnets, contact, friction": REAL,
     "the same, recorded": REAL,
-    "the same, tube preloaded": REAL | TUBE,
-    "the same, tube loaded at mouth": REAL | AT_MOUTH,
+    "the same, in a tube": REAL | TUBE,
+    "the same, loaded at mouth": REAL | AT_MOUTH,
 }
 
 
@@ -99,10 +99,12 @@ def run(quick: bool, progress: Progress) -> Part:
         {
             "features": row["features"],
             "evals": row["evaluations"],
-            "a run [ms]": 1e-3 * float(row["run [µs]"]),
-            "each [µs]": row["run / evaluations [µs]"],
-            "smooth [µs]": row["smooth evaluation [µs]"],
-            **{name: round(float(row[name])) for name in ("forces [%]", "chain [%]", "rest [%]")},
+            "run, ms": 1e-3 * float(row["run [µs]"]),
+            "each, µs": row["run / evaluations [µs]"],
+            "smooth, µs": row["smooth evaluation [µs]"],
+            "forces %": round(float(row["forces [%]"])),
+            "chain %": round(float(row["chain [%]"])),
+            "rest %": round(float(row["rest [%]"])),
         }
         for row in rows
     ]
