@@ -1,4 +1,4 @@
-"""The `magfold` command: simulate a fold, rank its energies, list the shipped scenes."""
+"""The `magfold` command: simulate a fold, rank its energies, list the shipped scenes, measure."""
 
 from __future__ import annotations
 
@@ -34,6 +34,8 @@ app = typer.Typer(
     rich_markup_mode=None,  # plain messages, so that a wrong option is told in one line
     pretty_exceptions_enable=False,
 )
+bench = typer.Typer(help="Measure this machine and this version.", no_args_is_help=True)
+app.add_typer(bench, name="bench")
 
 _FRAME_RATE = 240.0  # the paper's camera [1/s]
 
@@ -122,6 +124,25 @@ def scenes() -> None:
     with _errors_in_one_line():
         loaded: dict[str, Scene] = {name: load_scene(name) for name in scene_names()}
     Console().print(scenes_table(loaded))
+
+
+@bench.command()
+def dynamics(
+    *,
+    quick: Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")] = False,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="A part: smooth, restarts, contact, features; may be repeated."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for CSV, JSON and PNG files; made if need be.")
+    ] = None,
+) -> None:
+    """Measure the engine: run time against error, and what each feature costs."""
+    from magfold_env.benchmarks.dynamics import command  # noqa: PLC0415 - much to import
+
+    with _errors_in_one_line():
+        command.run(only or [], quick, out)
 
 
 def _feeds(scene: Scene) -> list[Minimum]:

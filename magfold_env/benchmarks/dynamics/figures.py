@@ -1,0 +1,179 @@
+"""Diagrams of the benchmark. Needs matplotlib, from the extra `render`."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magfold_env.benchmarks.dynamics.cases import ENGINE
+from magfold_env.benchmarks.dynamics.contact_scenes import METHODS, clear
+from magfold_env.benchmarks.dynamics.part import Part, Row
+from magfold_env.files import replacing
+
+DPI = 130
+INK, GRID = "#26292e", "#d9dce0"
+# Okabe and Ito's colours, which all kinds of sight tell apart.
+COLOURS = ("#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+
+def figure_class() -> Any:
+    """Return matplotlib's figure class, which needs no display.
+
+    Raises
+    ------
+    ImportError
+        If matplotlib is not installed.
+    """
+    try:
+        return importlib.import_module("matplotlib.figure").Figure
+    except ImportError as error:
+        msg = "diagrams need matplotlib: install the extra, pip install 'magfold_env[render]'"
+        raise ImportError(msg) from error
+
+
+def draw(part: Part, folder: Path) -> list[Path]:
+    """Draw a part's diagram, if it has one, and return the files written."""
+    drawing = DRAWINGS.get(part.name)
+    if drawing is None or not part.rows:
+        return []
+    path = folder / f"{part.name}.png"
+    figure = drawing(part.rows)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, dpi=DPI, facecolor="white")
+    return [path]
+
+
+def _panels(count: int, title: str, width: float = 5.2, height: float = 4.6) -> tuple[Any, Any]:
+    figure = figure_class()(figsize=(width * count, height), layout="constrained")
+    figure.suptitle(title, fontsize=13, color=INK)
+    axes = figure.subplots(1, count, squeeze=False, sharex=True, sharey=True)[0]
+    for axis in axes:
+        axis.grid(visible=True, which="major", color=GRID, linewidth=0.7)
+        axis.set_axisbelow(True)
+        axis.spines[["top", "right"]].set_visible(False)
+    return figure, axes
+
+
+def draw_smooth(rows: list[Row]) -> Any:
+    """Work-precision diagrams: error against run time, a panel a problem."""
+    problems = list(dict.fromkeys(str(row["problem"]) for row in rows))
+    methods = list(dict.fromkeys(str(row["method"]) for row in rows))
+    figure, axes = _panels(len(problems), "Smooth motion: error against run time")
+    for axis, problem in zip(axes, problems, strict=True):
+        for k, method in enumerate(methods):
+            mine = [r for r in rows if (r["problem"], r["method"]) == (problem, method)]
+            time = _numbers(mine, "time [µs]") - _numbers(mine, "call overhead [µs]")
+            axis.loglog(
+                1e-6 * np.maximum(time, 1.0),
+                _numbers(mine, "error [rad]"),
+                color=COLOURS[k % len(COLOURS)],
+                marker=MARKERS[k % len(MARKERS)],
+                markersize=5,
+                linewidth=2.2 if method == ENGINE else 1.3,
+                zorder=3 if method == ENGINE else 2,
+                label=method,
+            )
+        axis.set_title(problem, fontsize=11)
+        axis.set_xlabel("run time, calls' overhead off [s]")
+        axis.tick_params(axis="x", which="minor", labelbottom=False)
+        axis.set_ylim(1e-12, 2.0)
+    axes[0].set_ylabel("largest error of a heading [rad]")
+    axes[0].legend(fontsize=9, frameon=False, loc="lower left")
+    return figure
+
+
+def draw_contact(rows: list[Row]) -> Any:
+    """Error on the way against run time, a panel a kind of scene; thin lines are single scenes.
+
+    Scenes that are set aside are left out, if any other is left.
+    """
+    rows = clear(rows) or rows
+    kinds = list(dict.fromkeys(str(row["kind"]) for row in rows))
+    figure, axes = _panels(len(kinds), "Folds with contact: error on the way against run time")
+    for axis, kind in zip(axes, kinds, strict=True):
+        for k, method in enumerate(METHODS):
+            mine = [r for r in rows if (r["kind"], r["method"]) == (kind, method)]
+            for scene in dict.fromkeys(str(r["scene"]) for r in mine):
+                one = [r for r in mine if r["scene"] == scene]
+                axis.loglog(*_time_and_error(one), color=COLOURS[k + 1], linewidth=0.7, alpha=0.45)
+            tolerances = sorted({float(r["tolerance [rad]"]) for r in mine}, reverse=True)
+            groups = [[r for r in mine if r["tolerance [rad]"] == t] for t in tolerances]
+            middle = np.array([np.median(_time_and_error(g), axis=1) for g in groups]).T
+            axis.loglog(
+                *middle,
+                color=COLOURS[k + 1],
+                marker=MARKERS[k],
+                markersize=6,
+                linewidth=2.2,
+                label=method,
+            )
+            for x, y, tolerance in zip(*middle, tolerances, strict=True):
+                axis.annotate(
+                    f"{tolerance:g}",
+                    (x, y),
+                    (-6, -4) if k == 0 else (6, 4),
+                    textcoords="offset points",
+                    ha="right" if k == 0 else "left",
+                    va="top" if k == 0 else "bottom",
+                    fontsize=8,
+                    color=COLOURS[k + 1],
+                )
+        axis.set_title(kind, fontsize=11)
+        axis.set_xlabel("run time [s]")
+        axis.tick_params(axis="x", which="minor", labelbottom=False)
+    axes[0].set_ylabel("largest error of a relative angle at any time [rad]")
+    axes[0].legend(
+        fontsize=9, frameon=False, loc="lower right", title_fontsize=8,
+        title="medians over scenes, by tolerance [rad]",
+    )  # fmt: skip
+    return figure
+
+
+def draw_features(rows: list[Row]) -> Any:
+    """Bars of the time an evaluation takes in a run, by what it is spent on."""
+    figure, axes = _panels(1, "Cost of an evaluation by feature", width=9.5, height=5.2)
+    axis = axes[0]
+    place = np.arange(len(rows))
+    total = _numbers(rows, "run / evaluations [µs]")
+    left = np.zeros(len(rows))
+    labels = {
+        "chain [%]": "chain",
+        "forces [%]": "magnets, sliding friction",
+        "rest [%]": "contact, rest, stepping, calls",
+    }
+    for k, (column, label) in enumerate(labels.items()):
+        width = total * np.clip(_numbers(rows, column), 0.0, 100.0) / 100.0
+        axis.barh(place, width, left=left, color=COLOURS[(1, 5, 3)[k]], label=label, height=0.65)
+        left += width
+    for y, value, row in zip(place, total, rows, strict=True):
+        per_run = float(row["run [µs]"]) / 1e3
+        text = f" {value:.3g} µs × {float(row['evaluations']):.0f} = {per_run:.3g} ms"
+        axis.text(max(left[y], value), y, text, va="center", fontsize=8, color=INK)
+    axis.set_yticks(place, [str(row["features"]) for row in rows])
+    axis.invert_yaxis()
+    axis.set_xlim(0.0, 1.4 * float(total.max()))
+    axis.set_xlabel("run time / evaluations [µs]; at the bar: × evaluations = a run")
+    axis.grid(visible=False, axis="y")
+    axis.legend(fontsize=9, frameon=False, loc="upper right")
+    return figure
+
+
+DRAWINGS: dict[str, Callable[[list[Row]], Any]] = {
+    "smooth": draw_smooth,
+    "contact": draw_contact,
+    "features": draw_features,
+}
+
+
+def _numbers(rows: list[Row], name: str) -> Any:
+    return np.array([float(row[name]) for row in rows])
+
+
+def _time_and_error(rows: list[Row]) -> Any:
+    """Return times [s] and errors [rad], shape (2, k)."""
+    return np.stack([1e-3 * _numbers(rows, "time [ms]"), _numbers(rows, "error [rad]")])

@@ -1,0 +1,55 @@
+"""The engine without event location: Moreau's time-stepping takes every step.
+
+The engine's own loop is compiled a second time, with a patience that never ends after the first
+step taken by Moreau's scheme. Nothing of it is written twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from functools import cache
+from types import FunctionType
+from typing import Any, cast
+
+from magfold_env.engine import integrator
+from magfold_env.engine.jit import kernel
+from magfold_env.engine.state import TOUCHY, Model, Record, State, Work
+
+ENDLESS = 2**60  # steps
+PATIENCE = "PATIENCE"  # the engine's name for the steps taken so after a contact
+
+
+@cache
+def patient_advance() -> Callable[[Model, State, Work, Record, float], int]:
+    """Return the engine's `advance` with Moreau's scheme alone.
+
+    Raises
+    ------
+    LookupError
+        If the engine has no such setting any more.
+    """
+    source: Any = cast("Any", integrator.advance).py_func
+    if PATIENCE not in source.__globals__:
+        raise LookupError(f"magfold_env.engine.integrator has no {PATIENCE} to set")
+    changed = FunctionType(source.__code__, {**source.__globals__, PATIENCE: ENDLESS})
+    # Compiled results are kept by name: the name must not be that of the engine's own loop.
+    changed.__qualname__ = "advance_by_moreau"
+    compiled = kernel(changed)
+
+    def advance(model: Model, state: State, work: Work, record: Record, until: float) -> int:
+        state.counter[TOUCHY] = ENDLESS
+        return int(compiled(model, state, work, record, until))
+
+    return advance
+
+
+@contextmanager
+def moreau_only() -> Generator[None]:
+    """Let all sessions within the block take Moreau's steps only; not for use with threads."""
+    usual = integrator.advance
+    integrator.advance = patient_advance()
+    try:
+        yield
+    finally:
+        integrator.advance = usual

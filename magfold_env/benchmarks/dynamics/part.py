@@ -1,0 +1,34 @@
+"""What one part of the benchmark hands to the report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+Cell = str | int | float
+Row = dict[str, Cell]
+
+Progress = Callable[[float, str], None]
+"""Is told the finished share of a part, 0 to 1, and what is going on."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows for the console, all with the same keys."""
+
+    title: str
+    rows: list[Row]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part's measurements."""
+
+    name: str
+    """Also the name of its files."""
+    rows: list[Row]
+    """Everything measured, for CSV and JSON."""
+    tables: list[Table] = field(default_factory=list["Table"])
+    """What of it is worth reading."""
+    findings: list[str] = field(default_factory=list[str])
+    """Requirements and how they are met, a sentence each."""

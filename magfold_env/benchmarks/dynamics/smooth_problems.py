@@ -1,0 +1,113 @@
+"""Smooth motions to integrate: pendula, and a magnetic chain before anything touches."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from magfold_env.engine.contact import APART
+from magfold_env.engine.pack import pack
+from magfold_env.engine.state import Array, Model, Work
+from magfold_env.engine.workspace import new_work
+from magfold_env.scene import Scene
+from magfold_env.scene_io import load_scene
+from magfold_env.shapes import centres
+from magfold_env.simulate import simulate
+
+GRAVITY = 9.81  # [m/s²] of the time unit √(d/g)
+PERIODS = 6.0  # length of a run in that unit
+FRAME_RATE = 5000.0  # [1/s] at which the first contact is looked for
+BEFORE_CONTACT = 0.95  # share of the time until the first contact
+PARTS = 6  # equal parts of a run, after each of which errors are looked at
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothProblem:
+    """A pinned chain without contact and friction, from rest to a given time."""
+
+    name: str
+    scene: Scene
+    """With the run's length as its duration."""
+
+    @property
+    def until(self) -> float:
+        """Length of the run [s]."""
+        return self.scene.duration
+
+    @property
+    def times(self) -> Array:
+        """Ends of the run's equal parts [s], the last its own end, shape (`PARTS`,)."""
+        return self.until * np.arange(1, PARTS + 1) / PARTS
+
+    @cached_property
+    def model(self) -> Model:
+        """The chain as the engine's kernels see it."""
+        return pack(self.scene)
+
+    @cached_property
+    def work(self) -> Work:
+        """Scratch space of the engine's kernels."""
+        return new_work(self.model)
+
+    def start(self) -> Array:
+        """Return headings and base, then their rates, at the beginning, shape (2 (n + 2),)."""
+        n = self.scene.n
+        y = np.zeros(2 * (n + 2))
+        y[1:n] = np.cumsum(np.asarray(self.scene.start_angles))
+        return y
+
+
+def pendulum(n: int) -> SmoothProblem:
+    """Return a chain without magnets that swings down from a horizontal line."""
+    scene = load_scene("pendulum-3").replace(sequence=("NNNN",) * n, start_angles=(0.0,) * (n - 1))
+    return SmoothProblem(f"pendulum, n = {n}", scene.replace(duration=longest(scene)))
+
+
+def magnetic_chain() -> SmoothProblem:
+    """Return the paper's third sequence, pinned, until shortly before something touches."""
+    scene = load_scene("paper/sequence-3").replace(mount="pinned", friction=0.0, contact=False)
+    scene = scene.draw(np.random.default_rng(0))
+    scene = scene.replace(duration=longest(scene))
+    first = first_contact(scene)
+    return SmoothProblem(
+        f"magnets, n = {scene.n}",
+        scene.replace(duration=min(BEFORE_CONTACT * first, scene.duration)),
+    )
+
+
+def longest(scene: Scene) -> float:
+    """Return 6 √(d/g) for the distance d of a component's hinges [s]."""
+    return PERIODS * math.sqrt(scene.casing.diagonal / GRAVITY)
+
+
+def first_contact(scene: Scene) -> float:
+    """Return when a joint first reaches its stop or two casings meet [s]; ∞ if none do."""
+    fine = scene.replace(solver={"tolerance": 1e-6})
+    run = simulate(fine, frame_rate=FRAME_RATE).trajectory
+    assert run is not None
+    for time, angles in zip(run.time, run.angles, strict=True):
+        if np.abs(np.diff(angles)).max(initial=0.0) >= math.pi / 2 or overlap(scene, angles):
+            return float(time)
+    return math.inf
+
+
+def overlap(scene: Scene, angles: Array) -> bool:
+    """Whether two casings that are not near neighbours overlap, by separating axes."""
+    side = scene.casing.side
+    places = centres(angles, side)
+    turns = angles[:, None] + np.pi / 2 * np.arange(4)
+    spokes = side / math.sqrt(2.0) * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    corners = places[:, None] + spokes
+    normals = np.stack([np.cos(turns[:, :2] + np.pi / 4), np.sin(turns[:, :2] + np.pi / 4)], -1)
+    for i, j in combinations(range(scene.n), 2):
+        if j - i < APART:
+            continue  # stops keep them apart
+        axes = np.concatenate([normals[i], normals[j]])
+        one, other = corners[i] @ axes.T, corners[j] @ axes.T
+        if ((one.max(0) > other.min(0)) & (other.max(0) > one.min(0))).all():
+            return True
+    return False

@@ -1,0 +1,125 @@
+"""Time several pieces of work against each other.
+
+A machine's speed drifts: other programs, clock and heat. The pieces therefore take turns, round
+after round, and a ratio is taken within each round, where the drift cancels. The clock is the
+processor time of the calling thread: time that other programs take away does not count.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Task = Callable[[], Callable[[], object]]
+"""Prepares one call, untimed, and returns what is to be timed."""
+
+MOST_CALLS = 10_000
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """Median and quartiles of something measured once a round."""
+
+    median: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"{self.median:.3g} ({self.low:.3g} to {self.high:.3g})"
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """What one piece of work took."""
+
+    samples: npt.NDArray[np.float64]
+    """Seconds a call, one sample a round."""
+
+    @property
+    def spread(self) -> Spread:
+        """Median and quartiles [s]."""
+        return spread_of(self.samples)
+
+    @property
+    def median(self) -> float:
+        """Median [s]."""
+        return self.spread.median
+
+
+def spread_of(samples: npt.NDArray[np.float64]) -> Spread:
+    """Median and quartiles of samples."""
+    low, median, high = np.quantile(samples, [0.25, 0.5, 0.75])
+    return Spread(float(median), float(low), float(high))
+
+
+def ratio(slow: Timing, fast: Timing) -> Spread:
+    """How many times longer ``slow`` takes than ``fast``, taken within each round.
+
+    Raises
+    ------
+    ValueError
+        If the two were not measured in the same rounds.
+    """
+    if slow.samples.shape != fast.samples.shape:
+        raise ValueError("timings of different numbers of rounds have no ratio")
+    return spread_of(slow.samples / fast.samples)
+
+
+def take_turns(
+    tasks: Mapping[str, Task],
+    rounds: int = 7,
+    shortest: float = 2e-3,
+    clock: Callable[[], float] = time.thread_time,
+    tick: Callable[[float], None] | None = None,
+) -> dict[str, Timing]:
+    """Time tasks in turns.
+
+    Parameters
+    ----------
+    tasks
+        What to time. Each runs twice before the first round: to compile and fill caches, then to
+        see how many calls a sample needs.
+    rounds
+        Samples of each task.
+    shortest
+        Least time of a sample [s]; shorter calls are repeated and their mean is the sample.
+    clock
+        Seconds; for work on several threads `time.perf_counter`.
+    tick
+        Is told the finished share of the work, 0 to 1.
+    """
+    calls: dict[str, int] = {}
+    for name, task in tasks.items():
+        _sample(task, 1, clock)
+        once = max(_sample(task, 1, clock), 1e-9)
+        calls[name] = min(max(1, math.ceil(shortest / once)), MOST_CALLS)
+    samples = {name: np.zeros(rounds) for name in tasks}
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        for turn in range(rounds):
+            for name, task in tasks.items():
+                samples[name][turn] = _sample(task, calls[name], clock)
+            if tick is not None:
+                tick((turn + 1) / rounds)
+    finally:
+        if collecting:
+            gc.enable()
+    return {name: Timing(taken) for name, taken in samples.items()}
+
+
+def _sample(task: Task, calls: int, clock: Callable[[], float]) -> float:
+    """Mean seconds a call."""
+    total = 0.0
+    for _ in range(calls):
+        call = task()
+        begun = clock()
+        call()
+        total += clock() - begun
+    return total / calls

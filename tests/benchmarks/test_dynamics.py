@@ -1,0 +1,150 @@
+"""The parts of the dynamics benchmark, their report and their command."""
+
+import csv
+import json
+import sys
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from magfold_env import cli
+from magfold_env.benchmarks.dynamics import command, contact_scenes, features, figures, report
+from magfold_env.benchmarks.dynamics.cases import same_error
+from magfold_env.benchmarks.dynamics.contact_scenes import Effort, fold
+from magfold_env.benchmarks.dynamics.integrators import EULER, prepare_engine
+from magfold_env.benchmarks.dynamics.moreau_only import moreau_only
+from magfold_env.benchmarks.dynamics.part import Part, Table
+from magfold_env.benchmarks.dynamics.smooth import needed
+from magfold_env.benchmarks.dynamics.smooth_problems import SmoothProblem, pendulum
+from magfold_env.engine import integrator
+
+
+def smooth_row(error, time, evaluations, method="engine"):
+    return {
+        "problem": "pendulum",
+        "method": method,
+        "setting": 1e-3,
+        "error [rad]": error,
+        "evaluations": evaluations,
+        "time [µs]": time,
+        "lower quartile [µs]": time,
+        "upper quartile [µs]": time,
+        "call overhead [µs]": 5.0,
+    }
+
+
+def test_cost_of_an_error_follows_the_power_law_between_settings():
+    # Second order: twice the work, a quarter of the error.
+    rows = [smooth_row(0.1 / 4**k, 5.0 + 10.0 * 2**k, 100 * 2**k) for k in range(8)]
+    assert needed(rows, "evaluations", 1e-3) == pytest.approx(100 * np.sqrt(100.0))
+    assert needed(rows, "time [µs]", 1e-3) == pytest.approx(10 * np.sqrt(100.0))
+    assert np.isnan(needed(rows, "evaluations", 1e-9))
+
+
+def test_double_euler_is_given_the_steps_for_the_same_error():
+    problem = SmoothProblem("short", pendulum(3).scene.replace(duration=0.1))
+    exact = [prepare_engine(problem, 1e-10, (k + 1) / 6)().angles for k in range(6)]
+    found = same_error(problem, 2e-3, exact)
+    assert 0.95 * 2e-3 < found.error <= 2e-3
+    assert EULER.prepare(problem, found.setting)().evaluations == found.setting
+
+
+@pytest.mark.slow  # compiles the engine's loop once more
+def test_moreau_alone_takes_more_steps_to_the_same_word():
+    usual = integrator.advance
+    _, _, scene = contact_scenes.contact_scenes(Effort((3,), 1, (1e-3,), (), 1))[1]
+    events = fold(scene, 1e-3)
+    with moreau_only():
+        steps = fold(scene, 1e-3)
+    assert integrator.advance is usual
+    assert (steps.word, steps.status) == (events.word, events.status)
+    assert steps.steps > 2 * events.steps
+    # Moreau's steps take two evaluations and a bit, Dormand and Prince's six.
+    assert steps.evaluations < 4 * steps.steps
+    assert contact_scenes.error_on_the_way(steps, events) < 0.1
+    assert contact_scenes.error_on_the_way(events, events) == 0.0
+
+
+@pytest.mark.slow
+def test_located_events_are_more_exact_at_the_same_tolerance(tmp_path):
+    effort = Effort((3,), 1, (1e-2, 1e-3), (), 1)
+    name, kind, scene = contact_scenes.contact_scenes(effort)[1]
+    rows = contact_scenes.measure(name, kind, scene, effort)
+    error = {(row["method"], row["tolerance [rad]"]): float(row["error [rad]"]) for row in rows}
+    assert error[contact_scenes.ENGINE, 1e-3] < 0.2 * error[contact_scenes.ENGINE, 1e-2]
+    assert error[contact_scenes.ENGINE, 1e-3] < 0.2 * error[contact_scenes.MOREAU, 1e-3]
+    assert all(float(row["sensitivity [rad]"]) < contact_scenes.CLOSE for row in rows)
+    assert contact_scenes.clear(rows) == rows
+    assert [path.name for path in figures.draw(Part("contact", rows), tmp_path)] == ["contact.png"]
+
+
+def test_a_motion_is_close_only_if_it_stays_so_at_tighter_tolerances():
+    rows = [
+        {"scene": "a", "method": "m", "tolerance [rad]": t, "error [rad]": e, "time [ms]": c}
+        for t, e, c in ((1e-2, 0.001, 1.0), (1e-3, 0.5, 3.0), (1e-4, 0.01, 9.0))
+    ]
+    assert contact_scenes.cost_of_close(rows, "m") == [9.0]
+    assert contact_scenes.cost_of_close(rows[:2], "m") == [np.inf]
+
+
+def test_features_are_what_their_names_say():
+    for name, changes in features.FEATURES.items():
+        scene = features.build(changes)
+        assert scene.is_concrete
+        assert ("pinned" in name) == (scene.mount == "pinned")
+        assert ("tube" in name or "mouth" in name) == (scene.mount == "tube")
+        if name.startswith("magnets"):
+            assert ("contact" in name) == scene.contact
+            assert ("friction" in name) == (scene.friction > 0.0)
+
+
+def example():
+    rows = [smooth_row(0.1 / 4**k, 10.0 * 2**k, 100 * 2**k) for k in range(4)]
+    rows.append(smooth_row(float("nan"), 1.0, 1, "DOP853"))
+    return Part("smooth", rows, [Table("Errors [rad]", rows)], ["it [holds]"])
+
+
+def test_files_hold_what_was_measured(tmp_path):
+    part = example()
+    paths = report.write(tmp_path, {"processor": "µ"}, [part]) + figures.draw(part, tmp_path)
+    assert [path.name for path in paths] == ["smooth.csv", "dynamics.json", "smooth.png"]
+    with paths[0].open(encoding="utf-8", newline="") as file:
+        read = list(csv.DictReader(file))
+    assert [float(row["error [rad]"]) for row in read[:4]] == [0.1 / 4**k for k in range(4)]
+    data = json.loads(paths[1].read_text(encoding="utf-8"))
+    assert data["machine"] == {"processor": "µ"}
+    assert data["parts"]["smooth"]["findings"] == ["it [holds]"]
+    assert data["parts"]["smooth"]["rows"][-1]["error [rad]"] is None
+    assert paths[2].read_bytes().startswith(b"\x89PNG")
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in paths}
+
+
+def test_the_command_measures_the_parts_it_is_asked_for(tmp_path, monkeypatch):
+    asked = []
+
+    def part(quick, progress):
+        progress(0.5, "half")
+        asked.append(quick)
+        return example()
+
+    monkeypatch.setattr(command, "PARTS", {"smooth": part, "features": part})
+    out = tmp_path / "new" / "folder"
+    arguments = ["bench", "dynamics", "--quick", "--only", "smooth", "--out", str(out)]
+    result = CliRunner().invoke(cli.app, arguments)
+    assert result.exit_code == 0, result.stderr
+    assert asked == [True]
+    assert "it [holds]" in result.stdout
+    assert "Errors [rad]" in result.stdout
+    assert (out / "smooth.csv").is_file()
+    wrong = CliRunner().invoke(cli.app, ["bench", "dynamics", "--only", "rest"])
+    assert wrong.exit_code == 2
+    assert "'rest' is not allowed; must be one of smooth, features" in wrong.stderr
+
+
+def test_missing_extras_are_told_before_the_work(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    monkeypatch.setattr(command, "PARTS", {"features": lambda *_: pytest.fail("measured")})
+    result = CliRunner().invoke(cli.app, ["bench", "dynamics", "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "diagrams need matplotlib" in result.stderr

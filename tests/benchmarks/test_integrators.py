@@ -1,0 +1,126 @@
+"""The reference integrators: orders of convergence, and agreement with others."""
+
+import numpy as np
+import pytest
+
+from magfold_env.benchmarks.dynamics import dense, restarts
+from magfold_env.benchmarks.dynamics.integrators import (
+    ADAMS,
+    ADAPTIVE,
+    DOP853,
+    EULER,
+    MIDPOINT,
+    VERLET,
+    Integrator,
+    Unreached,
+    prepare_engine,
+)
+from magfold_env.benchmarks.dynamics.smooth_problems import (
+    SmoothProblem,
+    magnetic_chain,
+    overlap,
+    pendulum,
+)
+from magfold_env.simulate import accelerations, forces
+
+SHORT = 0.1  # [s] of the pendulum's swing
+
+
+@pytest.fixture(scope="module")
+def swing():
+    problem = pendulum(3)
+    return SmoothProblem("short", problem.scene.replace(duration=SHORT))
+
+
+@pytest.fixture(scope="module")
+def chain():
+    return magnetic_chain()
+
+
+@pytest.fixture(scope="module")
+def exact(swing):
+    """Headings by SciPy on dense matrices."""
+    return dense.solve(swing.scene, SHORT)
+
+
+def error(method: Integrator, problem, setting, exact):
+    return np.abs(method.prepare(problem, setting)().angles - exact).max()
+
+
+@pytest.mark.parametrize(("method", "order"), [(EULER, 1), (VERLET, 2), (MIDPOINT, 2)])
+def test_equal_steps_converge_at_their_order(method, order, swing, exact):
+    errors = np.array([error(method, swing, steps, exact) for steps in (400, 800, 1600)])
+    assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(order, abs=0.1)
+
+
+@pytest.mark.parametrize("method", ADAPTIVE, ids=lambda method: method.name)
+def test_error_control_follows_the_tolerance(method, swing, exact):
+    tolerances = 10.0 ** -np.arange(3, 11)
+    errors = np.array([error(method, swing, t, exact) for t in tolerances])
+    assert (errors < 10.0 * tolerances).all()
+    slope = np.polyfit(np.log(tolerances), np.log(errors), 1)[0]
+    assert 0.8 < slope < 1.3
+
+
+def test_higher_order_needs_fewer_evaluations_for_small_errors(swing):
+    at = {method.name: method.prepare(swing, 1e-10)().evaluations for method in ADAPTIVE}
+    assert at["Adams PECE"] < at["DOP853"] < at["DP5(4)"]
+
+
+def test_evaluations_grow_with_the_order_of_the_pair(swing):
+    # Work of a method of order p at tolerance ε: ε^(-1/p).
+    for method, order in ((ADAPTIVE[0], 5), (DOP853, 8)):
+        loose, tight = (method.prepare(swing, t)().evaluations for t in (1e-6, 1e-11))
+        assert np.log(tight / loose) / np.log(1e5) == pytest.approx(1 / order, abs=0.03)
+
+
+@pytest.mark.parametrize("method", [*ADAPTIVE, None], ids=lambda m: m.name if m else "engine")
+def test_all_agree_on_the_magnetic_chain(method, chain):
+    reference = DOP853.prepare(chain, 1e-12)().angles
+    prepare = method.prepare if method is not None else prepare_engine
+    # A margin: where the magnets' rules blend, forces are not as smooth as high orders like it.
+    assert np.abs(prepare(chain, 1e-9)().angles - reference).max() < 1e-7
+
+
+def test_a_tolerance_out_of_reach_is_told(swing):
+    with pytest.raises(Unreached, match="DOP853"):
+        DOP853.prepare(swing, 1e-40)()
+
+
+def test_dense_equations_agree_with_the_engine(chain):
+    scene = chain.scene.replace(magnets={"nodes": 3}, gravity={"in_plane": (1.0, -9.8)})
+    rng = np.random.default_rng(1)
+    angles, rates = rng.uniform(-0.4, 0.4, 6), rng.uniform(-20.0, 20.0, 6)
+    mine, theirs = dense.accelerations(scene, angles, rates), accelerations(scene, angles, rates)
+    assert mine == pytest.approx(theirs, rel=1e-9)
+    for ours, engines in zip(
+        dense.magnet_forces(scene, angles), forces(scene, angles), strict=True
+    ):
+        assert ours == pytest.approx(engines, rel=1e-9, abs=1e-12)
+
+
+def test_the_magnetic_chain_stops_short_of_contact(chain):
+    bends = np.abs(np.diff(DOP853.prepare(chain, 1e-8)().angles))
+    assert 1.0 < bends.max() < np.pi / 2
+
+
+def test_overlap_sees_squares_that_share_points(chain):
+    ring = np.cumsum([0.0, *[np.pi / 2 - 0.01] * 5])  # the fifth casing lies on the first
+    assert overlap(chain.scene, ring)
+    assert not overlap(chain.scene, np.zeros(6))
+
+
+def test_adams_is_as_exact_as_it_is_asked_for(swing, exact):
+    assert error(ADAMS, swing, 1e-12, exact) < 1e-11
+
+
+def test_starting_anew_costs_high_orders_most(chain):
+    exact = DOP853.prepare(chain, 1e-12)().angles
+    counts = {}
+    for method in ADAPTIVE:
+        for arcs in (1, 16):
+            angles, counts[method.name, arcs] = restarts.in_arcs(chain, method, 1e-4, arcs)
+            assert np.abs(angles - exact).max() < 1e-3
+    assert counts["DP5(4)", 16] < counts["DOP853", 16]
+    assert counts["DP5(4)", 16] < counts["Adams PECE", 16]
+    assert all(counts[method.name, 1] < counts[method.name, 16] for method in ADAPTIVE)
