@@ -1,17 +1,15 @@
 """Forces, torques and energy of the magnets.
 
 A pole face is a rectangle of uniform charge, standing on the plane (``strips``), or a row of
-point charges in the plane (``points``, the paper's). Along the width both are sums over nodes.
+point charges in the plane (``points``, the paper's). Along the width both are sums over nodes,
+which act on each other as ``engine.magnet_laws`` says.
 
-With equal heights H the out-of-plane integral between two nodes at in-plane distance ρ is closed,
-with S = √(ρ² + H²): force 2 d / (ρ² (ρ + S)), energy (2/H²)(H asinh(H/ρ) − S + ρ), both times
-(µ0/4π) q_k q_l.
-
-Every pair of casings is summed with a few *base* nodes, in loops that vectorise. Pairs of pole
-faces whose centres are near are then corrected: level k adds w_k(ρ) (U_k − U_{k−1}), U_k being
-the pair's energy with level k's nodes and w_k a twice differentiable step that is 1 within
-``level_radius[k]`` and 0 beyond ``BLEND`` times that. Forces are the exact gradient of this
-energy, so refinement takes no energy from the chain and gives it none.
+Casings far from each other need few nodes: a pair is summed at the *rank* that its distance asks
+for, all eight pole faces with equally many nodes. Pole faces whose centres are near are then
+corrected one pair of them at a time, *level* by level. Both follow one pattern: with U_k the
+energy with the nodes of rank or level k, the pair's energy is U_0 + Σ w_k (U_k − U_{k−1}), where
+w_k is a twice differentiable step from 1 within a radius to 0 a little beyond it. Forces are the
+exact gradient of this energy, so refinement takes no energy from the chain and gives it none.
 """
 
 from __future__ import annotations
@@ -19,58 +17,105 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.magnet_laws import COULOMB, node_energy, node_force, step_down
 from magfold_env.engine.state import Array, Magnets, Nodes, Pose
 
-COULOMB = 1e-7  # µ0 / 4π [N/A²]
-BLEND = 1.1
+BLEND = 1.1  # a level ends at this many radii
+SPREAD = 1.25  # and a rank at so many, counted from where outer faces could meet
 LANES = 8  # doubles in a vector register
-
-
-@inlined
-def node_force(strips: bool, height2: float, r2: float) -> float:
-    """Force between unit charges divided by their distance vector, without µ0/4π [1/m³]."""
-    r = math.sqrt(r2)
-    if strips:
-        return 2.0 / (r2 * (r + math.sqrt(r2 + height2)))
-    return 1.0 / (r2 * r)
-
-
-@inlined
-def node_energy(strips: bool, height2: float, r2: float) -> float:
-    """Energy of unit charges, without µ0/4π [1/m]."""
-    r = math.sqrt(r2)
-    if strips:
-        h = math.sqrt(height2)
-        # H asinh(H/ρ) − S + ρ loses digits far away; there is nothing else to lose them to.
-        s = math.sqrt(r2 + height2)
-        return 2.0 / height2 * (h * math.asinh(h / r) - height2 / (s + r))
-    return 1.0 / r
-
-
-@inlined
-def step_down(ratio: float) -> tuple[float, float]:
-    """Weight and its derivative: 1 for ratio ≤ 1, 0 for ratio ≥ BLEND, C² between."""
-    if ratio <= 1.0:
-        return 1.0, 0.0
-    if ratio >= BLEND:
-        return 0.0, 0.0
-    t = (ratio - 1.0) / (BLEND - 1.0)
-    return (
-        1.0 - t * t * t * (10.0 - 15.0 * t + 6.0 * t * t),
-        -30.0 * t * t * (1.0 - t) * (1.0 - t) / (BLEND - 1.0),
-    )
 
 
 @kernel
 def spread_nodes(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> None:
-    """Fill the base nodes' positions [m] and charges [A·m], each (n, nodes a casing)."""
-    for i in range(lo, pose.x.size):
-        c, s = pose.cos[i], pose.sin[i]
-        x, y = pose.x[i], pose.y[i]
-        for a in range(magnets.node_x.size):
-            nodes.x[i, a] = x + c * magnets.node_x[a] - s * magnets.node_y[a]
-            nodes.y[i, a] = y + s * magnets.node_x[a] + c * magnets.node_y[a]
-            nodes.q[i, a] = magnets.node_weight[a] * charge[i, magnets.node_face[a]]
+    """Fill the nodes' positions [m] and charges [A·m] for casings ``lo`` on."""
+    begin = 0
+    for rank in range(magnets.rank_count.size):
+        count = magnets.rank_count[rank]
+        for i in range(lo, pose.x.size):
+            c, s = pose.cos[i], pose.sin[i]
+            x, y = pose.x[i], pose.y[i]
+            for a in range(count):
+                u, v = magnets.node_x[begin + a], magnets.node_y[begin + a]
+                nodes.x[rank, i, a] = x + c * u - s * v
+                nodes.y[rank, i, a] = y + s * u + c * v
+                q = charge[i, magnets.node_face[begin + a]]
+                nodes.q[rank, i, a] = magnets.node_weight[begin + a] * q
+        begin += count
+
+
+@kernel
+def casing_pair(
+    magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
+) -> tuple[float, float, float, float]:
+    """Energy [J], force on casing i [N] and torque about its centre [N·m] by casing j.
+
+    The energy is complete only ``with_energy``.
+    """
+    ex, ey = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
+    distance = math.sqrt(ex * ex + ey * ey)
+    room = distance - 2.0 * magnets.depth
+    rank = magnets.rank_count.size - 1
+    while rank > 0 and room >= SPREAD * magnets.rank_radius[rank]:
+        rank -= 1
+    blended = rank > 0 and room > magnets.rank_radius[rank]
+    u, fx, fy, t = rank_pair(magnets, pose, nodes, rank, i, j, with_energy or blended)
+    if blended:
+        radius = magnets.rank_radius[rank]
+        weight, slope = step_down(room / radius, SPREAD)
+        low, lx, ly, lt = rank_pair(magnets, pose, nodes, rank - 1, i, j, True)
+        # −∂w/∂x (U_k − U_{k−1}) acts along the line of the centres.
+        push = slope / radius * (u - low) / distance
+        u = low + weight * (u - low)
+        fx = lx + weight * (fx - lx) + push * ex
+        fy = ly + weight * (fy - ly) + push * ey
+        t = lt + weight * (t - lt)
+    if distance < magnets.reach:
+        nu, nx, ny, nt = near_pair(
+            magnets, charge, pose, i, j, with_energy, nodes.lane_x, nodes.lane_y
+        )
+        u += nu
+        fx += nx
+        fy += ny
+        t += nt
+    return u, fx, fy, t
+
+
+@kernel
+def rank_pair(
+    magnets: Magnets, pose: Pose, nodes: Nodes, rank: int, i: int, j: int, with_energy: bool
+) -> tuple[float, float, float, float]:
+    """As `casing_pair`, with the nodes of one rank; the energy is 0 unless asked for."""
+    count = magnets.rank_count[rank]
+    strips, height2 = magnets.strips, magnets.height2
+    lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
+    for a in range(count):
+        lane_x[a] = 0.0
+        lane_y[a] = 0.0
+        lane_u[a] = 0.0
+    for b in range(count):
+        x, y, q = nodes.x[rank, j, b], nodes.y[rank, j, b], nodes.q[rank, j, b]
+        for a in range(count):
+            dx = nodes.x[rank, i, a] - x
+            dy = nodes.y[rank, i, a] - y
+            g = q * node_force(strips, height2, dx * dx + dy * dy)
+            lane_x[a] += g * dx
+            lane_y[a] += g * dy
+        if with_energy:
+            for a in range(count):
+                dx = nodes.x[rank, i, a] - x
+                dy = nodes.y[rank, i, a] - y
+                lane_u[a] += q * node_energy(strips, height2, dx * dx + dy * dy)
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    xi, yi = pose.x[i], pose.y[i]
+    for a in range(count):
+        q = COULOMB * nodes.q[rank, i, a]
+        gx = q * lane_x[a]
+        gy = q * lane_y[a]
+        energy += q * lane_u[a]
+        fx += gx
+        fy += gy
+        torque += (nodes.x[rank, i, a] - xi) * gy - (nodes.y[rank, i, a] - yi) * gx
+    return energy, fx, fy, torque
 
 
 @kernel
@@ -106,15 +151,17 @@ def level_pair(
         fy += py
         torque += (ax + node[k] * atx) * py - (ay + node[k] * aty) * px
     if with_energy:
+        for k in range(lanes):
+            lane_x[k] = 0.0
         for m in range(count):
-            for k in range(count):
-                dx = ex - node[m] * btx + node[k] * atx
-                dy = ey - node[m] * bty + node[k] * aty
-                energy += (
-                    weight[m]
-                    * weight[k]
-                    * node_energy(magnets.strips, magnets.height2, dx * dx + dy * dy)
-                )
+            fx0, fy0, w = ex - node[m] * btx, ey - node[m] * bty, weight[m]
+            for k in range(lanes):
+                dx = fx0 + node[k] * atx
+                dy = fy0 + node[k] * aty
+                r2 = dx * dx + dy * dy
+                lane_x[k] += w * node_energy(magnets.strips, magnets.height2, r2)
+        for k in range(count):
+            energy += weight[k] * lane_x[k]
     return energy, fx, fy, torque
 
 
@@ -176,7 +223,7 @@ def refine(
     low = level_pair(magnets, 0, ax, ay, atx, aty, bx, by, btx, bty, blended, lane_x, lane_y)
     for level in range(1, levels):
         radius = magnets.level_radius[level]
-        weight, slope = step_down(distance / radius)
+        weight, slope = step_down(distance / radius, BLEND)
         if weight == 0.0:
             break
         if level + 1 < levels and distance <= magnets.level_radius[level + 1]:
@@ -205,69 +252,33 @@ def add_forces(
     nodes: Nodes, fx: Array, fy: Array, torque: Array,
 ) -> None:  # fmt: skip
     """Add the magnets' forces [N] and torques about the centres [N·m] of casings ``lo`` on."""
-    n = pose.x.size
-    count = magnets.node_x.size
-    strips, height2 = magnets.strips, magnets.height2
     spread_nodes(lo, magnets, charge, pose, nodes)
-    node_x, node_y, node_q = nodes.x, nodes.y, nodes.q
-    lane_x, lane_y = nodes.lane_x, nodes.lane_y
-    for i in range(lo, n):
-        xi, yi = pose.x[i], pose.y[i]
-        for j in range(i + 1, n):
-            for a in range(count):
-                lane_x[a] = 0.0
-                lane_y[a] = 0.0
-            for b in range(count):
-                x, y, q = node_x[j, b], node_y[j, b], node_q[j, b]
-                for a in range(count):
-                    dx = node_x[i, a] - x
-                    dy = node_y[i, a] - y
-                    g = q * node_force(strips, height2, dx * dx + dy * dy)
-                    lane_x[a] += g * dx
-                    lane_y[a] += g * dy
-            px, py, t = 0.0, 0.0, 0.0
-            for a in range(count):
-                gx = COULOMB * node_q[i, a] * lane_x[a]
-                gy = COULOMB * node_q[i, a] * lane_y[a]
-                px += gx
-                py += gy
-                t += (node_x[i, a] - xi) * gy - (node_y[i, a] - yi) * gx
-            ex, ey = pose.x[j] - xi, pose.y[j] - yi
-            if magnets.level_count.size > 1 and ex * ex + ey * ey < magnets.reach**2:
-                _, nx, ny, nt = near_pair(magnets, charge, pose, i, j, False, lane_x, lane_y)
-                px += nx
-                py += ny
-                t += nt
-            fx[i] += px
-            fy[i] += py
-            torque[i] += t
-            fx[j] -= px
-            fy[j] -= py
-            # Both laws act along lines, so the pair's torques balance.
-            torque[j] += ex * py - ey * px - t
+    for i in range(lo, pose.x.size):
+        for j in range(i + 1, pose.x.size):
+            _, px, py, t = casing_pair(magnets, charge, pose, nodes, i, j, False)
+            act(pose, i, j, px, py, t, fx, fy, torque)
+
+
+@inlined
+def act(
+    pose: Pose, i: int, j: int, px: float, py: float, t: float, fx: Array, fy: Array, torque: Array
+) -> None:
+    """Add the force of casing j on casing i, with its torque about i's centre, and the reaction."""
+    fx[i] += px
+    fy[i] += py
+    torque[i] += t
+    fx[j] -= px
+    fy[j] -= py
+    # Both laws act along lines, so the pair's torques balance.
+    torque[j] += (pose.x[j] - pose.x[i]) * py - (pose.y[j] - pose.y[i]) * px - t
 
 
 @kernel
 def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> float:
     """Energy of all pairs of casings ``lo`` on [J]; pairs of faces within a casing left out."""
-    n = pose.x.size
-    count = magnets.node_x.size
     spread_nodes(lo, magnets, charge, pose, nodes)
-    node_x, node_y, node_q = nodes.x, nodes.y, nodes.q
-    lane_x, lane_y = nodes.lane_x, nodes.lane_y
     total = 0.0
-    for i in range(lo, n):
-        for j in range(i + 1, n):
-            for a in range(count):
-                u = 0.0
-                for b in range(count):
-                    dx = node_x[i, a] - node_x[j, b]
-                    dy = node_y[i, a] - node_y[j, b]
-                    u += node_q[j, b] * node_energy(
-                        magnets.strips, magnets.height2, dx * dx + dy * dy
-                    )
-                total += COULOMB * node_q[i, a] * u
-            ex, ey = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
-            if magnets.level_count.size > 1 and ex * ex + ey * ey < magnets.reach**2:
-                total += near_pair(magnets, charge, pose, i, j, True, lane_x, lane_y)[0]
+    for i in range(lo, pose.x.size):
+        for j in range(i + 1, pose.x.size):
+            total += casing_pair(magnets, charge, pose, nodes, i, j, True)[0]
     return total
