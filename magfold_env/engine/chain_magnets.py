@@ -11,7 +11,14 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine.jit import inlined, kernel
-from magfold_env.engine.magnets import act, add_forces, casing_pair, energy, spread_nodes
+from magfold_env.engine.magnets import (
+    act,
+    add_forces,
+    casing_pair,
+    energy,
+    spread_charges,
+    spread_nodes,
+)
 from magfold_env.engine.pair_lookup import one_apart, two_apart
 from magfold_env.engine.state import Array, Model, Nodes, Pose, Rigid
 
@@ -36,9 +43,9 @@ def add_chain_forces(
         add_forces(first, model.magnets, model.charge, pose, nodes, fx, fy, torque)
         return
     n = model.n
-    notice_charges(model.charge, rigid)
+    notice_charges(model, nodes, rigid)
     find_stops(first, q, rigid)
-    spread_nodes(first, model.magnets, model.charge, pose, nodes)
+    spread_nodes(first, model.magnets, pose, nodes)
     for i in range(first, n):
         if not is_charged(model.charge, i):
             continue
@@ -71,13 +78,15 @@ def is_charged(charge: Array, i: int) -> bool:
 
 
 @inlined
-def notice_charges(charge: Array, rigid: Rigid) -> None:
-    """Forget what is kept if a charge has changed since."""
+def notice_charges(model: Model, nodes: Nodes, rigid: Rigid) -> None:
+    """If a charge has changed, spread them anew and forget what was kept."""
+    charge = model.charge
     changed = False
     for i in range(charge.shape[0]):
         for a in range(charge.shape[1]):
             changed = changed or charge[i, a] != rigid.charge[i, a]
     if changed:
+        spread_charges(model.magnets, charge, nodes)
         rigid.charge[:] = charge
         rigid.code[:] = 0
 
@@ -92,16 +101,15 @@ def find_stops(first: int, q: Array, rigid: Rigid) -> None:
             rigid.stop[k] = LEFT if angle > 0.0 else RIGHT
 
 
-@kernel
+@inlined
 def slopes(
     model: Model, i: int, j: int, angle: float, next_angle: float, charge: Array, nodes: Nodes
 ) -> tuple[float, float]:
     """Slopes of a looked-up pair's energy by the joint behind i + 1 and the next one [N·m]."""
     tables = model.magnets.tables
     if j - i == 1:
-        return one_apart(tables, angle, charge, i, nodes)[1], 0.0
-    _, slope, next_slope = two_apart(tables, angle, next_angle, charge, i, nodes)
-    return slope, next_slope
+        return one_apart(tables, angle, 1, charge, i, nodes), 0.0
+    return two_apart(tables, angle, next_angle, True, charge, i, nodes)
 
 
 @inlined
@@ -134,7 +142,8 @@ def find_rigid(model: Model, i: int, j: int, rigid: Rigid) -> None:
     pose.cos[1], pose.sin[1], pose.x[1], pose.y[1] = c, s, x, y
     rigid.charges[0] = model.charge[i]
     rigid.charges[1] = model.charge[j]
-    spread_nodes(0, model.magnets, rigid.charges, pose, rigid.nodes)
+    spread_charges(model.magnets, rigid.charges, rigid.nodes)
+    spread_nodes(0, model.magnets, pose, rigid.nodes)
     _, kept[0], kept[1], kept[2] = casing_pair(
         model.magnets, rigid.charges, pose, rigid.nodes, 0, 1, False
     )
@@ -166,15 +175,16 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
     if not (model.contact and model.magnets.tables.end > 0.0):
         return energy(first, model.magnets, model.charge, pose, nodes)
     tables = model.magnets.tables
-    spread_nodes(first, model.magnets, model.charge, pose, nodes)
+    spread_charges(model.magnets, model.charge, nodes)
+    spread_nodes(first, model.magnets, pose, nodes)
     total = 0.0
     for i in range(first, model.n):
         for j in range(i + 1, model.n):
             angle, next_angle = q[i + 1] - q[i], q[j] - q[i + 1]
             if j - i == 1:
-                total += one_apart(tables, angle, model.charge, i, nodes)[0]
+                total += one_apart(tables, angle, 0, model.charge, i, nodes)
             elif j - i <= TABLED:
-                total += two_apart(tables, angle, next_angle, model.charge, i, nodes)[0]
+                total += two_apart(tables, angle, next_angle, False, model.charge, i, nodes)[0]
             else:
                 total += casing_pair(model.magnets, model.charge, pose, nodes, i, j, True)[0]
     return total

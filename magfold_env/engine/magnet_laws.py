@@ -32,15 +32,17 @@ def node_force(strips: bool, height2: float, r2: float) -> float:
 
 
 @inlined
-def node_energy(strips: bool, height2: float, r2: float) -> float:
-    """Energy of unit charges, without µ0/4π [1/m]."""
+def node_law(strips: bool, height2: float, r2: float) -> tuple[float, float]:
+    """Force as `node_force` gives it, and energy of unit charges without µ0/4π [1/m]."""
     r = math.sqrt(r2)
     if strips:
         h = math.sqrt(height2)
         # S − ρ, and asinh(H/ρ) by log(1 + z): neither loses digits far away.
-        rise = height2 / (r + math.sqrt(r2 + height2))
-        return 2.0 / height2 * (h * log1p((h + rise) / r) - rise)
-    return 1.0 / r
+        sum_inverse = 1.0 / (r + math.sqrt(r2 + height2))
+        rise = height2 * sum_inverse
+        energy = 2.0 / height2 * (h * log1p((h + rise) / r) - rise)
+        return 2.0 * sum_inverse / r2, energy
+    return 1.0 / (r2 * r), 1.0 / r
 
 
 @inlined

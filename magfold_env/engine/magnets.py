@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine.jit import inlined, kernel
-from magfold_env.engine.magnet_laws import COULOMB, node_energy, node_force, step_down
+from magfold_env.engine.magnet_laws import COULOMB, node_force, node_law, step_down
 from magfold_env.engine.state import Array, Magnets, Nodes, Pose
 
 BLEND = 1.1  # a level ends at this many radii
@@ -26,24 +26,29 @@ LANES = 8  # doubles in a vector register
 
 
 @kernel
-def spread_nodes(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> None:
-    """Fill the nodes' positions [m] and charges [A·m] for casings ``lo`` on."""
-    begin = 0
+def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
+    """Fill the charges of all casings' nodes [A·m]."""
     for rank in range(magnets.rank_count.size):
-        count = magnets.rank_count[rank]
+        for i in range(charge.shape[0]):
+            for a in range(magnets.rank_count[rank]):
+                q = charge[i, magnets.node_face[rank, a]]
+                nodes.q[rank, i, a] = magnets.node_weight[rank, a] * q
+
+
+@inlined
+def spread_nodes(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
+    """Fill the nodes' positions [m] for casings ``lo`` on."""
+    for rank in range(magnets.rank_count.size):
         for i in range(lo, pose.x.size):
             c, s = pose.cos[i], pose.sin[i]
             x, y = pose.x[i], pose.y[i]
-            for a in range(count):
-                u, v = magnets.node_x[begin + a], magnets.node_y[begin + a]
+            for a in range(magnets.rank_count[rank]):
+                u, v = magnets.node_x[rank, a], magnets.node_y[rank, a]
                 nodes.x[rank, i, a] = x + c * u - s * v
                 nodes.y[rank, i, a] = y + s * u + c * v
-                q = charge[i, magnets.node_face[begin + a]]
-                nodes.q[rank, i, a] = magnets.node_weight[begin + a] * q
-        begin += count
 
 
-@kernel
+@inlined
 def casing_pair(
     magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
@@ -58,21 +63,26 @@ def casing_pair(
     while rank > 0 and room >= SPREAD * magnets.rank_radius[rank]:
         rank -= 1
     blended = rank > 0 and room > magnets.rank_radius[rank]
-    u, fx, fy, t = rank_pair(magnets, pose, nodes, rank, i, j, with_energy or blended)
-    if blended:
-        radius = magnets.rank_radius[rank]
-        weight, slope = step_down(room / radius, SPREAD)
-        low, lx, ly, lt = rank_pair(magnets, pose, nodes, rank - 1, i, j, True)
-        # −∂w/∂x (U_k − U_{k−1}) acts along the line of the centres.
-        push = slope / radius * (u - low) / distance
-        u = low + weight * (u - low)
-        fx = lx + weight * (fx - lx) + push * ex
-        fy = ly + weight * (fy - ly) + push * ey
-        t = lt + weight * (t - lt)
+    strips, height2 = magnets.strips, magnets.height2
+    u, fx, fy, t = 0.0, 0.0, 0.0, 0.0
+    for k in range(rank - 1 if blended else rank, rank + 1):
+        low, lx, ly, lt = u, fx, fy, t
+        u, fx, fy, t = rank_pair(
+            strips, height2, magnets.rank_count[k], k, i, j, pose.x[i], pose.y[i],
+            blended or with_energy,
+            nodes.x, nodes.y, nodes.q, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+        )  # fmt: skip
+        if k == rank and blended:
+            radius = magnets.rank_radius[rank]
+            weight, slope = step_down(room / radius, SPREAD)
+            # −∂w/∂x (U_k − U_{k−1}) acts along the line of the centres.
+            push = slope / radius * (u - low) / distance
+            u = low + weight * (u - low)
+            fx = lx + weight * (fx - lx) + push * ex
+            fy = ly + weight * (fy - ly) + push * ey
+            t = lt + weight * (t - lt)
     if distance < magnets.reach:
-        nu, nx, ny, nt = near_pair(
-            magnets, charge, pose, i, j, with_energy, nodes.lane_x, nodes.lane_y
-        )
+        nu, nx, ny, nt = near_pair(magnets, charge, pose, i, j, with_energy, nodes)
         u += nu
         fx += nx
         fy += ny
@@ -82,94 +92,51 @@ def casing_pair(
 
 @kernel
 def rank_pair(
-    magnets: Magnets, pose: Pose, nodes: Nodes, rank: int, i: int, j: int, with_energy: bool
-) -> tuple[float, float, float, float]:
-    """As `casing_pair`, with the nodes of one rank; the energy is 0 unless asked for."""
-    count = magnets.rank_count[rank]
-    strips, height2 = magnets.strips, magnets.height2
-    lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
+    strips: bool, height2: float, count: int, rank: int, i: int, j: int,
+    xi: float, yi: float, with_energy: bool,
+    node_x: Array, node_y: Array, node_q: Array, lane_x: Array, lane_y: Array, lane_u: Array,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Energy, force on casing i and its torque about (xi, yi), over the nodes of one rank.
+
+    The energy is 0 unless asked for. Few arguments: a call copies every array's description.
+    """
     for a in range(count):
         lane_x[a] = 0.0
         lane_y[a] = 0.0
         lane_u[a] = 0.0
     for b in range(count):
-        x, y, q = nodes.x[rank, j, b], nodes.y[rank, j, b], nodes.q[rank, j, b]
-        for a in range(count):
-            dx = nodes.x[rank, i, a] - x
-            dy = nodes.y[rank, i, a] - y
-            g = q * node_force(strips, height2, dx * dx + dy * dy)
-            lane_x[a] += g * dx
-            lane_y[a] += g * dy
+        x, y, q = node_x[rank, j, b], node_y[rank, j, b], node_q[rank, j, b]
         if with_energy:
             for a in range(count):
-                dx = nodes.x[rank, i, a] - x
-                dy = nodes.y[rank, i, a] - y
-                lane_u[a] += q * node_energy(strips, height2, dx * dx + dy * dy)
+                dx = node_x[rank, i, a] - x
+                dy = node_y[rank, i, a] - y
+                g, u = node_law(strips, height2, dx * dx + dy * dy)
+                lane_x[a] += q * g * dx
+                lane_y[a] += q * g * dy
+                lane_u[a] += q * u
+        else:
+            for a in range(count):
+                dx = node_x[rank, i, a] - x
+                dy = node_y[rank, i, a] - y
+                g = q * node_force(strips, height2, dx * dx + dy * dy)
+                lane_x[a] += g * dx
+                lane_y[a] += g * dy
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    xi, yi = pose.x[i], pose.y[i]
     for a in range(count):
-        q = COULOMB * nodes.q[rank, i, a]
+        q = COULOMB * node_q[rank, i, a]
         gx = q * lane_x[a]
         gy = q * lane_y[a]
         energy += q * lane_u[a]
         fx += gx
         fy += gy
-        torque += (nodes.x[rank, i, a] - xi) * gy - (nodes.y[rank, i, a] - yi) * gx
-    return energy, fx, fy, torque
-
-
-@kernel
-def level_pair(
-    magnets: Magnets, level: int, ax: float, ay: float, atx: float, aty: float,
-    bx: float, by: float, btx: float, bty: float, with_energy: bool, lane_x: Array, lane_y: Array,
-) -> tuple[float, float, float, float]:  # fmt: skip
-    """Energy, force on face a and its torque about the origin, for faces of unit charge.
-
-    Faces are given by centre and direction; without µ0/4π. The energy is 0 unless asked for.
-    """
-    count = magnets.level_count[level]
-    # The lanes are face a's nodes, padded with weightless ones to the width of a vector.
-    lanes = (count + LANES - 1) // LANES * LANES
-    node = magnets.level_node[level]
-    weight = magnets.level_weight[level]
-    ex, ey = ax - bx, ay - by
-    for k in range(lanes):
-        lane_x[k] = 0.0
-        lane_y[k] = 0.0
-    for m in range(count):
-        fx0, fy0, w = ex - node[m] * btx, ey - node[m] * bty, weight[m]
-        for k in range(lanes):
-            dx = fx0 + node[k] * atx
-            dy = fy0 + node[k] * aty
-            g = w * node_force(magnets.strips, magnets.height2, dx * dx + dy * dy)
-            lane_x[k] += g * dx
-            lane_y[k] += g * dy
-    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    for k in range(count):
-        px, py = weight[k] * lane_x[k], weight[k] * lane_y[k]
-        fx += px
-        fy += py
-        torque += (ax + node[k] * atx) * py - (ay + node[k] * aty) * px
-    if with_energy:
-        for k in range(lanes):
-            lane_x[k] = 0.0
-        for m in range(count):
-            fx0, fy0, w = ex - node[m] * btx, ey - node[m] * bty, weight[m]
-            for k in range(lanes):
-                dx = fx0 + node[k] * atx
-                dy = fy0 + node[k] * aty
-                r2 = dx * dx + dy * dy
-                lane_x[k] += w * node_energy(magnets.strips, magnets.height2, r2)
-        for k in range(count):
-            energy += weight[k] * lane_x[k]
+        torque += (node_x[rank, i, a] - xi) * gy - (node_y[rank, i, a] - yi) * gx
     return energy, fx, fy, torque
 
 
 @kernel
 def near_pair(
-    magnets: Magnets, charge: Array, pose: Pose, i: int, j: int, with_energy: bool,
-    lane_x: Array, lane_y: Array,
-) -> tuple[float, float, float, float]:  # fmt: skip
+    magnets: Magnets, charge: Array, pose: Pose, i: int, j: int, with_energy: bool, nodes: Nodes
+) -> tuple[float, float, float, float]:
     """Correct the near pole faces of casings i and j: energy [J], force on i [N], torque on i.
 
     The torque is about the centre of i [N·m]. The energy is complete only ``with_energy``.
@@ -193,57 +160,116 @@ def near_pair(
             if q == 0.0:
                 continue
             u, px, py, t = refine(
-                magnets, math.sqrt(distance2), ax, ay,
+                magnets, ex, ey,
                 ci * magnets.face_tx[f] - si * magnets.face_ty[f],
                 si * magnets.face_tx[f] + ci * magnets.face_ty[f],
-                bx, by,
                 cj * magnets.face_tx[g] - sj * magnets.face_ty[g],
                 sj * magnets.face_tx[g] + cj * magnets.face_ty[g],
-                with_energy, lane_x, lane_y,
+                with_energy, nodes,
             )  # fmt: skip
             energy += q * u
             fx += q * px
             fy += q * py
-            torque += q * t
+            torque += q * (t + ax * py - ay * px)
+    return energy, fx, fy, torque
+
+
+@inlined
+def refine(
+    magnets: Magnets, ex: float, ey: float, atx: float, aty: float, btx: float, bty: float,
+    with_energy: bool, nodes: Nodes,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Sum of w_k (U_k − U_{k−1}) over the levels and its gradient, as `level_sum` gives them."""
+    distance = math.sqrt(ex * ex + ey * ey)
+    levels = magnets.level_count.size
+    last = 1
+    blended = with_energy
+    for level in range(1, levels):
+        radius = magnets.level_radius[level]
+        if distance < radius * BLEND:
+            last = level
+            blended = blended or distance > radius
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    low, lx, ly, lt = 0.0, 0.0, 0.0, 0.0
+    for level in range(last + 1):
+        radius = magnets.level_radius[level]
+        if 0 < level < last and distance <= magnets.level_radius[level + 1]:
+            continue  # the next level is in full force too: this one cancels
+        u, px, py, t = level_sum(
+            magnets.strips, magnets.height2, magnets.level_count[level], level,
+            magnets.level_node, magnets.level_weight, ex, ey, atx, aty, btx, bty,
+            blended, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+        )  # fmt: skip
+        if level > 0:
+            weight, slope = step_down(distance / radius, BLEND)
+            # −∂w/∂x (U_k − U_{k−1}) acts along the line of the faces' centres.
+            push = -slope / radius * (u - low) / distance
+            energy += weight * (u - low)
+            fx += weight * (px - lx) + push * ex
+            fy += weight * (py - ly) + push * ey
+            torque += weight * (t - lt)
+        low, lx, ly, lt = u, px, py, t
     return energy, fx, fy, torque
 
 
 @kernel
-def refine(
-    magnets: Magnets, distance: float, ax: float, ay: float, atx: float, aty: float,
-    bx: float, by: float, btx: float, bty: float, with_energy: bool, lane_x: Array, lane_y: Array,
+def level_sum(
+    strips: bool, height2: float, count: int, level: int, nodes: Array, weights: Array,
+    ex: float, ey: float, atx: float, aty: float, btx: float, bty: float,
+    with_energy: bool, lane_x: Array, lane_y: Array, lane_u: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Sum of w_k (U_k − U_{k−1}) over the levels, and its gradient, for faces of unit charge."""
+    """Energy, force on face a and its torque about its centre, for faces of unit charge.
+
+    Face a's centre is (ex, ey) from face b's; unit vectors lie along them. Without µ0/4π. The
+    energy is 0 unless asked for.
+    """
+    # The lanes are face a's nodes, padded with weightless ones to the width of a vector.
+    lanes = (count + LANES - 1) // LANES * LANES
+    for k in range(lanes):
+        lane_x[k] = 0.0
+        lane_y[k] = 0.0
+        lane_u[k] = 0.0
+    for m in range(count):
+        fx0, fy0 = ex - nodes[level, m] * btx, ey - nodes[level, m] * bty
+        w = weights[level, m]
+        if with_energy:
+            for k in range(lanes):
+                dx = fx0 + nodes[level, k] * atx
+                dy = fy0 + nodes[level, k] * aty
+                g, u = node_law(strips, height2, dx * dx + dy * dy)
+                lane_x[k] += w * g * dx
+                lane_y[k] += w * g * dy
+                lane_u[k] += w * u
+        else:
+            for k in range(lanes):
+                dx = fx0 + nodes[level, k] * atx
+                dy = fy0 + nodes[level, k] * aty
+                g = w * node_force(strips, height2, dx * dx + dy * dy)
+                lane_x[k] += g * dx
+                lane_y[k] += g * dy
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    levels = magnets.level_count.size
-    blended = with_energy
-    for level in range(1, levels):
-        radius = magnets.level_radius[level]
-        blended = blended or radius < distance < radius * BLEND
-    low = level_pair(magnets, 0, ax, ay, atx, aty, bx, by, btx, bty, blended, lane_x, lane_y)
-    for level in range(1, levels):
-        radius = magnets.level_radius[level]
-        weight, slope = step_down(distance / radius, BLEND)
-        if weight == 0.0:
-            break
-        if level + 1 < levels and distance <= magnets.level_radius[level + 1]:
-            continue  # the next level is in full force too: this one cancels
-        high = level_pair(
-            magnets, level, ax, ay, atx, aty, bx, by, btx, bty, blended, lane_x, lane_y
-        )
-        gain = high[0] - low[0]
-        energy += weight * gain
-        fx += weight * (high[1] - low[1])
-        fy += weight * (high[2] - low[2])
-        torque += weight * (high[3] - low[3])
-        if slope != 0.0:
-            # −∂w/∂x (U_k − U_{k−1}) acts along the line of the faces' centres.
-            push = -slope / radius * gain / distance
-            fx += push * (ax - bx)
-            fy += push * (ay - by)
-            torque += push * (ax * (ay - by) - ay * (ax - bx))
-        low = high
+    for k in range(count):
+        w = weights[level, k]
+        px, py = w * lane_x[k], w * lane_y[k]
+        energy += w * lane_u[k]
+        fx += px
+        fy += py
+        torque += nodes[level, k] * (atx * py - aty * px)
     return energy, fx, fy, torque
+
+
+@kernel
+def level_pair(
+    magnets: Magnets, level: int, ax: float, ay: float, atx: float, aty: float,
+    bx: float, by: float, btx: float, bty: float, with_energy: bool, nodes: Nodes,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """As `level_sum` for faces that are given by centre and direction, torque about the origin."""
+    u, fx, fy, t = level_sum(
+        magnets.strips, magnets.height2, magnets.level_count[level], level,
+        magnets.level_node, magnets.level_weight, ax - bx, ay - by, atx, aty, btx, bty,
+        with_energy, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+    )  # fmt: skip
+    return u, fx, fy, t + ax * fy - ay * fx
 
 
 @kernel
@@ -252,7 +278,8 @@ def add_forces(
     nodes: Nodes, fx: Array, fy: Array, torque: Array,
 ) -> None:  # fmt: skip
     """Add the magnets' forces [N] and torques about the centres [N·m] of casings ``lo`` on."""
-    spread_nodes(lo, magnets, charge, pose, nodes)
+    spread_charges(magnets, charge, nodes)
+    spread_nodes(lo, magnets, pose, nodes)
     for i in range(lo, pose.x.size):
         for j in range(i + 1, pose.x.size):
             _, px, py, t = casing_pair(magnets, charge, pose, nodes, i, j, False)
@@ -276,7 +303,8 @@ def act(
 @kernel
 def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> float:
     """Energy of all pairs of casings ``lo`` on [J]; pairs of faces within a casing left out."""
-    spread_nodes(lo, magnets, charge, pose, nodes)
+    spread_charges(magnets, charge, nodes)
+    spread_nodes(lo, magnets, pose, nodes)
     total = 0.0
     for i in range(lo, pose.x.size):
         for j in range(i + 1, pose.x.size):

@@ -22,7 +22,7 @@ FRICTION_ARM = 0.3826
 # Share of the accuracy that splines may use up.
 TABLE_SHARE = 0.05
 
-NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 0, 16)))
+NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)))
 FACE_ANGLES = np.array([0.25, 0.75, -0.75, -0.25]) * math.pi
 
 
@@ -159,25 +159,25 @@ def _build(
     face_x, face_y = distance * np.cos(angle), distance * np.sin(angle)
     tangent_x, tangent_y = -np.sin(angle), np.cos(angle)
     sign = np.repeat([1.0, -1.0], 4)
-    node_x: list[Array] = []
-    node_y: list[Array] = []
-    shares: list[Array] = []
-    faces: list[IntArray] = []
-    for count in rule.ranks:
-        offset, share = _width_rule(strips, count, width)
-        node_x.append((face_x[:, None] + np.outer(tangent_x, offset)).ravel())
-        node_y.append((face_y[:, None] + np.outer(tangent_y, offset)).ravel())
-        shares.append(np.outer(sign, share).ravel())
-        faces.append(np.repeat(np.tile(np.arange(4), 2), count).astype(np.int64))
+    ranks, widest = len(rule.ranks), 8 * max(rule.ranks)
+    node_x, node_y, share = (np.zeros((ranks, widest)) for _ in range(3))
+    node_face: IntArray = np.zeros((ranks, widest), dtype=np.int64)
+    for rank, count in enumerate(rule.ranks):
+        offset, part = _width_rule(strips, count, width)
+        nodes = slice(0, 8 * count)
+        node_x[rank, nodes] = (face_x[:, None] + np.outer(tangent_x, offset)).ravel()
+        node_y[rank, nodes] = (face_y[:, None] + np.outer(tangent_y, offset)).ravel()
+        share[rank, nodes] = np.outer(sign, part).ravel()
+        node_face[rank, nodes] = np.repeat(np.tile(np.arange(4), 2), count)
     return Magnets(
         strips=strips,
         height2=height * height,
         rank_count=8 * np.array(rule.ranks, dtype=np.int64),
         rank_radius=np.array(rule.rank_radii),
-        node_x=np.concatenate(node_x),
-        node_y=np.concatenate(node_y),
-        node_weight=np.concatenate(shares),
-        node_face=np.concatenate(faces),
+        node_x=node_x,
+        node_y=node_y,
+        node_weight=share,
+        node_face=node_face,
         depth=outer,
         face_x=face_x,
         face_y=face_y,

@@ -7,6 +7,8 @@ time: charges enter last.
 
 from __future__ import annotations
 
+import numpy as np
+
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import Array, Nodes, Tables
 
@@ -20,7 +22,7 @@ def basis(x: float, last: int, weight: Array, row: int) -> int:
     """Weights of the splines at ``x`` knots from the first; returns the first's number.
 
     Row ``row`` of ``weight`` gets the DEGREE + 1 values, the next one their slopes by x. Beyond
-    the first and the last knot their own values are given.
+    the first and the last knot, where only trial steps get, their own values are given.
     """
     x = min(max(x, 0.0), float(last))
     k = min(int(x), last - 1)
@@ -41,71 +43,75 @@ def basis(x: float, last: int, weight: Array, row: int) -> int:
     return k
 
 
-@kernel
+@inlined
 def one_apart(
-    tables: Tables, angle: float, charge: Array, i: int, nodes: Nodes
-) -> tuple[float, float]:
-    """Energy [J] of casings i and i + 1, and its slope by the joint's angle [N·m].
-
-    Beyond the table's end, where only trial steps get, its last values are given.
-    """
+    tables: Tables, angle: float, order: int, charge: Array, i: int, nodes: Nodes
+) -> float:
+    """Energy of casings i and i + 1 [J] (``order`` 0), or its slope by the joint's angle (1)."""
     last = tables.one.shape[0] - DEGREE
     density = last / (2.0 * tables.end)
-    weight = nodes.spline
-    k = basis((angle + tables.end) * density, last, weight, 0)
-    value, slope = nodes.lane_u, nodes.lane_x
-    for c in range(PAIRS):
-        value[c] = 0.0
-        slope[c] = 0.0
-    for r in range(DEGREE + 1):
-        w, d = weight[0, r], weight[1, r]
-        for c in range(PAIRS):
-            value[c] += w * tables.one[k + r, c]
-            slope[c] += d * tables.one[k + r, c]
-    return weigh(charge, i, i + 1, value), density * weigh(charge, i, i + 1, slope)
-
-
-@kernel
-def two_apart(
-    tables: Tables, angle: float, next_angle: float, charge: Array, i: int, nodes: Nodes
-) -> tuple[float, float, float]:
-    """Energy [J] of casings i and i + 2, and its slopes by the two joints' angles [N·m].
-
-    Beyond the table's end, where only trial steps get, its last values are given.
-    """
-    last = tables.two.shape[0] - DEGREE
-    density = last / (2.0 * tables.end)
-    weight = nodes.spline
-    k = basis((angle + tables.end) * density, last, weight, 0)
-    m = basis((next_angle + tables.end) * density, last, weight, 2)
-    value, slope, next_slope = nodes.lane_u, nodes.lane_x, nodes.lane_y
-    for c in range(PAIRS):
-        value[c] = 0.0
-        slope[c] = 0.0
-        next_slope[c] = 0.0
-    for r in range(DEGREE + 1):
-        w, d = weight[0, r], weight[1, r]
-        for s in range(DEGREE + 1):
-            ww, dw, wd = w * weight[2, s], d * weight[2, s], w * weight[3, s]
-            for c in range(PAIRS):
-                coefficient = tables.two[k + r, m + s, c]
-                value[c] += ww * coefficient
-                slope[c] += dw * coefficient
-                next_slope[c] += wd * coefficient
-    return (
-        weigh(charge, i, i + 2, value),
-        density * weigh(charge, i, i + 2, slope),
-        density * weigh(charge, i, i + 2, next_slope),
-    )
+    k = basis((angle + tables.end) * density, last, nodes.spline, 0)
+    combine(tables.one, k, 0, nodes.spline, order, PAIRS, nodes.row)
+    total = weigh(charge, i, i + 1, nodes.row, 0)
+    return total * density if order == 1 else total
 
 
 @inlined
-def weigh(charge: Array, i: int, j: int, lanes: Array) -> float:
+def two_apart(
+    tables: Tables, angle: float, next_angle: float, with_slopes: bool,
+    charge: Array, i: int, nodes: Nodes,
+) -> tuple[float, float]:  # fmt: skip
+    """Slopes of the energy of casings i and i + 2 by the two joints' angles [N·m].
+
+    Or the energy [J] and 0.
+    """
+    last = tables.two.shape[0] - DEGREE
+    density = last / (2.0 * tables.end)
+    k = basis((angle + tables.end) * density, last, nodes.spline, 0)
+    begin = PAIRS * basis((next_angle + tables.end) * density, last, nodes.spline, 2)
+    count = PAIRS * (DEGREE + 1)
+    combine(tables.two, k, begin, nodes.spline, 0, count, nodes.row)
+    if not with_slopes:
+        return along_row(charge, i, nodes.row, nodes.spline, 2), 0.0
+    next_slope = along_row(charge, i, nodes.row, nodes.spline, 3)
+    combine(tables.two, k, begin, nodes.spline, 1, count, nodes.row)
+    slope = along_row(charge, i, nodes.row, nodes.spline, 2)
+    return slope * density, next_slope * density
+
+
+@kernel
+def combine(
+    table: Array, k: int, begin: int, weight: Array, row: int, count: int, out: Array
+) -> None:
+    """Sum six rows of a table from k on, ``count`` entries each, with one row of weights."""
+    w0, w1, w2 = weight[row, 0], weight[row, 1], weight[row, 2]
+    w3, w4, w5 = weight[row, 3], weight[row, 4], weight[row, 5]
+    for c in range(count):
+        # Unsigned: a signed index might count from the end, which no vector load can.
+        e = np.uint64(begin + c)
+        out[c] = (
+            (w0 * table[k, e] + w5 * table[k + 5, e])
+            + (w1 * table[k + 1, e] + w4 * table[k + 4, e])
+            + (w2 * table[k + 2, e] + w3 * table[k + 3, e])
+        )
+
+
+@inlined
+def along_row(charge: Array, i: int, row: Array, weight: Array, order: int) -> float:
+    """Sum six entries of the combined rows, for casings i and i + 2."""
+    total = 0.0
+    for s in range(DEGREE + 1):
+        total += weight[order, s] * weigh(charge, i, i + 2, row, PAIRS * s)
+    return total
+
+
+@inlined
+def weigh(charge: Array, i: int, j: int, row: Array, begin: int) -> float:
     """Sum over all pairs of faces, times their charges."""
     total = 0.0
     for a in range(FACES):
-        row = 0.0
+        part = 0.0
         for b in range(FACES):
-            row += charge[j, b] * lanes[FACES * a + b]
-        total += charge[i, a] * row
+            part += charge[j, b] * row[begin + FACES * a + b]
+        total += charge[i, a] * part
     return total

@@ -18,7 +18,8 @@ from magfold_env.engine.jit import kernel
 from magfold_env.engine.magnet_laws import COULOMB
 from magfold_env.engine.magnets import BLEND, level_pair, refine
 from magfold_env.engine.pair_lookup import DEGREE, PAIRS
-from magfold_env.engine.state import Array, Magnets, Tables
+from magfold_env.engine.state import Array, Magnets, Nodes, Tables
+from magfold_env.engine.workspace import new_nodes
 
 # Joints stop at a right angle; the solver oversteps by no more than a tolerance.
 END = math.pi / 2.0 + 0.004
@@ -28,7 +29,7 @@ PROBES = 6
 
 
 @kernel
-def face_energies(magnets: Magnets, places: Array, lane_x: Array, lane_y: Array) -> Array:
+def face_energies(magnets: Magnets, places: Array, nodes: Nodes) -> Array:
     """Energies of all pairs of faces of unit charge, (m, 16) [J/(A·m)²].
 
     ``places`` (m, 4) holds the second casing's centre [m] and heading as a unit vector, seen from
@@ -45,14 +46,10 @@ def face_energies(magnets: Magnets, places: Array, lane_x: Array, lane_y: Array)
                 by = y + s * magnets.face_x[g] + c * magnets.face_y[g]
                 btx = c * magnets.face_tx[g] - s * magnets.face_ty[g]
                 bty = s * magnets.face_tx[g] + c * magnets.face_ty[g]
-                u = level_pair(
-                    magnets, 0, ax, ay, atx, aty, bx, by, btx, bty, True, lane_x, lane_y
-                )[0]
-                distance = math.hypot(ax - bx, ay - by)
-                if distance < BLEND * magnets.level_radius[1]:
-                    u += refine(
-                        magnets, distance, ax, ay, atx, aty, bx, by, btx, bty, True, lane_x, lane_y
-                    )[0]
+                u = level_pair(magnets, 0, ax, ay, atx, aty, bx, by, btx, bty, True, nodes)[0]
+                ex, ey = ax - bx, ay - by
+                if math.hypot(ex, ey) < BLEND * magnets.level_radius[1]:
+                    u += refine(magnets, ex, ey, atx, aty, btx, bty, True, nodes)[0]
                 sign = COULOMB if (f < 4) == (g < 4) else -COULOMB
                 out[p, 4 * (f % 4) + g % 4] += sign * u
     return out
@@ -76,8 +73,7 @@ def places_along(pitch: float, joints: Array) -> Array:
 
 def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
     """Return the energies (m, 16) at joint angles (m, k)."""
-    lanes = np.zeros((2, magnets.level_node.shape[1]))
-    return face_energies(magnets, places_along(pitch, joints), lanes[0], lanes[1])
+    return face_energies(magnets, places_along(pitch, joints), new_nodes(magnets, 1))
 
 
 def sites(spaces: int) -> Array:
@@ -144,7 +140,7 @@ def build_tables(magnets: Magnets, pitch: float) -> tuple[Tables, float]:
     values = energies(magnets, pitch, grid).reshape(angles.size, angles.size, PAIRS)
     inverse = _coefficients_from_values(TWO_SPACES)
     two = np.einsum("ik,jl,klc->ijc", inverse, inverse, values, optimize=True)
-    tables = Tables(END, np.ascontiguousarray(one), np.ascontiguousarray(two))
+    tables = Tables(END, np.ascontiguousarray(one), two.reshape(len(two), -1).copy())
     return tables, _slope_error(tables, magnets, pitch) / worst
 
 
@@ -157,7 +153,7 @@ def _slope_error(tables: Tables, magnets: Magnets, pitch: float) -> float:
     worst = 0.0
     for table, spaces, joints in ((tables.one, ONE_SPACES, 1), (tables.two, TWO_SPACES, 2)):
         shares = _middles(spaces, PROBES)
-        found: Array = table
+        found = table.reshape((spaces + DEGREE,) * joints + (PAIRS,))
         for _ in range(joints):
             # Contracts the first axis and moves it behind the others but the faces'.
             found = np.moveaxis(np.tensordot(basis_matrix(spaces, shares), found, 1), 0, -2)

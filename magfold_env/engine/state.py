@@ -46,7 +46,7 @@ class Magnets(NamedTuple):
     height2: float  # H² [m²]
     rank_count: IntArray  # nodes a casing at every rank, (ranks,)
     rank_radius: Array  # distances of casings within which a rank is in full force, (ranks,) [m]
-    node_x: Array  # nodes in the casing's frame, rank after rank [m]
+    node_x: Array  # nodes in the casing's frame, (ranks, most nodes a casing) [m]
     node_y: Array
     node_weight: Array  # share of the face's charge, signed for inner faces
     node_face: IntArray  # 0-3, which charge applies
@@ -72,7 +72,7 @@ class Tables(NamedTuple):
 
     end: float  # joint angles from −end to end are covered [rad]
     one: Array  # (knots + 4, 16)
-    two: Array  # (knots + 4, knots + 4, 16)
+    two: Array  # (knots + 4, (knots + 4)·16)
 
 
 class Model(NamedTuple):
@@ -141,6 +141,7 @@ class Nodes(NamedTuple):
     lane_y: Array
     lane_u: Array
     spline: Array  # (4, 6) weights of two splines and their slopes
+    row: Array  # (96,) rows of a table, combined
 
 
 class Rigid(NamedTuple):

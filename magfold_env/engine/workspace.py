@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from magfold_env.engine.dormand_prince import STAGES
+from magfold_env.engine.pair_lookup import DEGREE, PAIRS
 from magfold_env.engine.state import (
     BRAKE,
     FRESH,
@@ -119,8 +120,8 @@ def new_nodes(magnets: Magnets, n: int) -> Nodes:
     """Scratch space for the sums over n casings."""
     most = int(magnets.rank_count.max())
     shape = magnets.rank_count.size, n, most
-    # Sums over levels and splines need room too.
-    lanes = max(most, magnets.level_node.shape[1], 16)
+    # Sums over levels need room too.
+    lanes = max(most, magnets.level_node.shape[1])
     return Nodes(
         x=np.zeros(shape),
         y=np.zeros(shape),
@@ -128,7 +129,8 @@ def new_nodes(magnets: Magnets, n: int) -> Nodes:
         lane_x=np.zeros(lanes),
         lane_y=np.zeros(lanes),
         lane_u=np.zeros(lanes),
-        spline=np.zeros((4, 6)),
+        spline=np.zeros((4, DEGREE + 1)),
+        row=np.zeros((DEGREE + 1) * PAIRS),
     )
 
 
