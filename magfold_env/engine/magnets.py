@@ -18,7 +18,7 @@ import math
 
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.magnet_laws import COULOMB, node_force, node_law, step_down
-from magfold_env.engine.state import Array, Magnets, Nodes, Pose
+from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
 
 BLEND = 1.1  # a level ends at this many radii
 SPREAD = 1.25  # and a rank at so many, counted from where outer faces could meet
@@ -35,17 +35,19 @@ def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
                 nodes.q[rank, i, a] = magnets.node_weight[rank, a] * q
 
 
-@inlined
-def spread_nodes(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
+@kernel
+def spread_nodes(
+    lo: int, rank_count: IntArray, node_x: Array, node_y: Array,
+    cos: Array, sin: Array, x: Array, y: Array, out_x: Array, out_y: Array,
+) -> None:  # fmt: skip
     """Fill the nodes' positions [m] for casings ``lo`` on."""
-    for rank in range(magnets.rank_count.size):
-        for i in range(lo, pose.x.size):
-            c, s = pose.cos[i], pose.sin[i]
-            x, y = pose.x[i], pose.y[i]
-            for a in range(magnets.rank_count[rank]):
-                u, v = magnets.node_x[rank, a], magnets.node_y[rank, a]
-                nodes.x[rank, i, a] = x + c * u - s * v
-                nodes.y[rank, i, a] = y + s * u + c * v
+    for rank in range(rank_count.size):
+        for i in range(lo, x.size):
+            c, s, xi, yi = cos[i], sin[i], x[i], y[i]
+            for a in range(rank_count[rank]):
+                u, v = node_x[rank, a], node_y[rank, a]
+                out_x[rank, i, a] = xi + c * u - s * v
+                out_y[rank, i, a] = yi + s * u + c * v
 
 
 @inlined
@@ -56,37 +58,54 @@ def casing_pair(
 
     The energy is complete only ``with_energy``.
     """
-    ex, ey = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
-    distance = math.sqrt(ex * ex + ey * ey)
-    room = distance - 2.0 * magnets.depth
-    rank = magnets.rank_count.size - 1
-    while rank > 0 and room >= SPREAD * magnets.rank_radius[rank]:
-        rank -= 1
-    blended = rank > 0 and room > magnets.rank_radius[rank]
-    strips, height2 = magnets.strips, magnets.height2
-    u, fx, fy, t = 0.0, 0.0, 0.0, 0.0
-    for k in range(rank - 1 if blended else rank, rank + 1):
-        low, lx, ly, lt = u, fx, fy, t
-        u, fx, fy, t = rank_pair(
-            strips, height2, magnets.rank_count[k], k, i, j, pose.x[i], pose.y[i],
-            blended or with_energy,
-            nodes.x, nodes.y, nodes.q, nodes.lane_x, nodes.lane_y, nodes.lane_u,
-        )  # fmt: skip
-        if k == rank and blended:
-            radius = magnets.rank_radius[rank]
-            weight, slope = step_down(room / radius, SPREAD)
-            # −∂w/∂x (U_k − U_{k−1}) acts along the line of the centres.
-            push = slope / radius * (u - low) / distance
-            u = low + weight * (u - low)
-            fx = lx + weight * (fx - lx) + push * ex
-            fy = ly + weight * (fy - ly) + push * ey
-            t = lt + weight * (t - lt)
-    if distance < magnets.reach:
+    u, fx, fy, t = far_pair(
+        magnets.strips, magnets.height2, magnets.depth, magnets.rank_count, magnets.rank_radius,
+        pose.x, pose.y, i, j, with_energy,
+        nodes.x, nodes.y, nodes.q, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+    )  # fmt: skip
+    if math.hypot(pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]) < magnets.reach:
         nu, nx, ny, nt = near_pair(magnets, charge, pose, i, j, with_energy, nodes)
         u += nu
         fx += nx
         fy += ny
         t += nt
+    return u, fx, fy, t
+
+
+@kernel
+def far_pair(
+    strips: bool, height2: float, depth: float, rank_count: IntArray, rank_radius: Array,
+    x: Array, y: Array, i: int, j: int, with_energy: bool,
+    node_x: Array, node_y: Array, node_q: Array, lane_x: Array, lane_y: Array, lane_u: Array,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """As `casing_pair` without near faces' corrections.
+
+    Hot kernels take the arrays they need: tuples of arrays are slow to pass on.
+    """
+    ex, ey = x[j] - x[i], y[j] - y[i]
+    distance = math.sqrt(ex * ex + ey * ey)
+    room = distance - 2.0 * depth
+    rank = rank_count.size - 1
+    while rank > 0 and room >= SPREAD * rank_radius[rank]:
+        rank -= 1
+    blended = rank > 0 and room > rank_radius[rank]
+    u, fx, fy, t = rank_pair(
+        strips, height2, rank_count[rank], rank, i, j, x[i], y[i], blended or with_energy,
+        node_x, node_y, node_q, lane_x, lane_y, lane_u,
+    )  # fmt: skip
+    if blended:
+        low, lx, ly, lt = rank_pair(
+            strips, height2, rank_count[rank - 1], rank - 1, i, j, x[i], y[i], True,
+            node_x, node_y, node_q, lane_x, lane_y, lane_u,
+        )  # fmt: skip
+        radius = rank_radius[rank]
+        weight, slope = step_down(room / radius, SPREAD)
+        # −∂w/∂x (U_k − U_{k−1}) acts along the line of the centres.
+        push = slope / radius * (u - low) / distance
+        u = low + weight * (u - low)
+        fx = lx + weight * (fx - lx) + push * ex
+        fy = ly + weight * (fy - ly) + push * ey
+        t = lt + weight * (t - lt)
     return u, fx, fy, t
 
 
@@ -98,7 +117,7 @@ def rank_pair(
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Energy, force on casing i and its torque about (xi, yi), over the nodes of one rank.
 
-    The energy is 0 unless asked for. Few arguments: a call copies every array's description.
+    The energy is 0 unless asked for.
     """
     for a in range(count):
         lane_x[a] = 0.0
@@ -279,17 +298,21 @@ def add_forces(
 ) -> None:  # fmt: skip
     """Add the magnets' forces [N] and torques about the centres [N·m] of casings ``lo`` on."""
     spread_charges(magnets, charge, nodes)
-    spread_nodes(lo, magnets, pose, nodes)
+    spread_nodes(
+        lo, magnets.rank_count, magnets.node_x, magnets.node_y,
+        pose.cos, pose.sin, pose.x, pose.y, nodes.x, nodes.y,
+    )  # fmt: skip
     for i in range(lo, pose.x.size):
         for j in range(i + 1, pose.x.size):
             _, px, py, t = casing_pair(magnets, charge, pose, nodes, i, j, False)
-            act(pose, i, j, px, py, t, fx, fy, torque)
+            act(pose.x, pose.y, i, j, px, py, t, fx, fy, torque)
 
 
 @inlined
 def act(
-    pose: Pose, i: int, j: int, px: float, py: float, t: float, fx: Array, fy: Array, torque: Array
-) -> None:
+    x: Array, y: Array, i: int, j: int, px: float, py: float, t: float,
+    fx: Array, fy: Array, torque: Array,
+) -> None:  # fmt: skip
     """Add the force of casing j on casing i, with its torque about i's centre, and the reaction."""
     fx[i] += px
     fy[i] += py
@@ -297,14 +320,17 @@ def act(
     fx[j] -= px
     fy[j] -= py
     # Both laws act along lines, so the pair's torques balance.
-    torque[j] += (pose.x[j] - pose.x[i]) * py - (pose.y[j] - pose.y[i]) * px - t
+    torque[j] += (x[j] - x[i]) * py - (y[j] - y[i]) * px - t
 
 
 @kernel
 def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> float:
     """Energy of all pairs of casings ``lo`` on [J]; pairs of faces within a casing left out."""
     spread_charges(magnets, charge, nodes)
-    spread_nodes(lo, magnets, pose, nodes)
+    spread_nodes(
+        lo, magnets.rank_count, magnets.node_x, magnets.node_y,
+        pose.cos, pose.sin, pose.x, pose.y, nodes.x, nodes.y,
+    )  # fmt: skip
     total = 0.0
     for i in range(lo, pose.x.size):
         for j in range(i + 1, pose.x.size):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from magfold_env.engine.jit import inlined, kernel
-from magfold_env.engine.state import Array, Nodes, Tables
+from magfold_env.engine.state import Array
 
 DEGREE = 5
 FACES = 4
@@ -43,40 +43,61 @@ def basis(x: float, last: int, weight: Array, row: int) -> int:
     return k
 
 
-@inlined
-def one_apart(
-    tables: Tables, angle: float, order: int, charge: Array, i: int, nodes: Nodes
+@kernel
+def one_slope(
+    table: Array, end: float, angle: float, charge: Array, i: int, spline: Array, row: Array
 ) -> float:
-    """Energy of casings i and i + 1 [J] (``order`` 0), or its slope by the joint's angle (1)."""
-    last = tables.one.shape[0] - DEGREE
-    density = last / (2.0 * tables.end)
-    k = basis((angle + tables.end) * density, last, nodes.spline, 0)
-    combine(tables.one, k, 0, nodes.spline, order, PAIRS, nodes.row)
-    total = weigh(charge, i, i + 1, nodes.row, 0)
-    return total * density if order == 1 else total
+    """Slope of the energy of casings i and i + 1 by their joint's angle [N·m].
+
+    ``spline`` (4, 6) and ``row`` (96,) are scratch.
+    """
+    k, density = place(angle, end, table.shape[0], spline, 0)
+    combine(table, k, 0, spline, 1, PAIRS, row)
+    return density * weigh(charge, i, i + 1, row, 0)
+
+
+@kernel
+def one_energy(
+    table: Array, end: float, angle: float, charge: Array, i: int, spline: Array, row: Array
+) -> float:
+    """Energy of casings i and i + 1 [J]."""
+    k, _ = place(angle, end, table.shape[0], spline, 0)
+    combine(table, k, 0, spline, 0, PAIRS, row)
+    return weigh(charge, i, i + 1, row, 0)
+
+
+@kernel
+def two_slopes(
+    table: Array, end: float, angle: float, next_angle: float,
+    charge: Array, i: int, spline: Array, row: Array,
+) -> tuple[float, float]:  # fmt: skip
+    """Slopes of the energy of casings i and i + 2 by their two joints' angles [N·m]."""
+    k, density = place(angle, end, table.shape[0], spline, 0)
+    m, _ = place(next_angle, end, table.shape[0], spline, 2)
+    combine(table, k, PAIRS * m, spline, 0, row.size, row)
+    next_slope = density * along_row(charge, i, row, spline, 3)
+    combine(table, k, PAIRS * m, spline, 1, row.size, row)
+    return density * along_row(charge, i, row, spline, 2), next_slope
+
+
+@kernel
+def two_energy(
+    table: Array, end: float, angle: float, next_angle: float,
+    charge: Array, i: int, spline: Array, row: Array,
+) -> float:  # fmt: skip
+    """Energy of casings i and i + 2 [J]."""
+    k, _ = place(angle, end, table.shape[0], spline, 0)
+    m, _ = place(next_angle, end, table.shape[0], spline, 2)
+    combine(table, k, PAIRS * m, spline, 0, row.size, row)
+    return along_row(charge, i, row, spline, 2)
 
 
 @inlined
-def two_apart(
-    tables: Tables, angle: float, next_angle: float, with_slopes: bool,
-    charge: Array, i: int, nodes: Nodes,
-) -> tuple[float, float]:  # fmt: skip
-    """Slopes of the energy of casings i and i + 2 by the two joints' angles [N·m].
-
-    Or the energy [J] and 0.
-    """
-    last = tables.two.shape[0] - DEGREE
-    density = last / (2.0 * tables.end)
-    k = basis((angle + tables.end) * density, last, nodes.spline, 0)
-    begin = PAIRS * basis((next_angle + tables.end) * density, last, nodes.spline, 2)
-    count = PAIRS * (DEGREE + 1)
-    combine(tables.two, k, begin, nodes.spline, 0, count, nodes.row)
-    if not with_slopes:
-        return along_row(charge, i, nodes.row, nodes.spline, 2), 0.0
-    next_slope = along_row(charge, i, nodes.row, nodes.spline, 3)
-    combine(tables.two, k, begin, nodes.spline, 1, count, nodes.row)
-    slope = along_row(charge, i, nodes.row, nodes.spline, 2)
-    return slope * density, next_slope * density
+def place(angle: float, end: float, rows: int, spline: Array, row: int) -> tuple[int, float]:
+    """First spline at an angle, and knots a radian; weights go to the scratch's rows from row."""
+    last = rows - DEGREE
+    density = last / (2.0 * end)
+    return basis((angle + end) * density, last, spline, row), density
 
 
 @kernel
