@@ -37,11 +37,14 @@ def node_law(strips: bool, height2: float, r2: float) -> tuple[float, float]:
     r = math.sqrt(r2)
     if strips:
         h = math.sqrt(height2)
+        total = r + math.sqrt(r2 + height2)
+        # One division for two: they cost the most here.
+        both = 1.0 / (r * total)
+        inverse, inverse_r = both * r, both * total
         # S − ρ, and asinh(H/ρ) by log(1 + z): neither loses digits far away.
-        sum_inverse = 1.0 / (r + math.sqrt(r2 + height2))
-        rise = height2 * sum_inverse
-        energy = 2.0 / height2 * (h * log1p((h + rise) / r) - rise)
-        return 2.0 * sum_inverse / r2, energy
+        rise = height2 * inverse
+        energy = 2.0 / height2 * (h * log1p((h + rise) * inverse_r) - rise)
+        return 2.0 * inverse * inverse_r * inverse_r, energy
     return 1.0 / (r2 * r), 1.0 / r
 
 
