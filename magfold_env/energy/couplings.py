@@ -17,6 +17,7 @@ from magfold_env.engine.jit import kernel
 from magfold_env.engine.magnets import energy
 from magfold_env.engine.pack import pack_magnets
 from magfold_env.engine.state import Array, Magnets, Nodes, Pose
+from magfold_env.engine.workspace import new_nodes
 from magfold_env.scene import Scene
 from magfold_env.scene_parts import Casing
 from magfold_env.scene_parts import Magnets as MagnetsPart
@@ -76,7 +77,8 @@ class Couplings:
             poses = np.array(keys)
             centres = poses[:, :2] * self._half_length
             headings = HEADINGS[poses[:, 2]].astype(np.float64)
-            _pairs(self._magnets, self._charge, centres, headings, out)
+            nodes = new_nodes(self._magnets, 2)
+            _pairs(self._magnets, self._charge, centres, headings, nodes, out)
         return out
 
 
@@ -91,7 +93,9 @@ def _shared(fields: tuple[tuple[str, Any], ...] | None, side: float) -> Coupling
 
 
 @kernel
-def _pairs(magnets: Magnets, unit: float, centres: Array, headings: Array, out: Array) -> None:
+def _pairs(
+    magnets: Magnets, unit: float, centres: Array, headings: Array, nodes: Nodes, out: Array
+) -> None:
     """Fill ``out`` (m, 4, 4) with the energies of single faces of charge ``unit`` [A·m].
 
     ``centres`` (m, 2) [m] and ``headings`` (m, 2), as unit vectors, place the second component.
@@ -99,15 +103,6 @@ def _pairs(magnets: Magnets, unit: float, centres: Array, headings: Array, out: 
     cos, sin, x, y = np.ones(2), np.zeros(2), np.zeros(2), np.zeros(2)
     pose = Pose(cos, sin, x, y)
     charge = np.zeros((2, 4))
-    count = magnets.node_x.size
-    lanes = max(count, magnets.level_node.shape[1])
-    nodes = Nodes(
-        np.empty((2, count)),
-        np.empty((2, count)),
-        np.empty((2, count)),
-        np.empty(lanes),
-        np.empty(lanes),
-    )
     for p in range(out.shape[0]):
         x[1], y[1] = centres[p, 0], centres[p, 1]
         cos[1], sin[1] = headings[p, 0], headings[p, 1]

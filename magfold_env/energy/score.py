@@ -10,6 +10,7 @@ from magfold_env.energy.landscape import signs
 from magfold_env.engine.magnets import COULOMB, level_pair
 from magfold_env.engine.pack import pack_magnets
 from magfold_env.engine.state import Array, Magnets
+from magfold_env.engine.workspace import new_nodes
 from magfold_env.scene import Scene
 from magfold_env.scene_parts import Magnets as MagnetsPart
 
@@ -42,19 +43,20 @@ def _between_faces(magnets: Magnets) -> Array:
         )
     ]
     found = np.zeros((len(faces), len(faces)))
-    lanes = np.zeros((2, magnets.level_node.shape[1]))
+    nodes = new_nodes(magnets, 1)
     for a, one in enumerate(faces):
         for b, other in enumerate(faces[:a]):
-            found[a, b] = found[b, a] = level_pair(
-                magnets, finest, *one, *other, True, lanes[0], lanes[1]
-            )[0]
+            energy = level_pair(magnets, finest, *one, *other, True, nodes)[0]
+            found[a, b] = found[b, a] = energy
     return found
 
 
 def _within_line(magnets: Magnets) -> float:
     """Energy of the unit charge of one row of points, each pair of points once [1/m]."""
-    count = magnets.node_x.size // 8
-    x, y, share = magnets.node_x[:count], magnets.node_y[:count], magnets.node_weight[:count]
+    count = magnets.level_count[0]
+    x, y, share = (
+        nodes[0, :count] for nodes in (magnets.node_x, magnets.node_y, magnets.node_weight)
+    )
     k, m = np.triu_indices(count, 1)
     return float(np.sum(share[k] * share[m] / np.hypot(x[k] - x[m], y[k] - y[m])))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine import chain, contact, friction, magnets
+from magfold_env.engine import chain, chain_magnets, contact, friction
 from magfold_env.engine.complementarity import SWEEPS, solve_nonnegative, solve_with_friction
 from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.jit import inlined, kernel
@@ -35,8 +35,8 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
         work.fy[i] = 0.0
         work.torque[i] = 0.0
     if model.magnetic:
-        magnets.add_forces(
-            first, model.magnets, model.charge, pose, work.nodes, work.fx, work.fy, work.torque
+        chain_magnets.add_chain_forces(
+            first, lo, model, q, pose, work.nodes, work.rigid, work.fx, work.fy, work.torque
         )
     if model.frictional:
         friction.add_sliding(lo, model, v, work)

@@ -1,17 +1,15 @@
 """Forces, torques and energy of the magnets.
 
 A pole face is a rectangle of uniform charge, standing on the plane (``strips``), or a row of
-point charges in the plane (``points``, the paper's). Along the width both are sums over nodes.
+point charges in the plane (``points``, the paper's). Along the width both are sums over nodes,
+which act on each other as ``engine.magnet_laws`` says.
 
-With equal heights H the out-of-plane integral between two nodes at in-plane distance ρ is closed,
-with S = √(ρ² + H²): force 2 d / (ρ² (ρ + S)), energy (2/H²)(H asinh(H/ρ) − S + ρ), both times
-(µ0/4π) q_k q_l.
-
-Every pair of casings is summed with a few *base* nodes, in loops that vectorise. Pairs of pole
-faces whose centres are near are then corrected: level k adds w_k(ρ) (U_k − U_{k−1}), U_k being
-the pair's energy with level k's nodes and w_k a twice differentiable step that is 1 within
-``level_radius[k]`` and 0 beyond ``BLEND`` times that. Forces are the exact gradient of this
-energy, so refinement takes no energy from the chain and gives it none.
+Casings far from each other need few nodes: a pair is summed at the *rank* that its distance asks
+for, all eight pole faces with equally many nodes. Pole faces whose centres are near are then
+corrected one pair of them at a time, *level* by level. Both follow one pattern: with U_k the
+energy with the nodes of rank or level k, the pair's energy is U_0 + Σ w_k (U_k − U_{k−1}), where
+w_k is a twice differentiable step from 1 within a radius to 0 a little beyond it. Forces are the
+exact gradient of this energy, so refinement takes no energy from the chain and gives it none.
 """
 
 from __future__ import annotations
@@ -19,110 +17,145 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine.jit import inlined, kernel
-from magfold_env.engine.state import Array, Magnets, Nodes, Pose
+from magfold_env.engine.magnet_laws import COULOMB, node_force, node_law, step_down
+from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
 
-COULOMB = 1e-7  # µ0 / 4π [N/A²]
-BLEND = 1.1
+BLEND = 1.1  # a level ends at this many radii
+SPREAD = 1.25  # and a rank at so many, counted from where outer faces could meet
 LANES = 8  # doubles in a vector register
 
 
-@inlined
-def node_force(strips: bool, height2: float, r2: float) -> float:
-    """Force between unit charges divided by their distance vector, without µ0/4π [1/m³]."""
-    r = math.sqrt(r2)
-    if strips:
-        return 2.0 / (r2 * (r + math.sqrt(r2 + height2)))
-    return 1.0 / (r2 * r)
-
-
-@inlined
-def node_energy(strips: bool, height2: float, r2: float) -> float:
-    """Energy of unit charges, without µ0/4π [1/m]."""
-    r = math.sqrt(r2)
-    if strips:
-        h = math.sqrt(height2)
-        # H asinh(H/ρ) − S + ρ loses digits far away; there is nothing else to lose them to.
-        s = math.sqrt(r2 + height2)
-        return 2.0 / height2 * (h * math.asinh(h / r) - height2 / (s + r))
-    return 1.0 / r
-
-
-@inlined
-def step_down(ratio: float) -> tuple[float, float]:
-    """Weight and its derivative: 1 for ratio ≤ 1, 0 for ratio ≥ BLEND, C² between."""
-    if ratio <= 1.0:
-        return 1.0, 0.0
-    if ratio >= BLEND:
-        return 0.0, 0.0
-    t = (ratio - 1.0) / (BLEND - 1.0)
-    return (
-        1.0 - t * t * t * (10.0 - 15.0 * t + 6.0 * t * t),
-        -30.0 * t * t * (1.0 - t) * (1.0 - t) / (BLEND - 1.0),
-    )
+@kernel
+def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
+    """Fill the charges of all casings' nodes [A·m]."""
+    for rank in range(magnets.rank_count.size):
+        for i in range(charge.shape[0]):
+            for a in range(magnets.rank_count[rank]):
+                q = charge[i, magnets.node_face[rank, a]]
+                nodes.q[rank, i, a] = magnets.node_weight[rank, a] * q
 
 
 @kernel
-def spread_nodes(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> None:
-    """Fill the base nodes' positions [m] and charges [A·m], each (n, nodes a casing)."""
-    for i in range(lo, pose.x.size):
-        c, s = pose.cos[i], pose.sin[i]
-        x, y = pose.x[i], pose.y[i]
-        for a in range(magnets.node_x.size):
-            nodes.x[i, a] = x + c * magnets.node_x[a] - s * magnets.node_y[a]
-            nodes.y[i, a] = y + s * magnets.node_x[a] + c * magnets.node_y[a]
-            nodes.q[i, a] = magnets.node_weight[a] * charge[i, magnets.node_face[a]]
+def spread_nodes(
+    lo: int, rank_count: IntArray, node_x: Array, node_y: Array,
+    cos: Array, sin: Array, x: Array, y: Array, out_x: Array, out_y: Array,
+) -> None:  # fmt: skip
+    """Fill the nodes' positions [m] for casings ``lo`` on."""
+    for rank in range(rank_count.size):
+        for i in range(lo, x.size):
+            c, s, xi, yi = cos[i], sin[i], x[i], y[i]
+            for a in range(rank_count[rank]):
+                u, v = node_x[rank, a], node_y[rank, a]
+                out_x[rank, i, a] = xi + c * u - s * v
+                out_y[rank, i, a] = yi + s * u + c * v
 
 
-@kernel
-def level_pair(
-    magnets: Magnets, level: int, ax: float, ay: float, atx: float, aty: float,
-    bx: float, by: float, btx: float, bty: float, with_energy: bool, lane_x: Array, lane_y: Array,
-) -> tuple[float, float, float, float]:  # fmt: skip
-    """Energy, force on face a and its torque about the origin, for faces of unit charge.
+@inlined
+def casing_pair(
+    magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
+) -> tuple[float, float, float, float]:
+    """Energy [J], force on casing i [N] and torque about its centre [N·m] by casing j.
 
-    Faces are given by centre and direction; without µ0/4π. The energy is 0 unless asked for.
+    The energy is complete only ``with_energy``.
     """
-    count = magnets.level_count[level]
-    # The lanes are face a's nodes, padded with weightless ones to the width of a vector.
-    lanes = (count + LANES - 1) // LANES * LANES
-    node = magnets.level_node[level]
-    weight = magnets.level_weight[level]
-    ex, ey = ax - bx, ay - by
-    for k in range(lanes):
-        lane_x[k] = 0.0
-        lane_y[k] = 0.0
-    for m in range(count):
-        fx0, fy0, w = ex - node[m] * btx, ey - node[m] * bty, weight[m]
-        for k in range(lanes):
-            dx = fx0 + node[k] * atx
-            dy = fy0 + node[k] * aty
-            g = w * node_force(magnets.strips, magnets.height2, dx * dx + dy * dy)
-            lane_x[k] += g * dx
-            lane_y[k] += g * dy
+    u, fx, fy, t = far_pair(
+        magnets.strips, magnets.height2, magnets.depth, magnets.rank_count, magnets.rank_radius,
+        pose.x, pose.y, i, j, with_energy,
+        nodes.x, nodes.y, nodes.q, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+    )  # fmt: skip
+    if math.hypot(pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]) < magnets.reach:
+        nu, nx, ny, nt = near_pair(magnets, charge, pose, i, j, with_energy, nodes)
+        u += nu
+        fx += nx
+        fy += ny
+        t += nt
+    return u, fx, fy, t
+
+
+@kernel
+def far_pair(
+    strips: bool, height2: float, depth: float, rank_count: IntArray, rank_radius: Array,
+    x: Array, y: Array, i: int, j: int, with_energy: bool,
+    node_x: Array, node_y: Array, node_q: Array, lane_x: Array, lane_y: Array, lane_u: Array,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """As `casing_pair` without near faces' corrections.
+
+    Hot kernels take the arrays they need: tuples of arrays are slow to pass on.
+    """
+    ex, ey = x[j] - x[i], y[j] - y[i]
+    distance = math.sqrt(ex * ex + ey * ey)
+    room = distance - 2.0 * depth
+    rank = rank_count.size - 1
+    while rank > 0 and room >= SPREAD * rank_radius[rank]:
+        rank -= 1
+    blended = rank > 0 and room > rank_radius[rank]
+    u, fx, fy, t = rank_pair(
+        strips, height2, rank_count[rank], rank, i, j, x[i], y[i], blended or with_energy,
+        node_x, node_y, node_q, lane_x, lane_y, lane_u,
+    )  # fmt: skip
+    if blended:
+        low, lx, ly, lt = rank_pair(
+            strips, height2, rank_count[rank - 1], rank - 1, i, j, x[i], y[i], True,
+            node_x, node_y, node_q, lane_x, lane_y, lane_u,
+        )  # fmt: skip
+        radius = rank_radius[rank]
+        weight, slope = step_down(room / radius, SPREAD)
+        # −∂w/∂x (U_k − U_{k−1}) acts along the line of the centres.
+        push = slope / radius * (u - low) / distance
+        u = low + weight * (u - low)
+        fx = lx + weight * (fx - lx) + push * ex
+        fy = ly + weight * (fy - ly) + push * ey
+        t = lt + weight * (t - lt)
+    return u, fx, fy, t
+
+
+@kernel
+def rank_pair(
+    strips: bool, height2: float, count: int, rank: int, i: int, j: int,
+    xi: float, yi: float, with_energy: bool,
+    node_x: Array, node_y: Array, node_q: Array, lane_x: Array, lane_y: Array, lane_u: Array,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Energy, force on casing i and its torque about (xi, yi), over the nodes of one rank.
+
+    The energy is 0 unless asked for.
+    """
+    for a in range(count):
+        lane_x[a] = 0.0
+        lane_y[a] = 0.0
+        lane_u[a] = 0.0
+    for b in range(count):
+        x, y, q = node_x[rank, j, b], node_y[rank, j, b], node_q[rank, j, b]
+        if with_energy:
+            for a in range(count):
+                dx = node_x[rank, i, a] - x
+                dy = node_y[rank, i, a] - y
+                g, u = node_law(strips, height2, dx * dx + dy * dy)
+                lane_x[a] += q * g * dx
+                lane_y[a] += q * g * dy
+                lane_u[a] += q * u
+        else:
+            for a in range(count):
+                dx = node_x[rank, i, a] - x
+                dy = node_y[rank, i, a] - y
+                g = q * node_force(strips, height2, dx * dx + dy * dy)
+                lane_x[a] += g * dx
+                lane_y[a] += g * dy
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    for k in range(count):
-        px, py = weight[k] * lane_x[k], weight[k] * lane_y[k]
-        fx += px
-        fy += py
-        torque += (ax + node[k] * atx) * py - (ay + node[k] * aty) * px
-    if with_energy:
-        for m in range(count):
-            for k in range(count):
-                dx = ex - node[m] * btx + node[k] * atx
-                dy = ey - node[m] * bty + node[k] * aty
-                energy += (
-                    weight[m]
-                    * weight[k]
-                    * node_energy(magnets.strips, magnets.height2, dx * dx + dy * dy)
-                )
+    for a in range(count):
+        q = COULOMB * node_q[rank, i, a]
+        gx = q * lane_x[a]
+        gy = q * lane_y[a]
+        energy += q * lane_u[a]
+        fx += gx
+        fy += gy
+        torque += (node_x[rank, i, a] - xi) * gy - (node_y[rank, i, a] - yi) * gx
     return energy, fx, fy, torque
 
 
 @kernel
 def near_pair(
-    magnets: Magnets, charge: Array, pose: Pose, i: int, j: int, with_energy: bool,
-    lane_x: Array, lane_y: Array,
-) -> tuple[float, float, float, float]:  # fmt: skip
+    magnets: Magnets, charge: Array, pose: Pose, i: int, j: int, with_energy: bool, nodes: Nodes
+) -> tuple[float, float, float, float]:
     """Correct the near pole faces of casings i and j: energy [J], force on i [N], torque on i.
 
     The torque is about the centre of i [N·m]. The energy is complete only ``with_energy``.
@@ -146,57 +179,116 @@ def near_pair(
             if q == 0.0:
                 continue
             u, px, py, t = refine(
-                magnets, math.sqrt(distance2), ax, ay,
+                magnets, ex, ey,
                 ci * magnets.face_tx[f] - si * magnets.face_ty[f],
                 si * magnets.face_tx[f] + ci * magnets.face_ty[f],
-                bx, by,
                 cj * magnets.face_tx[g] - sj * magnets.face_ty[g],
                 sj * magnets.face_tx[g] + cj * magnets.face_ty[g],
-                with_energy, lane_x, lane_y,
+                with_energy, nodes,
             )  # fmt: skip
             energy += q * u
             fx += q * px
             fy += q * py
-            torque += q * t
+            torque += q * (t + ax * py - ay * px)
+    return energy, fx, fy, torque
+
+
+@inlined
+def refine(
+    magnets: Magnets, ex: float, ey: float, atx: float, aty: float, btx: float, bty: float,
+    with_energy: bool, nodes: Nodes,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Sum of w_k (U_k − U_{k−1}) over the levels and its gradient, as `level_sum` gives them."""
+    distance = math.sqrt(ex * ex + ey * ey)
+    levels = magnets.level_count.size
+    last = 1
+    blended = with_energy
+    for level in range(1, levels):
+        radius = magnets.level_radius[level]
+        if distance < radius * BLEND:
+            last = level
+            blended = blended or distance > radius
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    low, lx, ly, lt = 0.0, 0.0, 0.0, 0.0
+    for level in range(last + 1):
+        radius = magnets.level_radius[level]
+        if 0 < level < last and distance <= magnets.level_radius[level + 1]:
+            continue  # the next level is in full force too: this one cancels
+        u, px, py, t = level_sum(
+            magnets.strips, magnets.height2, magnets.level_count[level], level,
+            magnets.level_node, magnets.level_weight, ex, ey, atx, aty, btx, bty,
+            blended, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+        )  # fmt: skip
+        if level > 0:
+            weight, slope = step_down(distance / radius, BLEND)
+            # −∂w/∂x (U_k − U_{k−1}) acts along the line of the faces' centres.
+            push = -slope / radius * (u - low) / distance
+            energy += weight * (u - low)
+            fx += weight * (px - lx) + push * ex
+            fy += weight * (py - ly) + push * ey
+            torque += weight * (t - lt)
+        low, lx, ly, lt = u, px, py, t
     return energy, fx, fy, torque
 
 
 @kernel
-def refine(
-    magnets: Magnets, distance: float, ax: float, ay: float, atx: float, aty: float,
-    bx: float, by: float, btx: float, bty: float, with_energy: bool, lane_x: Array, lane_y: Array,
+def level_sum(
+    strips: bool, height2: float, count: int, level: int, nodes: Array, weights: Array,
+    ex: float, ey: float, atx: float, aty: float, btx: float, bty: float,
+    with_energy: bool, lane_x: Array, lane_y: Array, lane_u: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Sum of w_k (U_k − U_{k−1}) over the levels, and its gradient, for faces of unit charge."""
+    """Energy, force on face a and its torque about its centre, for faces of unit charge.
+
+    Face a's centre is (ex, ey) from face b's; unit vectors lie along them. Without µ0/4π. The
+    energy is 0 unless asked for.
+    """
+    # The lanes are face a's nodes, padded with weightless ones to the width of a vector.
+    lanes = (count + LANES - 1) // LANES * LANES
+    for k in range(lanes):
+        lane_x[k] = 0.0
+        lane_y[k] = 0.0
+        lane_u[k] = 0.0
+    for m in range(count):
+        fx0, fy0 = ex - nodes[level, m] * btx, ey - nodes[level, m] * bty
+        w = weights[level, m]
+        if with_energy:
+            for k in range(lanes):
+                dx = fx0 + nodes[level, k] * atx
+                dy = fy0 + nodes[level, k] * aty
+                g, u = node_law(strips, height2, dx * dx + dy * dy)
+                lane_x[k] += w * g * dx
+                lane_y[k] += w * g * dy
+                lane_u[k] += w * u
+        else:
+            for k in range(lanes):
+                dx = fx0 + nodes[level, k] * atx
+                dy = fy0 + nodes[level, k] * aty
+                g = w * node_force(strips, height2, dx * dx + dy * dy)
+                lane_x[k] += g * dx
+                lane_y[k] += g * dy
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    levels = magnets.level_count.size
-    blended = with_energy
-    for level in range(1, levels):
-        radius = magnets.level_radius[level]
-        blended = blended or radius < distance < radius * BLEND
-    low = level_pair(magnets, 0, ax, ay, atx, aty, bx, by, btx, bty, blended, lane_x, lane_y)
-    for level in range(1, levels):
-        radius = magnets.level_radius[level]
-        weight, slope = step_down(distance / radius)
-        if weight == 0.0:
-            break
-        if level + 1 < levels and distance <= magnets.level_radius[level + 1]:
-            continue  # the next level is in full force too: this one cancels
-        high = level_pair(
-            magnets, level, ax, ay, atx, aty, bx, by, btx, bty, blended, lane_x, lane_y
-        )
-        gain = high[0] - low[0]
-        energy += weight * gain
-        fx += weight * (high[1] - low[1])
-        fy += weight * (high[2] - low[2])
-        torque += weight * (high[3] - low[3])
-        if slope != 0.0:
-            # −∂w/∂x (U_k − U_{k−1}) acts along the line of the faces' centres.
-            push = -slope / radius * gain / distance
-            fx += push * (ax - bx)
-            fy += push * (ay - by)
-            torque += push * (ax * (ay - by) - ay * (ax - bx))
-        low = high
+    for k in range(count):
+        w = weights[level, k]
+        px, py = w * lane_x[k], w * lane_y[k]
+        energy += w * lane_u[k]
+        fx += px
+        fy += py
+        torque += nodes[level, k] * (atx * py - aty * px)
     return energy, fx, fy, torque
+
+
+@kernel
+def level_pair(
+    magnets: Magnets, level: int, ax: float, ay: float, atx: float, aty: float,
+    bx: float, by: float, btx: float, bty: float, with_energy: bool, nodes: Nodes,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """As `level_sum` for faces that are given by centre and direction, torque about the origin."""
+    u, fx, fy, t = level_sum(
+        magnets.strips, magnets.height2, magnets.level_count[level], level,
+        magnets.level_node, magnets.level_weight, ax - bx, ay - by, atx, aty, btx, bty,
+        with_energy, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+    )  # fmt: skip
+    return u, fx, fy, t + ax * fy - ay * fx
 
 
 @kernel
@@ -205,69 +297,42 @@ def add_forces(
     nodes: Nodes, fx: Array, fy: Array, torque: Array,
 ) -> None:  # fmt: skip
     """Add the magnets' forces [N] and torques about the centres [N·m] of casings ``lo`` on."""
-    n = pose.x.size
-    count = magnets.node_x.size
-    strips, height2 = magnets.strips, magnets.height2
-    spread_nodes(lo, magnets, charge, pose, nodes)
-    node_x, node_y, node_q = nodes.x, nodes.y, nodes.q
-    lane_x, lane_y = nodes.lane_x, nodes.lane_y
-    for i in range(lo, n):
-        xi, yi = pose.x[i], pose.y[i]
-        for j in range(i + 1, n):
-            for a in range(count):
-                lane_x[a] = 0.0
-                lane_y[a] = 0.0
-            for b in range(count):
-                x, y, q = node_x[j, b], node_y[j, b], node_q[j, b]
-                for a in range(count):
-                    dx = node_x[i, a] - x
-                    dy = node_y[i, a] - y
-                    g = q * node_force(strips, height2, dx * dx + dy * dy)
-                    lane_x[a] += g * dx
-                    lane_y[a] += g * dy
-            px, py, t = 0.0, 0.0, 0.0
-            for a in range(count):
-                gx = COULOMB * node_q[i, a] * lane_x[a]
-                gy = COULOMB * node_q[i, a] * lane_y[a]
-                px += gx
-                py += gy
-                t += (node_x[i, a] - xi) * gy - (node_y[i, a] - yi) * gx
-            ex, ey = pose.x[j] - xi, pose.y[j] - yi
-            if magnets.level_count.size > 1 and ex * ex + ey * ey < magnets.reach**2:
-                _, nx, ny, nt = near_pair(magnets, charge, pose, i, j, False, lane_x, lane_y)
-                px += nx
-                py += ny
-                t += nt
-            fx[i] += px
-            fy[i] += py
-            torque[i] += t
-            fx[j] -= px
-            fy[j] -= py
-            # Both laws act along lines, so the pair's torques balance.
-            torque[j] += ex * py - ey * px - t
+    spread_charges(magnets, charge, nodes)
+    spread_nodes(
+        lo, magnets.rank_count, magnets.node_x, magnets.node_y,
+        pose.cos, pose.sin, pose.x, pose.y, nodes.x, nodes.y,
+    )  # fmt: skip
+    for i in range(lo, pose.x.size):
+        for j in range(i + 1, pose.x.size):
+            _, px, py, t = casing_pair(magnets, charge, pose, nodes, i, j, False)
+            act(pose.x, pose.y, i, j, px, py, t, fx, fy, torque)
+
+
+@inlined
+def act(
+    x: Array, y: Array, i: int, j: int, px: float, py: float, t: float,
+    fx: Array, fy: Array, torque: Array,
+) -> None:  # fmt: skip
+    """Add the force of casing j on casing i, with its torque about i's centre, and the reaction."""
+    fx[i] += px
+    fy[i] += py
+    torque[i] += t
+    fx[j] -= px
+    fy[j] -= py
+    # Both laws act along lines, so the pair's torques balance.
+    torque[j] += (x[j] - x[i]) * py - (y[j] - y[i]) * px - t
 
 
 @kernel
 def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> float:
     """Energy of all pairs of casings ``lo`` on [J]; pairs of faces within a casing left out."""
-    n = pose.x.size
-    count = magnets.node_x.size
-    spread_nodes(lo, magnets, charge, pose, nodes)
-    node_x, node_y, node_q = nodes.x, nodes.y, nodes.q
-    lane_x, lane_y = nodes.lane_x, nodes.lane_y
+    spread_charges(magnets, charge, nodes)
+    spread_nodes(
+        lo, magnets.rank_count, magnets.node_x, magnets.node_y,
+        pose.cos, pose.sin, pose.x, pose.y, nodes.x, nodes.y,
+    )  # fmt: skip
     total = 0.0
-    for i in range(lo, n):
-        for j in range(i + 1, n):
-            for a in range(count):
-                u = 0.0
-                for b in range(count):
-                    dx = node_x[i, a] - node_x[j, b]
-                    dy = node_y[i, a] - node_y[j, b]
-                    u += node_q[j, b] * node_energy(
-                        magnets.strips, magnets.height2, dx * dx + dy * dy
-                    )
-                total += COULOMB * node_q[i, a] * u
-            ex, ey = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
-            if magnets.level_count.size > 1 and ex * ex + ey * ey < magnets.reach**2:
-                total += near_pair(magnets, charge, pose, i, j, True, lane_x, lane_y)[0]
+    for i in range(lo, pose.x.size):
+        for j in range(i + 1, pose.x.size):
+            total += casing_pair(magnets, charge, pose, nodes, i, j, True)[0]
     return total

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
 from magfold_env.engine.magnets import BLEND, LANES
-from magfold_env.engine.quadrature import Rule, choose_rule
-from magfold_env.engine.state import Array, Bodies, IntArray, Magnets, Model
+from magfold_env.engine.pair_tables import build_tables
+from magfold_env.engine.quadrature import Rule, choose_rule, table_rule
+from magfold_env.engine.state import Array, Bodies, IntArray, Magnets, Model, Tables
 from magfold_env.scene import Scene
+from magfold_env.scene_parts import Casing
+from magfold_env.scene_parts import Magnets as MagnetsPart
 
 # c of the friction ellipsoid, as a share of the side: mean distance of a square's points from
 # its centre, so that pure spin of an evenly pressed square feels its exact friction torque.
 FRICTION_ARM = 0.3826
 
+# Share of the accuracy that splines may use up.
+TABLE_SHARE = 0.05
+
+NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)))
 FACE_ANGLES = np.array([0.25, 0.75, -0.75, -0.25]) * math.pi
 
 
@@ -48,7 +56,7 @@ def pack(scene: Scene) -> Model:
     return Model(
         n=n,
         bodies=bodies,
-        magnets=pack_magnets(scene),
+        magnets=pack_magnets(scene)._replace(tables=joint_tables(scene)),
         charge=charges(scene),
         magnetic=scene.magnets is not None,
         side=casing.side,
@@ -91,10 +99,43 @@ def pack_magnets(scene: Scene) -> Magnets:
     """Quadrature nodes of a casing's eight pole faces."""
     magnets = scene.magnets
     if magnets is None:
-        rule = Rule(counts=(1,), radii=(0.0,))
+        rule = Rule.single(1)
         return _build(rule, strips=False, width=1.0, height=1.0, outer=0.0, inner=0.0)
-    rule = choose_rule(magnets)
-    outer = scene.casing.side / 2.0 - magnets.inset
+    return quadrature_of(scene.casing, magnets, choose_rule(magnets))
+
+
+def joint_tables(scene: Scene) -> Tables:
+    """Splines of the energies of nearby casings, where angles are bounded and splines exact enough.
+
+    Rows of points, and nodes whose number is given, are summed as they stand.
+    """
+    magnets = scene.magnets
+    if (
+        magnets is None
+        or magnets.model == "points"
+        or magnets.nodes is not None
+        or not scene.contact
+        or scene.solver.method == "paper"
+    ):
+        return NO_TABLES
+    tables, error = _tables_of(
+        scene.casing.side, magnets.width, magnets.height, magnets.thickness, magnets.inset
+    )
+    return tables if error <= TABLE_SHARE * magnets.accuracy else NO_TABLES
+
+
+@lru_cache(maxsize=16)
+def _tables_of(
+    side: float, width: float, height: float, thickness: float, inset: float
+) -> tuple[Tables, float]:
+    casing = Casing(side=side)
+    magnets = MagnetsPart(width=width, height=height, thickness=thickness, inset=inset)
+    return build_tables(quadrature_of(casing, magnets, table_rule(magnets)), casing.diagonal)
+
+
+def quadrature_of(casing: Casing, magnets: MagnetsPart, rule: Rule) -> Magnets:
+    """Return the nodes of a casing's eight pole faces for a given rule."""
+    outer = casing.side / 2.0 - magnets.inset
     return _build(
         rule,
         strips=magnets.model == "strips",
@@ -113,20 +154,31 @@ def _build(
     node, weight = np.zeros((levels, most)), np.zeros((levels, most))
     for level, count in enumerate(rule.counts):
         node[level, :count], weight[level, :count] = _width_rule(strips, count, width)
-    base, base_share = _width_rule(strips, rule.counts[0], width)
     distance = np.repeat([outer, inner], 4)
     angle = np.tile(FACE_ANGLES, 2)
     face_x, face_y = distance * np.cos(angle), distance * np.sin(angle)
     tangent_x, tangent_y = -np.sin(angle), np.cos(angle)
     sign = np.repeat([1.0, -1.0], 4)
-    face: IntArray = np.repeat(np.tile(np.arange(4), 2), base.size).astype(np.int64)
+    ranks, widest = len(rule.ranks), 8 * max(rule.ranks)
+    node_x, node_y, share = (np.zeros((ranks, widest)) for _ in range(3))
+    node_face: IntArray = np.zeros((ranks, widest), dtype=np.int64)
+    for rank, count in enumerate(rule.ranks):
+        offset, part = _width_rule(strips, count, width)
+        nodes = slice(0, 8 * count)
+        node_x[rank, nodes] = (face_x[:, None] + np.outer(tangent_x, offset)).ravel()
+        node_y[rank, nodes] = (face_y[:, None] + np.outer(tangent_y, offset)).ravel()
+        share[rank, nodes] = np.outer(sign, part).ravel()
+        node_face[rank, nodes] = np.repeat(np.tile(np.arange(4), 2), count)
     return Magnets(
         strips=strips,
         height2=height * height,
-        node_x=(face_x[:, None] + np.outer(tangent_x, base)).ravel(),
-        node_y=(face_y[:, None] + np.outer(tangent_y, base)).ravel(),
-        node_weight=np.outer(sign, base_share).ravel(),
-        node_face=face,
+        rank_count=8 * np.array(rule.ranks, dtype=np.int64),
+        rank_radius=np.array(rule.rank_radii),
+        node_x=node_x,
+        node_y=node_y,
+        node_weight=share,
+        node_face=node_face,
+        depth=outer,
         face_x=face_x,
         face_y=face_y,
         face_tx=tangent_x,
@@ -135,7 +187,8 @@ def _build(
         level_node=node,
         level_weight=weight,
         level_radius=np.array(rule.radii),
-        reach=2.0 * outer + (BLEND * rule.radii[1] if levels > 1 else 0.0),
+        reach=2.0 * outer + BLEND * rule.radii[1] if levels > 1 else 0.0,
+        tables=NO_TABLES,
     )
 
 

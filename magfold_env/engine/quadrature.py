@@ -28,15 +28,17 @@ from dataclasses import dataclass
 
 from magfold_env.scene import Magnets
 
-# accuracy -> nodes (far, middle, near) and the radii in widths of a pole face within which the
-# second and the third count act. The paper's faces rest at 1, 3.5 and 6 mm from each other: where
-# the bound allows, the radii keep these distances out of the zones where two levels are blended.
+# accuracy -> nodes a face: of casings, from far to near, with the radii within which all but the
+# first act, as rooms (distance of the centres less twice the outer faces' depth) in widths of a
+# pole face; then of near faces (middle, near) with the radii in widths within which these act.
+# The paper's faces rest at 1, 3.5 and 6 mm from each other: where the bound allows, the radii keep
+# these distances out of the zones where two levels are blended.
 TABLE = (
-    (1e-2, (3, 6, 10), (6.2 / 6.0, 3.1 / 6.0)),
-    (1e-3, (4, 7, 12), (6.2 / 6.0, 4.2 / 6.0)),
-    (1e-4, (5, 12, 16), (6.2 / 6.0, 3.1 / 6.0)),
-    (1e-6, (8, 20, 24), (7.0 / 6.0, 4.2 / 6.0)),
-    (0.0, (12, 24, 32), (7.0 / 6.0, 4.2 / 6.0)),
+    (1e-2, (1, 2, 3), (1.7, 0.8), (6, 10), (6.2 / 6.0, 3.1 / 6.0)),
+    (1e-3, (1, 2, 4), (3.0, 1.35), (7, 12), (6.2 / 6.0, 4.2 / 6.0)),
+    (1e-4, (1, 2, 3, 5), (5.2, 2.0, 1.0), (12, 16), (6.2 / 6.0, 3.1 / 6.0)),
+    (1e-6, (1, 2, 3, 5, 8), (17.0, 5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0)),
+    (0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0)),
 )
 # Touching faces of the table's magnets are a sixth of their width apart.
 TABLE_GAP = 1.0 / 6.0
@@ -45,22 +47,50 @@ MOST_NODES = 64
 
 @dataclass(frozen=True)
 class Rule:
-    """Nodes a pole face at every level, and the distance within which a level acts [m]."""
+    """Nodes a pole face at every rank and level, and where they act [m]; the first has no bound.
 
+    Level 0 is the last rank.
+    """
+
+    ranks: tuple[int, ...]
+    rank_radii: tuple[float, ...]
     counts: tuple[int, ...]
     radii: tuple[float, ...]
+
+    @classmethod
+    def single(cls, count: int) -> Rule:
+        """Return the rule that takes ``count`` nodes everywhere."""
+        return cls((count,), (math.inf,), (count,), (math.inf,))
 
 
 def choose_rule(magnets: Magnets) -> Rule:
     """Pick the nodes for a fixed number or for an error bound."""
     if magnets.model == "points":
-        return Rule((magnets.nodes or 3,), (0.0,))
+        return Rule.single(magnets.nodes or 3)
     if magnets.nodes is not None:
-        return Rule((magnets.nodes,), (0.0,))
-    (far, middle, near), radii = next(
-        (counts, radii) for bound, counts, radii in TABLE if magnets.accuracy >= bound
+        return Rule.single(magnets.nodes)
+    ranks, rank_radii, (middle, near), radii = next(
+        row for bound, *row in TABLE if magnets.accuracy >= bound
     )
+    return Rule(
+        ranks,
+        (math.inf, *(radius * magnets.width for radius in rank_radii)),
+        (ranks[-1], middle, nodes_across_gap(near, magnets)),
+        (math.inf, *(radius * magnets.width for radius in radii)),
+    )
+
+
+def table_rule(magnets: Magnets) -> Rule:
+    """Pick the nodes that energies are summed over to be laid splines through.
+
+    They leave errors of 1e-8, below the splines' own.
+    """
+    middle, near = 1.5 * magnets.width, 1.0 * magnets.width
+    return Rule((8,), (math.inf,), (8, 16, nodes_across_gap(32, magnets)), (math.inf, middle, near))
+
+
+def nodes_across_gap(count: int, magnets: Magnets) -> int:
+    """Nodes that are worth ``count`` of the table's where touching faces are nearer than there."""
     # Gauss-Legendre errors fall geometrically with nodes times distance over width.
     gap = max(2.0 * magnets.inset, 1e-9) / magnets.width
-    near = min(MOST_NODES, max(near, math.ceil(near * TABLE_GAP / gap)))
-    return Rule((far, middle, near), (0.0, radii[0] * magnets.width, radii[1] * magnets.width))
+    return min(MOST_NODES, max(count, math.ceil(count * TABLE_GAP / gap)))

@@ -37,25 +37,42 @@ class Magnets(NamedTuple):
     """Pole faces of a casing and the quadrature that replaces them.
 
     A casing has eight pole faces, numbered 0-3 (the outer ones, front-left first) and 4-7 (their
-    inner counterparts, with the opposite sign). ``base`` nodes sum over all pairs of casings;
-    near pairs of pole faces are then corrected level by level, see ``engine.magnets``.
+    inner counterparts, with the opposite sign). *Ranks* are sets of nodes for whole casings, the
+    coarsest first, *levels* those for single pole faces; level 0 is the last rank. See
+    ``engine.magnets`` for how they act together, and ``engine.pair_tables`` for the tables.
     """
 
     strips: bool  # charged rectangles standing on the plane; else point charges
     height2: float  # H² [m²]
-    node_x: Array  # base nodes in the casing's frame, shape (8·h,) [m]
+    rank_count: IntArray  # nodes a casing at every rank, (ranks,)
+    rank_radius: Array  # distances of casings within which a rank is in full force, (ranks,) [m]
+    node_x: Array  # nodes in the casing's frame, (ranks, most nodes a casing) [m]
     node_y: Array
-    node_weight: Array  # share of the face's charge, signed for inner faces; (8·h,)
-    node_face: IntArray  # 0-3, which charge applies; (8·h,)
+    node_weight: Array  # share of the face's charge, signed for inner faces
+    node_face: IntArray  # 0-3, which charge applies
+    depth: float  # of the outer faces: distance from the centre [m]
     face_x: Array  # centres of the pole faces in the casing's frame, (8,) [m]
     face_y: Array
     face_tx: Array  # unit vectors along their widths, (8,)
     face_ty: Array
-    level_count: IntArray  # nodes a face at every level, level 0 the base; (levels,)
+    level_count: IntArray  # nodes a face at every level, (levels,)
     level_node: Array  # offsets along the width [m], (levels, most nodes in whole lanes)
     level_weight: Array  # shares of the charge
     level_radius: Array  # within it, level k is in full force; (levels,) [m], [0] unused
     reach: float  # centres farther apart than this have no near faces [m]
+    tables: Tables
+
+
+class Tables(NamedTuple):
+    """Splines of the energies of casings one and two joints apart, see ``engine.pair_tables``.
+
+    Coefficients are for all pairs of faces (i's face times 4 plus j's) of unit charge
+    [J/(A·m)²]. A table of length 0 is not there.
+    """
+
+    end: float  # joint angles from −end to end are covered [rad]
+    one: Array  # (knots + 4, 16)
+    two: Array  # (knots + 4, (knots + 4)·16)
 
 
 class Model(NamedTuple):
@@ -115,13 +132,28 @@ class Record(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Scratch space of the magnets' sums."""
+    """Scratch space of the magnets' sums and splines."""
 
-    x: Array  # base nodes in the world, (n, nodes a casing) [m]
+    x: Array  # nodes in the world, (ranks, n, most nodes a casing) [m]
     y: Array
     q: Array  # their charges [A·m]
     lane_x: Array  # sums of the vectorised loops
     lane_y: Array
+    lane_u: Array
+    spline: Array  # (4, 6) weights of two splines and their slopes
+    row: Array  # (96,) rows of a table, combined
+
+
+class Rigid(NamedTuple):
+    """What pairs do to each other while all joints between them are at their stops."""
+
+    charge: Array  # for which the rest is valid, (n, 4) [A·m]
+    stop: IntArray  # joint k is at its left (1) or right (2) stop, or at none (0); (n,)
+    code: IntArray  # stops between i and i + 1 + k, to base 3; 0: nothing is kept; (n, spans)
+    force: Array  # on i in its own frame [N], torque about its centre [N·m]; (n, spans, 3)
+    pose: Pose  # of the two casings for which they are being found
+    charges: Array  # (2, 4)
+    nodes: Nodes
 
 
 class Work(NamedTuple):
@@ -133,6 +165,7 @@ class Work(NamedTuple):
 
     pose: Pose
     nodes: Nodes
+    rigid: Rigid
     fx: Array  # (n,) forces and torques on the components
     fy: Array
     torque: Array

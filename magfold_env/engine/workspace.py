@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from magfold_env.engine.dormand_prince import STAGES
+from magfold_env.engine.pair_lookup import DEGREE, PAIRS
 from magfold_env.engine.state import (
     BRAKE,
     FRESH,
@@ -14,16 +15,20 @@ from magfold_env.engine.state import (
     STEP,
     Array,
     IntArray,
+    Magnets,
     Model,
     Nodes,
     Pose,
     Record,
+    Rigid,
     State,
     Work,
 )
 
 # Constraints are solved densely; longer chains must do without contact and friction.
 MOST_CONSTRAINED = 500
+# Stops between the ends of a rigid part are kept as one integer to base 3.
+MOST_SPANS = 39
 
 
 def new_state(model: Model, angles: Array) -> State:
@@ -62,8 +67,6 @@ def new_work(model: Model) -> Work:
             )
             raise ValueError(msg)
         rows = 6 * n + 16
-    count = model.magnets.node_x.size
-    lanes = max(count, model.magnets.level_node.shape[1])
 
     def floats(*shape: int) -> Array:
         return np.zeros(shape)
@@ -73,9 +76,8 @@ def new_work(model: Model) -> Work:
 
     return Work(
         pose=Pose(floats(n), floats(n), floats(n), floats(n)),
-        nodes=Nodes(
-            floats(n, count), floats(n, count), floats(n, count), floats(lanes), floats(lanes)
-        ),
+        nodes=new_nodes(model.magnets, n),
+        rigid=new_rigid(model.magnets, n),
         fx=floats(n),
         fy=floats(n),
         torque=floats(n),
@@ -114,6 +116,38 @@ def new_work(model: Model) -> Work:
         trial=floats(rows),
         update=floats(rows),
         cholesky=floats(rows, rows),
+    )
+
+
+def new_nodes(magnets: Magnets, n: int) -> Nodes:
+    """Scratch space for the sums over n casings."""
+    most = int(magnets.rank_count.max())
+    shape = magnets.rank_count.size, n, most
+    # Sums over levels need room too.
+    lanes = max(most, magnets.level_node.shape[1])
+    return Nodes(
+        x=np.zeros(shape),
+        y=np.zeros(shape),
+        q=np.zeros(shape),
+        lane_x=np.zeros(lanes),
+        lane_y=np.zeros(lanes),
+        lane_u=np.zeros(lanes),
+        spline=np.zeros((4, DEGREE + 1)),
+        row=np.zeros((DEGREE + 1) * PAIRS),
+    )
+
+
+def new_rigid(magnets: Magnets, n: int) -> Rigid:
+    """Room for the forces of pairs that are joined rigidly; nothing is known yet."""
+    spans = max(min(n - 1, MOST_SPANS), 1)
+    return Rigid(
+        charge=np.zeros((n, 4)),
+        stop=np.zeros(n, dtype=np.int64),
+        code=np.zeros((n, spans), dtype=np.int64),
+        force=np.zeros((n, spans, 3)),
+        pose=Pose(np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)),
+        charges=np.zeros((2, 4)),
+        nodes=new_nodes(magnets, 2),
     )
 
 

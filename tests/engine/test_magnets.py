@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.engine import magnets
+from magfold_env.engine import magnet_laws, magnets
 from magfold_env.engine.pack import pack
 from magfold_env.engine.state import Pose
 from magfold_env.engine.workspace import new_work
@@ -69,10 +69,21 @@ class Casings:
 
     def crosses_an_edge(self, first, second):
         """Whether a blend, only twice differentiable at its ends, begins or ends on the way."""
-        before, after = self.face_distances(*first), self.face_distances(*second)
-        edges = np.outer(self.model.magnets.level_radius[1:], [1.0, magnets.BLEND]).ravel()
-        low, high = np.minimum(before, after) - 1e-7, np.maximum(before, after) + 1e-7
-        return any(bool(((low < edge) & (edge < high)).any()) for edge in edges)
+        rule = self.model.magnets
+        levels = np.outer(rule.level_radius[1:], [1.0, magnets.BLEND]).ravel()
+        ranks = 2 * rule.depth + np.outer(rule.rank_radius[1:], [1.0, magnets.SPREAD]).ravel()
+        return _crosses(
+            levels, self.face_distances(*first), self.face_distances(*second)
+        ) or _crosses(ranks, _distances(first[0]), _distances(second[0]))
+
+
+def _distances(places):
+    return np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))
+
+
+def _crosses(edges, before, after):
+    low, high = np.minimum(before, after) - 1e-7, np.maximum(before, after) + 1e-7
+    return any(bool(((low < edge) & (edge < high)).any()) for edge in edges)
 
 
 def scene_of(rng, n, model):
@@ -166,6 +177,26 @@ def test_gradient_holds_between_two_levels(level, share):
 
 
 @pytest.mark.laws
+@pytest.mark.parametrize("rank", [1, 2])
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.7, 0.9])
+def test_gradient_holds_between_two_ranks(rank, share):
+    rng = np.random.default_rng(10)
+    casings = Casings(scene_of(rng, 2, "coarse strips"))
+    rule = casings.model.magnets
+    room = rule.rank_radius[rank] * (1.0 + share * (magnets.SPREAD - 1.0))
+    distance = 2 * rule.depth + room
+    expected = None
+    while expected is None:
+        bearing = rng.uniform(-np.pi, np.pi)
+        places = distance * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]])
+        headings = rng.uniform(-np.pi, np.pi, 2)
+        expected = gradient(casings, places, headings)
+    force, torque = casings.forces(places, headings)
+    np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
+    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * SIDE * np.abs(force).max())
+
+
+@pytest.mark.laws
 @given(seed=seeds, model=models)
 def test_generalised_force_of_a_chain_is_its_energys_gradient(seed, model):
     rng = np.random.default_rng(seed)
@@ -252,14 +283,24 @@ def test_like_faces_repel_and_unlike_faces_attract(model):
 def test_node_force_is_the_node_energys_derivative(height, exponent, strips):
     r = 10**exponent
     slope = reference.derivative(
-        lambda t: magnets.node_energy(strips, height**2, (r + t) ** 2), 1e-2 * r
+        lambda t: magnet_laws.node_law(strips, height**2, (r + t) ** 2)[1], 1e-2 * r
     )
-    assert -slope == pytest.approx(magnets.node_force(strips, height**2, r * r) * r, rel=1e-8)
+    force = magnet_laws.node_force(strips, height**2, r * r)
+    assert -slope == pytest.approx(force * r, rel=1e-8)
+    assert magnet_laws.node_law(strips, height**2, r * r)[0] == pytest.approx(force, rel=1e-14)
+
+
+@given(exponent=st.floats(-12.0, 8.0))
+def test_logarithm_is_exact_to_rounding(exponent):
+    z = 10**exponent
+    assert magnet_laws.log1p(z) == pytest.approx(np.log1p(z), rel=4e-16)
 
 
 @pytest.mark.parametrize("ratio", np.linspace(0.98, 1.12, 29))
 def test_blend_has_the_derivative_it_states(ratio):
-    weight, slope = magnets.step_down(ratio)
+    weight, slope = magnet_laws.step_down(ratio, magnets.BLEND)
     assert 0.0 <= weight <= 1.0
-    measured = reference.derivative(lambda t: magnets.step_down(ratio + t)[0], 1e-6)
+    measured = reference.derivative(
+        lambda t: magnet_laws.step_down(ratio + t, magnets.BLEND)[0], 1e-6
+    )
     assert slope == pytest.approx(measured, abs=1e-6)

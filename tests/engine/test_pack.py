@@ -41,7 +41,7 @@ def test_nodes_lie_where_the_reference_puts_them(model):
     rule = pack_magnets(scene)
     places, strengths = reference.pole_nodes(np.zeros(2), 0.0, "NSSN", scene, 4)
     mine = np.stack(
-        [rule.node_x, rule.node_y, rule.node_weight * charges(scene)[0][rule.node_face]]
+        [rule.node_x[0], rule.node_y[0], rule.node_weight[0] * charges(scene)[0][rule.node_face[0]]]
     )
     theirs = np.stack([*places.T, strengths])
     keys = [np.lexsort(np.round(table * [[1e9], [1e9], [1.0]])) for table in (mine, theirs)]

@@ -1,5 +1,7 @@
 """The nodes of a pole face: exactness near, the error bound everywhere, the table it rests on."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ import magfold_env as mf
 from magfold_env.engine import magnets
 from magfold_env.engine.pack import pack_magnets
 from magfold_env.engine.quadrature import choose_rule
+from magfold_env.engine.workspace import new_nodes
 from magfold_env.scene import Scene
 from magfold_env.scene_parts import Magnets
 from magfold_env.shapes import folded_words, word_to_angles
@@ -24,9 +27,8 @@ def strip_force(nodes, offset, turn):
     rule = pack_magnets(Scene(sequence=("NNNN",), magnets=Magnets(nodes=nodes)))
     x, y = float(offset[0]), float(offset[1])
     c, s = np.cos(turn), np.sin(turn)
-    lanes = np.zeros((2, rule.level_node.shape[1]))
     _, fx, fy, moment = magnets.level_pair(
-        rule, 0, x, y, c, s, 0.0, 0.0, 1.0, 0.0, False, lanes[0], lanes[1]
+        rule, 0, x, y, c, s, 0.0, 0.0, 1.0, 0.0, False, new_nodes(rule, 1)
     )
     return np.array([fx, fy]), moment - (x * fy - y * fx)
 
@@ -90,6 +92,36 @@ def scattered():
 def test_bound_holds_for_pairs_that_do_not_overlap(bound, scattered):
     worst = 0.0
     for scene, pose, exact in scattered:
+        found = Casings(scene.replace(magnets={"accuracy": bound})).forces(*pose)
+        worst = max(worst, error(scene, found, exact))
+    assert worst <= bound
+
+
+def far_apart(rng, spread):
+    """Place a casing from nearly touching to `spread` sides away."""
+    bearing, first, second = rng.uniform(-np.pi, np.pi, 3)
+    distance = SIDE * rng.uniform(np.sqrt(2), spread)
+    places = distance * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]])
+    return places, np.array([first, second])
+
+
+GEOMETRIES = {
+    "default": {},
+    "narrow and thick": {"width": 0.003, "height": 0.003, "thickness": 0.004},
+    "wide and thin": {"width": 0.011, "height": 0.011, "thickness": 0.0005, "inset": 0.0001},
+    "high": {"height": 0.012},
+}
+
+
+@pytest.mark.parametrize("bound", [*BOUNDS, 1e-6])
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_bound_holds_for_pairs_far_apart(bound, geometry):
+    rng = np.random.default_rng(20)
+    worst = 0.0
+    for _ in range(150):
+        scene = scene_of(rng, 2, "strips").replace(magnets=GEOMETRIES[geometry])
+        pose = far_apart(rng, rng.choice([2.0, 3.0, 6.0, 12.0]))
+        exact = Casings(scene.replace(magnets={"nodes": EXACT})).forces(*pose)
         found = Casings(scene.replace(magnets={"accuracy": bound})).forces(*pose)
         worst = max(worst, error(scene, found, exact))
     assert worst <= bound
@@ -177,6 +209,13 @@ def test_a_tighter_bound_never_takes_fewer_nodes():
     counts = np.array([rule.counts for rule in rules])
     assert (np.diff(counts, axis=0) >= 0).all()
     assert all(rule.radii[1] > rule.radii[2] for rule in rules)
+    assert all(rule.ranks[-1] == rule.counts[0] for rule in rules)
+
+
+@pytest.mark.parametrize("bound", [*BOUNDS, 1e-6, 1e-8])
+def test_one_blend_of_ranks_ends_before_the_next_begins(bound):
+    radii = choose_rule(Magnets(accuracy=bound)).rank_radii
+    assert all(near * magnets.SPREAD <= far for far, near in pairwise(radii))
 
 
 def test_magnets_nearer_to_each_other_take_more_nodes():
