@@ -5,12 +5,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numba.core import config
 
 import magfold_env as mf
 from magfold_env.engine import batch, recursion
 from magfold_env.engine.dynamics import smooth_accelerations
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.jit import kernel, numba_config
 from magfold_env.engine.pack import pack
 from magfold_env.engine.sincos import sincos
 from magfold_env.engine.state import Bodies
@@ -54,7 +53,7 @@ def engine(scene, angles, rates):
     return out[: scene.n]
 
 
-@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="the interpreter cannot fuse a·b + c")
+@pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="the interpreter cannot fuse a·b + c")
 @pytest.mark.parametrize("largest", [1.0, 100.0, 1e6, 1e14])
 def test_sincos_is_as_good_as_the_library_on_any_heading(largest):
     x = np.random.default_rng(1).uniform(-largest, largest, 5000)
