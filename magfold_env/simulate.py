@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.engine import chain, magnets
-from magfold_env.engine.dynamics import smooth_accelerations
+from magfold_env.engine import batch, chain, magnets
+from magfold_env.engine.loads import magnet_loads
 from magfold_env.engine.pack import pack
 from magfold_env.engine.session import Session
 from magfold_env.engine.workspace import new_work
@@ -46,29 +46,38 @@ def simulate(
 
 
 def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> Floats:
-    """Angular accelerations (n,) [rad/s²] of the pinned chain under its smooth forces.
+    """Angular accelerations (..., n) [rad/s²] of the pinned chain under its smooth forces.
 
     Magnets, in-plane gravity and inertia act; contact, stops and friction do not. The equations
-    are the paper's eq. 39, solved in O(n).
+    are the paper's eq. 39, solved in O(n), for many states at once if they come stacked; alone or
+    in a stack a state gives the same bits.
 
     Parameters
     ----------
     scene
         The chain; its mount is ignored.
     angles, rates
-        Headings [rad] and their rates [rad/s], shape (n,), component 1 first.
+        Headings [rad] and their rates [rad/s], both of the same shape (..., n), component 1 first.
 
     Raises
     ------
     SceneError
-        If a shape is not (n,) or a number is not finite.
+        If a shape is not (..., n), the shapes differ or a number is not finite.
     """
-    q = np.append(_checked("angles", angles, scene.n), [0.0, 0.0])
-    v = np.append(_checked("rates", rates, scene.n), [0.0, 0.0])
+    headings = _checked("angles", angles, scene.n, stacked=True)
+    speeds = _checked("rates", rates, scene.n, stacked=True)
+    if headings.shape != speeds.shape:
+        raise SceneError([Problem("rates", speeds.shape, f"must have shape {headings.shape}")])
     model = pack(scene.replace(mount="pinned"))._replace(contact=False, frictional=False)
-    out = np.zeros(scene.n + 2)
-    smooth_accelerations(0, model, q, v, new_work(model), out)
-    return out[: scene.n]
+    flat = np.ascontiguousarray(headings.reshape(-1, scene.n))
+    loads: Floats | None = None
+    if model.magnetic:
+        loads = np.empty_like(flat)
+        magnet_loads(model, flat, new_work(model), loads)
+    # A hinge that accelerates upwards is a hinge at rest in a field that pulls down.
+    base = (-model.gravity_x, -model.gravity_y)
+    out = batch.accelerate(model.bodies, base, flat, speeds.reshape(flat.shape), loads)
+    return out.reshape(headings.shape)
 
 
 def forces(scene: Scene, angles: npt.ArrayLike) -> tuple[Floats, Floats]:
@@ -96,10 +105,11 @@ def energy(scene: Scene, angles: npt.ArrayLike) -> float:
     return _smooth_state(scene, _checked("angles", angles, scene.n))[3]
 
 
-def _checked(key: str, values: npt.ArrayLike, n: int) -> Floats:
+def _checked(key: str, values: npt.ArrayLike, n: int, *, stacked: bool = False) -> Floats:
     array = np.asarray(values, dtype=np.float64)
-    if array.shape != (n,):
-        raise SceneError([Problem(key, array.shape, f"must have shape ({n},)")])
+    if array.shape[-1:] != (n,) or (array.ndim > 1 and not stacked):
+        wanted = f"(..., {n})" if stacked else f"({n},)"
+        raise SceneError([Problem(key, array.shape, f"must have shape {wanted}")])
     if not np.isfinite(array).all():
         raise SceneError([Problem(key, array.tolist(), "must be finite")])
     return array

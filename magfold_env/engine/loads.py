@@ -1,0 +1,27 @@
+"""Generalised forces of the magnets on many shapes of one pinned chain."""
+
+from __future__ import annotations
+
+from magfold_env.engine import chain, magnets
+from magfold_env.engine.jit import kernel
+from magfold_env.engine.state import Array, Model, Work
+
+
+@kernel
+def magnet_loads(model: Model, headings: Array, work: Work, out: Array) -> None:
+    """Fill ``out`` (shapes, n) [N·m] for headings (shapes, n) [rad]."""
+    n = model.n
+    q = work.stage_q
+    q[n] = 0.0
+    q[n + 1] = 0.0
+    for shape in range(headings.shape[0]):
+        q[:n] = headings[shape]
+        chain.place(0, model.bodies, q, work.pose)
+        work.fx[:] = 0.0
+        work.fy[:] = 0.0
+        work.torque[:] = 0.0
+        magnets.add_forces(
+            0, model.magnets, model.charge, work.pose, work.nodes, work.fx, work.fy, work.torque
+        )
+        chain.generalise(0, model.bodies, work.pose, work.fx, work.fy, work.torque, work.force)
+        out[shape] = work.force[:n]
