@@ -11,9 +11,8 @@ the *base*.
 
 from __future__ import annotations
 
-import math
-
 from magfold_env.engine.jit import kernel
+from magfold_env.engine.sincos import sincos
 from magfold_env.engine.state import Array, Bodies, IntArray, Pose
 
 
@@ -21,12 +20,11 @@ from magfold_env.engine.state import Array, Bodies, IntArray, Pose
 def place(lo: int, bodies: Bodies, q: Array, pose: Pose) -> None:
     """Fill ``pose`` from component ``lo`` on for the coordinates ``q`` (n + 2,)."""
     n = bodies.mass.size
+    for i in range(lo, n):
+        pose.sin[i], pose.cos[i] = sincos(q[i])
     x, y = q[n], q[n + 1]
     for i in range(lo, n):
-        c = math.cos(q[i])
-        s = math.sin(q[i])
-        pose.cos[i] = c
-        pose.sin[i] = s
+        c, s = pose.cos[i], pose.sin[i]
         pose.x[i] = x + bodies.reach[i] * c
         pose.y[i] = y + bodies.reach[i] * s
         x += bodies.length[i] * c

@@ -18,7 +18,7 @@ from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
 HELD = 1e-6  # share of µ g: a component that accelerates less is held
 
 
-@kernel
+@inlined
 def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None:
     """Generalised forces of magnets, gravity, inertia and sliding friction into ``work.force``.
 
@@ -47,7 +47,7 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
     chain.generalise(lo, bodies, pose, work.fx, work.fy, work.torque, work.force)
 
 
-@kernel
+@inlined
 def unconstrained(lo: int, model: Model, work: Work, out: Array) -> None:
     """Accelerations (n + 2,) under ``work.force`` alone; leaves articulated inertias behind."""
     bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
@@ -62,7 +62,7 @@ def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, 
     unconstrained(lo, model, work, out)
 
 
-@kernel
+@inlined
 def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> bool:
     """Accelerations (n + 2,) under ``work.force`` if all joints at their stops stay there.
 

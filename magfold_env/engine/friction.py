@@ -22,7 +22,7 @@ def speed(model: Model, work: Work, v: Array, i: int) -> float:
     return math.sqrt(work.vx[i] ** 2 + work.vy[i] ** 2 + spin * spin)
 
 
-@kernel
+@inlined
 def add_sliding(lo: int, model: Model, v: Array, work: Work) -> None:
     """Add the friction of the moving components to ``work.fx``, ``work.fy``, ``work.torque``."""
     for i in range(lo, model.n):

@@ -32,10 +32,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     """
     lo, n = state.counter[LO], model.n
     candidates = 0
-    place_all(lo, model, state.q, work.pose)
-    chain.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
-    chain.centripetal(lo, model.bodies, work.pose, state.v, work.ax, work.ay)
-    chain.centre_velocities(lo, model.bodies, work.pose, out, work.fx, work.fy)
+    find_motion(lo, model, state, work, out)
     rows = work.row_count[1]
     count = rows
     brake, brake_tried = math.inf, math.inf
@@ -88,6 +85,15 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     state.v[:] = work.stage_v
     first_accelerations(model, state, work, out)
     return False
+
+
+@kernel
+def find_motion(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
+    """Velocities and accelerations of the centres, the latter in two parts: ``fx`` and ``ax``."""
+    place_all(lo, model, state.q, work.pose)
+    chain.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
+    chain.centripetal(lo, model.bodies, work.pose, state.v, work.ax, work.ay)
+    chain.centre_velocities(lo, model.bodies, work.pose, acceleration, work.fx, work.fy)
 
 
 @inlined

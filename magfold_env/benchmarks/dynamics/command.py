@@ -11,6 +11,7 @@ from rich.progress import Progress as Bar
 
 from magfold_env.benchmarks import machine
 from magfold_env.benchmarks.dynamics import (
+    chain_scaling,
     contact_scenes,
     features,
     figures,
@@ -26,6 +27,7 @@ FILE_WIDTH = 110  # of the report where it is not written to a terminal
 Runner = Callable[[bool, Progress], Part]
 
 PARTS: dict[str, Runner] = {
+    "scaling": chain_scaling.run,
     "smooth": smooth.run,
     "restarts": restarts.run,
     "contact": contact_scenes.run,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from magfold_env.benchmarks.dynamics.cases import ENGINE
+from magfold_env.benchmarks.dynamics.chain_figure import draw_scaling
 from magfold_env.benchmarks.dynamics.contact_scenes import METHODS, clear
 from magfold_env.benchmarks.dynamics.part import Part, Row
 from magfold_env.files import replacing
@@ -163,7 +164,14 @@ def draw_features(rows: list[Row]) -> Any:
     return figure
 
 
+def _draw_scaling(rows: list[Row]) -> Any:
+    figure = figure_class()(figsize=(8, 5), layout="constrained")
+    draw_scaling(rows, figure)
+    return figure
+
+
 DRAWINGS: dict[str, Callable[[list[Row]], Any]] = {
+    "scaling": _draw_scaling,
     "smooth": draw_smooth,
     "contact": draw_contact,
     "features": draw_features,
