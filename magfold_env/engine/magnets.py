@@ -152,7 +152,7 @@ def rank_pair(
     return energy, fx, fy, torque
 
 
-@kernel
+@inlined
 def near_pair(
     magnets: Magnets, charge: Array, pose: Pose, i: int, j: int, with_energy: bool, nodes: Nodes
 ) -> tuple[float, float, float, float]:
@@ -160,17 +160,33 @@ def near_pair(
 
     The torque is about the centre of i [N·m]. The energy is complete only ``with_energy``.
     """
+    return near_faces(
+        magnets.strips, magnets.height2, charge, pose.cos, pose.sin, pose.x, pose.y,
+        i, j, with_energy, magnets.face_x, magnets.face_y, magnets.face_tx, magnets.face_ty,
+        magnets.level_count, magnets.level_radius, magnets.level_node, magnets.level_weight,
+        nodes.lane_x, nodes.lane_y, nodes.lane_u,
+    )  # fmt: skip
+
+
+@kernel
+def near_faces(
+    strips: bool, height2: float, charge: Array, cos: Array, sin: Array, x: Array, y: Array,
+    i: int, j: int, with_energy: bool, face_x: Array, face_y: Array, face_tx: Array, face_ty: Array,
+    level_count: IntArray, level_radius: Array, level_node: Array, level_weight: Array,
+    lane_x: Array, lane_y: Array, lane_u: Array,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """As `near_pair`, with the arrays one by one."""
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    ci, si, cj, sj = pose.cos[i], pose.sin[i], pose.cos[j], pose.sin[j]
-    dx, dy = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
-    outermost = magnets.level_radius[1] * BLEND
+    ci, si, cj, sj = cos[i], sin[i], cos[j], sin[j]
+    dx, dy = x[j] - x[i], y[j] - y[i]
+    outermost = level_radius[1] * BLEND
     for f in range(8):
         qa = charge[i, f % 4] * (1.0 if f < 4 else -1.0)
-        ax = ci * magnets.face_x[f] - si * magnets.face_y[f]
-        ay = si * magnets.face_x[f] + ci * magnets.face_y[f]
+        ax = ci * face_x[f] - si * face_y[f]
+        ay = si * face_x[f] + ci * face_y[f]
         for g in range(8):
-            bx = dx + cj * magnets.face_x[g] - sj * magnets.face_y[g]
-            by = dy + sj * magnets.face_x[g] + cj * magnets.face_y[g]
+            bx = dx + cj * face_x[g] - sj * face_y[g]
+            by = dy + sj * face_x[g] + cj * face_y[g]
             ex, ey = ax - bx, ay - by
             distance2 = ex * ex + ey * ey
             if distance2 >= outermost * outermost:
@@ -179,12 +195,12 @@ def near_pair(
             if q == 0.0:
                 continue
             u, px, py, t = refine(
-                magnets, ex, ey,
-                ci * magnets.face_tx[f] - si * magnets.face_ty[f],
-                si * magnets.face_tx[f] + ci * magnets.face_ty[f],
-                cj * magnets.face_tx[g] - sj * magnets.face_ty[g],
-                sj * magnets.face_tx[g] + cj * magnets.face_ty[g],
-                with_energy, nodes,
+                strips, height2, level_count, level_radius, level_node, level_weight, ex, ey,
+                ci * face_tx[f] - si * face_ty[f],
+                si * face_tx[f] + ci * face_ty[f],
+                cj * face_tx[g] - sj * face_ty[g],
+                sj * face_tx[g] + cj * face_ty[g],
+                with_energy, lane_x, lane_y, lane_u,
             )  # fmt: skip
             energy += q * u
             fx += q * px
@@ -195,29 +211,31 @@ def near_pair(
 
 @inlined
 def refine(
-    magnets: Magnets, ex: float, ey: float, atx: float, aty: float, btx: float, bty: float,
-    with_energy: bool, nodes: Nodes,
+    strips: bool, height2: float,
+    level_count: IntArray, level_radius: Array, level_node: Array, level_weight: Array,
+    ex: float, ey: float, atx: float, aty: float, btx: float, bty: float, with_energy: bool,
+    lane_x: Array, lane_y: Array, lane_u: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Sum of w_k (U_k − U_{k−1}) over the levels and its gradient, as `level_sum` gives them."""
     distance = math.sqrt(ex * ex + ey * ey)
-    levels = magnets.level_count.size
+    levels = level_count.size
     last = 1
     blended = with_energy
     for level in range(1, levels):
-        radius = magnets.level_radius[level]
+        radius = level_radius[level]
         if distance < radius * BLEND:
             last = level
             blended = blended or distance > radius
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
     low, lx, ly, lt = 0.0, 0.0, 0.0, 0.0
     for level in range(last + 1):
-        radius = magnets.level_radius[level]
-        if 0 < level < last and distance <= magnets.level_radius[level + 1]:
+        radius = level_radius[level]
+        if 0 < level < last and distance <= level_radius[level + 1]:
             continue  # the next level is in full force too: this one cancels
         u, px, py, t = level_sum(
-            magnets.strips, magnets.height2, magnets.level_count[level], level,
-            magnets.level_node, magnets.level_weight, ex, ey, atx, aty, btx, bty,
-            blended, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+            strips, height2, level_count[level], level,
+            level_node, level_weight, ex, ey, atx, aty, btx, bty,
+            blended, lane_x, lane_y, lane_u,
         )  # fmt: skip
         if level > 0:
             weight, slope = step_down(distance / radius, BLEND)

@@ -49,7 +49,11 @@ def face_energies(magnets: Magnets, places: Array, nodes: Nodes) -> Array:
                 u = level_pair(magnets, 0, ax, ay, atx, aty, bx, by, btx, bty, True, nodes)[0]
                 ex, ey = ax - bx, ay - by
                 if math.hypot(ex, ey) < BLEND * magnets.level_radius[1]:
-                    u += refine(magnets, ex, ey, atx, aty, btx, bty, True, nodes)[0]
+                    u += refine(
+                        magnets.strips, magnets.height2, magnets.level_count, magnets.level_radius,
+                        magnets.level_node, magnets.level_weight, ex, ey, atx, aty, btx, bty, True,
+                        nodes.lane_x, nodes.lane_y, nodes.lane_u,
+                    )[0]  # fmt: skip
                 sign = COULOMB if (f < 4) == (g < 4) else -COULOMB
                 out[p, 4 * (f % 4) + g % 4] += sign * u
     return out
@@ -66,9 +70,13 @@ def places_along(pitch: float, joints: Array) -> Array:
         Angles of the k joints between them [rad].
     """
     headings = np.cumsum(joints, axis=1)
-    turns = np.exp(1j * headings)
-    centre = pitch * (0.5 + turns[:, :-1].sum(axis=1) + 0.5 * turns[:, -1])
-    return np.stack([centre.real, centre.imag, turns[:, -1].real, turns[:, -1].imag], axis=1)
+    cos, sin = np.cos(headings), np.sin(headings)
+    last = cos[:, -1], sin[:, -1]
+    x, y = (
+        pitch * (start + along.sum(axis=1) - 0.5 * along[:, -1])
+        for start, along in ((0.5, cos), (0.0, sin))
+    )
+    return np.stack([x, y, *last], axis=1)
 
 
 def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
@@ -112,7 +120,7 @@ def basis_matrix(spaces: int, shares: Array) -> Array:
 
 @lru_cache
 def _coefficients_from_values(spaces: int) -> Array:
-    return np.linalg.inv(basis_matrix(spaces, sites(spaces)))
+    return np.linalg.inv(basis_matrix(spaces, sites(spaces))).astype(np.float64)
 
 
 def build_tables(magnets: Magnets, pitch: float) -> tuple[Tables, float]:

@@ -25,20 +25,30 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from magfold_env.scene import Magnets
 
-# accuracy -> nodes a face: of casings, from far to near, with the radii within which all but the
-# first act, as rooms (distance of the centres less twice the outer faces' depth) in widths of a
-# pole face; then of near faces (middle, near) with the radii in widths within which these act.
+
+class Row(NamedTuple):
+    """Nodes a face that keep an error bound; all radii in widths of a pole face."""
+
+    bound: float
+    ranks: tuple[int, ...]  # nodes of casings, from far to near
+    rooms: tuple[float, ...]  # room (see `Rule`) within which all but the first rank act
+    counts: tuple[int, int]  # nodes of near faces: middle, near
+    radii: tuple[float, float]  # distances of faces' centres within which these act
+
+
 # The paper's faces rest at 1, 3.5 and 6 mm from each other: where the bound allows, the radii keep
-# these distances out of the zones where two levels are blended.
+# these distances out of the zones where two levels are blended. Ranks begin where the blended
+# error of two casings, for the worst of their charges, is a third of the bound.
 TABLE = (
-    (1e-2, (1, 2, 3), (1.7, 0.8), (6, 10), (6.2 / 6.0, 3.1 / 6.0)),
-    (1e-3, (1, 2, 4), (3.0, 1.35), (7, 12), (6.2 / 6.0, 4.2 / 6.0)),
-    (1e-4, (1, 2, 3, 5), (5.2, 2.0, 1.0), (12, 16), (6.2 / 6.0, 3.1 / 6.0)),
-    (1e-6, (1, 2, 3, 5, 8), (17.0, 5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0)),
-    (0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0)),
+    Row(1e-2, (1, 2, 3), (1.7, 0.8), (6, 10), (6.2 / 6.0, 3.1 / 6.0)),
+    Row(1e-3, (1, 2, 4), (3.0, 1.35), (7, 12), (6.2 / 6.0, 4.2 / 6.0)),
+    Row(1e-4, (1, 2, 3, 5), (5.2, 2.0, 1.0), (12, 16), (6.2 / 6.0, 3.1 / 6.0)),
+    Row(1e-6, (1, 2, 3, 5, 8), (17.0, 5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0)),
+    Row(0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0)),
 )
 # Touching faces of the table's magnets are a sixth of their width apart.
 TABLE_GAP = 1.0 / 6.0
@@ -49,7 +59,8 @@ MOST_NODES = 64
 class Rule:
     """Nodes a pole face at every rank and level, and where they act [m]; the first has no bound.
 
-    Level 0 is the last rank.
+    Level 0 is the last rank. A rank acts by the room between casings, the distance of their
+    centres less twice the depth of the outer faces; a level by the distance of faces' centres.
     """
 
     ranks: tuple[int, ...]
@@ -69,14 +80,13 @@ def choose_rule(magnets: Magnets) -> Rule:
         return Rule.single(magnets.nodes or 3)
     if magnets.nodes is not None:
         return Rule.single(magnets.nodes)
-    ranks, rank_radii, (middle, near), radii = next(
-        row for bound, *row in TABLE if magnets.accuracy >= bound
-    )
+    row = next(row for row in TABLE if magnets.accuracy >= row.bound)
+    middle, near = row.counts
     return Rule(
-        ranks,
-        (math.inf, *(radius * magnets.width for radius in rank_radii)),
-        (ranks[-1], middle, nodes_across_gap(near, magnets)),
-        (math.inf, *(radius * magnets.width for radius in radii)),
+        ranks=row.ranks,
+        rank_radii=(math.inf, *(room * magnets.width for room in row.rooms)),
+        counts=(row.ranks[-1], middle, nodes_across_gap(near, magnets)),
+        radii=(math.inf, *(radius * magnets.width for radius in row.radii)),
     )
 
 

@@ -34,10 +34,10 @@ class Chain:
         model, work = self.model, self.work
         q = np.append(np.cumsum(joints), [0.0, 0.0])
         first = feed.place_all(lo, model, q, work.pose)
-        sums = np.zeros((3, model.n))
-        add_chain_forces(first, lo, model, q, work.pose, work.nodes, work.rigid, *sums)
+        fx, fy, torque = np.zeros((3, model.n))
+        add_chain_forces(first, lo, model, q, work.pose, work.nodes, work.rigid, fx, fy, torque)
         out = np.zeros(model.n + 2)
-        chain.generalise(lo, model.bodies, work.pose, *sums, out)
+        chain.generalise(lo, model.bodies, work.pose, fx, fy, torque, out)
         return out
 
     def energy(self, joints):

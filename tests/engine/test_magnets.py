@@ -185,12 +185,13 @@ def test_gradient_holds_between_two_ranks(rank, share):
     rule = casings.model.magnets
     room = rule.rank_radius[rank] * (1.0 + share * (magnets.SPREAD - 1.0))
     distance = 2 * rule.depth + room
-    expected = None
-    while expected is None:
+    while True:
         bearing = rng.uniform(-np.pi, np.pi)
         places = distance * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]])
         headings = rng.uniform(-np.pi, np.pi, 2)
         expected = gradient(casings, places, headings)
+        if expected is not None:
+            break
     force, torque = casings.forces(places, headings)
     np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
     np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * SIDE * np.abs(force).max())
