@@ -13,6 +13,7 @@ from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import Array
 
 DEGREE = 5
+BEYOND = 0.2  # [rad]
 FACES = 4
 PAIRS = FACES * FACES
 
@@ -22,10 +23,9 @@ def basis(x: float, last: int, weight: Array, row: int) -> int:
     """Weights of the splines at ``x`` knots from the first; returns the first's number.
 
     Row ``row`` of ``weight`` gets the DEGREE + 1 values, the next one their slopes by x. Beyond
-    the first and the last knot, where only trial steps get, their own values are given.
+    the first and the last knot the outermost polynomials go on.
     """
-    x = min(max(x, 0.0), float(last))
-    k = min(int(x), last - 1)
+    k = min(max(int(x), 0), last - 1)
     u = x - k
     weight[row, 0] = 1.0
     for p in range(1, DEGREE + 1):
@@ -94,9 +94,14 @@ def two_energy(
 
 @inlined
 def place(angle: float, end: float, rows: int, spline: Array, row: int) -> tuple[int, float]:
-    """First spline at an angle, and knots a radian; weights go to the scratch's rows from row."""
+    """First spline at an angle, and knots a radian; weights go to the scratch's rows from row.
+
+    Trial steps overshoot the stops, and with them the table: there it goes on smoothly, so that
+    they find where the stop is met, and at last with a constant slope.
+    """
     last = rows - DEGREE
     density = last / (2.0 * end)
+    angle = min(max(angle, -end - BEYOND), end + BEYOND)
     return basis((angle + end) * density, last, spline, row), density
 
 

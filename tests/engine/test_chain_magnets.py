@@ -234,8 +234,18 @@ def test_chains_that_splines_do_not_fit_are_summed(change):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 
-def test_trial_steps_beyond_the_stops_stay_finite():
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_forces_go_on_smoothly_where_trial_steps_overshoot_the_stops(side):
     rng = np.random.default_rng(39)
     jointed = Chain(Scene(sequence=random_sequence(rng, 3)))
-    for angle in (-3.0, -1.6, 1.6, 4.0):
+    angles = side * (np.pi / 2 + np.linspace(-0.15, 0.15, 31))
+    torque = np.array([jointed.forces([0.0, angle, 0.9 * angle])[2] for angle in angles])
+    # A kink would leave its jump of slope in all higher differences.
+    assert np.abs(np.diff(torque, 4)).max() <= 1e-2 * np.abs(np.diff(torque)).max()
+
+
+def test_forces_stay_finite_however_far_the_stops_are_overshot():
+    rng = np.random.default_rng(40)
+    jointed = Chain(Scene(sequence=random_sequence(rng, 3)))
+    for angle in (-30.0, -1.6, 1.6, 4.0):
         assert np.isfinite(jointed.forces([0.0, angle, -angle])).all()
