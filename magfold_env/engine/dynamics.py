@@ -12,7 +12,7 @@ import math
 from magfold_env.engine import chain, chain_magnets, contact, friction
 from magfold_env.engine.complementarity import SWEEPS, solve_nonnegative, solve_with_friction
 from magfold_env.engine.feed import is_free, place_all
-from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.jit import inlined, kernel, merged
 from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
 
 HELD = 1e-6  # share of µ g: a component that accelerates less is held
@@ -155,7 +155,7 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
     return solved
 
 
-@kernel
+@merged
 def fill_friction(lo: int, model: Model, work: Work) -> None:
     """Rows of the components that friction may hold."""
     rows, count = work.row_count[1], work.row_count[2]
@@ -172,17 +172,15 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     """
     lo, n = state.counter[LO], model.n
     rows = work.row_count[1]
-    work.row_count[2] = rows
-    if not model.frictional:
-        return accelerations(model, state, state.q, state.v, work, out)
-    chain.place(lo, model.bodies, state.q, work.pose)
-    chain.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
     count = rows
-    for i in range(lo, n):
-        state.stuck[i] = 0
-        if friction.speed(model, work, state.v, i) <= friction.AT_REST:
-            work.row_id[count, 0] = i
-            count += 3
+    if model.frictional:
+        chain.place(lo, model.bodies, state.q, work.pose)
+        chain.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
+        for i in range(lo, n):
+            state.stuck[i] = 0
+            if friction.speed(model, work, state.v, i) <= friction.AT_REST:
+                work.row_id[count, 0] = i
+                count += 3
     work.row_count[2] = count
     solved = accelerations(model, state, state.q, state.v, work, out)
     if count == rows:
@@ -216,7 +214,7 @@ def acceleration_left(count: int, work: Work, r: int) -> float:
     return math.sqrt(total)
 
 
-@kernel
+@merged
 def within_grip(model: Model, work: Work) -> bool:
     """Whether friction can supply all the forces that would hold the candidates."""
     lam = work.multiplier
@@ -227,7 +225,7 @@ def within_grip(model: Model, work: Work) -> bool:
     return True
 
 
-@kernel
+@merged
 def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bool:
     """Moreau's impact: replace ``v`` by the nearest velocity that no row forbids.
 

@@ -28,7 +28,7 @@ from magfold_env.engine.constraints import (
 from magfold_env.engine.dynamics import accelerations, first_accelerations
 from magfold_env.engine.events import STALLED, first_touch, interpolate
 from magfold_env.engine.feed import is_free
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.jit import kernel, merged
 from magfold_env.engine.moreau import moreau_step
 from magfold_env.engine.outcomes import (
     ACCEPTED,
@@ -119,21 +119,19 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
     return REACHED
 
 
-@kernel
+@merged
 def fresh_accelerations(model: Model, state: State, work: Work) -> bool:
     """Accelerations of the state into ``work.slope_v[0]``; ends hops. False if not found."""
-    for _ in range(model.n):
+    hops = IMPACT
+    # Every round holds a joint more, so there are at most n.
+    while hops == IMPACT:
         if not first_accelerations(model, state, work, work.slope_v[0]):
             return False
-        if not model.contact:
-            return True
-        hops = end_hops(model, state, work, work.slope_v[0])
-        if hops != IMPACT:
-            return hops == OK
-    return first_accelerations(model, state, work, work.slope_v[0])
+        hops = end_hops(model, state, work, work.slope_v[0]) if model.contact else OK
+    return hops == OK
 
 
-@kernel
+@merged
 def resting(lo: int, state: State) -> bool:
     """Whether friction held any component in the last step."""
     for i in range(lo, state.stuck.size):
@@ -201,7 +199,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     return ACCEPTED
 
 
-@kernel
+@merged
 def longest_step(lo: int, model: Model, state: State, work: Work) -> float:
     """How far a step may reach [s], going by the state alone.
 
@@ -217,7 +215,7 @@ def longest_step(lo: int, model: Model, state: State, work: Work) -> float:
     return h
 
 
-@kernel
+@merged
 def stages(model: Model, state: State, work: Work, h: float) -> bool:
     """Fill the slopes of a step and its end in ``work.new_q``, ``work.new_v``."""
     lo, n = state.counter[LO], model.n
@@ -245,7 +243,7 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
     return True
 
 
-@kernel
+@merged
 def step_error(lo: int, model: Model, state: State, work: Work, h: float) -> float:
     """Estimated error of the step over what is allowed.
 
@@ -276,7 +274,7 @@ SLOW = 0.3  # share of a typical rate below which rates are judged by it
 SLACK = 0.01  # how far, relatively, a step may end beyond what friction can hold
 
 
-@kernel
+@merged
 def torn_loose(model: Model, work: Work) -> bool:
     """Whether friction would have had to hold more, at the end of the step, than it can."""
     lam = work.multiplier
@@ -287,7 +285,7 @@ def torn_loose(model: Model, work: Work) -> bool:
     return False
 
 
-@kernel
+@merged
 def settle_held(lo: int, model: Model, state: State, work: Work) -> None:
     """Undo the rounding of a step on components that friction holds."""
     for i in range(lo, model.n):
@@ -295,7 +293,7 @@ def settle_held(lo: int, model: Model, state: State, work: Work) -> None:
             state.v[i] = 0.0
 
 
-@kernel
+@merged
 def time_to_stop(lo: int, model: Model, state: State, work: Work) -> float:
     """Time until the first open joint reaches a stop at its present acceleration [s]."""
     soonest = LONGEST_STEP

@@ -56,12 +56,23 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
     return _compile(function, parallel=False, forceinline=True)
 
 
+def merged(function: Callable[P, R]) -> Callable[P, R]:
+    """Make a kernel part of its caller, for kernels that are called at one place.
+
+    Every kernel is optimised again within each of its callers; without this the innermost loops
+    would be compiled some twenty times over.
+    """
+    return _compile(function, parallel=False, inline="always")
+
+
 def parallel_kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel whose ``numba.prange`` loops run on all threads."""
     return _compile(function, parallel=True)
 
 
-def _compile(function: Callable[P, R], *, parallel: bool, forceinline: bool = False) -> Any:
+def _compile(
+    function: Callable[P, R], *, parallel: bool, forceinline: bool = False, inline: str = "never"
+) -> Any:
     # The setting is read when the decorator runs; it is put back so that other users of numba
     # in the same process keep their own.
     previous = numba_config.CACHE_DIR
@@ -72,6 +83,7 @@ def _compile(function: Callable[P, R], *, parallel: bool, forceinline: bool = Fa
             cache=True,
             parallel=parallel,
             forceinline=forceinline,
+            inline=inline,
             nogil=True,
         )(function)
     finally:

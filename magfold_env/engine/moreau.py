@@ -23,7 +23,7 @@ from magfold_env.engine.dynamics import (
 )
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.friction import friction_rows
-from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.jit import inlined, kernel, merged
 from magfold_env.engine.outcomes import BROKEN, TOO_SHORT, TOUCHED
 from magfold_env.engine.recorder import record_line
 from magfold_env.engine.state import (
@@ -91,7 +91,7 @@ def moreau_step(model: Model, state: State, work: Work, record: Record, until: f
     return TOUCHED
 
 
-@kernel
+@merged
 def velocity_after(model: Model, state: State, work: Work, h: float) -> bool:
     """Middle of a step of length ``h`` into ``work.stage_q``, its new velocity into ``work.new_v``.
 
@@ -158,7 +158,7 @@ def allowance(gap: float, time: float) -> float:
     return gap / time if gap >= 0.0 else PUSH_OUT * gap / time
 
 
-@kernel
+@merged
 def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: float) -> int:
     """Rows of all gaps that could close within the step, their allowances in ``work.bias``.
 

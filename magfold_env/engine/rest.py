@@ -9,7 +9,7 @@ from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.constraints import first_joint, prepare
 from magfold_env.engine.dynamics import apply_multipliers, first_accelerations, rate_of, respond
 from magfold_env.engine.feed import is_free, place_all
-from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.jit import inlined, kernel, merged
 from magfold_env.engine.state import BRAKE, LO, Array, Model, State, Work
 
 # Shares of tolerance times side that a component may still slide by: to be put to rest, and to
@@ -87,7 +87,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     return False
 
 
-@kernel
+@merged
 def find_motion(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
     """Velocities and accelerations of the centres, the latter in two parts: ``fx`` and ``ax``."""
     place_all(lo, model, state.q, work.pose)
@@ -145,7 +145,7 @@ def pulled(model: Model) -> bool:
     return model.gravity_x != 0.0 or model.gravity_y != 0.0
 
 
-@kernel
+@merged
 def relative_motion(lo: int, n: int, spins: bool, v: Array, a: Array) -> tuple[float, float]:
     """Largest relative rate [rad/s] and relative angular acceleration [rad/s²] of a joint.
 
@@ -162,7 +162,7 @@ def relative_motion(lo: int, n: int, spins: bool, v: Array, a: Array) -> tuple[f
     return rate, acceleration
 
 
-@kernel
+@merged
 def stops_press(lo: int, model: Model, state: State, work: Work) -> bool:
     """Whether all joints are at stops that press harder than friction on the floor could lift.
 
