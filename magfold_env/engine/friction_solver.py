@@ -26,7 +26,8 @@ CONVERGED = 1e-12  # what is left of the rows' accelerations, as a share of the 
 ACCEPTABLE = 1e-10  # the same, where rounding allows no better
 RANK = 1e-14  # share of its diagonal to which W is factorised
 FIRST_PENALTY = 1e2
-LAST_PENALTY = 1e7
+LAST_PENALTY = 1e13
+PROGRESS = 0.1
 GROWTH = 10.0  # of the penalty σ
 OUTER = 40
 INNER = 40
@@ -305,6 +306,28 @@ def error_left(rows: int, count: int, work: Work, grip: Array) -> float:
 
 
 @kernel
+def minimise(
+    rows: int, count: int, rank: int, penalty: float, largest: float, work: Work, grip: Array
+) -> bool:
+    """Newton's method to the smooth function's minimum; leaves a last step untaken."""
+    newton = work.newton
+    for _ in range(INNER):
+        work.order[1] += 1
+        size = evaluate(rows, count, rank, penalty, work, grip)
+        moved = 0.0
+        for r in range(count):
+            moved = max(moved, abs(newton.projected[r] - newton.force[r]))
+        fill_hessian(rows, count, rank, penalty, work, grip)
+        newton_step(count, rank, work)
+        if size <= max(0.1 * moved / penalty, 1e-15 * penalty * largest):
+            return True
+        share = step_length(rows, count, rank, penalty, work, grip)
+        for m in range(rank):
+            newton.point[m] += share * newton.step[m]
+    return False
+
+
+@kernel
 def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
     """Find λ with λ ≥ 0, w ≥ 0, λ w = 0 in the first ``rows``, and friction in the others.
 
@@ -322,27 +345,17 @@ def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
         newton.force[r] = work.multiplier[r] / newton.scale[r] if newton.scale[r] > 0.0 else 0.0
     project_forces(rows, count, work, grip, newton.force)
     penalty = FIRST_PENALTY
-    left = math.inf
+    left, found = math.inf, True
     for k in range(OUTER):
         begin_round(count, rank, work)
+        before = left
         left = error_left(rows, count, work, grip)
         work.order[0] = k
         if left <= CONVERGED * largest:
             return True
-        for _ in range(INNER):
-            work.order[1] += 1
-            size = evaluate(rows, count, rank, penalty, work, grip)
-            moved = 0.0
-            for r in range(count):
-                moved = max(moved, abs(newton.projected[r] - newton.force[r]))
-            fill_hessian(rows, count, rank, penalty, work, grip)
-            newton_step(count, rank, work)
-            if size <= max(0.1 * moved / penalty, 1e-15 * penalty * largest):
-                break
-            share = step_length(rows, count, rank, penalty, work, grip)
-            for m in range(rank):
-                newton.point[m] += share * newton.step[m]
+        if k > 0 and left > PROGRESS * before:
+            penalty = min(GROWTH * penalty, LAST_PENALTY) if found else penalty / GROWTH
+        found = minimise(rows, count, rank, penalty, largest, work, grip)
         evaluate(rows, count, rank, penalty, work, grip)
         take_forces(rows, count, penalty, work, grip)
-        penalty = min(GROWTH * penalty, LAST_PENALTY)
     return left <= ACCEPTABLE * largest
