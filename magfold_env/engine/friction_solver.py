@@ -25,7 +25,7 @@ from magfold_env.engine.state import Array, Work
 CONVERGED = 1e-12  # what is left of the rows' accelerations, as a share of the largest bias
 ACCEPTABLE = 1e-10  # the same, where rounding allows no better
 RANK = 1e-14  # share of its diagonal to which W is factorised
-FIRST_PENALTY = 1e2
+FIRST_PENALTY = 1e5
 LAST_PENALTY = 1e13
 PROGRESS = 0.1
 GROWTH = 10.0  # of the penalty σ
@@ -342,7 +342,7 @@ def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
     largest = 0.0
     for r in range(count):
         largest = max(largest, abs(work.bias[r]) * newton.scale[r])
-        newton.force[r] = work.multiplier[r] / newton.scale[r] if newton.scale[r] > 0.0 else 0.0
+        newton.force[r] = 0.0
     project_forces(rows, count, work, grip, newton.force)
     penalty = FIRST_PENALTY
     left, found = math.inf, True
@@ -356,6 +356,7 @@ def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
         if k > 0 and left > PROGRESS * before:
             penalty = min(GROWTH * penalty, LAST_PENALTY) if found else penalty / GROWTH
         found = minimise(rows, count, rank, penalty, largest, work, grip)
-        evaluate(rows, count, rank, penalty, work, grip)
-        take_forces(rows, count, penalty, work, grip)
+        if found:
+            evaluate(rows, count, rank, penalty, work, grip)
+            take_forces(rows, count, penalty, work, grip)
     return left <= ACCEPTABLE * largest
