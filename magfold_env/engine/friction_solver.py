@@ -19,19 +19,24 @@ from __future__ import annotations
 
 import math
 
+from magfold_env.engine.feasible_forces import friction_slope, move_forces, project_forces
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import Array, Work
 
-CONVERGED = 1e-12  # what is left of the rows' accelerations, as a share of the largest bias
-ACCEPTABLE = 1e-10  # the same, where rounding allows no better
+# What may be left of the accelerations, as a share of the largest bias: usually, and where rows
+# repeat each other so nearly that W hardly shows the difference.
+CONVERGED = 1e-12
+ACCEPTABLE = 1e-8
 RANK = 1e-14  # share of its diagonal to which W is factorised
+EPSILON = 1e-15
 FIRST_PENALTY = 1e5
-LAST_PENALTY = 1e13
+LAST_PENALTY = 1e12
+GROWTH = 10.0  # of the penalty σ, when a round leaves more than the share below
 PROGRESS = 0.1
-GROWTH = 10.0  # of the penalty σ
-OUTER = 40
-INNER = 40
+ROUNDS = 40
+STEPS = 40  # of Newton's method in a round
 HALVINGS = 30
+INEXACT = 0.1  # a round's gradient, as a share of what is left after it
 
 
 @kernel
@@ -69,21 +74,6 @@ def factorise(count: int, work: Work) -> int:
             left[r] -= factor[r, k] * factor[r, k]
         left[pivot] = 0.0
     return factor.shape[1]
-
-
-@kernel
-def project_forces(rows: int, count: int, work: Work, grip: Array, force: Array) -> None:
-    """Replace scaled forces by the nearest that can act."""
-    for r in range(rows):
-        if work.equality[r] == 0:
-            force[r] = max(0.0, force[r])
-    for r in range(rows, count, 3):
-        size = math.sqrt(force[r] ** 2 + force[r + 1] ** 2 + force[r + 2] ** 2)
-        # Compared without a division by the scale, which may be 0.
-        if size * work.newton.scale[r] > grip[work.row_id[r, 0]]:
-            share = grip[work.row_id[r, 0]] / (size * work.newton.scale[r])
-            for k in range(3):
-                force[r + k] *= share
 
 
 @kernel
@@ -137,40 +127,14 @@ def fill_hessian(
         if work.equality[r] == 1 or newton.projected[r] > 0.0:
             add_square(rank, penalty, factor[r], hessian)
     for r in range(rows, count, 3):
-        share = slope_of(r, penalty, work, grip)
-        if share <= 0.0:
-            continue
-        for k in range(3):
-            add_square(rank, penalty * share, factor[r + k], hessian)
-        if share < 1.0:
-            for m in range(rank):
-                mean[m] = 0.0
-                for k in range(3):
-                    mean[m] += newton.normal[r + k] * factor[r + k, m]
-            add_square(rank, -penalty * share, mean, hessian)
-
-
-@kernel
-def slope_of(r: int, penalty: float, work: Work, grip: Array) -> float:
-    """Share of a change across t that the projection of rows r to r + 2 keeps.
-
-    Of a change along t it keeps all within the ball (share 1), nothing outside; t's direction is
-    left in ``work.newton.normal``.
-    """
-    newton = work.newton
-    size = 0.0
-    for k in range(r, r + 3):
-        newton.normal[k] = newton.force[k] - penalty * newton.rate[k]
-        size += newton.normal[k] ** 2
-    size = math.sqrt(size)
-    radius = grip[work.row_id[r, 0]]
-    if size * newton.scale[r] < radius:
-        return 1.0
-    if size * newton.scale[r] == 0.0:
-        return 0.0
-    for k in range(r, r + 3):
-        newton.normal[k] /= size
-    return min(radius / (size * newton.scale[r]), 1.0 - 1e-16)
+        share = friction_slope(r, penalty, work, grip)
+        for m in range(rank):
+            mean[m] = 0.0
+            for k in range(r, r + 3):
+                mean[m] += newton.normal[k] * factor[k, m]
+        for k in range(r, r + 3):
+            add_square(rank, penalty * share, factor[k], hessian)
+        add_square(rank, -penalty * share, mean, hessian)
 
 
 @kernel
@@ -183,8 +147,8 @@ def newton_step(count: int, rank: int, work: Work) -> None:
             total = matrix[m, k]
             for j in range(k):
                 total -= matrix[m, j] * matrix[k, j]
-            # The matrix is at least 1, but for rounding.
-            matrix[m, k] = math.sqrt(max(total, 1e-3)) if m == k else total / matrix[k, k]
+            # The matrix is no less than 1, and so are its pivots, but for rounding.
+            matrix[m, k] = math.sqrt(max(total, 1.0)) if m == k else total / matrix[k, k]
     for m in range(rank):
         total = -newton.gradient[m]
         for k in range(m):
@@ -206,7 +170,7 @@ def newton_step(count: int, rank: int, work: Work) -> None:
 def slope_at(
     share: float, rows: int, count: int, rank: int, penalty: float, work: Work, grip: Array
 ) -> float:
-    """Derivative along the step, after ``share`` of it."""
+    """Find the derivative along the step, after ``share`` of it."""
     newton = work.newton
     for r in range(count):
         rate = newton.rate[r] + share * newton.along[r]
@@ -246,32 +210,11 @@ def step_length(
 
 
 @kernel
-def take_forces(rows: int, count: int, penalty: float, work: Work, grip: Array) -> None:
-    """Forces after a full step, to first order.
-
-    p itself would hold the rounding errors of w times σ.
-    """
-    newton = work.newton
-    for r in range(rows):
-        if work.equality[r] == 1 or newton.projected[r] > 0.0:
-            newton.projected[r] -= penalty * newton.along[r]
-    for r in range(rows, count, 3):
-        share = slope_of(r, penalty, work, grip)
-        normal = 0.0
-        if share < 1.0:
-            for k in range(r, r + 3):
-                normal += newton.normal[k] * newton.along[k]
-        for k in range(r, r + 3):
-            change = newton.along[k] - (normal * newton.normal[k] if share < 1.0 else 0.0)
-            newton.projected[k] -= penalty * share * change
-    project_forces(rows, count, work, grip, newton.projected)
-    for r in range(count):
-        newton.force[r] = newton.projected[r]
-
-
-@kernel
 def begin_round(count: int, rank: int, work: Work) -> None:
-    """Rates under the forces by W itself, and the offset that makes G y give the same."""
+    """Find λ and the rates under it by W itself, and the offset that makes G y give the same.
+
+    So neither the rounding errors of G nor those of σ w stay in the result.
+    """
     newton, lam = work.newton, work.multiplier
     for r in range(count):
         lam[r] = newton.scale[r] * newton.force[r]
@@ -285,41 +228,42 @@ def begin_round(count: int, rank: int, work: Work) -> None:
         for c in range(count):
             w += work.delassus[r, c] * lam[c]
         newton.rate[r] = w * newton.scale[r]
-        w = newton.rate[r]
+        newton.offset[r] = newton.rate[r]
         for m in range(rank):
-            w -= newton.factor[r, m] * newton.point[m]
-        newton.offset[r] = w
+            newton.offset[r] -= newton.factor[r, m] * newton.point[m]
 
 
 @kernel
 def error_left(rows: int, count: int, work: Work, grip: Array) -> float:
-    """Largest scaled change of force that a projected step of size 1 along −w would make."""
+    """Size of the change of the forces by one step of projected gradient descent, 0 at the end."""
     newton = work.newton
     for r in range(count):
         newton.projected[r] = newton.force[r] - newton.rate[r]
     project_forces(rows, count, work, grip, newton.projected)
-    worst = 0.0
+    total = 0.0
     for r in range(count):
-        if newton.scale[r] > 0.0:
-            worst = max(worst, abs(newton.projected[r] - newton.force[r]))
-    return worst
+        total += (newton.projected[r] - newton.force[r]) ** 2
+    return math.sqrt(total)
 
 
 @kernel
 def minimise(
     rows: int, count: int, rank: int, penalty: float, largest: float, work: Work, grip: Array
 ) -> bool:
-    """Newton's method to the smooth function's minimum; leaves a last step untaken."""
+    """Find the forces at the smooth function's minimum; False and none if Newton's steps fail."""
     newton = work.newton
-    for _ in range(INNER):
-        work.order[1] += 1
+    for _ in range(STEPS):
         size = evaluate(rows, count, rank, penalty, work, grip)
         moved = 0.0
         for r in range(count):
             moved = max(moved, abs(newton.projected[r] - newton.force[r]))
         fill_hessian(rows, count, rank, penalty, work, grip)
         newton_step(count, rank, work)
-        if size <= max(0.1 * moved / penalty, 1e-15 * penalty * largest):
+        if size <= max(INEXACT * moved / penalty, EPSILON * penalty * largest):
+            # The last step is taken to first order, in p: its errors are those of w times σ.
+            for r in range(count):
+                newton.along[r] *= -penalty
+            move_forces(rows, count, penalty, work, grip, newton.along)
             return True
         share = step_length(rows, count, rank, penalty, work, grip)
         for m in range(rank):
@@ -333,8 +277,8 @@ def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
 
     Rows from ``rows`` on come in threes, each a friction force in the ball of radius ``grip`` of
     its component (named in ``work.row_id``), opposed to the acceleration it leaves. Of the first,
-    those marked in ``work.equality`` have w = 0 and any λ. Warm started from ``work.multiplier``.
-    Returns whether the accelerations were found.
+    those marked in ``work.equality`` have w = 0 and any λ. Rows that no force accelerates are left
+    alone. Returns whether the accelerations were found; λ is in ``work.multiplier``.
     """
     newton = work.newton
     scale_rows(rows, count, work)
@@ -343,20 +287,17 @@ def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
     for r in range(count):
         largest = max(largest, abs(work.bias[r]) * newton.scale[r])
         newton.force[r] = 0.0
-    project_forces(rows, count, work, grip, newton.force)
-    penalty = FIRST_PENALTY
+    penalty, most = FIRST_PENALTY, LAST_PENALTY
     left, found = math.inf, True
-    for k in range(OUTER):
+    for _ in range(ROUNDS):
         begin_round(count, rank, work)
-        before = left
-        left = error_left(rows, count, work, grip)
-        work.order[0] = k
+        before, left = left, error_left(rows, count, work, grip)
         if left <= CONVERGED * largest:
             return True
-        if k > 0 and left > PROGRESS * before:
-            penalty = min(GROWTH * penalty, LAST_PENALTY) if found else penalty / GROWTH
+        if not found:
+            penalty /= GROWTH
+            most = penalty
+        elif left > PROGRESS * before:
+            penalty = min(GROWTH * penalty, most)
         found = minimise(rows, count, rank, penalty, largest, work, grip)
-        if found:
-            evaluate(rows, count, rank, penalty, work, grip)
-            take_forces(rows, count, penalty, work, grip)
     return left <= ACCEPTABLE * largest
