@@ -17,8 +17,8 @@ def project_forces(rows: int, count: int, work: Work, grip: Array, force: Array)
     """Replace ``force`` (count,) by the nearest that can act."""
     scale = work.newton.scale
     for r in range(rows):
-        if work.equality[r] == 0:
-            force[r] = max(0.0, force[r])
+        if work.equality[r] == 0 and force[r] < 0.0:
+            force[r] = 0.0
     for r in range(rows, count, 3):
         size = math.sqrt(force[r] ** 2 + force[r + 1] ** 2 + force[r + 2] ** 2) * scale[r]
         radius = grip[work.row_id[r, 0]]

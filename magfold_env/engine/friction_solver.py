@@ -28,7 +28,7 @@ from magfold_env.engine.state import Array, Work
 CONVERGED = 1e-12
 ACCEPTABLE = 1e-8
 RANK = 1e-14  # share of its diagonal to which W is factorised
-EPSILON = 1e-15
+EPSILON = 1e-15  # rounding error of a row's acceleration, as a share of the largest bias
 FIRST_PENALTY = 1e5
 LAST_PENALTY = 1e12
 GROWTH = 10.0  # of the penalty σ, when a round leaves more than the share below
@@ -36,7 +36,7 @@ PROGRESS = 0.1
 ROUNDS = 40
 STEPS = 40  # of Newton's method in a round
 HALVINGS = 30
-INEXACT = 0.1  # a round's gradient, as a share of what is left after it
+INEXACT = 0.1  # largest gradient at the end of a round, as a share of what is left
 
 
 @kernel
@@ -188,13 +188,15 @@ def slope_at(
 def step_length(
     rows: int, count: int, rank: int, penalty: float, work: Work, grip: Array
 ) -> float:  # fmt: skip
-    """Share of the Newton step to take: as much as descends."""
+    """Share of the Newton step to take: all, or about as much as descends.
+
+    Slopes are compared, not values, whose differences would be lost in rounding.
+    """
     start = 0.0
     for m in range(rank):
         start += work.newton.step[m] * work.newton.gradient[m]
-    low, high = 0.0, 1.0
-    low_slope = start
-    high_slope = slope_at(1.0, rows, count, rank, penalty, work, grip)
+    low, low_slope = 0.0, start
+    high, high_slope = 1.0, slope_at(1.0, rows, count, rank, penalty, work, grip)
     if high_slope <= -1e-3 * start:
         return 1.0
     for _ in range(HALVINGS):
@@ -206,7 +208,7 @@ def step_length(
             low, low_slope = share, slope
         else:
             high, high_slope = share, slope
-    return low if low > 0.0 else high
+    return low
 
 
 @kernel
@@ -287,17 +289,18 @@ def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
     for r in range(count):
         largest = max(largest, abs(work.bias[r]) * newton.scale[r])
         newton.force[r] = 0.0
-    penalty, most = FIRST_PENALTY, LAST_PENALTY
-    left, found = math.inf, True
+    penalty, left, found = FIRST_PENALTY, math.inf, True
     for _ in range(ROUNDS):
         begin_round(count, rank, work)
         before, left = left, error_left(rows, count, work, grip)
         if left <= CONVERGED * largest:
             return True
-        if not found:
+        if not math.isfinite(left):
+            return False
+        # A large penalty makes rounds few, and its product with w's rounding errors large.
+        if not found or left > before:
             penalty /= GROWTH
-            most = penalty
         elif left > PROGRESS * before:
-            penalty = min(GROWTH * penalty, most)
+            penalty = min(GROWTH * penalty, LAST_PENALTY)
         found = minimise(rows, count, rank, penalty, largest, work, grip)
     return left <= ACCEPTABLE * largest
