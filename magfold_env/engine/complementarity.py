@@ -1,6 +1,6 @@
-"""Small complementarity problems: unilateral constraints, and friction that holds.
+"""Small complementarity problems: unilateral constraints.
 
-Both are solved for multipliers λ of the rows, with W = J M⁻¹ Jᵀ (positive semidefinite, often
+They are solved for multipliers λ of the rows, with W = J M⁻¹ Jᵀ (positive semidefinite, often
 singular: impulses in closed loops are not unique, the velocities they cause are) and
 w = W λ + b the rows' own velocity or acceleration.
 """
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from magfold_env.engine.friction_solver import solve_with_friction
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import Array, IntArray, Work
 
@@ -16,10 +17,7 @@ from magfold_env.engine.state import Array, IntArray, Work
 # changes the velocities by as little.
 RIDGE = 1e-11
 ROUNDING = 1e-10
-SWEEPS = 20_000
 CANCELLED = 1e-13
-CONVERGED = 1e-11
-ACCEPTABLE = 1e-6
 
 
 @kernel
@@ -126,65 +124,11 @@ def active_sets(count: int, work: Work) -> bool:
 
 
 @kernel
-def solve_with_friction(rows: int, count: int, work: Work, grip: Array, sweeps: int) -> bool:
-    """As `solve_nonnegative`, with friction: rows from ``rows`` on come in threes.
-
-    Each three is a friction force in the ball of radius ``grip`` of its component (named in
-    ``work.row_id``), opposed to the acceleration it leaves. Projected Gauss-Seidel, warm started
-    from ``work.multiplier``. Returns whether it converged.
-    """
-    delassus, bias, lam = work.delassus, work.bias, work.multiplier
-    scale = 0.0
-    for r in range(count):
-        scale = max(scale, abs(bias[r]))
-    change = math.inf
-    for _ in range(sweeps):
-        change = 0.0
-        for r in range(rows):
-            if delassus[r, r] <= 0.0:
-                continue
-            w = bias[r]
-            for c in range(count):
-                w += delassus[r, c] * lam[c]
-            new = lam[r] - w / delassus[r, r]
-            if work.equality[r] == 0:
-                new = max(0.0, new)
-            change = max(change, abs(new - lam[r]) * delassus[r, r])
-            lam[r] = new
-        for r in range(rows, count, 3):
-            w0, w1, w2 = bias[r], bias[r + 1], bias[r + 2]
-            for c in range(count):
-                w0 += delassus[r, c] * lam[c]
-                w1 += delassus[r + 1, c] * lam[c]
-                w2 += delassus[r + 2, c] * lam[c]
-            # The block's trace bounds its largest eigenvalue.
-            step = delassus[r, r] + delassus[r + 1, r + 1] + delassus[r + 2, r + 2]
-            f0 = lam[r] - w0 / step
-            f1 = lam[r + 1] - w1 / step
-            f2 = lam[r + 2] - w2 / step
-            size = math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
-            radius = grip[work.row_id[r, 0]]
-            if size > radius:
-                f0 *= radius / size
-                f1 *= radius / size
-                f2 *= radius / size
-            moved = abs(f0 - lam[r]) + abs(f1 - lam[r + 1]) + abs(f2 - lam[r + 2])
-            change = max(change, moved * step)
-            lam[r] = f0
-            lam[r + 1] = f1
-            lam[r + 2] = f2
-        if change <= CONVERGED * scale:
-            return True
-    # Relaxation is slow where forces are far from unique; the accelerations are found long before.
-    return change <= ACCEPTABLE * scale
-
-
-@kernel
 def solve_nonnegative(count: int, work: Work) -> bool:
     """Find λ with λ ≥ 0, w ≥ 0, λ w = 0; rows marked in ``work.equality`` have w = 0, any λ.
 
     Active sets, begun from ``work.passive``, the guess that is nearly always right; if rounding
-    makes them cycle, begun from nothing, and then by relaxation. Returns whether it converged.
+    makes them cycle, begun from nothing, and then by another method. Returns whether it converged.
     """
     if active_sets(count, work):
         return True
@@ -192,4 +136,4 @@ def solve_nonnegative(count: int, work: Work) -> bool:
         work.passive[r] = 0
     if active_sets(count, work):
         return True
-    return solve_with_friction(count, count, work, work.bias, SWEEPS)
+    return solve_with_friction(count, count, work, work.bias)

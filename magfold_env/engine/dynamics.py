@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine import chain, chain_magnets, contact, friction
-from magfold_env.engine.complementarity import SWEEPS, solve_nonnegative, solve_with_friction
+from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.feed import is_free, place_all
+from magfold_env.engine.friction_solver import solve_with_friction
 from magfold_env.engine.jit import inlined, kernel, merged
 from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
 
@@ -189,7 +190,7 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
         for r in range(count):
             for k in range(lo, n + 2):
                 out[k] -= work.response[r, k] * work.multiplier[r]
-        solved = solve_with_friction(rows, count, work, model.grip, SWEEPS)
+        solved = solve_with_friction(rows, count, work, model.grip)
         apply_multipliers(lo, count, work, out)
     keep = rows
     for r in range(rows, count, 3):

@@ -156,6 +156,23 @@ class Rigid(NamedTuple):
     nodes: Nodes
 
 
+class Newton(NamedTuple):
+    """Scratch space of `engine.friction_solver`, where the names are explained."""
+
+    factor: Array  # G, (rows, n + 2)
+    hessian: Array  # (n + 2, n + 2)
+    point: Array  # y, (n + 2,)
+    gradient: Array  # (n + 2,)
+    step: Array  # (n + 2,)
+    scale: Array  # (rows,), as all that follow
+    offset: Array  # w where y is 0
+    rate: Array  # w
+    force: Array  # λ
+    projected: Array  # p
+    normal: Array  # direction of t
+    along: Array  # G step
+
+
 class Work(NamedTuple):
     """Scratch space of one run, so that steps allocate nothing.
 
@@ -204,3 +221,4 @@ class Work(NamedTuple):
     trial: Array  # (rows,)
     update: Array  # (rows,)
     cholesky: Array  # (rows, rows)
+    newton: Newton

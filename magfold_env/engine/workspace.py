@@ -17,6 +17,7 @@ from magfold_env.engine.state import (
     IntArray,
     Magnets,
     Model,
+    Newton,
     Nodes,
     Pose,
     Record,
@@ -116,6 +117,20 @@ def new_work(model: Model) -> Work:
         trial=floats(rows),
         update=floats(rows),
         cholesky=floats(rows, rows),
+        newton=Newton(
+            factor=floats(rows, n + 2),
+            hessian=floats(n + 2, n + 2),
+            point=floats(n + 2),
+            gradient=floats(n + 2),
+            step=floats(n + 2),
+            scale=floats(rows),
+            offset=floats(rows),
+            rate=floats(rows),
+            force=floats(rows),
+            projected=floats(rows),
+            normal=floats(rows),
+            along=floats(rows),
+        ),
     )
 
 

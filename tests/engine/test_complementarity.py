@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 from magfold_env.engine import contact, dynamics
-from magfold_env.engine.complementarity import SWEEPS, solve_nonnegative, solve_with_friction
+from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.pack import pack
 from magfold_env.engine.workspace import new_state, new_work
@@ -90,34 +90,6 @@ def test_equalities_hold_with_either_sign(seed):
     assert lam[free].min() >= 0.0
     assert w[free].min() >= -1e-8
     assert np.abs((lam * w)[free]).max() <= 1e-8
-
-
-@given(seed=seeds)
-def test_friction_fills_its_ball_against_what_moves(seed):
-    rng = np.random.default_rng(seed)
-    work = workspace()
-    normals, balls = int(rng.integers(0, 4)), int(rng.integers(1, 5))
-    rows = rng.normal(size=(normals + 3 * balls, 16))
-    m = load(work, rows, rows @ rng.normal(size=16))
-    grip = 10 ** rng.uniform(-2, 0.5, 8)
-    work.row_id[normals:m, 0] = np.repeat(np.arange(balls), 3)
-    assert solve_with_friction(normals, m, work, grip, SWEEPS)
-    lam = work.multiplier[:m]
-    w = work.delassus[:m, :m] @ lam + work.bias[:m]
-    scale = np.abs(work.bias[:m]).max()
-    assert (lam[:normals] >= 0.0).all()
-    assert (w[:normals] >= -1e-8 * scale).all()
-    assert (np.abs(lam * w)[:normals] <= 1e-8 * scale).all()
-    for ball in range(balls):
-        three = slice(normals + 3 * ball, normals + 3 * ball + 3)
-        force, slip = lam[three], w[three]
-        size = np.hypot(*np.array([np.hypot(*force[:2]), force[2]]))
-        assert size <= grip[ball] * (1 + 1e-12)
-        if size < grip[ball] * (1 - 1e-9):
-            assert np.abs(slip).max() <= 1e-8 * scale
-        else:
-            opposed = -np.linalg.norm(slip) * force / size
-            np.testing.assert_allclose(slip, opposed, rtol=0, atol=1e-8 * scale)
 
 
 class Impact:
