@@ -14,6 +14,7 @@ import math
 
 from magfold_env.engine import contact
 from magfold_env.engine import dormand_prince as dp
+from magfold_env.engine.arrays import copy
 from magfold_env.engine.constraints import (
     CROWDED,
     IMPACT,
@@ -95,7 +96,7 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
             return NO_SOLUTION
         if model.frictional:
             stop_slow(model, state, work, work.slope_v[0])
-        work.slope_q[0, :] = state.v
+        copy(state.v, work.slope_q[0], 0)
         if is_at_rest(model, state, work, work.slope_v[0]):
             if is_free(lo, model) or not model.tube:
                 return RESTED
@@ -187,15 +188,15 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     if touching and not keep_contacts(model, state, work, work.new_q, work.new_v):
         return RATTLED
     record_step(record, state, work, h, fraction)
-    state.q[lo:] = work.new_q[lo:]
-    state.v[lo:] = work.new_v[lo:]
+    copy(work.new_q, state.q, lo)
+    copy(work.new_v, state.v, lo)
     state.clock[TIME] = until if last and fraction == 1.0 else state.clock[TIME] + fraction * h
     settle_held(lo, model, state, work)
     open_joints(lo, model, state)
     if fraction < 1.0 or touching:
         return TOUCHED
     # First same as last: the seventh stage is the next step's first.
-    work.slope_v[0, :] = work.slope_v[6, :]
+    copy(work.slope_v[6], work.slope_v[0], 0)
     return ACCEPTED
 
 

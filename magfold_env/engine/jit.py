@@ -2,7 +2,9 @@
 
 No fast-math flag is set: with them a kernel's last bits depend on where it was inlined, and so on
 what else a process has compiled. Loops that must vectorise add into arrays, lane by lane, which
-strict arithmetic allows. With ``error_model="numpy"`` a division is no branch.
+strict arithmetic allows. With ``error_model="numpy"`` a division is no branch. Serial kernels
+allocate nothing and are compiled without a runtime for memory: passing tuples of arrays on then
+counts no references, which halves both the time to compile and the cost of a call.
 """
 
 from __future__ import annotations
@@ -20,6 +22,9 @@ from numba.core import config
 # Numba fills its settings in at run time, unseen by type checkers.
 numba_config = cast("Any", config)
 
+# They hand arrays to kernels; no kernel sees anything of them.
+WITHOUT_KERNELS = {"pack.py", "quadrature.py", "session.py", "workspace.py"}
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -32,8 +37,9 @@ def source_fingerprint() -> str:
     """
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.name.encode())
-        digest.update(path.read_bytes())
+        if path.name not in WITHOUT_KERNELS:
+            digest.update(path.name.encode())
+            digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -85,6 +91,7 @@ def _compile(
             forceinline=forceinline,
             inline=inline,
             nogil=True,
+            _nrt=parallel,
         )(function)
     finally:
         numba_config.CACHE_DIR = previous

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine import chain, contact
+from magfold_env.engine.arrays import copy
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.constraints import first_joint, hold_joints, open_joints
 from magfold_env.engine.dynamics import (
@@ -79,8 +80,8 @@ def moreau_step(model: Model, state: State, work: Work, record: Record, until: f
         if k >= lo:
             work.new_q[k] += 0.5 * h * work.new_v[k]
     record_line(record, state, work, h)
-    state.q[lo:] = work.new_q[lo:]
-    state.v[lo:] = work.new_v[lo:]
+    copy(work.new_q, state.q, lo)
+    copy(work.new_v, state.v, lo)
     state.clock[TIME] = until if last else state.clock[TIME] + h
     # A joint that lands on its stop keeps its speed until the next step's impact takes it.
     open_joints(lo, model, state)
@@ -104,8 +105,8 @@ def velocity_after(model: Model, state: State, work: Work, h: float) -> bool:
     chain.factor(lo, model.bodies, work.pose, work.open, work.art)
     if not constrain(model, state, state.q, work.smooth, work, h, h):
         return False
-    work.stage_q[:] = state.q
-    work.stage_v[:] = state.v
+    copy(state.q, work.stage_q, 0)
+    copy(state.v, work.stage_v, 0)
     for k in range(lo, n + 2):
         work.stage_q[k] += 0.5 * h * work.new_v[k]
         work.stage_v[k] = 0.5 * (state.v[k] + work.new_v[k])
@@ -126,7 +127,7 @@ def constrain(
     """
     lo, n = state.counter[LO], model.n
     v = work.new_v
-    v[:] = state.v
+    copy(state.v, v, 0)
     for k in range(lo, n + 2):
         v[k] += h * acceleration[k]
     rows = collect_within(lo, model, q, work, v, left)

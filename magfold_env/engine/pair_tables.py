@@ -29,13 +29,12 @@ PROBES = 6
 
 
 @kernel
-def face_energies(magnets: Magnets, places: Array, nodes: Nodes) -> Array:
+def face_energies(magnets: Magnets, places: Array, nodes: Nodes, out: Array) -> None:
     """Energies of all pairs of faces of unit charge, (m, 16) [J/(A·m)²].
 
     ``places`` (m, 4) holds the second casing's centre [m] and heading as a unit vector, seen from
     the first, which is at the origin and heads along x.
     """
-    out = np.zeros((places.shape[0], PAIRS))
     for p in range(places.shape[0]):
         x, y, c, s = places[p, 0], places[p, 1], places[p, 2], places[p, 3]
         for f in range(8):
@@ -56,7 +55,6 @@ def face_energies(magnets: Magnets, places: Array, nodes: Nodes) -> Array:
                     )[0]  # fmt: skip
                 sign = COULOMB if (f < 4) == (g < 4) else -COULOMB
                 out[p, 4 * (f % 4) + g % 4] += sign * u
-    return out
 
 
 def places_along(pitch: float, joints: Array) -> Array:
@@ -81,7 +79,9 @@ def places_along(pitch: float, joints: Array) -> Array:
 
 def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
     """Return the energies (m, 16) at joint angles (m, k)."""
-    return face_energies(magnets, places_along(pitch, joints), new_nodes(magnets, 1))
+    out = np.zeros((len(joints), PAIRS))
+    face_energies(magnets, places_along(pitch, joints), new_nodes(magnets, 1), out)
+    return out
 
 
 def sites(spaces: int) -> Array:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine import chain, magnets
+from magfold_env.engine.arrays import copy
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.outcomes import CAPPED, FULL, NOT_FINITE, REACHED, RESTED
 from magfold_env.engine.recorder import record_instant
@@ -41,7 +42,7 @@ def paper_advance(
     n = model.n
     # new_q keeps the headings of the last look, new_v[0] its time.
     if state.counter[STEPS] == 0:
-        work.new_q[:] = state.q
+        copy(state.q, work.new_q, 0)
         work.new_v[0] = 0.0
     while state.clock[TIME] < until:
         if state.counter[STEPS] >= model.max_steps:
@@ -65,7 +66,7 @@ def paper_advance(
                 turned = max(turned, abs(state.q[i] - work.new_q[i]))
             if turned < QUIET_ANGLE:
                 return RESTED
-            work.new_q[:] = state.q
+            copy(state.q, work.new_q, 0)
             work.new_v[0] = state.clock[TIME]
     return REACHED
 

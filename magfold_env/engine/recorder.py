@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from magfold_env.engine.arrays import copy
 from magfold_env.engine.events import interpolate
 from magfold_env.engine.jit import kernel, merged
 from magfold_env.engine.state import FRAME_TIME, FRAMES, LO, TIME, Model, Record, State, Work
@@ -43,8 +44,8 @@ def record_rest(record: Record, model: Model, state: State, until: float) -> boo
         f = state.counter[FRAMES]
         if f >= record.time.size:
             return False
-        record.q[f, :] = state.q
-        record.v[f, :] = state.v
+        copy(state.q, record.q[f], 0)
+        copy(state.v, record.v[f], 0)
         record.q[f, n] += state.v[n] * (state.clock[FRAME_TIME] - state.clock[TIME])
         record.time[f] = state.clock[FRAME_TIME]
         record.lo[f] = state.counter[LO]
@@ -79,8 +80,8 @@ def record_instant(record: Record, state: State) -> bool:
     f = state.counter[FRAMES]
     if f >= record.time.size:
         return False
-    record.q[f, :] = state.q
-    record.v[f, :] = state.v
+    copy(state.q, record.q[f], 0)
+    copy(state.v, record.v[f], 0)
     record.time[f] = state.clock[TIME]
     record.lo[f] = state.counter[LO]
     state.counter[FRAMES] = f + 1

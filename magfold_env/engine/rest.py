@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine import chain, friction
+from magfold_env.engine.arrays import copy
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.constraints import first_joint, prepare
 from magfold_env.engine.dynamics import apply_multipliers, first_accelerations, rate_of, respond
@@ -57,7 +58,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     state.clock[BRAKE] = brake
     if candidates == 0:
         return False
-    work.stage_v[:] = state.v
+    copy(state.v, work.stage_v, 0)
     work.mark[:] = 0
     work.row_count[2] = count
     prepare(lo, model, state.v, work)
@@ -82,7 +83,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     if held or longest < TURNING * model.tolerance * model.side:
         return True
     state.clock[BRAKE] = brake_tried
-    state.v[:] = work.stage_v
+    copy(work.stage_v, state.v, 0)
     first_accelerations(model, state, work, out)
     return False
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from magfold_env.engine.arrays import copy
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.magnets import casing_pair, spread_charges, spread_nodes
 from magfold_env.engine.pair_lookup import one_slope, two_slopes
@@ -63,7 +64,8 @@ def renew(first: int, model: Model, nodes: Nodes, rigid: Rigid) -> None:
             changed = changed or model.charge[i, a] != rigid.charge[i, a]
     if changed:
         spread_charges(model.magnets, model.charge, nodes)
-        rigid.charge[:] = model.charge
+        for i in range(model.n):
+            copy(model.charge[i], rigid.charge[i], 0)
         rigid.code[:] = 0
     for i in range(first, model.n):
         stops = 0
@@ -105,8 +107,8 @@ def find_rigid(model: Model, i: int, j: int, rigid: Rigid) -> None:
         x += along * c
         y += along * s
     pose.cos[1], pose.sin[1], pose.x[1], pose.y[1] = c, s, x, y
-    rigid.charges[0] = model.charge[i]
-    rigid.charges[1] = model.charge[j]
+    copy(model.charge[i], rigid.charges[0], 0)
+    copy(model.charge[j], rigid.charges[1], 0)
     spread_charges(model.magnets, rigid.charges, nodes)
     spread_nodes(
         0, model.magnets.rank_count, model.magnets.node_x, model.magnets.node_y,

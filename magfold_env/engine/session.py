@@ -7,7 +7,16 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.engine import contact, feed, integrator, magnets, outcomes, paper, recorder
+from magfold_env.engine import (
+    chain_magnets,
+    contact,
+    feed,
+    integrator,
+    magnets,
+    outcomes,
+    paper,
+    recorder,
+)
 from magfold_env.engine.orientation import Orientation
 from magfold_env.engine.pack import face_charges, pack, reversed_inside
 from magfold_env.engine.state import (
@@ -141,6 +150,17 @@ class Session:
         state, work, model = self._state, self._work, self._model
         first = feed.place_all(int(state.counter[LO]), model, state.q, work.pose)
         return float(magnets.energy(first, model.magnets, model.charge, work.pose, work.nodes))
+
+    def potential(self) -> float:
+        """Energy whose exact gradient the simulated magnet forces are [J].
+
+        Within the magnets' accuracy it is `energy`, which sums where the dynamics looks up.
+        """
+        if not self._model.magnetic:
+            return 0.0
+        state, work, model = self._state, self._work, self._model
+        first = feed.place_all(int(state.counter[LO]), model, state.q, work.pose)
+        return float(chain_magnets.chain_energy(first, model, state.q, work.pose, work.nodes))
 
     # --- what a caller may do --------------------------------------------------------------
 

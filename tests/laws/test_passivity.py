@@ -6,7 +6,6 @@ import pytest
 from magfold_env.engine.session import Session
 from magfold_env.scene import Scene
 from magfold_env.scene_io import load_scene
-from magfold_env.simulate import energy
 from tests.laws.chains import kinetic
 from tests.laws.stepping import states
 from tests.laws.test_conservation import momentum_of, thrown
@@ -44,9 +43,9 @@ SEQUENCES = {
 def test_energy_never_rises_without_friction_and_feed(name, seed):
     scene = Scene(sequence=SEQUENCES[name], friction=0.0, duration=0.4)
     session = Session(scene.draw(np.random.default_rng(seed)))
-    totals = [energy(scene, session.angles)]
+    totals = [session.potential()]
     totals += [
-        energy(scene, s.angles) + kinetic(scene, s.angles, s.rates, s.base_velocity)
+        s.potential() + kinetic(scene, s.angles, s.rates, s.base_velocity)
         for s in states(session)
     ]
     total = np.array(totals)

@@ -39,7 +39,7 @@ class Watch:
         deep = deepest_overlap(self.scene, angles, base, session.released)
         self.overlap = max(self.overlap, deep / self.scene.casing.side)
         moving = kinetic_energy(self.scene, angles, session.rates, session.base_velocity)
-        self.totals.append(session.energy() + moving)
+        self.totals.append(session.potential() + moving)
         if session.released < session.n:
             self.fed = len(self.totals)
 
