@@ -1,7 +1,7 @@
 """The forces that constraints and friction can exert: the nearest of them, and its derivative.
 
 A contact pushes, an equality does either, and the friction of a component is in a ball. All is in
-the scaled rows of `engine.friction_solver`, where a force is λ / scale.
+the scaled rows of `engine.scaled_rows`, where a force is λ / scale.
 """
 
 from __future__ import annotations

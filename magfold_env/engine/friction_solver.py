@@ -11,8 +11,7 @@ method finds it. y has as many entries as the chain has coordinates, however man
 and the function stays strictly convex where λ is not unique. Sources: Rockafellar, Math. Oper.
 Res. 1 (1976) 97, for the outer loop; Qi and Sun, Math. Program. 58 (1993) 353, for the inner.
 
-Rows are scaled to W of unit diagonal, the three of a component by one factor: the projections and
-the tolerances then mean the same for angles and lengths.
+All rows are scaled, see `engine.scaled_rows`.
 """
 
 from __future__ import annotations
@@ -21,13 +20,13 @@ import math
 
 from magfold_env.engine.feasible_forces import friction_slope, move_forces, project_forces
 from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.scaled_rows import factorise, scale_rows
 from magfold_env.engine.state import Array, Work
 
 # What may be left of the accelerations, as a share of the largest bias: usually, and where rows
 # repeat each other so nearly that W hardly shows the difference.
 CONVERGED = 1e-12
 ACCEPTABLE = 1e-8
-RANK = 1e-14  # share of its diagonal to which W is factorised
 EPSILON = 1e-15  # rounding error of a row's acceleration, as a share of the largest bias
 FIRST_PENALTY = 1e5
 LAST_PENALTY = 1e12
@@ -37,43 +36,6 @@ ROUNDS = 40
 STEPS = 40  # of Newton's method in a round
 HALVINGS = 30
 INEXACT = 0.1  # largest gradient at the end of a round, as a share of what is left
-
-
-@kernel
-def scale_rows(rows: int, count: int, work: Work) -> None:
-    """Factors that bring W to unit diagonal; 0 for rows that no force accelerates."""
-    delassus, scale = work.delassus, work.newton.scale
-    for r in range(rows):
-        scale[r] = 1.0 / math.sqrt(delassus[r, r]) if delassus[r, r] > 0.0 else 0.0
-    for r in range(rows, count, 3):
-        trace = delassus[r, r] + delassus[r + 1, r + 1] + delassus[r + 2, r + 2]
-        for k in range(3):
-            scale[r + k] = 1.0 / math.sqrt(trace) if trace > 0.0 else 0.0
-
-
-@kernel
-def factorise(count: int, work: Work) -> int:
-    """Scaled W = G Gᵀ by Cholesky's method with complete pivoting; return the rank."""
-    delassus, scale, factor = work.delassus, work.newton.scale, work.newton.factor
-    left = work.newton.along
-    for r in range(count):
-        left[r] = delassus[r, r] * scale[r] * scale[r]
-    for k in range(factor.shape[1]):
-        pivot = 0
-        for r in range(count):
-            if left[r] > left[pivot]:
-                pivot = r
-        if left[pivot] <= RANK:
-            return k
-        root = math.sqrt(left[pivot])
-        for r in range(count):
-            total = delassus[r, pivot] * scale[r] * scale[pivot]
-            for m in range(k):
-                total -= factor[r, m] * factor[pivot, m]
-            factor[r, k] = total / root
-            left[r] -= factor[r, k] * factor[r, k]
-        left[pivot] = 0.0
-    return factor.shape[1]
 
 
 @kernel
