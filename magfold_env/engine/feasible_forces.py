@@ -67,5 +67,6 @@ def move_forces(
             across += newton.normal[k] * change[k]
         for k in range(r, r + 3):
             newton.projected[k] += share * (change[k] - across * newton.normal[k])
-    newton.force[:count] = newton.projected[:count]
+    for r in range(count):
+        newton.force[r] = newton.projected[r]
     project_forces(rows, count, work, grip, newton.force)
