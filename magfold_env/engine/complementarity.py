@@ -136,4 +136,7 @@ def solve_nonnegative(count: int, work: Work) -> bool:
         work.passive[r] = 0
     if active_sets(count, work):
         return True
-    return solve_with_friction(count, count, work, work.bias)
+    solved = solve_with_friction(count, count, work, work.bias)
+    for r in range(count):
+        work.passive[r] = int(work.equality[r] == 1 or work.multiplier[r] > 0.0)
+    return solved

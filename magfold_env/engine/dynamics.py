@@ -16,6 +16,7 @@ from magfold_env.engine.friction_solver import solve_with_friction
 from magfold_env.engine.jit import inlined, kernel, merged
 from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
 
+SLACK = 0.01  # share of µ g by which a step may end beyond what friction can hold
 HELD = 1e-6  # share of µ g: a component that accelerates less is held
 
 
@@ -224,6 +225,24 @@ def within_grip(model: Model, work: Work) -> bool:
         if size > model.grip[work.row_id[r, 0]]:
             return False
     return True
+
+
+@merged
+def torn_loose(model: Model, work: Work) -> bool:
+    """Whether friction can no longer hold, at the end of a step, all it held in it.
+
+    The multipliers that hold rigidly joined components are many: those of the step may ask too
+    much of one, where others would do.
+    """
+    if work.row_count[2] == work.row_count[1] or within_grip(model, work):
+        return False
+    rows, count = work.row_count[1], work.row_count[2]
+    solve_with_friction(rows, count, work, model.grip)
+    for r in range(rows, count, 3):
+        i = work.row_id[r, 0]
+        if acceleration_left(count, work, r) > SLACK * model.grip[i] / model.bodies.mass[i]:
+            return True
+    return False
 
 
 @merged

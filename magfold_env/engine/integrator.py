@@ -26,7 +26,7 @@ from magfold_env.engine.constraints import (
     keep_contacts,
     open_joints,
 )
-from magfold_env.engine.dynamics import accelerations, first_accelerations
+from magfold_env.engine.dynamics import accelerations, first_accelerations, torn_loose
 from magfold_env.engine.events import STALLED, first_touch, interpolate
 from magfold_env.engine.feed import is_free
 from magfold_env.engine.jit import kernel, merged
@@ -270,20 +270,6 @@ def step_error(lo: int, model: Model, state: State, work: Work, h: float) -> flo
 
 LOCAL = 0.3  # share of the tolerance that one step may use up
 SLOW = 0.3  # share of a typical rate below which rates are judged by it
-
-
-SLACK = 0.01  # how far, relatively, a step may end beyond what friction can hold
-
-
-@merged
-def torn_loose(model: Model, work: Work) -> bool:
-    """Whether friction would have had to hold more, at the end of the step, than it can."""
-    lam = work.multiplier
-    for r in range(work.row_count[1], work.row_count[2], 3):
-        size = math.sqrt(lam[r] ** 2 + lam[r + 1] ** 2 + lam[r + 2] ** 2)
-        if size > (1.0 + SLACK) * model.grip[work.row_id[r, 0]]:
-            return True
-    return False
 
 
 @merged
