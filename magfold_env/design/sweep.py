@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.jit import allocating_kernel
 from magfold_env.engine.state import Array, IntArray
 
 LAST = 4  # faces of the last component
 
 
-@kernel
+@allocating_kernel
 def sweep_block(
     form: Array, block: int, free: int, slot: IntArray, tolerance: float, settled: bool,
     gap: Array, code: IntArray,
@@ -60,7 +60,7 @@ def sweep_block(
             _change_energies(energy, fields[faces - 1 - bit], sign, faces - 1 - bit)
 
 
-@kernel
+@allocating_kernel
 def _evaluate(form: Array, sign: Array, fields: Array, energy: Array) -> None:
     """Fill the fields J s (faces, words) and the energies (words,) from scratch."""
     energy[:] = 0.0
@@ -73,7 +73,7 @@ def _evaluate(form: Array, sign: Array, fields: Array, energy: Array) -> None:
             energy[w] += sign[f] * fields[f, w]
 
 
-@kernel
+@allocating_kernel
 def _change_energies(energy: Array, field: Array, sign: Array, face: int) -> None:
     """Flip one face and bring the energies up to date."""
     change = -4.0 * sign[face]
@@ -82,7 +82,7 @@ def _change_energies(energy: Array, field: Array, sign: Array, face: int) -> Non
     sign[face] = -sign[face]
 
 
-@kernel
+@allocating_kernel
 def _change_fields(row: Array, fields: Array, change: float) -> None:
     """Bring the fields up to date after a sign has changed by ``change``."""
     for f in range(fields.shape[0]):
@@ -90,7 +90,7 @@ def _change_fields(row: Array, fields: Array, change: float) -> None:
             fields[f, w] += change * row[f, w]
 
 
-@kernel
+@allocating_kernel
 def _lowest_bit(number: int) -> int:
     """Return the place of the lowest 1: the bit that a Gray code flips at this step."""
     place = 0
@@ -99,7 +99,7 @@ def _lowest_bit(number: int) -> int:
     return place
 
 
-@kernel
+@allocating_kernel
 def _gap(energy: Array, slot: IntArray) -> tuple[int, float]:
     """Return the word of least energy and how far the next one lies above it [J].
 
@@ -117,7 +117,7 @@ def _gap(energy: Array, slot: IntArray) -> tuple[int, float]:
     return best, second - least
 
 
-@kernel
+@allocating_kernel
 def _least(energy: Array) -> float:
     """Return the least energy, in four lanes: each comparison waits for the one before it."""
     a, b, c, d = np.inf, np.inf, np.inf, np.inf

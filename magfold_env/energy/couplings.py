@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.energy.lattice import HEADINGS, Ints
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.jit import allocating_kernel
 from magfold_env.engine.magnets import energy
 from magfold_env.engine.pack import pack_magnets
 from magfold_env.engine.state import Array, Magnets, Nodes, Pose
@@ -92,7 +92,7 @@ def _shared(fields: tuple[tuple[str, Any], ...] | None, side: float) -> Coupling
     return Couplings(MagnetsPart(**dict(fields)) if fields else None, side)
 
 
-@kernel
+@allocating_kernel
 def _pairs(
     magnets: Magnets, unit: float, centres: Array, headings: Array, nodes: Nodes, out: Array
 ) -> None:

@@ -268,7 +268,7 @@ def step_error(lo: int, model: Model, state: State, work: Work, h: float) -> flo
     return worst if finite else math.nan
 
 
-LOCAL = 0.3  # share of the tolerance that one step may use up
+LOCAL = 0.1  # share of the tolerance that one step may use up
 SLOW = 0.3  # share of a typical rate below which rates are judged by it
 
 

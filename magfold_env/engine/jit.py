@@ -57,6 +57,11 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     return _compile(function, parallel=False)
 
 
+def allocating_kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a serial kernel that may allocate: preparations and searches, not time steps."""
+    return _compile(function, parallel=False, allocates=True)
+
+
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a small kernel that every caller should inline."""
     return _compile(function, parallel=False, forceinline=True)
@@ -77,21 +82,27 @@ def parallel_kernel(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _compile(
-    function: Callable[P, R], *, parallel: bool, forceinline: bool = False, inline: str = "never"
+    function: Callable[P, R],
+    *,
+    parallel: bool,
+    forceinline: bool = False,
+    inline: str = "never",
+    allocates: bool = False,
 ) -> Any:
     # The setting is read when the decorator runs; it is put back so that other users of numba
     # in the same process keep their own.
     previous = numba_config.CACHE_DIR
     numba_config.CACHE_DIR = _CACHE_DIRECTORY
     try:
-        return numba.njit(
+        # One of the options is not in the signature that type checkers see.
+        return cast("Any", numba.njit)(
             error_model="numpy",
             cache=True,
             parallel=parallel,
             forceinline=forceinline,
             inline=inline,
             nogil=True,
-            _nrt=parallel,
+            _nrt=parallel or allocates,
         )(function)
     finally:
         numba_config.CACHE_DIR = previous

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from magfold_env.engine import chain, magnets
+from magfold_env.engine.arrays import copy
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import Array, Model, Work
 
@@ -15,7 +16,7 @@ def magnet_loads(model: Model, headings: Array, work: Work, out: Array) -> None:
     q[n] = 0.0
     q[n + 1] = 0.0
     for shape in range(headings.shape[0]):
-        q[:n] = headings[shape]
+        copy(headings[shape], q, 0)
         chain.place(0, model.bodies, q, work.pose)
         work.fx[:] = 0.0
         work.fy[:] = 0.0
@@ -24,4 +25,5 @@ def magnet_loads(model: Model, headings: Array, work: Work, out: Array) -> None:
             0, model.magnets, model.charge, work.pose, work.nodes, work.fx, work.fy, work.torque
         )
         chain.generalise(0, model.bodies, work.pose, work.fx, work.fy, work.torque, work.force)
-        out[shape] = work.force[:n]
+        for k in range(n):
+            out[shape, k] = work.force[k]

@@ -124,8 +124,9 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
         if held:
             state.v[lo:] = 0.0
             return True
-    # A pinned chain that nothing pulls at turns about its pin as a free one turns in space.
-    spins = free or (model.pinned and model.contact and not pulled(model))
+    # A pinned chain that nothing holds or pulls turns about its pin as a free one turns in space.
+    spins = free or (model.pinned and not model.frictional and not pulled(model))
+    spins = spins and (n > 1 or free)
     turning, speeding_up = relative_motion(lo, n, spins, state.v, acceleration)
     rounding = ROUNDING * model.rate_scale**2
     quiet = turning <= 1e-3 * model.tolerance

@@ -45,8 +45,7 @@ def test_energy_never_rises_without_friction_and_feed(name, seed):
     session = Session(scene.draw(np.random.default_rng(seed)))
     totals = [session.potential()]
     totals += [
-        s.potential() + kinetic(scene, s.angles, s.rates, s.base_velocity)
-        for s in states(session)
+        s.potential() + kinetic(scene, s.angles, s.rates, s.base_velocity) for s in states(session)
     ]
     total = np.array(totals)
     risen = total - np.minimum.accumulate(total)

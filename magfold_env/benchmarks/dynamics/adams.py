@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from magfold_env.engine.dynamics import smooth_accelerations
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.jit import allocating_kernel
 from magfold_env.engine.state import Array, Model, Work
 
 HIGHEST = 12  # order of the predictor
@@ -19,7 +19,7 @@ DOUBLE = 2.0
 SLOW = 0.3  # share of a typical rate below which rates are judged by it
 
 
-@kernel
+@allocating_kernel
 def adams(  # noqa: PLR0912, PLR0915 - one step, read from top to bottom
     model: Model, work: Work, y: Array, until: float, tolerance: float
 ) -> int:
@@ -103,7 +103,7 @@ def adams(  # noqa: PLR0912, PLR0915 - one step, read from top to bottom
     return evaluations
 
 
-@kernel
+@allocating_kernel
 def coefficients(g: Array, most: int, ahead: float, h: float, past: Array, known: int) -> None:
     """Integrals g[0] to g[most] of the Newton basis over the step to the time ``ahead``."""
     c = np.zeros(most + 2)
@@ -117,7 +117,7 @@ def coefficients(g: Array, most: int, ahead: float, h: float, past: Array, known
         g[j] = c[0]
 
 
-@kernel
+@allocating_kernel
 def differences(fresh: Array, slope: Array, star: Array, most: int) -> None:
     """Differences up to order ``most`` at the new point, whose slope is given."""
     for i in range(slope.size):
@@ -127,7 +127,7 @@ def differences(fresh: Array, slope: Array, star: Array, most: int) -> None:
             fresh[j + 1, i] = fresh[j, i] - star[j, i]
 
 
-@kernel
+@allocating_kernel
 def weigh(difference: Array, factor: float, new: Array, model: Model, tolerance: float) -> float:
     """Largest entry of an error estimate over what is allowed."""
     m = new.size // 2

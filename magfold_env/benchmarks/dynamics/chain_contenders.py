@@ -16,7 +16,7 @@ import numpy as np
 
 from magfold_env.benchmarks.dynamics.chain_problem import GRAVITY, ChainProblem
 from magfold_env.engine import batch, recursion
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.jit import allocating_kernel
 from magfold_env.engine.state import Array, Bodies
 
 SCALAR = "magfold, one chain"
@@ -43,7 +43,7 @@ class Contender:
 Build = Callable[[ChainProblem], Contender]
 
 
-@kernel
+@allocating_kernel
 def repeat_scalar(
     times: int,
     bodies: Bodies,
@@ -59,7 +59,7 @@ def repeat_scalar(
         recursion.accelerate(bodies, base[0], base[1], heading, rate, force, scratch, out)
 
 
-@kernel
+@allocating_kernel
 def repeat_lanes(times: int, bodies: Bodies, base: tuple[float, float], lanes: Array) -> None:
     """Do the same for a block of chains."""
     for _ in range(times):

@@ -9,14 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from magfold_env.engine.dynamics import smooth_accelerations
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.jit import allocating_kernel
 from magfold_env.engine.state import Array, Model, Work
 
 MIDPOINT_ITERATIONS = 100
 MIDPOINT_ACCURACY = 1e-13
 
 
-@kernel
+@allocating_kernel
 def double_euler(model: Model, work: Work, y: Array, until: float, steps: int) -> int:
     """Advance by the paper's scheme: rates by the old accelerations, headings by the new rates."""
     m = y.size // 2
@@ -30,7 +30,7 @@ def double_euler(model: Model, work: Work, y: Array, until: float, steps: int) -
     return steps
 
 
-@kernel
+@allocating_kernel
 def velocity_verlet(model: Model, work: Work, y: Array, until: float, steps: int) -> int:
     """Advance by velocity Verlet; accelerations see the rate predicted by Euler's rule."""
     m = y.size // 2
@@ -49,7 +49,7 @@ def velocity_verlet(model: Model, work: Work, y: Array, until: float, steps: int
     return steps + 1
 
 
-@kernel
+@allocating_kernel
 def implicit_midpoint(model: Model, work: Work, y: Array, until: float, steps: int) -> int:
     """Advance by the implicit midpoint rule, which time reversal leaves as it is.
 

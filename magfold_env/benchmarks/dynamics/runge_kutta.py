@@ -14,7 +14,7 @@ import numpy as np
 
 from magfold_env.engine import dormand_prince
 from magfold_env.engine.dynamics import smooth_accelerations
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.jit import allocating_kernel
 from magfold_env.engine.state import Array, Model, Work
 
 SAFETY = 0.9
@@ -32,7 +32,7 @@ class Pair(NamedTuple):
     order: int  # of the error estimate, plus one
 
 
-@kernel
+@allocating_kernel
 def runge_kutta(  # noqa: PLR0912 - one step, read from top to bottom
     model: Model, work: Work, y: Array, until: float, tolerance: float, pair: Pair
 ) -> int:
