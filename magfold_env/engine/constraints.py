@@ -66,9 +66,11 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
     An impact on one joint throws others off their stops, which the magnets then press shut again:
     ever smaller hops, each with an impact. Those of less than `HOP` of the tolerance are left out:
     the velocity becomes the nearest one at which these joints stay, and those that stayed anyway.
-    ``acceleration`` is that of the state. Returns OK, IMPACT (velocities changed) or UNSOLVED.
+    ``acceleration`` is that of the state. Returns OK, IMPACT (velocities changed) or UNSOLVED: no
+    such velocity was found, the joints are left to hop, and rows must be filled anew.
     """
     lo = state.counter[LO]
+    work.mark[:] = 0
     found = False
     for k in range(first_joint(lo), model.n):
         angle = state.q[k] - state.q[k - 1]
@@ -81,22 +83,26 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
             pull -= side * acceleration[k - 1]
         if pull > 0.0 and rate * rate < 2.0 * pull * HOP * model.tolerance:
             state.lock[k] = side
+            work.mark[k] = 1
             found = True
     if not found:
         return OK
     rows = collect_rows(lo, model, state, work)
-    if rows < 0:
-        return UNSOLVED
     prepare(lo, model, state.v, work)
     for r in range(rows):
         work.bias[r] = rate_of(lo, work, r, state.v)
         work.equality[r] = int(r < work.row_count[0])
         work.passive[r] = 1
-    if not solve_nonnegative(rows, work):
-        return UNSOLVED
-    apply_multipliers(lo, rows, work, state.v)
+    solved = solve_nonnegative(rows, work)
+    if solved:
+        apply_multipliers(lo, rows, work, state.v)
+    else:
+        for k in range(model.n):
+            if work.mark[k] == 1:
+                state.lock[k] = 0
+        collect_rows(lo, model, state, work)
     leave(lo, model, state, work)
-    return IMPACT
+    return IMPACT if solved else UNSOLVED
 
 
 @kernel

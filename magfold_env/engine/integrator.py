@@ -129,7 +129,7 @@ def fresh_accelerations(model: Model, state: State, work: Work) -> bool:
         if not first_accelerations(model, state, work, work.slope_v[0]):
             return False
         hops = end_hops(model, state, work, work.slope_v[0]) if model.contact else OK
-    return hops == OK
+    return hops == OK or first_accelerations(model, state, work, work.slope_v[0])
 
 
 @merged
