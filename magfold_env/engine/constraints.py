@@ -16,6 +16,7 @@ SHUT = 1e-10  # [m/s] rates this small are none
 OPENING = 1e-7  # [rad/s] a stop whose joint turns away faster is left
 HOP = 0.05  # share of the tolerance by which a joint may open and close again unseen
 CORRECTIONS = 3
+ATTEMPTS = 3  # at the velocities after an impact
 SUNK = 1e-4  # share of the side: overlaps that a step's error does not explain
 OK, IMPACT, CROWDED, UNSOLVED = range(4)
 
@@ -51,7 +52,13 @@ def begin_step(model: Model, state: State, work: Work) -> int:
     result = OK
     if closing:
         slow = model.tolerance * model.rate_scale * model.side
-        if not project(model, state, state.v, work, slow):
+        solved = False
+        attempts = 0
+        # An attempt that fails leaves far slower approaches than it found.
+        while not solved and attempts < ATTEMPTS:
+            solved = project(model, state, state.v, work, slow)
+            attempts += 1
+        if not solved:
             return UNSOLVED
         state.counter[EVENTS] += 1
         result = IMPACT
