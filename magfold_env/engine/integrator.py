@@ -36,6 +36,7 @@ from magfold_env.engine.outcomes import (
     BROKEN,
     CAPPED,
     FULL,
+    JAMMED,
     NO_SOLUTION,
     NOT_FINITE,
     RATTLED,
@@ -69,6 +70,7 @@ SHORTEST_BRAKE = 1e-7  # [s] the shortest step that ends where a component stops
 BREAK_AWAY = 1e-6  # [s] how exactly the moment is found when friction no longer holds
 HOPELESS_STEP = 1e-9  # [s] not finite even here: broken
 EASY = 1e-4  # an error that allows the largest growth
+RUNAWAY = 300.0  # times a typical rate: faster than any force but that of a feed can make it
 PATIENCE = 4  # Moreau steps after a rattle
 
 
@@ -110,6 +112,8 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
             state.counter[TOUCHY] -= 1
         else:
             outcome = step(model, state, work, record, until)
+        if runs_away(model, state):
+            return JAMMED
         state.counter[FRESH] = 0 if outcome == ACCEPTED else 1
         if outcome == RATTLED:
             state.counter[TOUCHY] = PATIENCE
@@ -130,6 +134,21 @@ def fresh_accelerations(model: Model, state: State, work: Work) -> bool:
             return False
         hops = end_hops(model, state, work, work.slope_v[0]) if model.contact else OK
     return hops == OK or first_accelerations(model, state, work, work.slope_v[0])
+
+
+@merged
+def runs_away(model: Model, state: State) -> bool:
+    """Whether something turns faster than it can: a feed drives parts that cannot give way.
+
+    Rates that are no numbers count too.
+    """
+    n = model.n
+    limit = model.rate_scale + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
+    for k in range(state.counter[LO], n):
+        rate = abs(state.v[k])
+        if not math.isfinite(rate) or (model.tube and rate > RUNAWAY * limit):
+            return True
+    return False
 
 
 @merged

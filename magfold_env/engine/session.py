@@ -280,6 +280,8 @@ class Session:
             self._end(FoldStatus.FAILED, f"step size underflow {at}: tolerance out of reach")
         elif outcome == outcomes.TOO_CROWDED:
             self._end(FoldStatus.FAILED, f"more contacts than there is room for {at}")
+        elif outcome == outcomes.JAMMED:
+            self._end(FoldStatus.FAILED, f"jammed {at}: the feed drives what cannot give way")
         elif outcome == outcomes.NO_SOLUTION:
             self._end(FoldStatus.FAILED, f"contact and friction forces not found {at}")
         else:

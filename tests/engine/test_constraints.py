@@ -15,7 +15,8 @@ PULL = 1e4  # [rad/s²], what magnets pull a joint shut with
 
 def hopping(rate, joint=1, tolerance=1e-3):
     """A free chain whose joint ``joint`` leaves its left stop at a rate, and is pulled back."""
-    scene = Scene(sequence=("NNNN",) * 3, magnets=None, solver={"tolerance": tolerance})
+    scene = Scene(sequence=("NNNN",) * 3, magnets=None)
+    scene = scene.replace(solver={"tolerance": tolerance})
     model = pack(scene)
     angles = np.zeros(3)
     angles[joint:] = math.pi / 2.0
