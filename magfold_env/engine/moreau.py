@@ -4,7 +4,8 @@ One step, after Moreau and Jean, has two halves. The velocity nearest to the fre
 metric of the mass matrix, that lets no gap become negative and leaves at rest what friction holds,
 leads over the first half to a middle position. Forces, masses and gaps are taken anew there, and
 the velocity found again; it leads over the second half and stays. Impacts, simultaneous ones too,
-take place inside steps, and nothing has to be located.
+take place inside steps, and nothing has to be located. The momentum of a free chain is kept apart
+from all this: only forces from outside change it.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from magfold_env.engine.dynamics import (
     smooth_accelerations,
     unconstrained,
 )
-from magfold_env.engine.feed import place_all
+from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.friction import friction_rows
 from magfold_env.engine.jit import inlined, kernel, merged
 from magfold_env.engine.outcomes import BROKEN, TOO_SHORT, TOUCHED
@@ -113,7 +114,67 @@ def velocity_after(model: Model, state: State, work: Work, h: float) -> bool:
     state.counter[EVALUATIONS] += 1
     middle = work.slope_v[1]
     smooth_accelerations(lo, model, work.stage_q, work.stage_v, work, middle)
-    return constrain(model, state, work.stage_q, middle, work, h, 0.5 * h)
+    push_x, push_y = outer_force(lo, model, work)
+    if not constrain(model, state, work.stage_q, middle, work, h, 0.5 * h):
+        return False
+    if is_free(lo, model) and not held_or_walled(model, state, work):
+        keep_momentum(model, state, work, h, h * push_x, h * push_y)
+    return True
+
+
+@merged
+def outer_force(lo: int, model: Model, work: Work) -> tuple[float, float]:
+    """Friction and gravity on the whole chain [N], after `smooth_accelerations`."""
+    n = model.n
+    x, y = work.force[n], work.force[n + 1]
+    for i in range(lo, n):
+        x += model.bodies.mass[i] * work.ax[i]
+        y += model.bodies.mass[i] * work.ay[i]
+    return x, y
+
+
+@merged
+def held_or_walled(model: Model, state: State, work: Work) -> bool:
+    """Whether something else from outside acts: friction that holds, or a wall."""
+    for i in range(model.n):
+        if state.stuck[i] == 1:
+            return True
+    for r in range(work.row_count[0], work.row_count[1]):
+        if work.row_id[r, 1] >= model.n or work.row_id[r, 0] >= model.n:
+            return True
+    return False
+
+
+@merged
+def keep_momentum(
+    model: Model, state: State, work: Work, h: float, push_x: float, push_y: float
+) -> None:
+    """Shift the new base velocity so that only the outer impulse [N·s] changed the momentum.
+
+    All else in the step acts between components; their rotation during it, if velocities jump,
+    would else leave a trace of first order.
+    """
+    n, lo, mass = model.n, state.counter[LO], 0.0
+    before_x, before_y = momentum(lo, model, state.q, state.v, work)
+    for k in range(n + 2):
+        work.slope_q[2, k] = work.stage_q[k] + 0.5 * h * work.new_v[k]
+    after_x, after_y = momentum(lo, model, work.slope_q[2], work.new_v, work)
+    for i in range(lo, n):
+        mass += model.bodies.mass[i]
+    work.new_v[n] += (before_x + push_x - after_x) / mass
+    work.new_v[n + 1] += (before_y + push_y - after_y) / mass
+
+
+@kernel
+def momentum(lo: int, model: Model, q: Array, v: Array, work: Work) -> tuple[float, float]:
+    """Linear momentum [kg m/s] of the free components."""
+    chain.place(lo, model.bodies, q, work.pose)
+    chain.centre_velocities(lo, model.bodies, work.pose, v, work.vx, work.vy)
+    x, y = 0.0, 0.0
+    for i in range(lo, model.n):
+        x += model.bodies.mass[i] * work.vx[i]
+        y += model.bodies.mass[i] * work.vy[i]
+    return x, y
 
 
 @kernel
