@@ -3,8 +3,8 @@
 No fast-math flag is set: with them a kernel's last bits depend on where it was inlined, and so on
 what else a process has compiled. Loops that must vectorise add into arrays, lane by lane, which
 strict arithmetic allows. With ``error_model="numpy"`` a division is no branch. Serial kernels
-allocate nothing and are compiled without a runtime for memory: passing tuples of arrays on then
-counts no references, which halves both the time to compile and the cost of a call.
+allocate nothing and are compiled without a runtime for memory, which makes an allocation an error
+and lets tuples of arrays be passed on without counting references.
 """
 
 from __future__ import annotations
@@ -70,8 +70,8 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
 def merged(function: Callable[P, R]) -> Callable[P, R]:
     """Make a kernel part of its caller, for kernels that are called at one place.
 
-    Every kernel is optimised again within each of its callers; without this the innermost loops
-    would be compiled some twenty times over.
+    Every kernel is optimised again within each of its callers, so fewer kernels on the way compile
+    the innermost loops fewer times.
     """
     return _compile(function, parallel=False, inline="always")
 
