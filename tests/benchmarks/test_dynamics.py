@@ -9,15 +9,20 @@ import pytest
 from typer.testing import CliRunner
 
 from magfold_env import cli
-from magfold_env.benchmarks.dynamics import command, contact_scenes, features, figures, report
+from magfold_env.benchmarks import drawing, report
+from magfold_env.benchmarks.dynamics import command, contact_scenes, features, figures
 from magfold_env.benchmarks.dynamics.cases import same_error
 from magfold_env.benchmarks.dynamics.contact_scenes import Effort, fold
 from magfold_env.benchmarks.dynamics.integrators import EULER, prepare_engine
 from magfold_env.benchmarks.dynamics.moreau_only import moreau_only
-from magfold_env.benchmarks.dynamics.part import Part, Table
 from magfold_env.benchmarks.dynamics.smooth import needed
 from magfold_env.benchmarks.dynamics.smooth_problems import SmoothProblem, pendulum
+from magfold_env.benchmarks.part import Part, Table
 from magfold_env.engine import integrator
+
+
+def drawn(part, folder):
+    return drawing.draw(part, figures.DRAWINGS, folder)
 
 
 def smooth_row(error, time, evaluations, method="engine"):
@@ -76,7 +81,7 @@ def test_located_events_are_more_exact_at_the_same_tolerance(tmp_path):
     assert error[contact_scenes.ENGINE, 1e-3] < 0.2 * error[contact_scenes.MOREAU, 1e-3]
     assert all(float(row["sensitivity [rad]"]) < contact_scenes.CLOSE for row in rows)
     assert contact_scenes.clear(rows) == rows
-    assert [path.name for path in figures.draw(Part("contact", rows), tmp_path)] == ["contact.png"]
+    assert [path.name for path in drawn(Part("contact", rows), tmp_path)] == ["contact.png"]
 
 
 def test_a_motion_is_close_only_if_it_stays_so_at_tighter_tolerances():
@@ -107,7 +112,7 @@ def example():
 
 def test_files_hold_what_was_measured(tmp_path):
     part = example()
-    paths = report.write(tmp_path, {"processor": "µ"}, [part]) + figures.draw(part, tmp_path)
+    paths = report.write(tmp_path, "dynamics", {"processor": "µ"}, [part]) + drawn(part, tmp_path)
     assert [path.name for path in paths] == ["smooth.csv", "dynamics.json", "smooth.png"]
     with paths[0].open(encoding="utf-8", newline="") as file:
         read = list(csv.DictReader(file))

@@ -24,7 +24,7 @@ from magfold_env.benchmarks.dynamics.chain_contenders import (
     missing,
 )
 from magfold_env.benchmarks.dynamics.chain_problem import random_problem
-from magfold_env.benchmarks.dynamics.part import Part, Progress, Row, Table
+from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.timing import Spread, Task, spread_of, take_turns
 from magfold_env.engine.state import Array
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from magfold_env.benchmarks.dynamics.moreau_only import moreau_only
-from magfold_env.benchmarks.dynamics.part import Part, Progress, Row, Table
+from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.timing import take_turns
 from magfold_env.engine.session import Session
 from magfold_env.engine.state import Array

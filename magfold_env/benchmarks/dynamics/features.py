@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from magfold_env.benchmarks.dynamics.fixed_step import double_euler
-from magfold_env.benchmarks.dynamics.part import Part, Progress, Row, Table
+from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.timing import Task, take_turns
 from magfold_env.engine.pack import pack
 from magfold_env.engine.session import Session

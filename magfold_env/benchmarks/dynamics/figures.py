@@ -1,77 +1,38 @@
-"""Diagrams of the benchmark. Needs matplotlib, from the extra `render`."""
+"""Diagrams of the dynamics benchmark. Needs matplotlib, from the extra `render`."""
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from magfold_env.benchmarks.drawing import (
+    COLOURS,
+    INK,
+    MARKERS,
+    Drawing,
+    figure_class,
+    numbers,
+    panels,
+)
 from magfold_env.benchmarks.dynamics.cases import ENGINE
 from magfold_env.benchmarks.dynamics.chain_figure import draw_scaling
 from magfold_env.benchmarks.dynamics.contact_scenes import METHODS, clear
-from magfold_env.benchmarks.dynamics.part import Part, Row
-from magfold_env.files import replacing
-
-DPI = 130
-INK, GRID = "#26292e", "#d9dce0"
-# Okabe and Ito's colours, which all kinds of sight tell apart.
-COLOURS = ("#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-
-
-def figure_class() -> Any:
-    """Return matplotlib's figure class, which needs no display.
-
-    Raises
-    ------
-    ImportError
-        If matplotlib is not installed.
-    """
-    try:
-        return importlib.import_module("matplotlib.figure").Figure
-    except ImportError as error:
-        msg = "diagrams need matplotlib: install the extra, pip install 'magfold_env[render]'"
-        raise ImportError(msg) from error
-
-
-def draw(part: Part, folder: Path) -> list[Path]:
-    """Draw a part's diagram, if it has one, and return the files written."""
-    drawing = DRAWINGS.get(part.name)
-    if drawing is None or not part.rows:
-        return []
-    path = folder / f"{part.name}.png"
-    figure = drawing(part.rows)
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=DPI, facecolor="white")
-    return [path]
-
-
-def _panels(count: int, title: str, width: float = 5.2, height: float = 4.6) -> tuple[Any, Any]:
-    figure = figure_class()(figsize=(width * count, height), layout="constrained")
-    figure.suptitle(title, fontsize=13, color=INK)
-    axes = figure.subplots(1, count, squeeze=False, sharex=True, sharey=True)[0]
-    for axis in axes:
-        axis.grid(visible=True, which="major", color=GRID, linewidth=0.7)
-        axis.set_axisbelow(True)
-        axis.spines[["top", "right"]].set_visible(False)
-    return figure, axes
+from magfold_env.benchmarks.part import Row
 
 
 def draw_smooth(rows: list[Row]) -> Any:
     """Work-precision diagrams: error against run time, a panel a problem."""
     problems = list(dict.fromkeys(str(row["problem"]) for row in rows))
     methods = list(dict.fromkeys(str(row["method"]) for row in rows))
-    figure, axes = _panels(len(problems), "Smooth motion: error against run time")
+    figure, axes = panels(len(problems), "Smooth motion: error against run time")
     for axis, problem in zip(axes, problems, strict=True):
         for k, method in enumerate(methods):
             mine = [r for r in rows if (r["problem"], r["method"]) == (problem, method)]
-            time = _numbers(mine, "time [µs]") - _numbers(mine, "call overhead [µs]")
+            time = numbers(mine, "time [µs]") - numbers(mine, "call overhead [µs]")
             axis.loglog(
                 1e-6 * np.maximum(time, 1.0),
-                _numbers(mine, "error [rad]"),
+                numbers(mine, "error [rad]"),
                 color=COLOURS[k % len(COLOURS)],
                 marker=MARKERS[k % len(MARKERS)],
                 markersize=5,
@@ -95,7 +56,7 @@ def draw_contact(rows: list[Row]) -> Any:
     """
     rows = clear(rows) or rows
     kinds = list(dict.fromkeys(str(row["kind"]) for row in rows))
-    figure, axes = _panels(len(kinds), "Folds with contact: error on the way against run time")
+    figure, axes = panels(len(kinds), "Folds with contact: error on the way against run time")
     for axis, kind in zip(axes, kinds, strict=True):
         for k, method in enumerate(METHODS):
             mine = [r for r in rows if (r["kind"], r["method"]) == (kind, method)]
@@ -137,10 +98,10 @@ def draw_contact(rows: list[Row]) -> Any:
 
 def draw_features(rows: list[Row]) -> Any:
     """Bars of the time an evaluation takes in a run, by what it is spent on."""
-    figure, axes = _panels(1, "Cost of an evaluation by feature", width=9.5, height=5.2)
+    figure, axes = panels(1, "Cost of an evaluation by feature", width=9.5, height=5.2)
     axis = axes[0]
     place = np.arange(len(rows))
-    total = _numbers(rows, "run / evaluations [µs]")
+    total = numbers(rows, "run / evaluations [µs]")
     left = np.zeros(len(rows))
     labels = {
         "chain [%]": "chain",
@@ -148,7 +109,7 @@ def draw_features(rows: list[Row]) -> Any:
         "rest [%]": "contact, rest, stepping, calls",
     }
     for k, (column, label) in enumerate(labels.items()):
-        width = total * np.clip(_numbers(rows, column), 0.0, 100.0) / 100.0
+        width = total * np.clip(numbers(rows, column), 0.0, 100.0) / 100.0
         axis.barh(place, width, left=left, color=COLOURS[(1, 5, 3)[k]], label=label, height=0.65)
         left += width
     for y, value, row in zip(place, total, rows, strict=True):
@@ -170,7 +131,7 @@ def _draw_scaling(rows: list[Row]) -> Any:
     return figure
 
 
-DRAWINGS: dict[str, Callable[[list[Row]], Any]] = {
+DRAWINGS: dict[str, Drawing] = {
     "scaling": _draw_scaling,
     "smooth": draw_smooth,
     "contact": draw_contact,
@@ -178,10 +139,6 @@ DRAWINGS: dict[str, Callable[[list[Row]], Any]] = {
 }
 
 
-def _numbers(rows: list[Row], name: str) -> Any:
-    return np.array([float(row[name]) for row in rows])
-
-
 def _time_and_error(rows: list[Row]) -> Any:
     """Return times [s] and errors [rad], shape (2, k)."""
-    return np.stack([1e-3 * _numbers(rows, "time [ms]"), _numbers(rows, "error [rad]")])
+    return np.stack([1e-3 * numbers(rows, "time [ms]"), numbers(rows, "error [rad]")])

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from magfold_env.benchmarks.dynamics.integrators import ADAPTIVE, DOP853, Integrator
-from magfold_env.benchmarks.dynamics.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.dynamics.smooth import EXACT
 from magfold_env.benchmarks.dynamics.smooth_problems import SmoothProblem, magnetic_chain
+from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.engine.state import Array
 
 ARCS = (1, 4, 16)

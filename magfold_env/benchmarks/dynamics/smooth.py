@@ -27,12 +27,12 @@ from magfold_env.benchmarks.dynamics.integrators import (
     DOP853,
     FIXED,
 )
-from magfold_env.benchmarks.dynamics.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.dynamics.smooth_problems import (
     SmoothProblem,
     magnetic_chain,
     pendulum,
 )
+from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.timing import Spread, Timing, ratio, take_turns
 
 DEFAULT = 1e-3  # tolerance of a scene that names none [rad]

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table as RichTable
 
-from magfold_env.benchmarks.dynamics.part import Cell, Part, Row, Table
+from magfold_env.benchmarks.part import Cell, Part, Row, Table
 from magfold_env.files import write_text
 
 WHOLE = 1000.0  # larger numbers are shown without decimals
@@ -45,15 +45,15 @@ def rich_table(table: Table) -> RichTable:
     return shown
 
 
-def write(folder: Path, machine: Mapping[str, str], parts: Sequence[Part]) -> list[Path]:
-    """Write a CSV file a part and one JSON file with everything; return the files."""
+def write(folder: Path, name: str, machine: Mapping[str, str], parts: Sequence[Part]) -> list[Path]:
+    """Write a CSV file a part and one JSON file, ``name``, with everything; return the files."""
     written: list[Path] = []
     for part in parts:
         if part.rows:
             path = folder / f"{part.name}.csv"
             write_text(path, to_csv(part.rows))
             written.append(path)
-    path = folder / "dynamics.json"
+    path = folder / f"{name}.json"
     write_text(path, to_json(machine, parts))
     return [*written, path]
 
