@@ -145,6 +145,25 @@ def dynamics(
         command.run(only or [], quick, out)
 
 
+@bench.command()
+def magnets(
+    *,
+    quick: Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")] = False,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="A part: accuracy, points, scaling, fold, peers; may repeat."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for CSV, JSON and PNG files; made if need be.")
+    ] = None,
+) -> None:
+    """Measure the magnets: time against error, growth with length, folds, magpylib beside them."""
+    from magfold_env.benchmarks.magnets import command  # noqa: PLC0415 - much to import
+
+    with _errors_in_one_line():
+        command.run(only or [], quick, out)
+
+
 def _feeds(scene: Scene) -> list[Minimum]:
     """Return the component-by-component searches that reach an end."""
     found: list[Minimum] = []

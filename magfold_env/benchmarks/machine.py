@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import platform
 import subprocess
+from contextlib import suppress
 from datetime import UTC, datetime
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 LIBRARIES = ("numba", "llvmlite", "numpy")
+PEERS = ("magpylib", "mujoco", "pin")
 
 
 def describe() -> dict[str, str]:
@@ -24,6 +26,9 @@ def describe() -> dict[str, str]:
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
     }
     record |= {name: version(name) for name in LIBRARIES}
+    for name in PEERS:
+        with suppress(PackageNotFoundError):
+            record[name] = version(name)
     if hasattr(os, "getloadavg"):
         record["load before"] = f"{os.getloadavg()[0]:.2f}"
     return record

@@ -1,0 +1,23 @@
+"""The parts of the magnets benchmark."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from magfold_env.benchmarks import runner
+from magfold_env.benchmarks.magnets import accuracy, figures, fold, peers, points, scaling
+from magfold_env.benchmarks.runner import Runner
+
+PARTS: dict[str, Runner] = {
+    "accuracy": accuracy.run,
+    "points": points.run,
+    "scaling": scaling.run,
+    "fold": fold.run,
+    "peers": peers.run,
+}
+
+
+def run(only: Sequence[str], quick: bool, out: Path | None) -> None:
+    """Measure, print, and write tables and diagrams, as `runner.run` says."""
+    runner.run(runner.Benchmark("magnets", PARTS, figures.DRAWINGS), only, quick, out)

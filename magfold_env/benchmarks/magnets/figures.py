@@ -1,0 +1,181 @@
+"""Diagrams of the magnets benchmark. Needs matplotlib, from the extra `render`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from magfold_env.benchmarks.drawing import COLOURS, INK, MARKERS, Drawing, numbers, panels
+from magfold_env.benchmarks.magnets.accuracy import BOUND, POINTS
+from magfold_env.benchmarks.magnets.fold import ASKED
+from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB
+from magfold_env.benchmarks.magnets.peers import DYNAMICS, SUMS
+from magfold_env.benchmarks.magnets.points import CHARGES, PAPER, SHOWN, rows_at
+from magfold_env.benchmarks.part import Row
+
+FLUSH = "force between two flush opposite faces"
+SMALLEST = 1e-8  # error that is drawn; below it the reference's own may show
+SLOPES = (1.0, 2.0)  # of n, drawn beside the times
+
+
+def draw_accuracy(rows: list[Row]) -> Any:
+    """Worst error against time, a panel a kind of states; settings are written at the points."""
+    states = list(dict.fromkeys(str(row["states"]) for row in rows))
+    models = list(dict.fromkeys(str(row["model"]) for row in rows))
+    figure, axes = panels(len(states), "Magnet forces: worst error against time", shared=False)
+    for axis, name in zip(axes, states, strict=True):
+        for k, model in enumerate(models):
+            mine = [row for row in rows if (row["states"], row["model"]) == (name, model)]
+            axis.loglog(
+                numbers(mine, "time [µs]"),
+                numbers(mine, "worst error").clip(min=SMALLEST),
+                color=COLOURS[(2, 1, 3)[k % 3]],
+                marker=MARKERS[k],
+                markersize=5,
+                linewidth=2.2 if model == BOUND else 1.3,
+                zorder=3 if model == BOUND else 2,
+                label=f"{model}: {'h' if model == POINTS else 'bound' if model == BOUND else 'k'}",
+            )
+            for row in mine:
+                axis.annotate(
+                    f"{float(row['setting']):g}",
+                    (float(row["time [µs]"]), max(float(row["worst error"]), SMALLEST)),
+                    (-5, -4) if model == BOUND else (5, 4),
+                    textcoords="offset points",
+                    ha="right" if model == BOUND else "left",
+                    va="top" if model == BOUND else "bottom",
+                    fontsize=8,
+                    color=COLOURS[(2, 1, 3)[k % 3]],
+                )
+        axis.set_title(name, fontsize=11)
+        axis.set_xlabel("time of a state [µs]")
+        axis.set_ylim(SMALLEST / 2.0, 100.0)
+    axes[0].set_ylabel(f"worst error / {FLUSH}")
+    axes[0].legend(fontsize=9, frameon=False, loc="lower left")
+    return figure
+
+
+def draw_points(rows: list[Row]) -> Any:
+    """Draw the force between two magnets over the exact one: against the gap, and against h."""
+    figure, axes = panels(
+        2, "Two magnets, h point charges a pole face: force over the exact force", shared=False
+    )
+    for k, count in enumerate(CHARGES):
+        mine = [row for row in rows if row["h"] == count]
+        axes[0].loglog(
+            numbers(mine, "gap [mm]"),
+            numbers(mine, "magnets / exact"),
+            color=COLOURS[k],
+            linewidth=2.2 if count == PAPER else 1.3,
+            label=f"h = {count}",
+        )
+    axes[0].set_xlabel("gap between the magnets [mm]")
+    for k, gap in enumerate(SHOWN):
+        mine = rows_at(rows, gap)
+        label = f"gap {float(mine[0]['gap [mm]']):.2g} mm"
+        axes[1].loglog(
+            numbers(mine, "h"),
+            numbers(mine, "magnets / exact"),
+            color=COLOURS[k + 1],
+            marker=MARKERS[k],
+            markersize=5,
+            label=label,
+        )
+    axes[1].set_xlabel("point charges a face, h")
+    axes[1].set_xticks(CHARGES, [str(count) for count in CHARGES])
+    axes[1].minorticks_off()
+    for axis in axes:
+        axis.axhline(1.0, color=INK, linewidth=1.0, linestyle="--")
+        axis.legend(fontsize=9, frameon=False, loc="upper right")
+    axes[0].set_ylabel("force / force with charged rectangles")
+    return figure
+
+
+def draw_scaling(rows: list[Row]) -> Any:
+    """Time of all magnet forces against the length, log against log."""
+    figure, axes = panels(1, "All magnet forces of a chain", width=7.5, height=5.0)
+    axis = axes[0]
+    chains = [row for row in rows if str(row["magnets"]).startswith("accuracy")]
+    keys = list(dict.fromkeys((str(row["shape"]), str(row["magnets"])) for row in chains))
+    shapes = list(dict.fromkeys(shape for shape, _ in keys))
+    for k, (shape, magnets) in enumerate(keys):
+        mine = [row for row in chains if (row["shape"], row["magnets"]) == (shape, magnets)]
+        axis.loglog(
+            numbers(mine, "n"),
+            numbers(mine, "time [µs]"),
+            color=COLOURS[shapes.index(shape) + 1],
+            linestyle="-" if k % 2 == 0 else "--",
+            marker=MARKERS[shapes.index(shape)],
+            markersize=5,
+            linewidth=1.6,
+            label=f"{shape}, {magnets}",
+        )
+    first = [row for row in chains if (row["shape"], row["magnets"]) == keys[0]]
+    n, time = numbers(first, "n"), numbers(first, "time [µs]")
+    for power in SLOPES:
+        # Through the middle of the first line, so that they can be told from it.
+        middle = n.size // 2
+        axis.loglog(
+            n, time[middle] * (n / n[middle]) ** power, color=INK, linewidth=0.8, linestyle=":"
+        )
+        axis.annotate(
+            f"∝ n^{power:g}", (n[-1], time[middle] * (n[-1] / n[middle]) ** power), fontsize=9
+        )
+    axis.set_xlabel("components n")
+    axis.set_ylabel("time of an evaluation [µs]")
+    axis.legend(fontsize=9, frameon=False, loc="upper left")
+    return figure
+
+
+def draw_fold(rows: list[Row]) -> Any:
+    """Bars of the average time by fold and accuracy; ticks stand for all pairs summed."""
+    figure, axes = panels(1, "Magnets of a chain of six: average over a fold", 8.0, 4.6)
+    axis = axes[0]
+    names = list(dict.fromkeys(str(row["fold"]) for row in rows))
+    bounds = list(dict.fromkeys(float(row["accuracy"]) for row in rows))
+    for k, bound in enumerate(bounds):
+        mine = [row for row in rows if row["accuracy"] == bound]
+        place = [names.index(str(row["fold"])) + (k - 1) * 0.26 for row in mine]
+        colour = COLOURS[k + 1]
+        axis.bar(place, numbers(mine, "time [µs]"), 0.24, color=colour, label=f"accuracy {bound:g}")
+        axis.scatter(place, numbers(mine, "all pairs summed [µs]"), color=colour, marker="_", s=130)
+        if bound in ASKED:
+            axis.axhline(ASKED[bound], color=colour, linewidth=1.0, linestyle="--")
+    axis.set_xticks(range(len(names)), [name.replace(", ", "\n", 1) for name in names], fontsize=8)
+    axis.set_yscale("log")
+    axis.set_ylabel("time an evaluation [µs]")
+    axis.set_xlabel(
+        "dashed: at most that is asked for; short strokes: all pairs summed", fontsize=9
+    )
+    axis.legend(fontsize=9, frameon=False, loc="upper left", ncols=len(bounds))
+    return figure
+
+
+def draw_peers(rows: list[Row]) -> Any:
+    """Error of the torques at the joints against time beside magpylib, a panel a chain."""
+    chains = list(dict.fromkeys((int(row["n"]), str(row["shape"])) for row in rows))
+    figure, axes = panels(len(chains), "Beside magpylib: worst error against time", 3.4, 4.2)
+    for axis, (n, shape) in zip(axes, chains, strict=True):
+        for k, by in enumerate((MAGPYLIB, SUMS, DYNAMICS)):
+            mine = [r for r in rows if (r["n"], r["shape"], r["by"]) == (n, shape, by)]
+            axis.loglog(
+                1e-6 * numbers(mine, "time [µs]"),
+                numbers(mine, "joint error"),
+                color=COLOURS[(2, 1, 3)[k]],
+                marker=MARKERS[k],
+                markersize=5,
+                label=by,
+            )
+        axis.set_title(f"n = {n}, {shape}", fontsize=11)
+        axis.set_xlabel("time of an evaluation [s]")
+    axes[0].set_ylabel("torque at a joint: worst error\n/ (side × flush force)", fontsize=9)
+    axes[0].legend(fontsize=9, frameon=False, loc="upper right")
+    return figure
+
+
+DRAWINGS: dict[str, Drawing] = {
+    "accuracy": draw_accuracy,
+    "points": draw_points,
+    "scaling": draw_scaling,
+    "fold": draw_fold,
+    "peers": draw_peers,
+}

@@ -1,0 +1,92 @@
+"""Magpylib's `getFT` on the same casings: exact fields on magnets cut into dipoles."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Generator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from magfold_env.benchmarks.magnets import reference
+from magfold_env.benchmarks.magnets.kernels import Loads
+from magfold_env.engine.state import Array
+from magfold_env.scene import Scene
+
+MAGPYLIB = "magpylib getFT"
+STEP = 1e-7  # [m] of its finite differences: errors of 1e-8, below those of any mesh
+DEGREES = 180.0 / np.pi
+
+Mesh = tuple[int, int, int]
+"""Cells of a magnet along its thickness, width and height."""
+
+
+def installed() -> bool:
+    """Whether magpylib is there; the extra ``peers`` brings it."""
+    return find_spec("magpylib") is not None
+
+
+class Peer:
+    """Casings as collections of four cuboid magnets, each evenly magnetised along its thickness.
+
+    Parameters
+    ----------
+    scene
+        Poles, casings and magnets.
+    places : (n, 2) array
+        Centres [m].
+    headings : (n,) array
+        Headings [rad].
+    """
+
+    def __init__(self, scene: Scene, places: Array, headings: Array) -> None:
+        self._magpylib: Any = importlib.import_module("magpylib")
+        rotation: Any = importlib.import_module("scipy.spatial.transform").Rotation
+        magnets = reference.magnets_of(scene)
+        depth = scene.casing.side / 2.0 - magnets.inset - magnets.thickness / 2.0
+        size = (magnets.thickness, magnets.width, magnets.height)
+        remanence = reference.MU0 * magnets.charge / (magnets.width * magnets.height)
+        self._places = np.column_stack([places, np.zeros(len(places))])
+        self._casings: list[Any] = []
+        for place, heading, faces in zip(places, headings, scene.sequence, strict=True):
+            cuboids = [
+                self._magpylib.magnet.Cuboid(
+                    dimension=size,
+                    polarization=(remanence if face == "N" else -remanence, 0.0, 0.0),
+                    position=(*(place + depth * np.array([np.cos(angle), np.sin(angle)])), 0.0),
+                    orientation=rotation.from_euler("z", angle * DEGREES, degrees=True),
+                )
+                for face, angle in zip(faces, heading + reference.FACE_NORMALS, strict=True)
+            ]
+            self._casings.append(self._magpylib.Collection(*cuboids))
+
+    def loads(self, mesh: Mesh) -> Loads:
+        """Return forces [N] and torques about the centres [N·m], (1, n) each.
+
+        Every pair of casings is computed once, as the engine does; reactions follow.
+        """
+        n = len(self._casings)
+        force, torque = np.zeros((n, 3)), np.zeros((n, 3))
+        for i in range(1, n):
+            found = self._magpylib.getFT(
+                self._casings[:i], self._casings[i], eps=STEP, squeeze=False, meshing=mesh
+            )
+            pull, moment = (each[:, 0, 0] for each in found)  # of all sources, (i, 3) each
+            force[i] += pull.sum(axis=0)
+            torque[i] += moment.sum(axis=0)
+            force[:i] -= pull
+            torque[:i] -= moment + np.cross(self._places[i] - self._places[:i], pull)
+        return Loads(force[None, :, 0], force[None, :, 1], torque[None, :, 2])
+
+    @contextmanager
+    def one_thread(self) -> Generator[None]:
+        """Keep magpylib to one thread, as the engine is for one chain."""
+        defaults = self._magpylib.defaults
+        threads = defaults.threads
+        defaults.threads = 1
+        try:
+            yield
+        finally:
+            defaults.threads = threads

@@ -1,0 +1,286 @@
+"""The magnets benchmark: its reference, its poses, its parts and their report."""
+
+import json
+from itertools import combinations
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from magfold_env import cli
+from magfold_env.benchmarks import drawing
+from magfold_env.benchmarks.magnets import (
+    accuracy,
+    figures,
+    fold,
+    peers,
+    points,
+    poses,
+    reference,
+    scaling,
+)
+from magfold_env.benchmarks.magnets.casings import Sums, sample_of
+from magfold_env.benchmarks.magnets.chains import Chain, joint_torques, pinned_states
+from magfold_env.benchmarks.magnets.kernels import Loads
+from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB, Peer, installed
+from magfold_env.scene_parts import Magnets
+from magfold_env.shapes import angles_to_word, centres, is_fully_folded, overlaps
+from tests.engine import reference as engine_reference
+
+SIDE = 0.0125
+
+
+def silent(share, what):
+    pass
+
+
+def pair(seed):
+    rng = np.random.default_rng(seed)
+    return poses.random_scene(rng, 2), poses.random_pair(rng, SIDE)
+
+
+# --- the reference ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.0015, 0.009])
+@pytest.mark.parametrize("gap", [0.001, 0.006, 0.02])
+def test_two_parallel_faces_meet_the_closed_form(aside, gap):
+    magnets = Magnets()
+    offset = np.array([[aside, gap]])
+    pull, _ = reference.rectangle_pull(offset, np.zeros(1), magnets, *reference.RULES[0][1:])
+    closed = engine_reference.akoun_yonnet(offset[0], magnets.width, magnets.height)
+    np.testing.assert_allclose(pull[0], closed, rtol=0, atol=1e-10 * np.abs(closed).max())
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_more_nodes_do_not_change_the_reference(seed, monkeypatch):
+    scene, pose = pair(seed)
+    before = reference.forces(scene, *pose)
+    finer = tuple((start, 2 * m, 2 * k) for start, m, k in reference.RULES)
+    monkeypatch.setattr(reference, "RULES", finer)
+    after = reference.forces(scene, *pose)
+    unit = reference.flush_force(scene)
+    np.testing.assert_allclose(before[0], after[0], rtol=0, atol=1e-9 * unit)
+    np.testing.assert_allclose(before[1], after[1], rtol=0, atol=1e-9 * unit * SIDE)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_reference_is_what_many_strips_converge_to(seed):
+    scene, pose = pair(seed)
+    force, torque = reference.forces(scene, *pose)
+    summed, turning, _ = engine_reference.magnet_forces(*pose, scene, 60)
+    unit = reference.flush_force(scene)
+    np.testing.assert_allclose(force, summed, rtol=0, atol=1e-9 * unit)
+    np.testing.assert_allclose(torque, turning, rtol=0, atol=1e-9 * unit * SIDE)
+
+
+@pytest.mark.skipif(not installed(), reason="magpylib is not installed")
+@pytest.mark.parametrize("seed", range(3))
+def test_magpylib_converges_to_the_reference(seed):
+    scene, pose = pair(seed)
+    sample = sample_of([scene], [pose])
+    peer = Peer(scene, *pose)
+    coarse, fine = (sample.errors(peer.loads(mesh))[0] for mesh in ((2, 4, 4), (6, 12, 12)))
+    # Cells are a third as wide: of second order the error is a ninth.
+    assert fine < 0.16 * coarse
+    assert fine < 5e-3
+
+
+# --- the poses --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_pairs_do_not_overlap(seed):
+    _, (places, headings) = pair(seed)
+    squares = [
+        engine_reference.square(place, heading, SIDE / 2)
+        for place, heading in zip(places, headings, strict=True)
+    ]
+    found = engine_reference.separation(*squares)
+    assert found == pytest.approx(poses.separation(places, headings, SIDE), abs=1e-12)
+    assert found > -1e-12
+
+
+def test_many_random_pairs_touch():
+    gaps = [poses.separation(*pair(seed)[1], SIDE) for seed in range(60)]
+    assert sum(gap < 1e-12 for gap in gaps) > 15
+    assert sum(gap > 1e-3 for gap in gaps) > 5
+
+
+@pytest.mark.parametrize("n", [2, 6, 20, 61, 1000])
+def test_folded_chains_of_any_length_are_compact_and_do_not_overlap(n):
+    headings = poses.folded(n)
+    word = angles_to_word(np.diff(headings))
+    assert is_fully_folded(word)
+    assert not overlaps(word)
+    np.testing.assert_allclose(np.abs(np.diff(headings)), np.pi / 2, rtol=0, atol=1e-12)
+    # A square of n casings is √n sides long; staircases lie at 45 degrees to their bounds.
+    assert np.ptp(centres(headings, SIDE), axis=0).max() <= 2.5 * np.sqrt(n) * SIDE
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_random_shapes_do_not_overlap(seed):
+    headings = poses.random_shape(np.random.default_rng(seed), 6, SIDE)
+    places = centres(headings, SIDE)
+    for k in combinations(range(6), 2):
+        assert poses.separation(places[list(k)], headings[list(k)], SIDE) > -1e-9 * SIDE
+
+
+# --- what is measured -------------------------------------------------------------------------
+
+
+def test_errors_are_of_forces_and_of_torques_over_the_side():
+    scene, pose = pair(1)
+    sample = sample_of([scene], [pose])
+    unit = reference.flush_force(scene)
+    exact = Loads(sample.force[..., 0], sample.force[..., 1], sample.torque)
+    assert sample.errors(exact) == pytest.approx([0.0])
+    second = np.array([[0.0, unit]])
+    off = exact._replace(fx=exact.fx + 0.3 * second, fy=exact.fy + 0.4 * second)
+    assert sample.errors(off) == pytest.approx([0.5])
+    off = exact._replace(torque=exact.torque + 0.2 * SIDE * second)
+    assert sample.errors(off) == pytest.approx([0.2])
+
+
+def test_more_nodes_err_less_and_points_never_converge():
+    drawn = [pair(seed) for seed in range(10)]
+    sample = sample_of([scene for scene, _ in drawn], [pose for _, pose in drawn])
+    strips = [sample.errors(Sums(sample, Magnets(nodes=k)).loads()).max() for k in (2, 6, 20)]
+    assert strips[0] > 10 * strips[1] > 100 * strips[2]
+    lines = Magnets(model="points", nodes=30)
+    assert sample.errors(Sums(sample, lines).loads()).max() > 0.5
+
+
+def test_joint_torques_are_moments_of_what_lies_beyond_a_joint():
+    rng = np.random.default_rng(3)
+    headings = rng.normal(size=4)
+    states = pinned_states([headings], SIDE)
+    loads = Loads(*rng.normal(size=(3, 1, 4)))
+    places = centres(headings, SIDE)
+    reach = SIDE / np.sqrt(2)
+    for joint in (1, 2, 3):
+        hinge = places[joint] - reach * np.array([np.cos(headings[joint]), np.sin(headings[joint])])
+        expected = 0.0
+        for i in range(joint, 4):
+            arm = places[i] - hinge
+            expected += loads.torque[0, i] + arm[0] * loads.fy[0, i] - arm[1] * loads.fx[0, i]
+        assert joint_torques(loads, states, SIDE)[0, joint - 1] == pytest.approx(expected)
+
+
+def test_a_chain_turns_its_joints_as_the_reference_says():
+    rng = np.random.default_rng(5)
+    scene = poses.random_scene(rng, 5).replace(magnets={"accuracy": 1e-4})
+    headings = poses.random_shape(rng, 5, SIDE)
+    states = pinned_states([headings], SIDE)
+    force, torque = reference.forces(scene, centres(headings, SIDE), headings)
+    exact = joint_torques(Loads(force[None, :, 0], force[None, :, 1], torque[None]), states, SIDE)
+    found = joint_torques(Chain(scene, states).loads(), states, SIDE)
+    bound = 1e-4 * reference.flush_force(scene) * SIDE
+    np.testing.assert_allclose(found, exact, rtol=0, atol=bound)
+
+
+def test_point_charges_are_too_strong_near_and_right_far_away():
+    rows = points.force_rows()
+    near = [float(row["magnets / exact"]) for row in points.rows_at(rows, 0.001)]
+    far = [float(row["magnets / exact"]) for row in points.rows_at(rows, 0.03)]
+    assert min(near) > 4
+    np.testing.assert_allclose(far, 1.0, atol=0.06)
+    # One charge a face: Coulomb's law by hand.
+    lone = next(row for row in points.rows_at(rows, 0.01) if row["h"] == 1)
+    charge, t = Magnets().charge, Magnets().thickness
+    by_hand = 1e-7 * charge**2 * (1 / 0.01**2 - 2 / (0.01 + t) ** 2 + 1 / (0.01 + 2 * t) ** 2)
+    found = float(lone["magnets / exact"]) * float(lone["exact [N]"])
+    assert found == pytest.approx(by_hand)
+
+
+def test_the_states_of_a_fold_are_as_many_as_its_evaluations():
+    scene = next(iter(fold.folds(fold.Effort((3,), 1, 1)).values()))
+    session = fold.RecordedSession(scene)
+    session.run()
+    states = fold.states_of(scene)
+    assert states.first.size == session.evaluations
+    np.testing.assert_array_equal(states.q[-1], session.path[-1])
+    # Evaluations of a step lie between its ends.
+    low, high = (f([path[: scene.n] for path in session.path], axis=0) for f in (np.min, np.max))
+    assert (states.q[:, : scene.n] >= low - 1e-12).all()
+    assert (states.q[:, : scene.n] <= high + 1e-12).all()
+
+
+def test_the_slope_is_that_of_a_power_law():
+    rows = [
+        {"shape": "unfolded", "magnets": "m", "n": n, "time [µs]": 0.3 * n**1.7}
+        for n in (2, 60, 450, 10_000)
+    ]
+    assert scaling.slope(rows, "unfolded", "m") == pytest.approx(1.7)
+    assert np.isnan(scaling.slope(rows[:2], "unfolded", "m"))
+
+
+def test_lengths_that_would_take_too_long_are_left_out(monkeypatch):
+    monkeypatch.setattr(scaling, "QUICK_LENGTHS", (2, 6, 20))
+    monkeypatch.setattr(scaling, "LONGEST", 1e-9)
+    monkeypatch.setattr(scaling, "FIXED", {})
+    part = scaling.run(quick=True, progress=silent)
+    assert {row["n"] for row in part.rows} == {2}
+    assert any("n = 6 and more left out" in text for text in part.findings)
+
+
+def test_the_fastest_setting_that_is_as_exact_is_compared():
+    def contender(setting, error):
+        return peers.Contender(peers.SUMS, setting, error, 0.0, lambda: None, 1)
+
+    ours = [contender("rough", 1e-1), contender("good", 1e-3), contender("better", 1e-5)]
+    times = {
+        each.key: peers.Timing(np.array([time]))
+        for each, time in zip(ours, (1.0, 3.0, 2.0), strict=True)
+    }
+    by = (ours, times)
+    assert peers.fastest(*by, contender("", 1e-2), peers.SUMS) == ours[2].key
+    assert peers.fastest(*by, contender("", 1e-1), peers.SUMS) == ours[0].key
+    assert not peers.fastest(*by, contender("", 1e-9), peers.SUMS)
+    assert not peers.fastest(*by, contender("", 1.0), peers.DYNAMICS)
+
+
+def test_an_absent_peer_is_reported(monkeypatch):
+    monkeypatch.setattr(peers, "installed", lambda: False)
+    part = peers.run(quick=True, progress=silent)
+    assert part.rows == []
+    assert "magpylib is absent" in part.findings[0]
+
+
+# --- parts, diagrams and the command ----------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["accuracy", "points", "scaling", "fold", "peers"])
+def test_every_part_runs_and_draws(name, tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib.figure")
+    if name == "peers" and not installed():
+        pytest.skip(f"{MAGPYLIB} is not installed")
+    monkeypatch.setattr(scaling, "QUICK_LENGTHS", (2, 60, 80))
+    monkeypatch.setattr(scaling, "NODES_AT", 4)
+    out = tmp_path / "out"
+    arguments = ["bench", "magnets", "--quick", "--only", name, "--out", str(out)]
+    result = CliRunner().invoke(cli.app, arguments)
+    assert result.exit_code == 0, result.stderr
+    data = json.loads((out / "magnets.json").read_text(encoding="utf-8"))
+    assert data["parts"][name]["rows"]
+    assert data["parts"][name]["findings"]
+    names = {path.name for path in out.iterdir()}
+    assert names == {"magnets.json", f"{name}.csv", f"{name}.png"}
+
+
+def test_bounds_hold_in_the_quick_measurement():
+    part = accuracy.run(quick=True, progress=silent)
+    for row in part.rows:
+        if row["model"] == accuracy.BOUND:
+            assert float(row["worst error"]) <= float(row["setting"])
+    assert all("FAILS" not in text for text in part.findings)
+
+
+def test_parts_without_rows_have_no_diagram(tmp_path):
+    assert drawing.draw(peers.Part("peers", []), figures.DRAWINGS, tmp_path) == []
+
+
+def test_unknown_parts_are_told():
+    wrong = CliRunner().invoke(cli.app, ["bench", "magnets", "--only", "rest"])
+    assert wrong.exit_code == 2
+    assert "must be one of accuracy, points, scaling, fold, peers" in wrong.stderr
