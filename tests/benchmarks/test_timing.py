@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magfold_env.benchmarks import machine
-from magfold_env.benchmarks.timing import Timing, ratio, spread_of, take_turns
+from magfold_env.benchmarks.timing import Timing, ratio, spread_of, take_one, take_turns
 
 
 class Clock:
@@ -52,6 +52,13 @@ def test_tasks_take_turns_and_short_ones_are_repeated():
     warm_up = ["long"] * 2 + ["short"] * 2
     assert clock.log == [*warm_up, *(["long"] + ["short"] * 4) * 2]
     assert times["short"].median == pytest.approx(0.3)  # a call, not a sample
+
+
+def test_long_work_is_done_once():
+    clock = Clock()
+    timing = take_one(clock.task("long", 30.0, preparation=2.0), clock)
+    assert clock.log == ["long"]
+    assert (timing.spread.low, timing.median, timing.spread.high) == (30.0, 30.0, 30.0)
 
 
 def test_spread_holds_median_and_quartiles():

@@ -5,16 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 from magfold_env.benchmarks.drawing import COLOURS, INK, MARKERS, Drawing, numbers, panels
-from magfold_env.benchmarks.magnets.accuracy import BOUND, POINTS
+from magfold_env.benchmarks.magnets.accuracy import BOUND, NODES, POINTS
 from magfold_env.benchmarks.magnets.fold import ASKED
 from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB
 from magfold_env.benchmarks.magnets.peers import DYNAMICS, SUMS
 from magfold_env.benchmarks.magnets.points import CHARGES, PAPER, SHOWN, rows_at
+from magfold_env.benchmarks.magnets.scaling import LONG, STEEPEST
 from magfold_env.benchmarks.part import Row
 
 FLUSH = "force between two flush opposite faces"
 SMALLEST = 1e-8  # error that is drawn; below it the reference's own may show
-SLOPES = (1.0, 2.0)  # of n, drawn beside the times
+SETTINGS = {POINTS: "charges a face", NODES: "nodes a face", BOUND: "bound"}
+SLOPES = {STEEPEST: ":", 2.0: "-."}  # powers of n beside the times, and their lines
 
 
 def draw_accuracy(rows: list[Row]) -> Any:
@@ -33,7 +35,7 @@ def draw_accuracy(rows: list[Row]) -> Any:
                 markersize=5,
                 linewidth=2.2 if model == BOUND else 1.3,
                 zorder=3 if model == BOUND else 2,
-                label=f"{model}: {'h' if model == POINTS else 'bound' if model == BOUND else 'k'}",
+                label=f"{model} ({SETTINGS[model]})",
             )
             for row in mine:
                 axis.annotate(
@@ -110,16 +112,14 @@ def draw_scaling(rows: list[Row]) -> Any:
             label=f"{shape}, {magnets}",
         )
     first = [row for row in chains if (row["shape"], row["magnets"]) == keys[0]]
-    n, time = numbers(first, "n"), numbers(first, "time [µs]")
-    for power in SLOPES:
-        # Through the middle of the first line, so that they can be told from it.
-        middle = n.size // 2
-        axis.loglog(
-            n, time[middle] * (n / n[middle]) ** power, color=INK, linewidth=0.8, linestyle=":"
-        )
-        axis.annotate(
-            f"∝ n^{power:g}", (n[-1], time[middle] * (n[-1] / n[middle]) ** power), fontsize=9
-        )
+    longer = [row for row in first if int(row["n"]) >= LONG]
+    if longer:
+        n = numbers(longer, "n")
+        for power, style in SLOPES.items():
+            line = float(longer[0]["time [µs]"]) * (n / n[0]) ** power
+            axis.loglog(
+                n, line, color=INK, linewidth=1.2, linestyle=style, label=f"n to the {power:g}"
+            )
     axis.set_xlabel("components n")
     axis.set_ylabel("time of an evaluation [µs]")
     axis.legend(fontsize=9, frameon=False, loc="upper left")
@@ -141,7 +141,8 @@ def draw_fold(rows: list[Row]) -> Any:
         if bound in ASKED:
             axis.axhline(ASKED[bound], color=colour, linewidth=1.0, linestyle="--")
     axis.set_xticks(range(len(names)), [name.replace(", ", "\n", 1) for name in names], fontsize=8)
-    axis.set_yscale("log")
+    axis.set_ylim(0.0, 1.25 * float(numbers(rows, "all pairs summed [µs]").max()))
+    axis.grid(visible=False, axis="x")
     axis.set_ylabel("time an evaluation [µs]")
     axis.set_xlabel(
         "dashed: at most that is asked for; short strokes: all pairs summed", fontsize=9

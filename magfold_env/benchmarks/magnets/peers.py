@@ -50,7 +50,7 @@ class Effort:
         if quick:
             return cls({6: ((1, 2, 2),)}, 2)
         fine = ((1, 2, 2), (1, 4, 4), (2, 6, 6), (3, 10, 10))
-        return cls({6: fine, 60: fine[:3]}, 3)
+        return cls({6: fine, 60: fine[:2]}, 3)
 
 
 @dataclass(frozen=True, eq=False)
