@@ -20,6 +20,7 @@ Task = Callable[[], Callable[[], object]]
 """Prepares one call, untimed, and returns what is to be timed."""
 
 MOST_CALLS = 10_000
+LASTING = 1e-2  # [s]; a call of a kernel with many arrays takes 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +113,30 @@ def take_turns(
         if collecting:
             gc.enable()
     return {name: Timing(taken) for name, taken in samples.items()}
+
+
+def enough_repeats(
+    work: Callable[[int], object],
+    least: float = LASTING,
+    clock: Callable[[], float] = time.thread_time,
+) -> int:
+    """Return how often to repeat compiled work in one call, so that the call itself costs nothing.
+
+    Parameters
+    ----------
+    work
+        Repeats itself so many times in one call.
+    least
+        How long the call shall last [s].
+    """
+    work(1)  # compiles
+    repeats = 1
+    while True:
+        begun = clock()
+        work(repeats)
+        if clock() - begun >= least:
+            return repeats
+        repeats *= 2
 
 
 def take_one(task: Task, clock: Callable[[], float] = time.thread_time) -> Timing:

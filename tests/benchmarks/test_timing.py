@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from magfold_env.benchmarks import machine
-from magfold_env.benchmarks.timing import Timing, ratio, spread_of, take_one, take_turns
+from magfold_env.benchmarks.timing import (
+    Timing,
+    enough_repeats,
+    ratio,
+    spread_of,
+    take_one,
+    take_turns,
+)
 
 
 class Clock:
@@ -52,6 +59,16 @@ def test_tasks_take_turns_and_short_ones_are_repeated():
     warm_up = ["long"] * 2 + ["short"] * 2
     assert clock.log == [*warm_up, *(["long"] + ["short"] * 4) * 2]
     assert times["short"].median == pytest.approx(0.3)  # a call, not a sample
+
+
+def test_work_is_repeated_until_its_call_costs_nothing():
+    clock = Clock()
+
+    def work(repeats):
+        clock.now += 0.5 + 0.1 * repeats
+
+    repeats = enough_repeats(work, 10.0, clock)
+    assert 0.5 + 0.1 * repeats >= 10.0 > 0.5 + 0.1 * repeats / 2
 
 
 def test_long_work_is_done_once():

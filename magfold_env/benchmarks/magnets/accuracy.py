@@ -2,7 +2,8 @@
 
 Errors are of forces and torques of casings against `reference`, relative to the force between two
 flush opposite faces, torques over the side: the quantity that the scene's accuracy bounds. Pairs
-of casings are random, touching ones among them; chains of six are unfolded, folded or on the way.
+of casings are random, touching ones among them; chains of six are unfolded, folded or on the way,
+and long chains either.
 """
 
 from __future__ import annotations
@@ -13,7 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from magfold_env.benchmarks.magnets.casings import Sample, Sums, sample_of
-from magfold_env.benchmarks.magnets.poses import random_pair, random_scene, random_shape
+from magfold_env.benchmarks.magnets.poses import (
+    folded,
+    random_pair,
+    random_scene,
+    random_shape,
+    unfolded,
+)
 from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.timing import Task, take_turns
 from magfold_env.engine.state import Array
@@ -22,10 +29,10 @@ from magfold_env.scene_parts import Magnets
 from magfold_env.shapes import centres
 
 NAME = "accuracy"
-PAIRS, FOLDS = "pairs of casings", "chains of 6"
+PAIRS, FOLDS, LONG = "pairs of casings", "chains of 6", "chains of 60"
 POINTS, NODES, BOUND = "points", "strips, fixed nodes", "strips, error bound"
 SEED = 4
-LENGTH = 6
+LENGTH, LONG_LENGTH = 6, 60
 
 
 @dataclass(frozen=True)
@@ -34,6 +41,7 @@ class Effort:
 
     pairs: int
     folds: int
+    long: int
     charges: tuple[int, ...]
     """Of the point model, a pole face."""
     nodes: tuple[int, ...]
@@ -46,10 +54,11 @@ class Effort:
     def of(cls, quick: bool) -> Effort:
         """Return the effort of a quick or a full run."""
         if quick:
-            return cls(60, 6, (1, 3, 30), (3, 16), (1e-2, 1e-4), 2)
+            return cls(60, 6, 1, (1, 3, 30), (3, 16), (1e-2, 1e-4), 2)
         return cls(
             2000,
             100,
+            6,
             (1, 2, 3, 5, 8, 12, 20, 30),
             (1, 2, 3, 4, 6, 8, 12, 16, 24),
             (1e-2, 1e-3, 1e-4, 1e-5),
@@ -62,18 +71,19 @@ def run(quick: bool, progress: Progress) -> Part:
     effort = Effort.of(quick)
     rng = np.random.default_rng(SEED)
     part = Part(NAME, [])
-    for k, (name, draw, count) in enumerate(
-        ((PAIRS, draw_pair, effort.pairs), (FOLDS, draw_chain, effort.folds))
-    ):
-        progress(k / 2, f"{name}: exact forces")
-        drawn = [draw(rng) for _ in range(count)]
+    sets = {
+        PAIRS: [draw_pair(rng) for _ in range(effort.pairs)],
+        FOLDS: [draw_chain(rng) for _ in range(effort.folds)],
+        LONG: [draw_long(rng, unfolded if k % 2 else folded) for k in range(effort.long)],
+    }
+    for k, (name, drawn) in enumerate(sets.items()):
+
+        def tick(share: float, k: int = k, name: str = name) -> None:
+            progress((k + share) / len(sets), name)
+
+        tick(0.0)
         sample = sample_of([scene for scene, _ in drawn], [pose for _, pose in drawn])
-        rows = measure(
-            name,
-            sample,
-            effort,
-            lambda share, k=k, name=name: progress((k + 0.5 + 0.5 * share) / 2, f"{name}: times"),
-        )
+        rows = measure(name, sample, effort, tick)
         part.rows.extend(rows)
         part.tables.append(_table(name, sample, rows))
         part.findings.extend(_findings(name, sample, rows))
@@ -90,6 +100,15 @@ def draw_chain(rng: np.random.Generator) -> tuple[Scene, tuple[Array, Array]]:
     """Draw the poles and the pose of a chain of six."""
     scene = random_scene(rng, LENGTH)
     headings = random_shape(rng, LENGTH, scene.casing.side)
+    return scene, (centres(headings, scene.casing.side), headings)
+
+
+def draw_long(
+    rng: np.random.Generator, shape: Callable[[int], Array]
+) -> tuple[Scene, tuple[Array, Array]]:
+    """Draw the poles of a long chain of a given shape."""
+    scene = random_scene(rng, LONG_LENGTH)
+    headings = shape(LONG_LENGTH)
     return scene, (centres(headings, scene.casing.side), headings)
 
 
@@ -114,7 +133,7 @@ def measure(name: str, sample: Sample, effort: Effort, tick: Callable[[float], N
     rows: list[Row] = []
     for key, each in sums.items():
         taken = times[str(key)].spread
-        unit = 1e6 / (each.times * sample.size)
+        unit = 1e6 / each.evaluations
         rows.append(
             {
                 "states": name,

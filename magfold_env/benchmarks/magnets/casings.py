@@ -9,13 +9,12 @@ import numpy as np
 
 from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.kernels import Loads, sum_forces
+from magfold_env.benchmarks.timing import enough_repeats
 from magfold_env.engine.pack import charges, pack_magnets
 from magfold_env.engine.state import Array, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.scene import Scene
 from magfold_env.scene_parts import Magnets
-
-CALLED = 500  # states at least in one call, so that the call costs nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,16 +64,17 @@ class Sums:
 
     def __init__(self, sample: Sample, magnets: Magnets) -> None:
         states, n = sample.headings.shape
-        self.times = -(-CALLED // states)
         self._magnets = pack_magnets(sample.scenes[0].replace(magnets=magnets))
         self._charge = np.array([charges(scene) for scene in sample.scenes])
         self._poses = pose_of(sample.places, sample.headings)
         self._nodes = new_nodes(self._magnets, n)
         self._out = new_loads(states, n)
+        self._times = enough_repeats(self._evaluate)
+        self.evaluations = self._times * states
 
     def work(self) -> None:
-        """Evaluate every state `times` times."""
-        self._evaluate(self.times)
+        """Evaluate all states, `evaluations` times in all."""
+        self._evaluate(self._times)
 
     def loads(self) -> Loads:
         """Return the forces and torques."""

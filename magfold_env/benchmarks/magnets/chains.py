@@ -8,7 +8,7 @@ import numpy as np
 
 from magfold_env.benchmarks.magnets.casings import new_loads, pose_of
 from magfold_env.benchmarks.magnets.kernels import Loads, States, chain_forces
-from magfold_env.benchmarks.timing import Task
+from magfold_env.benchmarks.timing import Task, enough_repeats
 from magfold_env.engine.pack import pack
 from magfold_env.engine.state import Array, IntArray
 from magfold_env.engine.workspace import new_nodes, new_rigid
@@ -25,21 +25,21 @@ class Chain:
         Contact, where it is on, lets nearby components be looked up.
     states
         Where the chain is.
-    times
-        How often `work` evaluates every state.
+    once
+        Whether `work` evaluates every state once, and not as often as makes its call cost nothing.
     """
 
-    def __init__(self, scene: Scene, states: States, times: int = 1) -> None:
-        self.evaluations = times * states.first.size
-        self._times = times
+    def __init__(self, scene: Scene, states: States, *, once: bool = False) -> None:
         self._model = pack(scene)
         self._states = states
         self._nodes = new_nodes(self._model.magnets, scene.n)
         self._rigid = new_rigid(self._model.magnets, scene.n)
         self._out = new_loads(states.first.size, scene.n)
+        self._times = 1 if once else enough_repeats(self._evaluate)
+        self.evaluations = self._times * states.first.size
 
     def work(self) -> None:
-        """Evaluate every state, again and again."""
+        """Evaluate all states, `evaluations` times in all."""
         self._evaluate(self._times)
 
     def task(self) -> Task:

@@ -15,6 +15,7 @@ from magfold_env.benchmarks.part import Row
 
 FLUSH = "force between two flush opposite faces"
 SMALLEST = 1e-8  # error that is drawn; below it the reference's own may show
+CONTENDERS = {MAGPYLIB: "magpylib getFT", SUMS: "engine, sums", DYNAMICS: "engine, dynamics"}
 SETTINGS = {POINTS: "charges a face", NODES: "nodes a face", BOUND: "bound"}
 SLOPES = {STEEPEST: ":", 2.0: "-."}  # powers of n beside the times, and their lines
 
@@ -23,7 +24,9 @@ def draw_accuracy(rows: list[Row]) -> Any:
     """Worst error against time, a panel a kind of states; settings are written at the points."""
     states = list(dict.fromkeys(str(row["states"]) for row in rows))
     models = list(dict.fromkeys(str(row["model"]) for row in rows))
-    figure, axes = panels(len(states), "Magnet forces: worst error against time", shared=False)
+    figure, axes = panels(
+        len(states), "Magnet forces: worst error against time", 4.4, 4.6, shared=False
+    )
     for axis, name in zip(axes, states, strict=True):
         for k, model in enumerate(models):
             mine = [row for row in rows if (row["states"], row["model"]) == (name, model)]
@@ -52,7 +55,10 @@ def draw_accuracy(rows: list[Row]) -> Any:
         axis.set_xlabel("time of a state [µs]")
         axis.set_ylim(SMALLEST / 2.0, 100.0)
     axes[0].set_ylabel(f"worst error / {FLUSH}")
-    axes[0].legend(fontsize=9, frameon=False, loc="lower left")
+    lines, labels = axes[0].get_legend_handles_labels()
+    figure.legend(
+        lines, labels, fontsize=9, frameon=False, loc="outside lower center", ncols=len(models)
+    )
     return figure
 
 
@@ -156,7 +162,7 @@ def draw_peers(rows: list[Row]) -> Any:
     chains = list(dict.fromkeys((int(row["n"]), str(row["shape"])) for row in rows))
     figure, axes = panels(len(chains), "Beside magpylib: worst error against time", 3.4, 4.2)
     for axis, (n, shape) in zip(axes, chains, strict=True):
-        for k, by in enumerate((MAGPYLIB, SUMS, DYNAMICS)):
+        for k, (by, label) in enumerate(CONTENDERS.items()):
             mine = [r for r in rows if (r["n"], r["shape"], r["by"]) == (n, shape, by)]
             axis.loglog(
                 1e-6 * numbers(mine, "time [µs]"),
@@ -164,7 +170,7 @@ def draw_peers(rows: list[Row]) -> Any:
                 color=COLOURS[(2, 1, 3)[k]],
                 marker=MARKERS[k],
                 markersize=5,
-                label=by,
+                label=label,
             )
         axis.set_title(f"n = {n}, {shape}", fontsize=11)
         axis.set_xlabel("time of an evaluation [s]")

@@ -15,7 +15,7 @@ from magfold_env.benchmarks.magnets.kernels import Loads
 from magfold_env.engine.state import Array
 from magfold_env.scene import Scene
 
-MAGPYLIB = "magpylib getFT"
+MAGPYLIB = "magpylib"
 STEP = 1e-7  # [m] of its finite differences: errors of 1e-8, below those of any mesh
 DEGREES = 180.0 / np.pi
 
