@@ -11,6 +11,7 @@ from magfold_env.scene_parts import Casing, Feed, Gravity, Magnets, Solver, Spre
 # After magfold_env.energy, the package, so that `energy` names the function: importing a
 # submodule binds its name here, but only the first time.
 from magfold_env.simulate import accelerations, energy, forces, simulate
+from magfold_env.simulate_batch import simulate_batch
 
 __all__ = [
     "Casing",
@@ -32,6 +33,7 @@ __all__ = [
     "save_scene",
     "scene_names",
     "simulate",
+    "simulate_batch",
 ]
 
 register_envs()

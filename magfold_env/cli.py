@@ -132,7 +132,9 @@ def dynamics(
     quick: Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")] = False,
     only: Annotated[
         list[str] | None,
-        typer.Option(help="A part: scaling, smooth, restarts, contact, features; may repeat."),
+        typer.Option(
+            help="A part: scaling, smooth, restarts, contact, folds, features; may repeat."
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for CSV, JSON and PNG files; made if need be.")

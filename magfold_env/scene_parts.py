@@ -182,9 +182,11 @@ class Solver(Part):
 
     method: Literal["adaptive", "paper"] = "adaptive"
     """`paper` repeats the paper's fixed steps and snaps; it needs `mount: pinned`."""
-    tolerance: Annotated[float, Strict(), Field(ge=1e-12, le=0.1)] = 1e-3
+    tolerance: Annotated[float, Strict(), Field(ge=1e-12, le=0.1)] = 1e-4
     """Local error allowed in an angle [rad] (`adaptive`)."""
     time_step: Positive = 1.0 / 1200.0
     """Step [s] (`paper`)."""
     max_steps: Annotated[int, Strict(), Field(ge=1)] = 200_000
     """Work cap: a chain still moving after so many steps is `unsettled`."""
+    max_steps_per_second: Annotated[int, Strict(), Field(ge=1)] = 50_000
+    """Work cap: so is one that needs more steps in one second of simulated time."""

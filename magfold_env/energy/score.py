@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from magfold_env.energy.landscape import signs
-from magfold_env.engine.magnets import COULOMB, level_pair
+from magfold_env.engine.magnet_laws import COULOMB
+from magfold_env.engine.near_faces import level_pair
 from magfold_env.engine.pack import pack_magnets
 from magfold_env.engine.state import Array, Magnets
 from magfold_env.engine.workspace import new_nodes

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine import chain, contact
-from magfold_env.engine.complementarity import solve_equalities, solve_nonnegative
+from magfold_env.engine import boxes, chain, contact
+from magfold_env.engine.complementarity import solve_equalities
 from magfold_env.engine.dynamics import apply_multipliers, fill_rows, project, rate_of
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.jit import inlined, kernel, merged
@@ -14,9 +14,9 @@ from magfold_env.engine.state import EVENTS, LO, Array, IntArray, Model, State, 
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
 SHUT = 1e-10  # [m/s] rates this small are none
 OPENING = 1e-7  # [rad/s] a stop whose joint turns away faster is left
-HOP = 0.05  # share of the tolerance by which a joint may open and close again unseen
 CORRECTIONS = 3
 ATTEMPTS = 3  # at the velocities after an impact
+ASTRAY = 4.0  # times a contact's usual depth: a correction so far off is none
 SUNK = 1e-4  # share of the side: overlaps that a step's error does not explain
 OK, IMPACT, CROWDED, UNSOLVED = range(4)
 
@@ -67,52 +67,6 @@ def begin_step(model: Model, state: State, work: Work) -> int:
 
 
 @kernel
-def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int:
-    """Hold the joints that left their stops but would be back before anybody could see it.
-
-    An impact on one joint throws others off their stops, which the magnets then press shut again:
-    ever smaller hops, each with an impact. Those of less than `HOP` of the tolerance are left out:
-    the velocity becomes the nearest one at which these joints stay, and those that stayed anyway.
-    ``acceleration`` is that of the state. Returns OK, IMPACT (velocities changed) or UNSOLVED: no
-    such velocity was found, the joints are left to hop, and rows must be filled anew.
-    """
-    lo = state.counter[LO]
-    work.mark[:] = 0
-    found = False
-    for k in range(first_joint(lo), model.n):
-        angle = state.q[k] - state.q[k - 1]
-        if state.lock[k] != 0 or abs(angle) < contact.HALF_PI - AT_STOP:
-            continue
-        side = 1 if angle > 0.0 else -1
-        rate, pull = side * state.v[k], side * acceleration[k]
-        if k > lo:
-            rate -= side * state.v[k - 1]
-            pull -= side * acceleration[k - 1]
-        if pull > 0.0 and rate * rate < 2.0 * pull * HOP * model.tolerance:
-            state.lock[k] = side
-            work.mark[k] = 1
-            found = True
-    if not found:
-        return OK
-    rows = collect_rows(lo, model, state, work)
-    prepare(lo, model, state.v, work)
-    for r in range(rows):
-        work.bias[r] = rate_of(lo, work, r, state.v)
-        work.equality[r] = int(r < work.row_count[0])
-        work.passive[r] = 1
-    solved = solve_nonnegative(rows, work)
-    if solved:
-        apply_multipliers(lo, rows, work, state.v)
-    else:
-        for k in range(model.n):
-            if work.mark[k] == 1:
-                state.lock[k] = 0
-        collect_rows(lo, model, state, work)
-    leave(lo, model, state, work)
-    return IMPACT if solved else UNSOLVED
-
-
-@kernel
 def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) -> bool:
     """Undo what a step drifted off the contacts that pressed all through it.
 
@@ -126,9 +80,12 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
     for r in range(rows):
         # Stops, and the contacts that pressed at the end of the step.
         work.passive[r] = int(r < stops or work.multiplier[r] > 0.0)
-    for _ in range(CORRECTIONS):
+    off = math.inf
+    for correction in range(CORRECTIONS + 1):
+        # As it will be left: what joints are off by now moves the squares.
+        hold_joints(lo, model, state.lock, q, v)
         place_all(lo, model, q, work.pose)
-        contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
+        boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
         work.row_count[2] = rows
         prepare(lo, model, v, work)
         off = 0.0
@@ -136,16 +93,19 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
             work.bias[r] = 0.0
             if r >= stops:
                 box, other, k = work.row_id[r, 0], work.row_id[r, 1], work.row_id[r, 2]
-                gap = contact.corner_gap(model, work, box, other, k)
+                gap = boxes.corner_gap(model, work, box, other, k)
                 if gap < -SUNK * model.side:
                     return False
                 if work.passive[r] == 1:
                     work.bias[r] = gap - target
                     off = max(off, abs(gap - target))
-        if off < target:
+        if off < target or correction == CORRECTIONS:
             break
         solve_equalities(rows, work)
         apply_multipliers(lo, rows, work, q)
+    # Where constraints all but contradict each other corrections may lead away.
+    if off > ASTRAY * target:
+        return False
     for r in range(rows):
         work.bias[r] = rate_of(lo, work, r, v)
     solve_equalities(rows, work)
@@ -158,7 +118,7 @@ def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
     """Rows of all that touches, stops first; returns their number, −1 if there is no room."""
     collect_stops(lo, model, state, work)
     place_all(lo, model, state.q, work.pose)
-    contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
+    boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
     rows = contact.collect_contacts(lo, model, work, work.row_count[0])
     work.row_count[1] = rows
     return rows
@@ -209,10 +169,16 @@ def leave(lo: int, model: Model, state: State, work: Work) -> None:
             move_row(work, r, keep)
             keep += 1
     work.row_count[0] = keep
+    # What is let go is remembered at the other end of the rows, behind room for friction's.
+    dropped = 0
     for r in range(stops, rows):
         if rate_of(lo, work, r, state.v) <= SHUT:
             move_row(work, r, keep)
             keep += 1
+        elif rows + 3 * model.n + dropped < work.bias.size:
+            move_row(work, r, work.bias.size - 1 - dropped)
+            dropped += 1
+    work.row_count[3] = dropped
     work.row_count[1] = keep
     work.row_count[2] = keep
     work.passive[:keep] = 1

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine import chain, chain_magnets, contact, friction
+from magfold_env.engine import boxes, chain, chain_magnets, contact, friction
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.friction_solver import solve_with_friction
@@ -109,7 +109,7 @@ def fill_rows(lo: int, model: Model, v: Array, work: Work) -> None:
     for r in range(stops):
         contact.stop_row(lo, model, work, r, work.row_id[r, 0], work.row_id[r, 1])
     if rows > stops:
-        contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
+        boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
         for r in range(stops, rows):
             contact.contact_row(lo, model, work.pose, work, r, v)
     respond(lo, model, work, 0, rows)

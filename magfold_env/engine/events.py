@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from magfold_env.engine import contact
+from magfold_env.engine import boxes, contact
 from magfold_env.engine.constraints import first_joint
 from magfold_env.engine.dormand_prince import DENSE, STAGES
 from magfold_env.engine.feed import place_all
@@ -40,20 +40,20 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
     for k in range(first_joint(lo), model.n):
         if state.lock[k] == 0:
             worst = min(worst, contact.HALF_PI - abs(q[k] - q[k - 1]))
-    if model.n <= contact.APART and not model.tube:
+    if model.n <= boxes.APART and not model.tube:
         return worst
     place_all(lo, model, q, work.pose)
-    contact.place_boxes(max(lo - 1, 0), model, work.pose, work)
+    boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
     for i in range(max(lo - 1, 0), model.n):
-        j = contact.next_partner(model, lo, i, i)
+        j = boxes.next_partner(model, lo, i, i)
         while j < model.n + 2:
-            if contact.may_touch(model, work, i, j):
+            if boxes.may_touch(model, work, i, j):
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)
-                    gap = contact.corner_gap(model, work, box, other, c % 4) / model.side
+                    gap = boxes.corner_gap(model, work, box, other, c % 4) / model.side
                     if gap < worst and not contact.is_row(work, box, other, c % 4):
                         worst = gap
-            j = contact.next_partner(model, lo, i, j)
+            j = boxes.next_partner(model, lo, i, j)
     return worst
 
 
@@ -66,7 +66,7 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
     Bracketed at the ends and the middle of the step, then located by the Illinois method on the
     dense output, which costs no forces.
     """
-    low, at_low = 0.0, margin(model, state, state.q, work)
+    low, at_low = 0.0, 1.0
     high = 0.0
     at_high = 1.0
     for k in range(1, 3):
@@ -78,6 +78,8 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
         low, at_low = high, at_high
     if at_high >= 0.0:
         return 1.0
+    if low == 0.0:
+        at_low = margin(model, state, state.q, work)
     if at_low < NEAR_ENOUGH:
         return STALLED if low == 0.0 else low
     left = at_low

@@ -24,14 +24,24 @@ def speed(model: Model, work: Work, v: Array, i: int) -> float:
 
 @inlined
 def add_sliding(lo: int, model: Model, v: Array, work: Work) -> None:
-    """Add the friction of the moving components to ``work.fx``, ``work.fy``, ``work.torque``."""
+    """Add the friction of the moving components to ``work.fx``, ``work.fy``, ``work.torque``.
+
+    But for those in ``work.slow``, for whose friction a step solves.
+    """
     for i in range(lo, model.n):
         s = speed(model, work, v, i)
-        if s > AT_REST:
+        if s > AT_REST and work.slow[i] == 0:
             f = model.grip[i] / s
             work.fx[i] -= f * work.vx[i]
             work.fy[i] -= f * work.vy[i]
             work.torque[i] -= f * model.arm * model.arm * v[i]
+
+
+@inlined
+def slide_of(model: Model, work: Work, v: Array, i: int) -> float:
+    """How far component i would slide on if nothing but friction slowed it down [m]."""
+    s = speed(model, work, v, i)
+    return s * s * model.bodies.mass[i] / (2.0 * max(model.grip[i], 1e-300))
 
 
 @kernel

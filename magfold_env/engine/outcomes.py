@@ -1,7 +1,7 @@
 """How a step, and an integration, can end."""
 
 # One step.
-ACCEPTED, TOUCHED, RATTLED, TOO_SHORT, BROKEN = range(5)
+ACCEPTED, TOUCHED, RATTLED, TOO_SHORT, BROKEN, UNSOLVABLE = range(6)
 
 # An integration.
 REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, FULL, JAMMED = range(9)

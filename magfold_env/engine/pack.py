@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from magfold_env.engine.magnets import BLEND, LANES
+from magfold_env.engine.near_faces import BLEND, LANES
 from magfold_env.engine.pair_tables import build_tables
 from magfold_env.engine.quadrature import Rule, choose_rule, table_rule
 from magfold_env.engine.state import Array, Bodies, IntArray, Magnets, Model, Tables
@@ -74,6 +74,7 @@ def pack(scene: Scene) -> Model:
         tolerance=scene.solver.tolerance,
         rate_scale=_rate_scale(scene, float(mass.mean()), pitch),
         max_steps=scene.solver.max_steps,
+        max_steps_per_second=scene.solver.max_steps_per_second,
     )
 
 
@@ -146,6 +147,7 @@ def quadrature_of(casing: Casing, magnets: MagnetsPart, rule: Rule) -> Magnets:
     )
 
 
+@lru_cache(maxsize=64)
 def _build(
     rule: Rule, *, strips: bool, width: float, height: float, outer: float, inner: float
 ) -> Magnets:

@@ -16,7 +16,7 @@ import numpy as np
 
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.magnet_laws import COULOMB
-from magfold_env.engine.magnets import BLEND, level_pair, refine
+from magfold_env.engine.near_faces import BLEND, level_pair, refine
 from magfold_env.engine.pair_lookup import DEGREE, PAIRS
 from magfold_env.engine.state import Array, Magnets, Nodes, Tables
 from magfold_env.engine.workspace import new_nodes

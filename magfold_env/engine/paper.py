@@ -24,6 +24,7 @@ from magfold_env.engine.state import (
     State,
     Work,
 )
+from magfold_env.engine.work_cap import out_of_work
 
 SNAP = 0.9 * math.pi / 2.0  # equation 40
 QUIET_TIME = 0.1  # [s] a chain that turned by less than QUIET_ANGLE in it is at rest
@@ -45,7 +46,7 @@ def paper_advance(
         copy(state.q, work.new_q, 0)
         work.new_v[0] = 0.0
     while state.clock[TIME] < until:
-        if state.counter[STEPS] >= model.max_steps:
+        if out_of_work(model, state):
             return CAPPED
         if not record_instant(record, state):
             return FULL

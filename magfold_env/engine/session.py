@@ -5,36 +5,40 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from magfold_env.engine import (
+    boxes,
     chain_magnets,
-    contact,
     feed,
     integrator,
     magnets,
     outcomes,
     paper,
-    recorder,
 )
+from magfold_env.engine.frames import Frames
 from magfold_env.engine.orientation import Orientation
 from magfold_env.engine.pack import face_charges, pack, reversed_inside
 from magfold_env.engine.state import (
     EVALUATIONS,
-    FRAMES,
     LO,
     STEPS,
     TIME,
     Array,
-    Record,
 )
-from magfold_env.engine.workspace import new_record, new_state, new_work
-from magfold_env.fold import Fold, FoldStatus, Trajectory
+from magfold_env.engine.workspace import new_state, new_work
+from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word
 
 FOLDED_WITHIN = 0.05  # [rad] of ±90°
-ROOM = 4096  # frames kept before they are moved out of the kernels' record
+BREAKDOWNS = {
+    outcomes.CAPPED: (FoldStatus.UNSETTLED, "stopped {at}: {limit} are the limit"),
+    outcomes.UNDERFLOW: (FoldStatus.FAILED, "step size underflow {at}: tolerance out of reach"),
+    outcomes.TOO_CROWDED: (FoldStatus.FAILED, "more contacts than there is room for {at}"),
+    outcomes.JAMMED: (FoldStatus.FAILED, "jammed {at}: the feed drives what cannot give way"),
+    outcomes.NO_SOLUTION: (FoldStatus.FAILED, "contact and friction forces not found {at}"),
+    outcomes.NOT_FINITE: (FoldStatus.FAILED, "accelerations are not finite {at}"),
+}
 
 
 class Session:
@@ -64,10 +68,7 @@ class Session:
         headings = self._view.start(joints, centred=scene.mount == "tube")
         self._state = new_state(self._model, headings)
         self._work = new_work(self._model)
-        interval = 0.0 if frame_rate is None else 1.0 / frame_rate
-        capacity = ROOM + int(integrator.LONGEST_STEP / interval) if interval else 0
-        self._record: Record = new_record(self._model, interval, capacity)
-        self._frames: list[tuple[Array, Array, Array, npt.NDArray[np.int64]]] = []
+        self._frames = Frames(self._model, self._state, frame_rate)
         self._faces = list(scene.sequence)
         self._speeds = scene.speeds.copy()
         self._status: FoldStatus | None = None
@@ -207,7 +208,7 @@ class Session:
         until = state.clock[TIME] + feed.time_to_release(model, state)
         if lo == model.n:
             # Nothing is outside yet that could move by itself.
-            self._record_straight(until)
+            self._frames.take_straight(until)
             state.q[model.n] += speed * (until - state.clock[TIME])
             state.clock[TIME] = until
         elif not self._advance(until):
@@ -243,7 +244,7 @@ class Session:
             time=self.time,
             steps=self.steps,
             evaluations=self.evaluations,
-            trajectory=self._trajectory(),
+            trajectory=self._frames.trajectory(self._view),
         )
 
     def scene(self) -> Scene:
@@ -258,41 +259,38 @@ class Session:
 
     def _advance(self, until: float) -> bool:
         """Integrate; returns whether the time was reached rather than an end."""
-        model, state = self._model, self._state
+        model, state, record = self._model, self._state, self._frames.record
         while True:
             if self._scene.solver.method == "paper":
                 outcome = paper.paper_advance(
-                    model, state, self._work, self._record, until, self._scene.solver.time_step
+                    model, state, self._work, record, until, self._scene.solver.time_step
                 )
             else:
-                outcome = integrator.advance(model, state, self._work, self._record, until)
+                outcome = integrator.advance(model, state, self._work, record, until)
             if outcome != outcomes.FULL:
                 break
-            self._empty_record()
+            self._frames.empty()
         if outcome == outcomes.REACHED:
             return True
-        at = f"at t = {self.time:.6g} s"
         if outcome == outcomes.RESTED:
             self._rest()
-        elif outcome == outcomes.CAPPED:
-            self._end(FoldStatus.UNSETTLED, f"stopped {at}: {self.steps} steps are the limit")
-        elif outcome == outcomes.UNDERFLOW:
-            self._end(FoldStatus.FAILED, f"step size underflow {at}: tolerance out of reach")
-        elif outcome == outcomes.TOO_CROWDED:
-            self._end(FoldStatus.FAILED, f"more contacts than there is room for {at}")
-        elif outcome == outcomes.JAMMED:
-            self._end(FoldStatus.FAILED, f"jammed {at}: the feed drives what cannot give way")
-        elif outcome == outcomes.NO_SOLUTION:
-            self._end(FoldStatus.FAILED, f"contact and friction forces not found {at}")
         else:
-            self._end(FoldStatus.FAILED, f"accelerations are not finite {at}")
+            status, reason = BREAKDOWNS[outcome]
+            reason = reason.format(at=f"at t = {self.time:.6g} s", limit=self._limit())
+            self._end(status, reason)
         return False
+
+    def _limit(self) -> str:
+        """Return the work cap that was met."""
+        if self.steps >= self._model.max_steps:
+            return f"{self._model.max_steps} steps"
+        return f"{self._model.max_steps_per_second} steps a second"
 
     def _refuse_overlap(self) -> None:
         model, work = self._model, self._work
         feed.place_all(0, model, self._state.q, work.pose)
-        contact.place_boxes(0, model, work.pose, work)
-        pair = contact.overlapping_pair(model, work)
+        boxes.place_boxes(0, model, work.pose, work)
+        pair = boxes.overlapping_pair(model, work)
         if pair[0] >= 0:
             first, second = sorted(self._view.index(k) + 1 for k in pair)
             self._end(FoldStatus.FAILED, f"components {first} and {second} overlap at the start")
@@ -311,34 +309,3 @@ class Session:
     def _end(self, status: FoldStatus, message: str) -> None:
         self._status = status
         self._message = message
-
-    def _record_straight(self, until: float) -> None:
-        while not recorder.record_rest(self._record, self._model, self._state, until):
-            self._empty_record()
-
-    def _empty_record(self) -> None:
-        count = int(self._state.counter[FRAMES])
-        record = self._record
-        self._frames.append(
-            (
-                record.time[:count].copy(),
-                record.q[:count].copy(),
-                record.v[:count].copy(),
-                record.lo[:count].copy(),
-            )
-        )
-        self._state.counter[FRAMES] = 0
-
-    def _trajectory(self) -> Trajectory | None:
-        if self._record.interval == 0.0:
-            return None
-        self._empty_record()
-        time, q, v, lo = (np.concatenate(parts) for parts in zip(*self._frames, strict=True))
-        n = self.n
-        return Trajectory(
-            time=time,
-            angles=self._view.headings(q[:, :n]),
-            base=self._view.outer_hinge(q, lo),
-            rates=self._view.rates(v[:, :n]),
-            released=n - lo,
-        )

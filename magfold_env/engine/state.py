@@ -98,27 +98,30 @@ class Model(NamedTuple):
     tolerance: float  # [rad]
     rate_scale: float  # a typical angular rate [rad/s]
     max_steps: int
+    max_steps_per_second: int
 
 
 class State(NamedTuple):
     """The moving part; every array is updated in place.
 
-    Entries of ``counter``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`, `FRESH` (1:
-    the accelerations must be found anew), `TOUCHY` (steps
-    still to be taken by Moreau's scheme); of ``clock``: `TIME`, `STEP`, `FRAME_TIME`,
-    `BRAKE` (how long the next step may be before a component stops).
+    Entries of ``counter``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`, `FRESH` (1: the
+    accelerations must be found anew), `TOUCHY` (steps still to be taken by Moreau's scheme),
+    `SECOND_STEPS` (`STEPS` when the present second of simulated time began); of ``clock``: `TIME`,
+    `STEP`, `FRAME_TIME`, `BRAKE` (how long the next step may be before a component stops),
+    `SECOND` (when the present second began), `LAST_STEP` (0: nothing to compare with) and
+    `LAST_ERROR` (of that step).
     """
 
     q: Array  # headings, then the base, (n + 2,) [rad, m]
     v: Array  # their rates, (n + 2,) [rad/s, m/s]
     lock: IntArray  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not; (n,)
     stuck: IntArray  # 1: held by friction; (n,)
-    counter: IntArray  # (7,)
-    clock: Array  # (4,) [s]
+    counter: IntArray  # (8,)
+    clock: Array  # (7,) [s]
 
 
-LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, TOUCHY = range(7)
-TIME, STEP, FRAME_TIME, BRAKE = range(4)
+LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, TOUCHY, SECOND_STEPS = range(8)
+TIME, STEP, FRAME_TIME, BRAKE, SECOND, LAST_STEP, LAST_ERROR = range(7)
 
 
 class Record(NamedTuple):
@@ -207,7 +210,7 @@ class Work(NamedTuple):
     box_s: Array
     box_a: Array
     box_b: Array
-    row_count: IntArray  # (3,) stops, stops and contacts, all
+    row_count: IntArray  # (4,) stops, stops and contacts, all; contacts just let go
     row_id: IntArray  # (rows, 4)
     jacobian: Array  # (rows, n + 2)
     response: Array  # (rows, n + 2) M⁻¹Jᵀ
@@ -218,6 +221,8 @@ class Work(NamedTuple):
     equality: IntArray  # (rows,)
     order: IntArray  # (rows,)
     mark: IntArray  # (n,)
+    braking: Array  # (n,) when components may stop [s]
+    slow: IntArray  # (n,) 1: friction is not among the smooth forces, but solved for
     trial: Array  # (rows,)
     update: Array  # (rows,)
     cholesky: Array  # (rows, rows)

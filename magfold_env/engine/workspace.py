@@ -40,10 +40,10 @@ def new_state(model: Model, angles: Array) -> State:
     n = model.n
     q = np.zeros(n + 2)
     q[:n] = angles
-    clock = np.zeros(4)
+    clock = np.zeros(7)
     clock[BRAKE] = math.inf
     clock[STEP] = 0.1 / model.rate_scale
-    count: IntArray = np.zeros(7, dtype=np.int64)
+    count: IntArray = np.zeros(8, dtype=np.int64)
     count[LO] = n if model.tube else 0
     count[FRESH] = 1
     return State(
@@ -103,7 +103,7 @@ def new_work(model: Model) -> Work:
         box_s=floats(n + 2),
         box_a=floats(n + 2),
         box_b=floats(n + 2),
-        row_count=integers(3),
+        row_count=integers(4),
         row_id=integers(rows, 4),
         jacobian=floats(rows, n + 2),
         response=floats(rows, n + 2),
@@ -114,6 +114,8 @@ def new_work(model: Model) -> Work:
         equality=integers(rows),
         order=integers(rows),
         mark=integers(n),
+        braking=floats(n),
+        slow=integers(n),
         trial=floats(rows),
         update=floats(rows),
         cholesky=floats(rows, rows),

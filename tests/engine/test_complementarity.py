@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from magfold_env.engine import contact, dynamics
+from magfold_env.engine import boxes, dynamics
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.pack import pack
@@ -102,7 +102,7 @@ class Impact:
         q, work = self.state.q, self.work
         q[:n] = np.cumsum(rng.uniform(-np.pi / 2, np.pi / 2, n))
         place_all(0, self.model, q, work.pose)
-        contact.place_boxes(0, self.model, work.pose, work)
+        boxes.place_boxes(0, self.model, work.pose, work)
         joints = rng.choice(np.arange(1, n), int(rng.integers(1, n)), replace=False)
         for r, joint in enumerate(joints):
             work.row_id[r, :2] = joint, rng.choice([-1, 1])

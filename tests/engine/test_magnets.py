@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.engine import magnet_laws, magnets
+from magfold_env.engine import magnet_laws, magnets, near_faces
 from magfold_env.engine.pack import pack
 from magfold_env.engine.state import Pose
 from magfold_env.engine.workspace import new_work
@@ -65,12 +65,12 @@ class Casings:
         near = self.face_distances(places, headings)
         near = near * np.kron(1 - np.eye(headings.size), np.ones((8, 8)))
         radii = self.model.magnets.level_radius[1:]
-        return sum(int(((near > r) & (near < magnets.BLEND * r)).sum()) // 2 for r in radii)
+        return sum(int(((near > r) & (near < near_faces.BLEND * r)).sum()) // 2 for r in radii)
 
     def crosses_an_edge(self, first, second):
         """Whether a blend, only twice differentiable at its ends, begins or ends on the way."""
         rule = self.model.magnets
-        levels = np.outer(rule.level_radius[1:], [1.0, magnets.BLEND]).ravel()
+        levels = np.outer(rule.level_radius[1:], [1.0, near_faces.BLEND]).ravel()
         ranks = 2 * rule.depth + np.outer(rule.rank_radius[1:], [1.0, magnets.SPREAD]).ravel()
         return _crosses(
             levels, self.face_distances(*first), self.face_distances(*second)
@@ -165,7 +165,7 @@ def test_gradient_holds_between_two_levels(level, share):
     rng = np.random.default_rng(9)
     casings = Casings(scene_of(rng, 2, "coarse strips"))
     radius = casings.model.magnets.level_radius[level]
-    distance = radius * (1.0 + share * (magnets.BLEND - 1.0))
+    distance = radius * (1.0 + share * (near_faces.BLEND - 1.0))
     places = np.array([[0.0, 0.0], [0.0, SIDE - 0.001 + distance]])
     headings = np.array([np.pi / 4, np.pi / 4])
     assert casings.blended(places, headings) > 0
@@ -299,9 +299,9 @@ def test_logarithm_is_exact_to_rounding(exponent):
 
 @pytest.mark.parametrize("ratio", np.linspace(0.98, 1.12, 29))
 def test_blend_has_the_derivative_it_states(ratio):
-    weight, slope = magnet_laws.step_down(ratio, magnets.BLEND)
+    weight, slope = magnet_laws.step_down(ratio, near_faces.BLEND)
     assert 0.0 <= weight <= 1.0
     measured = reference.derivative(
-        lambda t: magnet_laws.step_down(ratio + t, magnets.BLEND)[0], 1e-6
+        lambda t: magnet_laws.step_down(ratio + t, near_faces.BLEND)[0], 1e-6
     )
     assert slope == pytest.approx(measured, abs=1e-6)

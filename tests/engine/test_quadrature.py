@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.engine import magnets
+from magfold_env.engine import magnets, near_faces
 from magfold_env.engine.pack import pack_magnets
 from magfold_env.engine.quadrature import choose_rule
 from magfold_env.engine.workspace import new_nodes
@@ -27,7 +27,7 @@ def strip_force(nodes, offset, turn):
     rule = pack_magnets(Scene(sequence=("NNNN",), magnets=Magnets(nodes=nodes)))
     x, y = float(offset[0]), float(offset[1])
     c, s = np.cos(turn), np.sin(turn)
-    _, fx, fy, moment = magnets.level_pair(
+    _, fx, fy, moment = near_faces.level_pair(
         rule, 0, x, y, c, s, 0.0, 0.0, 1.0, 0.0, False, new_nodes(rule, 1)
     )
     return np.array([fx, fy]), moment - (x * fy - y * fx)

@@ -5,6 +5,7 @@ import pytest
 from magfold_env.benchmarks.dynamics_laws.along_folds import limits_of
 from magfold_env.benchmarks.dynamics_laws.random_scenes import random_scene
 from magfold_env.benchmarks.dynamics_laws.stepping import SteppedSession
+from magfold_env.fold import FoldStatus
 from magfold_env.simulate import simulate
 
 DEEPEST = 1e-3  # share of the side
@@ -52,3 +53,17 @@ def test_the_work_cap_holds_when_steps_are_watched():
     session.run()
     assert session.steps == 20
     assert session.message == simulate(scene).message
+
+
+def test_a_second_of_simulated_time_has_a_work_cap_of_its_own():
+    tube = {"mount": "tube", "feed": {"speed": 0.02}}
+    scene = random_scene(14).replace(friction=0.35, **tube)
+    whole = simulate(scene)
+    assert whole.time > 3.0
+    busiest = whole.steps / whole.time
+    capped = simulate(scene.replace(solver={"max_steps_per_second": int(busiest)}))
+    assert capped.status is FoldStatus.UNSETTLED
+    assert f"{int(busiest)} steps a second are the limit" in capped.message
+    assert capped.steps < whole.steps
+    roomy = simulate(scene.replace(solver={"max_steps_per_second": whole.steps}))
+    assert (roomy.status, roomy.steps) == (whole.status, whole.steps)

@@ -30,6 +30,6 @@ def _advance(session: Session, until: float) -> Iterator[Session]:
     outcome = integrator.CAPPED
     while outcome in {integrator.CAPPED, integrator.FULL}:
         model = session._model._replace(max_steps=int(state.counter[STEPS]) + 1)
-        outcome = integrator.advance(model, state, session._work, session._record, until)
+        outcome = integrator.advance(model, state, session._work, session._frames.record, until)
         yield session
     assert outcome in {integrator.REACHED, integrator.RESTED}, outcome

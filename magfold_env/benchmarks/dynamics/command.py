@@ -11,6 +11,7 @@ from magfold_env.benchmarks.dynamics import (
     contact_scenes,
     features,
     figures,
+    fold_cost,
     restarts,
     smooth,
 )
@@ -22,6 +23,7 @@ PARTS: dict[str, Runner] = {
     "smooth": smooth.run,
     "restarts": restarts.run,
     "contact": contact_scenes.run,
+    "folds": fold_cost.run,
     "features": features.run,
 }
 

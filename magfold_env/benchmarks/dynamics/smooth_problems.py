@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from magfold_env.engine.contact import APART
+from magfold_env.engine.boxes import APART
 from magfold_env.engine.pack import pack
 from magfold_env.engine.state import Array, Model, Work
 from magfold_env.engine.workspace import new_work

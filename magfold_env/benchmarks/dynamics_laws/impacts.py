@@ -7,7 +7,7 @@ import numpy as np
 from magfold_env.benchmarks.dynamics_laws.mechanics import mass_matrix
 from magfold_env.benchmarks.dynamics_laws.projection import nearest_admissible
 from magfold_env.benchmarks.dynamics_laws.random_scenes import random_word
-from magfold_env.engine import contact, dynamics
+from magfold_env.engine import boxes, dynamics
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.pack import pack
 from magfold_env.engine.workspace import new_state, new_work
@@ -45,7 +45,7 @@ def impact_error(seed: int) -> float | None:
         joints, share = word_to_angles(random_word(rng, n)), 0.9
     state.q[1:n] = np.cumsum(joints)
     place_all(0, model, state.q, work.pose)
-    contact.place_boxes(0, model, work.pose, work)
+    boxes.place_boxes(0, model, work.pose, work)
     at_stop = np.flatnonzero(rng.random(n - 1) < share)
     row = 0
     for joint in at_stop:
@@ -54,8 +54,8 @@ def impact_error(seed: int) -> float | None:
     work.row_count[0] = row
     for _ in range(int(rng.integers(0, MOST_CONTACTS + 1))):
         # Rows are linear: for the projection it does not matter how wide the gaps are.
-        i = int(rng.integers(0, n - contact.APART)) if n > contact.APART else 0
-        work.row_id[row, :3] = i, rng.integers(i + contact.APART, n), rng.integers(4)
+        i = int(rng.integers(0, n - boxes.APART)) if n > boxes.APART else 0
+        work.row_id[row, :3] = i, rng.integers(i + boxes.APART, n), rng.integers(4)
         row += 1
     work.row_count[1:] = row
     free = n + 2 if mount == "free" else n

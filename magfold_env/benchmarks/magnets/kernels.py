@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from magfold_env.engine.chain_magnets import add_chain_forces
 from magfold_env.engine.jit import allocating_kernel
-from magfold_env.engine.magnets import add_forces, level_pair
+from magfold_env.engine.magnets import add_forces
+from magfold_env.engine.near_faces import level_pair
 from magfold_env.engine.state import Array, IntArray, Magnets, Model, Nodes, Pose, Rigid
 
 

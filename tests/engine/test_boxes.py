@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given, target
 from hypothesis import strategies as st
 
-from magfold_env.engine import chain, contact
+from magfold_env.engine import boxes, chain, contact
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.pack import pack
 from magfold_env.engine.workspace import new_work
@@ -15,7 +15,7 @@ from tests.engine import reference
 
 SIDE = 0.0125
 RADIUS = Casing().corner_radius
-CORE = (1.0 - contact.SHRINK) * SIDE / 2 - RADIUS
+CORE = (1.0 - boxes.SHRINK) * SIDE / 2 - RADIUS
 right_angle = st.floats(-np.pi / 2, np.pi / 2)
 seeds = st.integers(0, 2**32 - 1)
 
@@ -70,7 +70,7 @@ class Boxes:
 
     def place(self, q):
         place_all(self.lo, self.model, q, self.work.pose)
-        contact.place_boxes(max(self.lo - 1, 0), self.model, self.work.pose, self.work)
+        boxes.place_boxes(max(self.lo - 1, 0), self.model, self.work.pose, self.work)
 
     def polygon(self, box, q):
         """Core of a box (4, 2) from the coordinates alone."""
@@ -101,7 +101,7 @@ class Boxes:
         """Gap of corner k of `other` from `box`; corners as the engine numbers them."""
         self.place(q)
         work = self.work
-        corner = np.array(contact.corner(work, other, k))
+        corner = np.array(boxes.corner(work, other, k))
         place = np.array([work.box_x[other], work.box_y[other]]) + corner
         core = self.polygon(box, q)
         sides = zip(core, np.roll(core, -1, axis=0), strict=True)
@@ -117,13 +117,13 @@ class Boxes:
         return np.append(np.cumsum(joints), [base, 0.0])
 
 
-def pairs(boxes):
+def pairs(case):
     """All the pairs that the engine looks at."""
-    for i in range(max(boxes.lo - 1, 0), boxes.n):
-        j = contact.next_partner(boxes.model, boxes.lo, i, i)
-        while j < boxes.n + 2:
+    for i in range(max(case.lo - 1, 0), case.n):
+        j = boxes.next_partner(case.model, case.lo, i, i)
+        while j < case.n + 2:
             yield i, j
-            j = contact.next_partner(boxes.model, boxes.lo, i, j)
+            j = boxes.next_partner(case.model, case.lo, i, j)
 
 
 layouts = st.sampled_from([(7, 0, False), (7, 3, True), (6, 1, True), (6, 0, True)])
@@ -133,15 +133,15 @@ layouts = st.sampled_from([(7, 0, False), (7, 3, True), (6, 1, True), (6, 0, Tru
 def test_gap_is_the_distance_of_the_rounded_boxes(seed, layout):
     n, lo, tube = layout
     rng = np.random.default_rng(seed)
-    boxes = Boxes(n, lo, tube=tube)
-    q = boxes.random_q(rng)
-    for i, j in pairs(boxes):
-        if reference.separation(boxes.polygon(i, q), boxes.polygon(j, q)) <= 0.0:
+    case = Boxes(n, lo, tube=tube)
+    q = case.random_q(rng)
+    for i, j in pairs(case):
+        if reference.separation(case.polygon(i, q), case.polygon(j, q)) <= 0.0:
             continue
-        boxes.place(q)
-        gaps = [contact.corner_gap(boxes.model, boxes.work, i, j, k) for k in range(4)]
-        gaps += [contact.corner_gap(boxes.model, boxes.work, j, i, k) for k in range(4)]
-        assert min(gaps) == pytest.approx(boxes.gap(i, j, q), abs=1e-15)
+        case.place(q)
+        gaps = [boxes.corner_gap(case.model, case.work, i, j, k) for k in range(4)]
+        gaps += [boxes.corner_gap(case.model, case.work, j, i, k) for k in range(4)]
+        assert min(gaps) == pytest.approx(case.gap(i, j, q), abs=1e-15)
 
 
 def test_engine_looks_at_every_pair_that_can_meet():
@@ -156,25 +156,25 @@ def test_engine_looks_at_every_pair_that_can_meet():
 def test_every_touching_corner_becomes_a_row(seed):
     # A far-reaching touch, so that random chains have contacts.
     rng = np.random.default_rng(seed)
-    boxes = Boxes(7)
-    q = boxes.random_q(rng)
-    boxes.place(q)
-    rows = contact.collect_contacts(0, boxes.model, boxes.work, 0)
-    found = {tuple(row[:3]) for row in boxes.work.row_id[:rows].tolist()}
+    case = Boxes(7)
+    q = case.random_q(rng)
+    case.place(q)
+    rows = contact.collect_contacts(0, case.model, case.work, 0)
+    found = {tuple(row[:3]) for row in case.work.row_id[:rows].tolist()}
     touch = contact.TOUCH * SIDE
-    for i, j in pairs(boxes):
-        overlapping = reference.separation(boxes.polygon(i, q), boxes.polygon(j, q)) <= 0.0
-        if overlapping or boxes.gap(i, j, q) < 0.9 * touch:
+    for i, j in pairs(case):
+        overlapping = reference.separation(case.polygon(i, q), case.polygon(j, q)) <= 0.0
+        if overlapping or case.gap(i, j, q) < 0.9 * touch:
             inside = [k for k in range(4) if (i, j, k) in found or (j, i, k) in found]
             assert inside or overlapping
-        elif boxes.gap(i, j, q) > 1.1 * touch:
+        elif case.gap(i, j, q) > 1.1 * touch:
             assert not [row for row in found if set(row[:2]) == {i, j}]
 
 
-def row_of(boxes, box, other, k, q, v):
+def row_of(case, box, other, k, q, v):
     """Jacobian and bias of a contact row at the coordinates and velocities."""
-    boxes.place(q)
-    work, model, lo = boxes.work, boxes.model, boxes.lo
+    case.place(q)
+    work, model, lo = case.work, case.model, case.lo
     chain.centre_velocities(lo, model.bodies, work.pose, v, work.vx, work.vy)
     chain.centripetal(lo, model.bodies, work.pose, v, work.ax, work.ay)
     work.row_id[0, :3] = box, other, k
@@ -182,73 +182,73 @@ def row_of(boxes, box, other, k, q, v):
     return work.jacobian[0].copy(), work.bias[0]
 
 
-def turns_a_corner(boxes, box, other, k, q):
-    boxes.place(q)
-    return contact.corner_offset(boxes.work, box, other, k)[2]
+def turns_a_corner(case, box, other, k, q):
+    case.place(q)
+    return boxes.corner_offset(case.work, box, other, k)[2]
 
 
 @given(seed=seeds, layout=layouts)
 def test_rows_are_the_gaps_derivatives(seed, layout):
     n, lo, tube = layout
     rng = np.random.default_rng(seed)
-    boxes = Boxes(n, lo, tube=tube)
-    q = boxes.random_q(rng)
+    case = Boxes(n, lo, tube=tube)
+    q = case.random_q(rng)
     v = np.append(rng.normal(0.0, 5.0, n), rng.normal(0.0, 0.1, 2))
     v[:lo] = 0.0
-    choices = list(pairs(boxes))
+    choices = list(pairs(case))
     i, j = choices[rng.integers(len(choices))]
     box, other = (i, j) if rng.random() < 0.5 else (j, i)
     k = int(rng.integers(4))
     step = 2e-5
     ends = [q + t * step * v for t in (-3, 0, 3)]
     # Inside the box there is no distance, and at the end of a face its curvature jumps.
-    assume(len({turns_a_corner(boxes, box, other, k, end) for end in ends}) == 1)
-    assume(all(boxes.row_gap(box, other, k, end) > 1e-4 for end in ends))
-    assume(reference.separation(boxes.polygon(i, q), boxes.polygon(j, q)) > 0.0)
+    assume(len({turns_a_corner(case, box, other, k, end) for end in ends}) == 1)
+    assume(all(case.row_gap(box, other, k, end) > 1e-4 for end in ends))
+    assume(reference.separation(case.polygon(i, q), case.polygon(j, q)) > 0.0)
 
     def gap(t):
-        return boxes.row_gap(box, other, k, q + t * v)
+        return case.row_gap(box, other, k, q + t * v)
 
-    jacobian, bias = row_of(boxes, box, other, k, q, v)
+    jacobian, bias = row_of(case, box, other, k, q, v)
     speed = max(np.abs(jacobian * v).max(), 1e-3)
     assert jacobian @ v == pytest.approx(reference.derivative(gap, step), abs=1e-8 * speed)
     bend = reference.second_derivative(gap, 40 * step)
-    coarse = [turns_a_corner(boxes, box, other, k, q + t * 120 * step * v) for t in (-1, 1)]
-    assume(set(coarse) == {turns_a_corner(boxes, box, other, k, q)})
+    coarse = [turns_a_corner(case, box, other, k, q + t * 120 * step * v) for t in (-1, 1)]
+    assume(set(coarse) == {turns_a_corner(case, box, other, k, q)})
     assert bias == pytest.approx(bend, rel=1e-4, abs=1e-4)
     assert not jacobian[:lo].any()
 
 
 def test_normal_turns_continuously_past_the_end_of_a_face():
     # The corner of one square slides off the end of another's face.
-    boxes = Boxes(5)
+    case = Boxes(5)
     v = np.ones(7)
     rng = np.random.default_rng(3)
     checked = 0
     while checked < 5:
-        q, aim = boxes.random_q(rng), rng.normal(0.0, 1.0, 7)
-        flags = [turns_a_corner(boxes, 0, 4, 0, q + t * aim) for t in (0.0, 0.01)]
-        if flags[0] == flags[1] or boxes.row_gap(0, 4, 0, q) < 1e-3:
+        q, aim = case.random_q(rng), rng.normal(0.0, 1.0, 7)
+        flags = [turns_a_corner(case, 0, 4, 0, q + t * aim) for t in (0.0, 0.01)]
+        if flags[0] == flags[1] or case.row_gap(0, 4, 0, q) < 1e-3:
             continue
         low, high = 0.0, 0.01
         for _ in range(50):
             middle = (low + high) / 2
-            same = turns_a_corner(boxes, 0, 4, 0, q + middle * aim) == flags[0]
+            same = turns_a_corner(case, 0, 4, 0, q + middle * aim) == flags[0]
             low, high = (middle, high) if same else (low, middle)
-        before, _ = row_of(boxes, 0, 4, 0, q + low * aim, v)
-        after, _ = row_of(boxes, 0, 4, 0, q + high * aim, v)
+        before, _ = row_of(case, 0, 4, 0, q + low * aim, v)
+        after, _ = row_of(case, 0, 4, 0, q + high * aim, v)
         np.testing.assert_allclose(before, after, rtol=0, atol=1e-10)
         checked += 1
 
 
 def test_stop_row_is_the_joints_angle():
-    boxes = Boxes(4)
+    case = Boxes(4)
     for sign in (-1, 1):
-        contact.stop_row(0, boxes.model, boxes.work, 0, 2, sign)
+        contact.stop_row(0, case.model, case.work, 0, 2, sign)
         expected = np.zeros(6)
         expected[2], expected[1] = -sign, sign
-        np.testing.assert_array_equal(boxes.work.jacobian[0], expected)
-        assert boxes.work.bias[0] == 0.0
+        np.testing.assert_array_equal(case.work.jacobian[0], expected)
+        assert case.work.bias[0] == 0.0
 
 
 def test_magnets_do_not_move_the_boxes():

@@ -1,0 +1,73 @@
+"""How long the next step may be: by what is about to happen, and by the error of the last ones."""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine import contact, edges
+from magfold_env.engine import dormand_prince as dp
+from magfold_env.engine.constraints import first_joint
+from magfold_env.engine.jit import inlined, merged
+from magfold_env.engine.state import BRAKE, LAST_ERROR, LAST_STEP, Model, State, Work
+
+LONGEST_STEP = 0.05  # [s]
+PAST_EDGE = 2e-6  # [s] how far a step may reach beyond the end of a face
+SHORTEST_BRAKE = 1e-7  # [s] the shortest step that ends where a component stops
+EASY = 1e-4  # an error that allows the largest growth
+
+
+@merged
+def longest_step(lo: int, model: Model, state: State, work: Work) -> float:
+    """How far a step may reach [s], going by the state alone.
+
+    Not far beyond a joint's stop, the end of a face on which a corner slides, or the moment when
+    friction stops a component: what happens there would only have the step repeated.
+    """
+    h = LONGEST_STEP
+    if model.contact:
+        h = min(h, 1.2 * time_to_stop(lo, model, state, work))
+        h = min(h, PAST_EDGE + edges.time_to_edge(lo, model, work, state.v))
+    if model.frictional:
+        h = min(h, max(state.clock[BRAKE], SHORTEST_BRAKE))
+    return h
+
+
+@merged
+def time_to_stop(lo: int, model: Model, state: State, work: Work) -> float:
+    """Time until the first open joint reaches a stop at its present acceleration [s]."""
+    soonest = LONGEST_STEP
+    for k in range(first_joint(lo), model.n):
+        if state.lock[k] != 0:
+            continue
+        angle = state.q[k] - state.q[k - 1]
+        rate, acceleration = state.v[k], work.slope_v[0, k]
+        if k > lo:
+            rate -= state.v[k - 1]
+            acceleration -= work.slope_v[0, k - 1]
+        for sign in (-1.0, 1.0):
+            gap = contact.HALF_PI - sign * angle
+            toward, push = sign * rate, sign * acceleration
+            root = toward * toward + 2.0 * push * gap
+            # The first t > 0 with r t + a t²/2 = g, in the form that does not cancel.
+            if toward < 0.0:
+                if push > 0.0:
+                    soonest = min(soonest, (math.sqrt(root) - toward) / push)
+            elif root >= 0.0 and toward + math.sqrt(root) > 0.0:
+                soonest = min(soonest, 2.0 * gap / (toward + math.sqrt(root)))
+    return max(soonest, 1e-7)
+
+
+@inlined
+def next_growth(state: State, h: float, error: float) -> float:
+    """Return how much longer the next step may be, going by this one's error and its trend.
+
+    Gustafsson's predictive controller (Hairer and Wanner, Solving ODEs II, IV.8): towards a stop
+    magnets pull ever harder, and a rule that knows only the last error has every other step
+    rejected.
+    """
+    growth = 0.9 * error ** (-1.0 / dp.ORDER)
+    before = state.clock[LAST_STEP]
+    if before > 0.0:
+        trend = (state.clock[LAST_ERROR] / error) ** (1.0 / dp.ORDER)
+        growth = min(growth, growth * trend * h / before)
+    return growth
