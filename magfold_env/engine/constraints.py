@@ -78,12 +78,15 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
     stops, rows = work.row_count[0], work.row_count[1]
     target = 0.25 * contact.TOUCH * model.side
     for r in range(rows):
-        # Stops, and the contacts that pressed at the end of the step.
-        work.passive[r] = int(r < stops or work.multiplier[r] > 0.0)
+        # What pressed at the end of the step; the rest may part.
+        work.passive[r] = int(work.multiplier[r] > 0.0)
     off = math.inf
     for correction in range(CORRECTIONS + 1):
-        # As it will be left: what joints are off by now moves the squares.
-        hold_joints(lo, model, state.lock, q, v)
+        for r in range(stops):
+            # Exactly at its stop, as it will be left: that moves the squares behind it.
+            k = work.row_id[r, 0]
+            if work.passive[r] == 1:
+                q[k] = q[k - 1] + work.row_id[r, 1] * contact.HALF_PI
         place_all(lo, model, q, work.pose)
         boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
         work.row_count[2] = rows

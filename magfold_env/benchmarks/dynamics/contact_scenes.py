@@ -170,7 +170,8 @@ def _joints(fold: Fold) -> Array:
 
 
 def _session(scene: Scene, tolerance: float, frame_rate: float | None = None) -> Session:
-    changed = scene.replace(solver={"tolerance": tolerance, "max_steps": STEPS_ALLOWED})
+    caps = {"max_steps": STEPS_ALLOWED, "max_steps_per_second": STEPS_ALLOWED}
+    changed = scene.replace(solver={"tolerance": tolerance, **caps})
     return Session(changed, frame_rate)
 
 

@@ -77,7 +77,11 @@ class Outcome:
 def reference_of(scene: Scene) -> Scene:
     """Return the scene with tighter settings, and as much more work allowed."""
     solver = scene.solver
-    tighter = {"tolerance": solver.tolerance / TIGHTER, "max_steps": solver.max_steps * TIGHTER}
+    tighter = {
+        "tolerance": solver.tolerance / TIGHTER,
+        "max_steps": solver.max_steps * TIGHTER,
+        "max_steps_per_second": solver.max_steps_per_second * TIGHTER,
+    }
     return scene.replace(solver=tighter)
 
 
