@@ -42,6 +42,10 @@ _FRAME_RATE = 240.0  # the paper's camera [1/s]
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
 Png = Annotated[Path | None, typer.Option(help="Draw the result as a picture.")]
 Json = Annotated[Path | None, typer.Option(help="Write the result as JSON.")]
+Quick = Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")]
+Out = Annotated[
+    Path | None, typer.Option(help="Folder for CSV, JSON and PNG files; made if need be.")
+]
 
 
 @app.command()
@@ -129,16 +133,14 @@ def scenes() -> None:
 @bench.command()
 def dynamics(
     *,
-    quick: Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")] = False,
+    quick: Quick = False,
     only: Annotated[
         list[str] | None,
         typer.Option(
             help="A part: scaling, smooth, restarts, contact, folds, features; may repeat."
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for CSV, JSON and PNG files; made if need be.")
-    ] = None,
+    out: Out = None,
 ) -> None:
     """Measure the engine: run time against error, and what each feature costs."""
     from magfold_env.benchmarks.dynamics import command  # noqa: PLC0415 - much to import
@@ -150,14 +152,12 @@ def dynamics(
 @bench.command()
 def magnets(
     *,
-    quick: Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")] = False,
+    quick: Quick = False,
     only: Annotated[
         list[str] | None,
         typer.Option(help="A part: accuracy, points, scaling, fold, peers; may repeat."),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for CSV, JSON and PNG files; made if need be.")
-    ] = None,
+    out: Out = None,
 ) -> None:
     """Measure the magnets: time against error, growth with length, folds, magpylib beside them."""
     from magfold_env.benchmarks.magnets import command  # noqa: PLC0415 - much to import

@@ -6,25 +6,11 @@ import math
 
 import numpy as np
 
-from magfold_env.engine import (
-    boxes,
-    chain_magnets,
-    feed,
-    integrator,
-    magnets,
-    outcomes,
-    paper,
-)
+from magfold_env.engine import boxes, chain_magnets, feed, integrator, magnets, outcomes, paper
 from magfold_env.engine.frames import Frames
 from magfold_env.engine.orientation import Orientation
 from magfold_env.engine.pack import face_charges, pack, reversed_inside
-from magfold_env.engine.state import (
-    EVALUATIONS,
-    LO,
-    STEPS,
-    TIME,
-    Array,
-)
+from magfold_env.engine.state import EVALUATIONS, LO, STEPS, TIME, Array
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene

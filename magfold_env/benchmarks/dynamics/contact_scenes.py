@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from magfold_env.benchmarks.dynamics.features import finish
 from magfold_env.benchmarks.dynamics.moreau_only import moreau_only
 from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.timing import take_turns
@@ -150,7 +151,7 @@ def nudged(scene: Scene) -> Scene:
 def fold(scene: Scene, tolerance: float) -> Fold:
     """Simulate a drawn scene at a tolerance [rad]."""
     session = _session(scene, tolerance, FRAME_RATE)
-    _run(session)
+    finish(session)
     return session.fold()
 
 
@@ -175,19 +176,13 @@ def _session(scene: Scene, tolerance: float, frame_rate: float | None = None) ->
     return Session(changed, frame_rate)
 
 
-def _run(session: Session) -> None:
-    while session.status is None and session.released < session.n:
-        session.feed_one()
-    session.settle()
-
-
 def _task(scene: Scene, method: str, tolerance: float) -> Callable[[], Callable[[], None]]:
     def prepare() -> Callable[[], None]:
         session = _session(scene, tolerance)
 
         def call() -> None:
             with METHODS[method]():
-                _run(session)
+                finish(session)
 
         return call
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from magfold_env.benchmarks.dynamics.features import finish
 from magfold_env.benchmarks.dynamics_laws.random_scenes import designed_sequence
 from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.timing import Task, take_turns
@@ -99,7 +100,7 @@ def scene_of(kind: str, seed: int) -> Scene:
 def fold(scene: Scene, tolerance: float) -> Fold:
     """Simulate a drawn scene at a tolerance [rad]."""
     session = _session(scene, tolerance)
-    _run(session)
+    finish(session)
     return session.fold()
 
 
@@ -107,16 +108,10 @@ def _session(scene: Scene, tolerance: float) -> Session:
     return Session(scene.replace(solver={"tolerance": tolerance}))
 
 
-def _run(session: Session) -> None:
-    while session.status is None and session.released < session.n:
-        session.feed_one()
-    session.settle()
-
-
 def _task(scene: Scene, tolerance: float) -> Task:
     def prepare() -> Callable[[], None]:
         session = _session(scene, tolerance)
-        return lambda: _run(session)
+        return lambda: finish(session)
 
     return prepare
 
