@@ -103,6 +103,10 @@ def picture(
     size: Size,
 ) -> Image.Image:
     """Return a picture of a chain in a given view; see `frame`."""
+    if target is not None:
+        # The target's corner stays clear of the chain.
+        room = _INSET / (1.0 - _INSET) * (view.top - view.bottom)
+        view = view._replace(top=view.top + room)
     canvas = Canvas(view, size)
     if scene.mount == "tube":
         draw_tube(canvas, scene, angles, base)
