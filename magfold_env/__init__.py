@@ -6,7 +6,16 @@ from magfold_env.errors import SceneError
 from magfold_env.fold import Fold, FoldStatus, Trajectory
 from magfold_env.scene import Scene
 from magfold_env.scene_io import load_scene, save_scene, scene_names
-from magfold_env.scene_parts import Casing, Feed, Gravity, Magnets, Solver, Spreads
+from magfold_env.scene_parts import (
+    Casing,
+    Feed,
+    Field,
+    FixedMagnet,
+    Gravity,
+    Magnets,
+    Solver,
+    Spreads,
+)
 
 # After magfold_env.energy, the package, so that `energy` names the function: importing a
 # submodule binds its name here, but only the first time.
@@ -16,6 +25,8 @@ from magfold_env.simulate_batch import simulate_batch
 __all__ = [
     "Casing",
     "Feed",
+    "Field",
+    "FixedMagnet",
     "Fold",
     "FoldStatus",
     "Gravity",

@@ -8,12 +8,16 @@ from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import AfterValidator, Field, Strict, model_validator
+from pydantic import AfterValidator, Strict, model_validator
+from pydantic import Field as Limits
 
 from magfold_env.errors import Problem, SceneError
+from magfold_env.scene_magnets import ROUNDING
 from magfold_env.scene_parts import (
+    FACES,
     Casing,
     Feed,
+    Field,
     Flag,
     Gravity,
     Magnets,
@@ -25,16 +29,15 @@ from magfold_env.scene_parts import (
     plain,
 )
 
-FACES = ("front-left", "back-left", "back-right", "front-right")
-"""Order of the letters of a component; outward normals +45°, +135°, -135°, -45° from heading."""
+SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
+"""Sign of the outward pole that a letter of a component stands for; - is a face without magnet."""
 
 _JOINT_LIMIT = math.pi / 2
-_ROUNDING = 1e-12  # lengths that agree to this part of the side count as equal
 
 
 def _faces(letters: str) -> str:
-    if len(letters) != len(FACES) or set(letters) - set("NS"):
-        raise ValueError(f"must be four letters N or S ({', '.join(FACES)})")
+    if len(letters) != len(FACES) or set(letters) - set(SIGNS):
+        raise ValueError(f"must be four letters N, S or - for no magnet ({', '.join(FACES)})")
     return letters
 
 
@@ -63,11 +66,13 @@ class Scene(Part):
     """
 
     sequence: Annotated[tuple[Component, ...], AfterValidator(_some)]
-    """The components' outward poles, component 1 first, each four letters in the order FACES."""
+    """The components' outward poles, component 1 first: N, S or - (none) of each of the FACES."""
     casing: Casing = Casing()
     """The bodies."""
     magnets: Magnets | None = Magnets()
     """The magnets; None for a chain without any."""
+    field: Field | None = None
+    """The external magnetic field; None for none."""
     mount: Literal["pinned", "free", "tube"] = "free"
     """`pinned`: component 1's outer hinge is fixed; `tube`: the chain is pushed out of a tube."""
     feed: Feed = Feed()
@@ -78,10 +83,10 @@ class Scene(Part):
     """Gravity, normal to the plane and in it."""
     contact: Flag = True
     """Whether squares collide and joints stop at ±90°."""
-    start_angle_spread: Annotated[float, Strict(), Field(ge=0, le=0.5)] = 0.03
+    start_angle_spread: Annotated[float, Strict(), Limits(ge=0, le=0.5)] = 0.03
     """Half-width of the even draw of each joint angle at release [rad]."""
     start_angles: (
-        tuple[Annotated[float, Strict(), Field(ge=-_JOINT_LIMIT, le=_JOINT_LIMIT)], ...] | None
+        tuple[Annotated[float, Strict(), Limits(ge=-_JOINT_LIMIT, le=_JOINT_LIMIT)], ...] | None
     ) = None
     """The n-1 joint angles at release [rad], in place of the draw."""
     spreads: Spreads = Spreads()
@@ -104,6 +109,10 @@ class Scene(Part):
             for key, (value, count, what) in wanted.items()
             if isinstance(value, tuple) and len(value) != count
         ]
+        if self.magnets is not None and self.magnets.rows not in (None, self.n):
+            name = self.magnets.strength_name
+            allowed = f"must have {self.n} rows of four, the scene has {self.n} components"
+            problems.append(Problem(f"magnets.{name}", getattr(self.magnets, name), allowed))
         if problems:
             raise SceneError(problems)
         return self
@@ -113,16 +122,20 @@ class Scene(Part):
         side, magnets, feed = self.casing.side, self.magnets, self.feed
         problems: list[Problem] = []
         if magnets is not None:
-            room = side - 2.0 * (magnets.inset + magnets.thickness)
-            if magnets.width > room + _ROUNDING * side:
-                allowed = (
-                    "the magnets of a casing overlap, must be at most "
-                    f"side - 2 (inset + thickness) = {max(room, 0.0):.6g}"
-                )
-                problems.append(Problem("magnets.width", magnets.width, allowed))
-        if feed.bore is not None and feed.bore < self.casing.diagonal * (1.0 - _ROUNDING):
+            wrong = magnets.misfits(side)
+            problems += [each._replace(key=f"magnets.{each.key}") for each in wrong]
+        if feed.bore is not None and feed.bore < self.casing.diagonal * (1.0 - ROUNDING):
             allowed = f"must be at least the casing's diagonal, {self.casing.diagonal:.6g}"
             problems.append(Problem("feed.bore", feed.bore, allowed))
+        fixed = self.field.magnet if self.field is not None else None
+        if fixed is not None and self.mount == "tube":
+            half_width = 0.5 * self.bore + feed.wall
+            if fixed.overlaps_tube(half_width):
+                allowed = (
+                    "a fixed external magnet must lie outside the tube: nowhere both x < 0 and "
+                    f"|y| < bore/2 + wall = {half_width:.6g}"
+                )
+                problems.append(Problem("field.magnet.position", fixed.position, allowed))
         if self.solver.method == "paper" and self.mount != "pinned":
             allowed = f"the paper's solver needs mount 'pinned', the mount is {self.mount!r}"
             problems.append(Problem("solver.method", self.solver.method, allowed))
@@ -153,6 +166,18 @@ class Scene(Part):
         return np.broadcast_to(np.asarray(self.feed.speed, dtype=np.float64), self.n).copy()
 
     @property
+    def charges(self) -> npt.NDArray[np.float64]:
+        """Magnetic charges of the outer pole faces [A m], N positive, shape (n, 4).
+
+        Component 1 first, faces in the order FACES; 0 where there is no magnet. The inner pole
+        face of a magnet carries the opposite charge.
+        """
+        if self.magnets is None:
+            return np.zeros((self.n, len(FACES)))
+        signs = np.array([[SIGNS[letter] for letter in faces] for faces in self.sequence])
+        return signs * self.magnets.charges(self.n)
+
+    @property
     def bore(self) -> float:
         """Inner width of the tube [m]."""
         return self.feed.bore if self.feed.bore is not None else 1.05 * self.casing.diagonal
@@ -163,7 +188,7 @@ class Scene(Part):
         return self.start_angles is not None and not self.spreads.any
 
     def replace(self, **changes: Any) -> Scene:
-        """Return a new, validated scene; mappings change only the fields they name.
+        """Return a new, validated scene; mappings, at any depth, change only what they name.
 
         Parameters
         ----------
@@ -182,7 +207,7 @@ class Scene(Part):
                 data[key] = change.model_dump() if isinstance(change, Part) else change
                 continue
             new = dict(cast("Mapping[str, Any]", change))
-            merged = {**cast("dict[str, Any]", old), **new} if isinstance(old, dict) else new
+            merged = _merged(old, new)
             if key == "magnets":
                 # Remanence and pole charge are two ways to say one thing: naming one drops
                 # the other.
@@ -222,10 +247,21 @@ class Scene(Part):
                 casing["inertia"] = self.inertias * masses
             changes["casing"] = casing
         if self.magnets is not None and spreads.remanence > 0.0:
-            name = "remanence" if self.magnets.pole_charge is None else "pole_charge"
-            changes["magnets"] = {name: getattr(self.magnets, name) * strength}
+            name = self.magnets.strength_name
+            changes["magnets"] = {name: np.asarray(getattr(self.magnets, name)) * strength}
         if spreads.feed_speed > 0.0:
             changes["feed"] = {"speed": plain(np.asarray(self.feed.speed) * speed)}
         if self.start_angles is None:
             changes["start_angles"] = self.start_angle_spread * unit[n + 3 :] + 0.0  # no -0.0
         return self.replace(**changes)
+
+
+def _merged(old: object, new: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a group's entries with those of `new` in their places; nested groups likewise."""
+    merged = dict(cast("dict[str, Any]", old)) if isinstance(old, dict) else {}
+    for key, value in new.items():
+        if isinstance(value, Mapping):
+            merged[key] = _merged(merged.get(key), cast("Mapping[str, Any]", value))
+        else:
+            merged[key] = value
+    return merged

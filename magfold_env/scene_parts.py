@@ -3,67 +3,43 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self, cast
+from typing import Annotated, Literal
 
-import numpy as np
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Discriminator,
-    Field,
-    Strict,
-    Tag,
-    ValidationError,
-    model_validator,
+from pydantic import Field as Limits
+from pydantic import Strict
+
+from magfold_env.scene_base import (
+    MU0,
+    Flag,
+    Fraction,
+    NonNegative,
+    Number,
+    Part,
+    Positive,
+    PositiveEach,
+    plain,
 )
+from magfold_env.scene_field import Field, FixedMagnet
+from magfold_env.scene_magnets import FACES, Magnets
 
-from magfold_env.errors import Problem, SceneError, problems_of
-
-MU0 = 4e-7 * math.pi
-"""Vacuum permeability [T m/A], the value the paper uses."""
-
-# Strict: without it pydantic reads True as 1.0 and "3" as 3.0.
-Number = Annotated[float, Strict()]
-Positive = Annotated[float, Strict(), Field(gt=0)]
-NonNegative = Annotated[float, Strict(), Field(ge=0)]
-Fraction = Annotated[float, Strict(), Field(ge=0, lt=1)]
-Flag = Annotated[bool, Strict()]
-
-
-def _branch(value: object) -> str:
-    return "<list>" if isinstance(value, (list, tuple)) else "<number>"
-
-
-PositiveEach = Annotated[
-    Annotated[Positive, Tag("<number>")] | Annotated[tuple[Positive, ...], Tag("<list>")],
-    Discriminator(_branch),
+__all__ = [
+    "FACES",
+    "MU0",
+    "Casing",
+    "Feed",
+    "Field",
+    "FixedMagnet",
+    "Flag",
+    "Gravity",
+    "Magnets",
+    "NonNegative",
+    "Number",
+    "Part",
+    "Positive",
+    "Solver",
+    "Spreads",
+    "plain",
 ]
-"""One positive number for all components, or one for each, component 1 first."""
-
-
-def plain(value: Any) -> Any:
-    """Turn NumPy arrays and scalars, at any depth, into the Python values models are made of."""
-    if isinstance(value, (np.ndarray, np.generic)):
-        return cast("Any", value.tolist())
-    if isinstance(value, Mapping):
-        return {key: plain(item) for key, item in cast("Mapping[Any, Any]", value).items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(item) for item in cast("list[Any]", value)]
-    return value
-
-
-class Part(BaseModel):
-    """Base of all groups: frozen, closed to unknown keys, finite, and wrong with a `SceneError`."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-    def __init__(self, **data: Any) -> None:
-        try:
-            super().__init__(**plain(data))
-        except ValidationError as error:
-            # Nested groups raise here too; the outer group puts its own key before theirs.
-            raise SceneError(problems_of(error, type(self))) from None
 
 
 class Casing(Part):
@@ -84,55 +60,6 @@ class Casing(Part):
     def diagonal(self) -> float:
         """Distance between a component's two hinges [m]."""
         return self.side * math.sqrt(2.0)
-
-
-class Magnets(Part):
-    """The four equal magnets of a component, one behind each face."""
-
-    model: Literal["strips", "points"] = "strips"
-    """`strips`: evenly charged rectangles; `points`: the paper's charges on a line."""
-    remanence: Positive | None = 0.6
-    """Residual flux density [T]; None where `pole_charge` is given."""
-    pole_charge: Positive | None = None
-    """Magnetic charge of one pole face [A m]; given instead of `remanence`."""
-    width: Positive = 0.006
-    """Pole face along the casing's face, in the plane [m]."""
-    height: Positive = 0.006
-    """Pole face normal to the plane [m]."""
-    thickness: Positive = 0.0025
-    """Distance between a magnet's two pole faces [m]."""
-    inset: NonNegative = 0.0005
-    """How far the outer pole face lies inside the casing's face [m]."""
-    nodes: Annotated[int, Strict(), Field(ge=1, le=128)] | None = None
-    """Nodes along the width of a pole face; None lets `accuracy` choose (points: 3)."""
-    accuracy: Annotated[float, Strict(), Field(ge=1e-12, le=0.1)] = 1e-3
-    """Bound on a component's force error, relative to two flush opposite faces (`strips`)."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _charge_replaces_remanence(cls, data: Any) -> Any:
-        if isinstance(data, dict):
-            entries = cast("dict[str, Any]", data)
-            if entries.get("pole_charge") is not None and "remanence" not in entries:
-                return {**entries, "remanence": None}
-        return cast("Any", data)
-
-    @model_validator(mode="after")
-    def _one_strength(self) -> Self:
-        if self.remanence is None and self.pole_charge is None:
-            raise SceneError([Problem("remanence", None, "must be given, or pole_charge instead")])
-        if self.remanence is not None and self.pole_charge is not None:
-            allowed = f"must be left out when remanence ({self.remanence!r}) is given"
-            raise SceneError([Problem("pole_charge", self.pole_charge, allowed)])
-        return self
-
-    @property
-    def charge(self) -> float:
-        """Magnetic charge of one pole face [A m]."""
-        if self.pole_charge is not None:
-            return self.pole_charge
-        assert self.remanence is not None  # _one_strength
-        return self.remanence * self.width * self.height / MU0
 
 
 class Feed(Part):
@@ -167,7 +94,7 @@ class Spreads(Part):
     mass: Fraction = 0.0
     """Of the masses (and of inertias that are given), one factor a component."""
     remanence: Fraction = 0.0
-    """Of the magnets' strength, one factor a scene."""
+    """Of the strength of the chain's magnets, one factor a scene."""
     feed_speed: Fraction = 0.0
     """Of the feed speeds, one factor a scene."""
 
@@ -182,11 +109,11 @@ class Solver(Part):
 
     method: Literal["adaptive", "paper"] = "adaptive"
     """`paper` repeats the paper's fixed steps and snaps; it needs `mount: pinned`."""
-    tolerance: Annotated[float, Strict(), Field(ge=1e-12, le=0.1)] = 1e-4
+    tolerance: Annotated[float, Strict(), Limits(ge=1e-12, le=0.1)] = 1e-4
     """Local error allowed in an angle [rad] (`adaptive`)."""
     time_step: Positive = 1.0 / 1200.0
     """Step [s] (`paper`)."""
-    max_steps: Annotated[int, Strict(), Field(ge=1)] = 200_000
+    max_steps: Annotated[int, Strict(), Limits(ge=1)] = 200_000
     """Work cap: a chain still moving after so many steps is `unsettled`."""
-    max_steps_per_second: Annotated[int, Strict(), Field(ge=1)] = 50_000
+    max_steps_per_second: Annotated[int, Strict(), Limits(ge=1)] = 50_000
     """Work cap: so is one that needs more steps in one second of simulated time."""

@@ -29,7 +29,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"casing": {"side": 0}}, "casing.side: 0 is not allowed; must be greater than 0"),
     ({"casing": {"hinge": "face"}}, "casing.hinge: 'face' is not allowed; must be 'corner'"),
     ({"casing": 3}, "casing: 3 is not allowed; must be"),
-    ({"sequence": ["NSNSN"]}, "sequence[0]: 'NSNSN' is not allowed; must be four letters N or S"),
+    ({"sequence": ["NSNSN"]}, "sequence[0]: 'NSNSN' is not allowed; must be four letters N, S or -"),
     ({"sequence": ["NSNS", "nsns"]}, "sequence[1]: 'nsns' is not allowed; must be four letters"),
     ({"sequence": []}, "sequence: [] is not allowed; must have at least one component"),
     ({"sequence": "NSNS"}, "sequence: 'NSNS' is not allowed; must be"),

@@ -8,7 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from magfold_env.design.sweep import LAST, sweep_block
-from magfold_env.energy.landscape import TIE, energy_unit, quadratic_forms, word_energies
+from magfold_env.energy.landscape import (
+    TIE,
+    energy_unit,
+    quadratic_forms,
+    refuse_field,
+    word_energies,
+)
 from magfold_env.energy.lattice import Lattice, all_words
 from magfold_env.scene import Scene
 from magfold_env.shapes import overlaps, parse_word
@@ -54,7 +60,8 @@ def gap_designs(
     Parameters
     ----------
     scene
-        Its casing, its magnets and its number of components count, its sequence does not.
+        Its casing, its magnets and its number of components count, its sequence does not: every
+        face of a design is N or S, as strong as the scene has it.
     targets
         Words of the scene's length without overlap.
     progress
@@ -69,8 +76,10 @@ def gap_designs(
     Raises
     ------
     ValueError
-        If the chain has fewer than 2 or more than 6 components, or a target is no such word.
+        If the scene has an external field, the chain has fewer than 2 or more than 6 components,
+        or a target is no such word.
     """
+    refuse_field(scene)
     wanted = list(dict.fromkeys(targets))
     if not 2 <= scene.n <= LONGEST:
         raise ValueError(

@@ -39,7 +39,8 @@ def _clashes(lattice: Lattice, sequence: Sequence[str]) -> list[tuple[int, int, 
     found: list[tuple[int, int, NDArray[np.bool_]]] = []
     for i, j, poses in lattice.pairs():
         mine, theirs = _face(poses), _face(lattice.poses(j, i))
-        found.append((i, j, (mine >= 0) & (sign[i, mine] == sign[j, theirs])))
+        # An empty face has sign 0: it is at odds with none.
+        found.append((i, j, (mine >= 0) & (sign[i, mine] * sign[j, theirs] > 0.0)))
     return found
 
 

@@ -1,7 +1,8 @@
 """Couplings of the faces of two components on the lattice, from the engine's own energy.
 
-The energy of two components is bilinear in their poles: sᵀ K t, where s and t hold ±1 for N and S
-and the 4×4 matrix K depends on nothing but their relative pose. On the lattice few poses exist.
+The energy of two components is bilinear in their pole charges: sᵀ K t, where s and t hold them in
+units of the strongest, and the 4×4 matrix K depends on nothing but their relative pose. On the
+lattice few poses exist.
 """
 
 from __future__ import annotations
@@ -26,12 +27,13 @@ FACES = 4
 
 
 class Couplings:
-    """The matrices K of one kind of magnet, computed when a pose is first asked for.
+    """The matrices K of one kind of component, computed when a pose is first asked for.
 
     Parameters
     ----------
     magnets
-        The four equal magnets of a component; None makes every coupling zero.
+        The four magnets of a component, all with the charge of the strongest one, `Magnets.charge`;
+        None makes every coupling zero.
     side
         Edge length of a casing [m].
     """
@@ -84,7 +86,11 @@ class Couplings:
 
 def couplings(scene: Scene) -> Couplings:
     """Return the couplings of a scene's magnets, shared by all scenes that have the same."""
-    return _shared(tuple(scene.magnets) if scene.magnets else None, scene.casing.side)
+    if scene.magnets is None:
+        return _shared(None, scene.casing.side)
+    # Strengths of single faces enter where the couplings are used.
+    alike = {**dict(scene.magnets), "remanence": None, "pole_charge": scene.magnets.charge}
+    return _shared(tuple(alike.items()), scene.casing.side)
 
 
 @lru_cache(maxsize=16)

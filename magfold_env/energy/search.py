@@ -8,7 +8,7 @@ from typing import get_args
 import numpy as np
 
 from magfold_env.energy.contacts import conflict_free, conflicts, touching
-from magfold_env.energy.landscape import TIE, Floats, energy_unit, word_energies
+from magfold_env.energy.landscape import TIE, Floats, energy_unit, refuse_field, word_energies
 from magfold_env.energy.lattice import ORDER, Ints, Lattice, all_words, from_words
 from magfold_env.energy.result import Among, Decision, Minimum, Mode, Option, State
 from magfold_env.energy.score import internal_energy
@@ -39,8 +39,9 @@ def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "al
     Raises
     ------
     ValueError
-        If an argument is none of these, the chain is too long for a full search, or a
-        component-by-component search runs into a joint where every letter overlaps.
+        If an argument is none of these, the scene has an external field, the chain is too long
+        for a full search, or a component-by-component search runs into a joint where every letter
+        overlaps.
     """
     for key, value, allowed in (("mode", mode, Mode), ("among", among, Among)):
         if value not in get_args(allowed):
@@ -49,6 +50,7 @@ def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "al
             )
     if top < 1:
         raise ValueError(f"top: {top!r} is not allowed; must be at least 1")
+    refuse_field(scene)
     if mode == "free":
         return _full_search(scene, top, among)
     return _one_by_one(scene, mode)
