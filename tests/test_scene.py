@@ -29,7 +29,10 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"casing": {"side": 0}}, "casing.side: 0 is not allowed; must be greater than 0"),
     ({"casing": {"hinge": "face"}}, "casing.hinge: 'face' is not allowed; must be 'corner'"),
     ({"casing": 3}, "casing: 3 is not allowed; must be"),
-    ({"sequence": ["NSNSN"]}, "sequence[0]: 'NSNSN' is not allowed; must be four letters N, S or -"),
+    (
+        {"sequence": ["NSNSN"]},
+        "sequence[0]: 'NSNSN' is not allowed; must be four letters N, S or -",
+    ),
     ({"sequence": ["NSNS", "nsns"]}, "sequence[1]: 'nsns' is not allowed; must be four letters"),
     ({"sequence": []}, "sequence: [] is not allowed; must have at least one component"),
     ({"sequence": "NSNS"}, "sequence: 'NSNS' is not allowed; must be"),
@@ -168,12 +171,11 @@ def test_draws_are_seeded_and_inside_their_widths(scene: mf.Scene) -> None:
     for seed in range(50):
         drawn = wide.draw(np.random.default_rng(seed))
         assert drawn.magnets is not None
-        assert drawn.magnets.remanence is not None
         assert drawn.start_angles is not None
         assert isinstance(drawn.feed.speed, float)
         assert abs(drawn.friction / 0.35 - 1) <= 0.2
         assert np.abs(drawn.masses / 0.0037 - 1).max() <= 0.1
-        assert abs(drawn.magnets.remanence / 0.6 - 1) <= 0.05
+        assert abs(drawn.magnets.charge / mf.Magnets().charge - 1) <= 0.05
         assert abs(drawn.feed.speed / 0.05 - 1) <= 0.3
         assert max(map(abs, drawn.start_angles)) <= 0.03
 

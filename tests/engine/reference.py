@@ -72,56 +72,81 @@ def velocity_accelerations(q, v, side):
 # --- magnets --------------------------------------------------------------------------------
 
 
-def pole_nodes(centre, heading, faces, scene, count):
-    """Positions (8·count, 2) and charges (8·count,) of one component's pole faces."""
+SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
+
+
+def pole_nodes(centre, heading, faces, scene, count, strengths=None):
+    """Positions (8·count, 2) and charges (8·count,) of one component's pole faces.
+
+    `strengths` (4,) [A·m] are the faces' charges without sign, where they are not all equal.
+    """
     magnets = scene.magnets
     if magnets.model == "points":
         offsets, shares = np.linspace(-0.5, 0.5, count), np.full(count, 1 / count)
     else:
         offsets, shares = np.polynomial.legendre.leggauss(count)
         offsets, shares = offsets / 2, shares / 2
+    if strengths is None:
+        strengths = np.full(4, magnets.charge)
+    widths, insets, thicknesses = four(scene, "width", "inset", "thickness")
     places, charges = [], []
-    for letter, angle in zip(faces, heading + FACE_NORMALS, strict=True):
+    for f, letter in enumerate(faces):
+        angle = heading + FACE_NORMALS[f]
         normal = np.array([np.cos(angle), np.sin(angle)])
         along = np.array([-normal[1], normal[0]])
-        pole = magnets.charge if letter == "N" else -magnets.charge
-        outer = scene.casing.side / 2 - magnets.inset
-        for depth, charge in ((outer, pole), (outer - magnets.thickness, -pole)):
-            places.append(centre + depth * normal + np.outer(offsets * magnets.width, along))
+        pole = SIGNS[letter] * strengths[f]
+        outer = scene.casing.side / 2 - insets[f]
+        for depth, charge in ((outer, pole), (outer - thicknesses[f], -pole)):
+            places.append(centre + depth * normal + np.outer(offsets * widths[f], along))
             charges.append(charge * shares)
     return np.concatenate(places), np.concatenate(charges)
 
 
+def four(scene, *names):
+    """Lengths of a casing's magnets [m], face by face: (4,) a name."""
+    return [np.broadcast_to(getattr(scene.magnets, name), 4) for name in names]
+
+
 def pair_force(here, there, scene):
     """Forces (k, 2) [N] on the nodes `here` by all nodes `there`: like charges repel."""
-    (x, q), (y, p) = here, there
+    (x, q, one), (y, p, other) = here, there
     d = x[:, None] - y[None, :]
     rho = np.hypot(d[..., 0], d[..., 1])
     if scene.magnets.model == "points":
         law = 1 / rho**3
     else:
-        law = 2 / (rho**2 * (rho + np.sqrt(rho**2 + scene.magnets.height**2)))
+        # Minus the slope of `upright_energy` over ρ, without cancellation.
+        far, near = (np.hypot(rho, (one[:, None] + sign * other) / 2) for sign in (1, -1))
+        law = 2 / (rho**2 * (near + far))
     return MU0 / (4 * np.pi) * q[:, None] * np.einsum("kl,kld->kd", law * p, d)
 
 
 def pair_energy(here, there, scene):
     """Energy [J] of the nodes `here` with the nodes `there`, every pair once."""
-    (x, q), (y, p) = here, there
+    (x, q, one), (y, p, other) = here, there
     rho = np.hypot(*(x[:, None] - y[None, :]).transpose(2, 0, 1))
-    if scene.magnets.model == "points":
-        law = 1 / rho
-    else:
-        height = scene.magnets.height
-        slope = np.sqrt(rho**2 + height**2)
-        law = 2 / height**2 * (height * np.arcsinh(height / rho) - slope + rho)
+    law = 1 / rho if scene.magnets.model == "points" else upright_energy(rho, one[:, None], other)
     return MU0 / (4 * np.pi) * q @ law @ p
+
+
+def upright_energy(rho, one, other):
+    """Mean of 1/r between upright lines of heights `one` and `other`, both centred on the plane."""
+
+    def g(u):
+        return u * np.arcsinh(u / rho) - np.hypot(u, rho)
+
+    return 2 / (one * other) * (g((one + other) / 2) - g((one - other) / 2))
 
 
 def magnet_forces(places, headings, scene, count):
     """Forces (n, 2), torques (n,) about the centres and energy of casings anywhere."""
+    heights = np.repeat(four(scene, "height")[0], 2 * count)
+    strengths = scene.magnets.charges(scene.n)
     nodes = [
-        pole_nodes(place, heading, faces, scene, count)
-        for place, heading, faces in zip(places, headings, scene.sequence, strict=True)
+        (*pole_nodes(place, heading, faces, scene, count, strength), heights)
+        for place, heading, faces, strength in zip(
+            places, headings, scene.sequence, strengths, strict=True
+        )
     ]
     force, torque, energy = np.zeros((scene.n, 2)), np.zeros(scene.n), 0.0
     for i, j in combinations(range(scene.n), 2):
@@ -188,10 +213,13 @@ def akoun_yonnet(offset, width, height):
 
 
 def flush_force(scene):
-    """Force [N] between two opposite pole faces of casings that lie flush."""
-    magnets = scene.magnets
-    pull = akoun_yonnet(np.array([0.0, 2 * magnets.inset]), magnets.width, magnets.height)
-    return MU0 / (4 * np.pi) * magnets.charge**2 * abs(pull[1])
+    """Force [N] between two opposite pole faces of casings that lie flush: the hardest of four."""
+    strengths = scene.magnets.charges(scene.n).max(axis=0)
+    faces = zip(*four(scene, "inset", "width", "height"), strengths, strict=True)
+    return max(
+        MU0 / (4 * np.pi) * q**2 * abs(akoun_yonnet(np.array([0.0, 2 * inset]), *size)[1])
+        for inset, *size, q in faces
+    )
 
 
 # --- squares --------------------------------------------------------------------------------

@@ -43,19 +43,22 @@ def casing_nodes(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Nodes of a casing (m, 2) [m] and, for each letter being N, their charges [A m], (4, m)."""
     magnets = scene.magnets
     assert magnets is not None
-    assert magnets.remanence is not None
-    strength = magnets.remanence * magnets.width * magnets.height
+    assert magnets.even
+    strength, width, thickness, inset = (
+        float(np.max(value))
+        for value in (magnets.charge, magnets.width, magnets.thickness, magnets.inset)
+    )
     offsets, shares = np.polynomial.legendre.leggauss(NODES)
-    outer = scene.casing.side / 2 - magnets.inset
+    outer = scene.casing.side / 2 - inset
     places, charges = [], []
     for face, angle in enumerate(NORMALS):
         normal = np.array([np.cos(angle), np.sin(angle)])
         along = np.array([-normal[1], normal[0]])
-        for distance, sign in ((outer, 1.0), (outer - magnets.thickness, -1.0)):
-            places.append(distance * normal + np.outer(offsets * magnets.width / 2, along))
+        for distance, sign in ((outer, 1.0), (outer - thickness, -1.0)):
+            places.append(distance * normal + np.outer(offsets * width / 2, along))
             charge = np.zeros((4, NODES))
             charge[face] = sign * shares / 2 * strength
-            charges.append(charge / (4e-7 * np.pi))
+            charges.append(charge)
     return np.concatenate(places), np.concatenate(charges, axis=1)
 
 

@@ -45,39 +45,40 @@ def magnet_forces(scene: Scene, angles: Array) -> tuple[Array, Array]:
     if magnets is None:
         return np.zeros((n, 2)), np.zeros(n)
     places = centres(angles, scene.casing.side)
-    arm, charge = _nodes(scene, magnets, angles)
+    arm, charge, height = _nodes(scene, magnets, angles)
     x = (places[:, None] + arm).reshape(-1, 2)
     away = x[:, None] - x[None, :]
     square = (away**2).sum(axis=-1)
     owner = np.repeat(np.arange(n), arm.shape[1])
     other = owner[:, None] != owner[None, :]
     square[~other] = 1.0
-    distance = np.sqrt(square)
-    law = 2.0 / (square * (distance + np.sqrt(square + magnets.height**2)))
+    # The force between two upright lines on one plane: with equal heights H, ρ and √(ρ² + H²).
+    half_sum, half_difference = 0.5 * (height[:, None] + height), 0.5 * (height[:, None] - height)
+    law = 2.0 / (square * (np.sqrt(square + half_difference**2) + np.sqrt(square + half_sum**2)))
     weight = MU0 / (4.0 * math.pi) * other * law * charge[:, None] * charge[None, :]
     pull = (weight[..., None] * away).sum(axis=1).reshape(n, -1, 2)
     torque = (arm[..., 0] * pull[..., 1] - arm[..., 1] * pull[..., 0]).sum(axis=1)
     return pull.sum(axis=1), torque
 
 
-def _nodes(scene: Scene, magnets: Magnets, angles: Array) -> tuple[Array, Array]:
-    """Return nodes (n, k, 2) [m], relative to the centres, and their charges (n·k,) [A·m]."""
+def _nodes(scene: Scene, magnets: Magnets, angles: Array) -> tuple[Array, Array, Array]:
+    """Return nodes (n, k, 2) [m], relative to the centres, their charges and heights (n·k,)."""
     offset, share = np.polynomial.legendre.leggauss(magnets.nodes or 1)
     turn = angles[:, None] + FACE_ANGLES
     normal = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     along = np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
-    outer = scene.casing.side / 2.0 - magnets.inset
-    sign = np.where(np.array([list(faces) for faces in scene.sequence]) == "N", 1.0, -1.0)
+    outer = scene.casing.side / 2.0 - magnets.by_face("inset")
+    across = np.outer(magnets.by_face("width"), offset / 2.0)[..., None]
     arms: list[Array] = []
     charges: list[Array] = []
-    for depth, pole in ((outer, 1.0), (outer - magnets.thickness, -1.0)):
-        across = (offset * magnets.width / 2.0)[:, None]
-        arms.append(depth * normal[:, :, None] + across * along[:, :, None])
-        charges.append(pole * magnets.charge * sign[..., None] * share / 2.0)
+    for depth, pole in ((outer, 1.0), (outer - magnets.by_face("thickness"), -1.0)):
+        arms.append((depth[:, None] * normal)[:, :, None] + across * along[:, :, None])
+        charges.append(pole * scene.charges[..., None] * share / 2.0)
     n = scene.n
     arm = np.concatenate([a.reshape(n, -1, 2) for a in arms], axis=1)
     charge = np.concatenate([c.reshape(n, -1) for c in charges], axis=1)
-    return arm, charge.ravel()
+    height = np.tile(np.repeat(magnets.by_face("height"), offset.size), 2 * n)
+    return arm, charge.ravel(), height
 
 
 def solve(scene: Scene, until: float, tolerance: float = 1e-13) -> Array:

@@ -29,7 +29,7 @@ def installed() -> bool:
 
 
 class Peer:
-    """Casings as collections of four cuboid magnets, each evenly magnetised along its thickness.
+    """Casings as collections of cuboid magnets, each evenly magnetised along its thickness.
 
     Parameters
     ----------
@@ -45,20 +45,24 @@ class Peer:
         self._magpylib: Any = importlib.import_module("magpylib")
         rotation: Any = importlib.import_module("scipy.spatial.transform").Rotation
         magnets = reference.magnets_of(scene)
-        depth = scene.casing.side / 2.0 - magnets.inset - magnets.thickness / 2.0
-        size = (magnets.thickness, magnets.width, magnets.height)
-        remanence = reference.MU0 * magnets.charge / (magnets.width * magnets.height)
+        width, height, thickness, inset = (
+            magnets.by_face(name) for name in ("width", "height", "thickness", "inset")
+        )
+        depth = scene.casing.side / 2.0 - inset - thickness / 2.0
+        remanence = reference.MU0 * scene.charges / (width * height)
         self._places = np.column_stack([places, np.zeros(len(places))])
         self._casings: list[Any] = []
-        for place, heading, faces in zip(places, headings, scene.sequence, strict=True):
+        for place, heading, strength in zip(places, headings, remanence, strict=True):
+            angle = heading + reference.FACE_NORMALS
+            middle = place + depth[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
             cuboids = [
                 self._magpylib.magnet.Cuboid(
-                    dimension=size,
-                    polarization=(remanence if face == "N" else -remanence, 0.0, 0.0),
-                    position=(*(place + depth * np.array([np.cos(angle), np.sin(angle)])), 0.0),
-                    orientation=rotation.from_euler("z", angle * DEGREES, degrees=True),
+                    dimension=(thickness[f], width[f], height[f]),
+                    polarization=(strength[f], 0.0, 0.0),
+                    position=(*middle[f], 0.0),
+                    orientation=rotation.from_euler("z", angle[f] * DEGREES, degrees=True),
                 )
-                for face, angle in zip(faces, heading + reference.FACE_NORMALS, strict=True)
+                for f in np.flatnonzero(strength)  # an empty face has no magnet
             ]
             self._casings.append(self._magpylib.Collection(*cuboids))
 

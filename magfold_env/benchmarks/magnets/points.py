@@ -55,7 +55,7 @@ def force_rows() -> list[Row]:
     The magnets are equal and look at each other; beside them stand their near faces alone.
     """
     scene = Scene(sequence=("NNNN",), magnets=Magnets())
-    thickness, charge = Magnets().thickness, Magnets().charge
+    thickness, charge = float(Magnets().by_face("thickness")[0]), Magnets().charge
     rows: list[Row] = []
     for count in CHARGES:
         magnets = pack_magnets(scene.replace(magnets=Magnets(model="points", nodes=count)))

@@ -4,39 +4,50 @@ A pole face is an evenly charged rectangle whose field is closed: with r the vec
 the components of ∫ r/|r|³ dA are an arcsinh, an arcsinh and an arctangent a corner. The field of
 one face is summed over the other with Gauss-Legendre nodes along both its sides; unlike the
 engine, which has the integral out of the plane closed and sums over nodes of both faces. Nodes are
-as many as rounding is worth: more for faces that are near.
+as many as rounding is worth: more for faces that are near. Faces may differ in size and charge; a
+fixed external magnet is one more pair of them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Self
 
 import numpy as np
 
 from magfold_env.engine.state import Array, IntArray
 from magfold_env.scene import Scene
-from magfold_env.scene_parts import MU0, Magnets
+from magfold_env.scene_parts import MU0, FixedMagnet, Magnets
 
 FACE_NORMALS = np.radians([45.0, 135.0, -135.0, -45.0])  # from the heading
 FACES = 8  # of a casing: four outer ones, then their inner counterparts
+COULOMB = MU0 / (4.0 * np.pi)  # [N/A²]
 
-# Distances of faces' centres in widths of a face, and nodes along and across a face beyond them;
-# tests see no change above 1e-9 of the flush force when there are half again as many.
+# Distances of faces' centres in lengths of the longest of their sides, and nodes along and across
+# a face beyond them; tests see no change above 1e-9 of the flush force when there are half again
+# as many.
 RULES = ((0.0, 40, 20), (0.95, 20, 10), (1.7, 12, 6), (4.0, 6, 4), (12.0, 4, 2))
 CHUNK = 400_000  # points at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Faces:
-    """All pole faces of some casings, casing by casing; arrays have shape (8·casings,)."""
+    """Pole faces; those of casings lie casing by casing, `FACES` of each."""
 
     centre: Array
     """(faces, 2) [m]"""
     along: Array
     """Unit vectors along the widths, (faces, 2)."""
+    size: Array
+    """Widths and heights, (faces, 2) [m]."""
     charge: Array
-    """[A·m]"""
+    """(faces,) [A·m]"""
+
+    def and_those_of(self, other: Self) -> Self:
+        """Return these faces, then the others."""
+        parts = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
+        return type(self)(*map(np.concatenate, parts))
 
 
 def faces_of(scene: Scene, places: Array, headings: Array) -> Faces:
@@ -50,16 +61,27 @@ def faces_of(scene: Scene, places: Array, headings: Array) -> Faces:
     magnets = magnets_of(scene)
     angle = headings[:, None] + FACE_NORMALS
     normal = np.stack([np.cos(angle), np.sin(angle)], axis=2)
-    outer = scene.casing.side / 2.0 - magnets.inset
-    centre = [places[:, None] + depth * normal for depth in (outer, outer - magnets.thickness)]
+    outer = scene.casing.side / 2.0 - magnets.by_face("inset")
+    depths = (outer, outer - magnets.by_face("thickness"))
+    centre = [places[:, None] + depth[:, None] * normal for depth in depths]
     along = np.stack([-normal[..., 1], normal[..., 0]], axis=2)
-    pole = magnets.charge * np.array(
-        [[1.0 if f == "N" else -1.0 for f in w] for w in scene.sequence]
-    )
+    size = np.stack([magnets.by_face("width"), magnets.by_face("height")], axis=1)
     return Faces(
         np.concatenate(centre, axis=1).reshape(-1, 2),
         np.concatenate([along, along], axis=1).reshape(-1, 2),
-        np.concatenate([pole, -pole], axis=1).ravel(),
+        np.tile(size, (2 * len(headings), 1)),
+        np.concatenate([scene.charges, -scene.charges], axis=1).ravel(),
+    )
+
+
+def faces_of_fixed(magnet: FixedMagnet) -> Faces:
+    """Return the two pole faces of a fixed magnet, the north one first."""
+    across = np.array([-np.sin(magnet.heading), np.cos(magnet.heading)])
+    return Faces(
+        magnet.poles,
+        np.tile(across, (2, 1)),
+        np.tile([magnet.width, magnet.height], (2, 1)),
+        np.array([magnet.charge, -magnet.charge]),
     )
 
 
@@ -88,17 +110,14 @@ def forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
     headings : (n,) array
         Headings [rad].
     """
-    faces = faces_of(scene, places, headings)
-    magnets, n = magnets_of(scene), len(headings)
+    faces, n = faces_of(scene, places, headings), len(headings)
     # The halves of all pairs of faces of different casings.
     one, other = np.triu_indices(FACES * n, 1)
-    apart = one // FACES != other // FACES
-    one, other = one[apart], other[apart]
+    wanted = (one // FACES != other // FACES) & (faces.charge[one] * faces.charge[other] != 0.0)
+    one, other = one[wanted], other[wanted]
     force, torque = np.zeros((n, 2)), np.zeros(n)
-    for pairs, unit_pull, unit_moment in _pulls(faces, magnets, one, other):
+    for pairs, pull, moment in _pulls(faces, one, other):
         a, b = one[pairs] // FACES, other[pairs] // FACES
-        size = MU0 / (4.0 * np.pi) * faces.charge[one[pairs]] * faces.charge[other[pairs]]
-        pull, moment = size[:, None] * unit_pull, size * unit_moment
         arm, reach = faces.centre[one[pairs]] - places[a], places[b] - places[a]
         turning = moment + _cross(arm, pull)
         for axis in range(2):
@@ -109,44 +128,86 @@ def forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
     return force, torque
 
 
+def field_forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
+    """Return what the external field does to casings: forces (n, 2) [N], torques (n,) [N·m].
+
+    Torques are about the centres. An even field pulls a magnet's two poles equally, and so only
+    turns it. Parameters are those of `forces`; without a field all is zero.
+    """
+    faces, n = faces_of(scene, places, headings), len(headings)
+    force, torque = np.zeros((n, 2)), np.zeros(n)
+    if scene.field is None:
+        return force, torque
+    casing = np.arange(FACES * n) // FACES
+    arm = faces.centre - places[casing]
+    even = faces.charge[:, None] * np.array(scene.field.uniform)
+    torque += np.bincount(casing, _cross(arm, even), n)
+    if scene.field.magnet is not None:
+        everything = faces.and_those_of(faces_of_fixed(scene.field.magnet))
+        one = np.repeat(np.flatnonzero(faces.charge), 2)
+        other = FACES * n + np.arange(one.size) % 2
+        for pairs, pull, moment in _pulls(everything, one, other):
+            a = casing[one[pairs]]
+            turning = moment + _cross(arm[one[pairs]], pull)
+            for axis in range(2):
+                force[:, axis] += np.bincount(a, pull[:, axis], n)
+            torque += np.bincount(a, turning, n)
+    return force, torque
+
+
 def flush_force(scene: Scene) -> float:
-    """Force [N] between two opposite pole faces of casings that lie flush: the unit of errors."""
-    return face_force(scene, 2.0 * magnets_of(scene).inset)
+    """Force [N] between opposite pole faces of casings that lie flush: the unit of errors.
+
+    Of four unequal faces the one that pulls its own like hardest, with the largest charge that it
+    has in any component, counts.
+    """
+    insets = magnets_of(scene).by_face("inset").tolist()
+    return max(face_force(scene, 2.0 * inset, face) for face, inset in enumerate(insets))
 
 
-def face_force(scene: Scene, gap: float) -> float:
-    """Force [N] between two equal pole faces that look at each other across a gap [m]."""
+def face_force(scene: Scene, gap: float, face: int = 0) -> float:
+    """Force [N] between two pole faces of one kind that look at each other across a gap [m].
+
+    They are as strong as this face is in any component.
+    """
     magnets = magnets_of(scene)
-    pull, _ = rectangle_pull(np.array([[0.0, gap]]), np.zeros(1), magnets, *RULES[0][1:])
-    return float(MU0 / (4.0 * np.pi) * magnets.charge**2 * pull[0, 1])
+    size = np.array([[magnets.by_face("width")[face], magnets.by_face("height")[face]]])
+    pull, _ = rectangle_pull(np.array([[0.0, gap]]), np.zeros(1), size, size, *RULES[0][1:])
+    charge = magnets.charges(scene.n)[:, face].max()
+    return float(COULOMB * charge**2 * pull[0, 1])
 
 
-def _pulls(
-    faces: Faces, magnets: Magnets, one: IntArray, other: IntArray
-) -> Iterator[tuple[IntArray, Array, Array]]:
+def _pulls(faces: Faces, one: IntArray, other: IntArray) -> Iterator[tuple[IntArray, Array, Array]]:
     """Yield some of the pairs of faces at a time, and what the first of each feels.
 
-    That is the force (k, 2) and the torque about the face's centre (k,), for unit charges and
-    without µ0/4π.
+    That is the force (k, 2) [N] and the torque about the face's centre (k,) [N·m].
     """
     between = faces.centre[one] - faces.centre[other]
-    distance = np.hypot(*between.T) / magnets.width
+    longest = np.maximum(faces.size[one], faces.size[other]).max(axis=1)
+    distance = np.hypot(*between.T) / longest
     ends = [*(start for start, _, _ in RULES[1:]), np.inf]
     for (start, count, across), end in zip(RULES, ends, strict=True):
         chosen = np.flatnonzero((distance >= start) & (distance < end))
         for k in range(0, chosen.size, max(CHUNK // (count * across), 1)):
             pairs = chosen[k : k + max(CHUNK // (count * across), 1)]
-            u, v = faces.along[other[pairs]], faces.along[one[pairs]]
+            i, j = one[pairs], other[pairs]
+            u, v = faces.along[j], faces.along[i]
             turn = np.arctan2(_cross(u, v), np.sum(u * v, axis=1))
             x, y = np.sum(u * between[pairs], axis=1), _cross(u, between[pairs])
-            pull, moment = rectangle_pull(np.stack([x, y], axis=1), turn, magnets, count, across)
+            offset = np.stack([x, y], axis=1)
+            pull, moment = rectangle_pull(offset, turn, faces.size[i], faces.size[j], count, across)
             # Back from the frame of the other face, whose width lies along its x.
             side = np.stack([-u[:, 1], u[:, 0]], axis=1)
-            yield pairs, pull[:, :1] * u + pull[:, 1:] * side, moment
+            charges = COULOMB * faces.charge[i] * faces.charge[j]
+            yield (
+                pairs,
+                charges[:, None] * (pull[:, :1] * u + pull[:, 1:] * side),
+                charges * moment,
+            )
 
 
 def rectangle_pull(
-    offset: Array, turn: Array, magnets: Magnets, count: int, across: int
+    offset: Array, turn: Array, size: Array, source: Array, count: int, across: int
 ) -> tuple[Array, Array]:
     """In-plane forces (k, 2) on rectangles and torques (k,) about their centres.
 
@@ -158,32 +219,36 @@ def rectangle_pull(
         Centres [m] seen from the centre of another rectangle, whose width lies along x.
     turn : (k,) array
         Angles from x to their widths [rad].
-    magnets
-        Width and height of all of them; they stand on one plane.
+    size, source : (k, 2) arrays
+        Widths and heights of these and of the others [m]; all are centred on one plane.
     count, across
         Nodes along the width, and over the upper half of the height: the lower is its mirror image.
     """
     node, weight = np.polynomial.legendre.leggauss(count)
     level, share = np.polynomial.legendre.leggauss(across)
-    s, z = node * magnets.width / 2.0, (level + 1.0) * magnets.height / 4.0
+    s, z = np.outer(size[:, 0], node) / 2.0, np.outer(size[:, 1], level + 1.0) / 4.0
     weights = np.outer(weight, share) / 4.0
-    x = offset[:, 0, None] + np.cos(turn)[:, None] * s
-    y = offset[:, 1, None] + np.sin(turn)[:, None] * s
-    field = np.stack(rectangle_field(x[..., None], y[..., None], z, magnets))
-    pull = np.einsum("dkmn,mn->dkm", field, weights) / (magnets.width * magnets.height)
+    x = offset[:, :1] + np.cos(turn)[:, None] * s
+    y = offset[:, 1:] + np.sin(turn)[:, None] * s
+    width, height = source.T[..., None, None]
+    field = rectangle_field(x[..., None], y[..., None], z[:, None], width, height)
+    pull = np.einsum("dkmn,mn->dkm", np.stack(field), weights) / np.prod(source, axis=1)[:, None]
     moment = np.cos(turn)[:, None] * pull[1] - np.sin(turn)[:, None] * pull[0]
-    return pull.sum(axis=2).T, moment @ s
+    return pull.sum(axis=2).T, np.sum(moment * s, axis=1)
 
 
-def rectangle_field(x: Array, y: Array, z: Array, magnets: Magnets) -> tuple[Array, Array]:
+def rectangle_field(
+    x: Array, y: Array, z: Array, width: Array, height: Array
+) -> tuple[Array, Array]:
     """In-plane components of ∫ r/|r|³ dA over the rectangle |x| ≤ width/2, |z| ≤ height/2, y = 0.
 
-    That is the field of a face of one unit of charge an area, times 4π.
+    That is the field of a face of one unit of charge an area, times 4π. All arguments [m] are of
+    shapes that go together.
     """
     along, through = 0.0, 0.0
     for i in (-1.0, 1.0):
         for k in (-1.0, 1.0):
-            u, w = x - i * magnets.width / 2.0, z - k * magnets.height / 2.0
+            u, w = x - i * width / 2.0, z - k * height / 2.0
             line = u * u + y * y
             r = np.sqrt(line + w * w)
             along = along - i * k * np.arcsinh(w / np.sqrt(line))
