@@ -70,6 +70,8 @@ def baseline_key(scene: Scene) -> str:
     content = scene.model_dump(mode="json")
     # The agent chooses these, the design replaces them.
     del content["sequence"], content["feed"]["speed"]
+    if not (scene.field and scene.field.any):
+        del content["field"]  # one that does not act is none
     content |= {
         "components": scene.n,
         "physics": PHYSICS_VERSION,

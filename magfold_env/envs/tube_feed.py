@@ -73,7 +73,8 @@ class TubeFeedEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.int64]]):
     ----------
     scene : str, Path or Scene
         A tube scene with ``feed.loading`` ``at_mouth``: a shipped name, a path or the scene.
-        Its sequence and feed speeds are the agent's to choose and so are ignored.
+        Its sequence and feed speeds are the agent's to choose and so are ignored: every face
+        gets a magnet. A scene in an external field has no baseline and so needs ``baseline=None``.
     targets : sequence of str, optional
         Words to draw from at reset; every fully folded word of the chain by default.
     randomisation : {"none", "nominal", "scene"}
@@ -123,6 +124,11 @@ class TubeFeedEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.int64]]):
             )
         given = scene if isinstance(scene, Scene) else load_scene(scene)
         self._scene = randomised(feedable(given), randomisation)
+        if baseline == "auto" and self._scene.field is not None and self._scene.field.any:
+            raise ValueError(
+                "baseline: 'auto' is not allowed with scene.field; energy minimisation does not "
+                "know of external fields, must be None"
+            )
         self._targets = resolve_targets(targets, self._scene.n)
         self._actions = ActionTable(speeds)
         self._layout = ObservationLayout(self._scene.n, self._scene.casing.side)

@@ -39,6 +39,14 @@ def test_scenes_that_cannot_be_fed_one_by_one_are_refused(changes: dict, message
         TubeFeedEnv(mf.load_scene("tube-feed").replace(**changes))
 
 
+def test_a_field_leaves_the_reward_without_a_baseline() -> None:
+    scene = mf.load_scene("tube-feed").replace(field={"uniform": (0.0, 1e-3)})
+    with pytest.raises(ValueError, match=r"baseline: 'auto' is not allowed with scene.field"):
+        TubeFeedEnv(scene)
+    assert TubeFeedEnv(scene, baseline=None).scene.field == scene.field
+    assert TubeFeedEnv(scene.replace(field={"uniform": (0.0, 0.0)})).scene.n == 6
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

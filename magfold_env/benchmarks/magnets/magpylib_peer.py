@@ -73,15 +73,22 @@ class Peer:
         """
         n = len(self._casings)
         force, torque = np.zeros((n, 3)), np.zeros((n, 3))
-        for i in range(1, n):
+        present = [i for i, casing in enumerate(self._casings) if casing.children]
+        for k, i in enumerate(present[1:], start=1):
+            sources = present[:k]
             found = self._magpylib.getFT(
-                self._casings[:i], self._casings[i], eps=STEP, squeeze=False, meshing=mesh
+                [self._casings[j] for j in sources],
+                self._casings[i],
+                pivot=self._places[i],
+                eps=STEP,
+                squeeze=False,
+                meshing=mesh,
             )
-            pull, moment = (each[:, 0, 0] for each in found)  # of all sources, (i, 3) each
+            pull, moment = (each[:, 0, 0] for each in found)  # of all sources, (k, 3) each
             force[i] += pull.sum(axis=0)
             torque[i] += moment.sum(axis=0)
-            force[:i] -= pull
-            torque[:i] -= moment + np.cross(self._places[i] - self._places[:i], pull)
+            force[sources] -= pull
+            torque[sources] -= moment + np.cross(self._places[i] - self._places[sources], pull)
         return Loads(force[None, :, 0], force[None, :, 1], torque[None, :, 2])
 
     @contextmanager
