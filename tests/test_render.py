@@ -4,6 +4,7 @@ import importlib
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import magfold_env as mf
 from magfold_env import shapes
 from magfold_env.render import draw_states, frame, save_gif, save_png, style
 from magfold_env.render.canvas import Canvas, View
-from magfold_env.render.frames import chain_view, loaded
+from magfold_env.render.frames import chain_view, loaded, usual_view
 
 FREE = mf.load_scene("paper/sequence-3")
 TUBE = mf.load_scene("tube-feed")
@@ -78,6 +79,81 @@ def test_poles_have_their_colours() -> None:
     assert half[1] == pytest.approx(half[0], rel=0.1)
     bare = frame(FREE.replace(magnets=None), np.zeros(6), np.zeros(2), 6)
     assert _count(bare, style.NORTH) == _count(bare, style.SOUTH) == 0
+
+
+def test_a_face_without_a_magnet_stays_bare() -> None:
+    def colours(letters: str) -> list[int]:
+        picture = frame(FREE.replace(sequence=(letters,) * 6), np.zeros(6), np.zeros(2), 6)
+        return [_count(picture, c) for c in (style.NORTH, style.SOUTH, style.EMPTY)]
+
+    whole, some, none = colours("NNNN"), colours("N-N-"), colours("----")
+    assert some[0] == pytest.approx(whole[0] / 2, rel=0.05)
+    assert none == [0, 0, 0]
+
+
+def test_magnets_have_the_size_of_their_face() -> None:
+    def areas(**magnets: object) -> tuple[int, int]:
+        scene = mf.Scene(sequence=("NSSS",)).replace(magnets=magnets)
+        picture = frame(scene, [0.0], [0.0, 0.0], 1)
+        return _count(picture, style.NORTH), _count(picture, style.SOUTH)
+
+    even = areas(width=0.005, thickness=0.002)
+    small = areas(width=(0.0025, 0.005, 0.005, 0.005), thickness=0.002)
+    thick = areas(width=0.005, thickness=(0.003, 0.002, 0.002, 0.002))
+    assert small[0] == pytest.approx(even[0] / 2, rel=0.1)
+    assert thick[0] == pytest.approx(even[0] * 1.5, rel=0.1)
+    assert small[1] == thick[1] == even[1]
+
+
+MAGNET: dict[str, Any] = {
+    "position": (0.05, 0.06),
+    "width": 0.03,
+    "height": 0.03,
+    "thickness": 0.02,
+}
+
+
+def test_a_fixed_magnet_is_a_bar_of_two_poles() -> None:
+    bare = mf.Scene(sequence=("----",) * 6)
+    for heading in (0.0, np.pi):
+        scene = bare.replace(field={"magnet": {**MAGNET, "heading": heading}})
+        picture = frame(scene, np.zeros(6), [0.0, 0.0], 6)
+        north, south = (
+            np.argwhere((picture == np.array(c[:3])).all(axis=-1))
+            for c in (style.NORTH, style.SOUTH)
+        )
+        assert len(north) == pytest.approx(len(south), rel=0.1)
+        ahead = north[:, 1].mean() > south[:, 1].mean()
+        assert ahead == (heading == 0.0)
+    assert _count(frame(bare, np.zeros(6), [0.0, 0.0], 6), style.NORTH) == 0
+
+
+def test_views_hold_a_fixed_magnet_that_is_not_too_far() -> None:
+    straight = np.zeros(6), np.zeros(2), 6
+    near = FREE.replace(field={"magnet": MAGNET})
+    far = FREE.replace(field={"magnet": {**MAGNET, "position": (3.0, 0.0)}})
+    corners = mf.FixedMagnet(**MAGNET).corners
+    view = chain_view(near, *straight)
+    assert view.top > corners[:, 1].max()
+    assert view.right > corners[:, 0].max()
+    assert chain_view(far, *straight) == chain_view(FREE, *straight)
+    assert usual_view(far, (640, 480)) == usual_view(FREE, (640, 480))
+
+
+@pytest.mark.parametrize("field", [(0.0, 0.02), (0.02, 0.0), (-0.02, 0.0), (0.0, -0.02)])
+def test_an_even_field_is_an_arrow_along_it(field: tuple[float, float]) -> None:
+    scene = FREE.replace(magnets=None, field={"uniform": field})
+    picture = frame(scene, np.zeros(6), [0.0, 0.0], 6)
+    rows, columns = np.nonzero((picture == np.array(style.FIELD[:3])).all(axis=-1))
+    arrow = rows < 450  # the number stands below it
+    y, x = -rows[arrow], columns[arrow]
+    extent = np.array([np.ptp(x), np.ptp(y)])
+    assert extent @ np.abs(np.sign(field)) > 3.0 * extent @ np.abs(np.sign(field[::-1]))
+    # The head is wide: the mean lies beyond the middle of the extent.
+    lean = np.array([x.mean() - (x.min() + x.max()) / 2, y.mean() - (y.min() + y.max()) / 2])
+    assert lean @ np.sign(field) > 0.02 * extent.max()
+    still = FREE.replace(magnets=None, field={})
+    assert _count(frame(still, np.zeros(6), [0.0, 0.0], 6), style.FIELD) == 0
 
 
 def test_front_left_lies_to_the_left_of_the_heading() -> None:

@@ -16,6 +16,8 @@ def scene() -> mf.Scene:
     return mf.Scene(sequence=SEQUENCE)
 
 
+FIXED: dict[str, Any] = {"position": (0.05, 0.05), "width": 0.02, "height": 0.02, "thickness": 0.01}
+
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"colour": "red"}, "colour: 'red' is not allowed; unknown key, must be one of sequence"),
     (
@@ -51,6 +53,66 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     (
         {"magnets": {"remanence": 0.6, "pole_charge": 8.0}},
         "magnets.pole_charge: 8.0 is not allowed; must be left out when remanence (0.6) is given",
+    ),
+    (
+        {"magnets": {"width": [0.006, 0.006, 0.006]}},
+        "magnets.width: [0.006, 0.006, 0.006] is not allowed; must be one number, or four, one a "
+        "face (front-left, back-left, back-right, front-right)",
+    ),
+    ({"magnets": {"width": []}}, "magnets.width: [] is not allowed; must be one number, or four"),
+    ({"magnets": {"inset": [0, 0, 0, -1]}}, "magnets.inset[3]: -1 is not allowed; must be greater"),
+    ({"magnets": {"height": [[1] * 4]}}, "magnets.height[0]: [1, 1, 1, 1] is not allowed; must be"),
+    (
+        {"magnets": {"remanence": [1.0, 1.0]}},
+        "magnets.remanence: [1.0, 1.0] is not allowed; must be one number, or four, one a face",
+    ),
+    (
+        {"magnets": {"remanence": [[1.0] * 4] * 2}},
+        "magnets.remanence: ((1.0, 1.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0)) is not allowed; must "
+        "have 3 rows of four, the scene has 3 components",
+    ),
+    (
+        {"magnets": {"pole_charge": [[1.0] * 4, [1.0] * 3, [1.0] * 4]}},
+        "magnets.pole_charge[1]: [1.0, 1.0, 1.0] is not allowed; must be four numbers, one a face",
+    ),
+    (
+        {"magnets": {"pole_charge": [[1.0] * 4, [1.0, 0.0, 1.0, 1.0], [1.0] * 4]}},
+        "magnets.pole_charge[1][1]: 0.0 is not allowed; must be greater than 0",
+    ),
+    (
+        {"magnets": {"pole_charge": [[1.0] * 4, 1.0, [1.0] * 4]}},
+        "magnets.pole_charge[1]: 1.0 is not allowed; must be four numbers, one a face",
+    ),
+    (
+        {"magnets": {"remanence": [0.6] * 4, "pole_charge": [8.0] * 4}},
+        "magnets.pole_charge: (8.0, 8.0, 8.0, 8.0) is not allowed; must be left out when remanence",
+    ),
+    (
+        {"magnets": {"width": [0.007, 0.007, 0.006, 0.006]}},
+        "magnets.width: (0.007, 0.007, 0.006, 0.006) is not allowed; the magnets of front-left and "
+        "back-left overlap, front-left's must be at most 0.0065 or back-left's at most 0.0065",
+    ),
+    (
+        {"magnets": {"width": [0.013, 0.001, 0.001, 0.001], "thickness": 0.001}},
+        "magnets.width: (0.013, 0.001, 0.001, 0.001) is not allowed; front-left's must be at most "
+        "the casing's side, 0.0125",
+    ),
+    (
+        {"magnets": {"width": 0.001, "thickness": [0.009, 0.001, 0.004, 0.001]}},
+        "magnets.thickness: (0.009, 0.001, 0.004, 0.001) is not allowed; the magnets of front-left "
+        "and back-right overlap, their insets and thicknesses must add up to at most the casing's",
+    ),
+    ({"field": {"uniform": [0.1]}}, "field.uniform: [0.1] is not allowed; must have a value"),
+    ({"field": {"uniform": 0.1}}, "field.uniform: 0.1 is not allowed; must be"),
+    ({"field": {"magnet": {"width": 0.1}}}, "field.magnet.position: None is not allowed; must be"),
+    (
+        {"field": {"magnet": {**FIXED, "remanence": 0.0}}},
+        "field.magnet.remanence: 0.0 is not allowed; must be greater than 0",
+    ),
+    (
+        {"mount": "tube", "field": {"magnet": {**FIXED, "position": (-0.05, 0.015)}}},
+        "field.magnet.position: (-0.05, 0.015) is not allowed; a fixed external magnet must lie "
+        "outside the tube: nowhere both x < 0 and |y| < bore/2 + wall = 0.0102808",
     ),
     ({"magnets": {"nodes": 2.5}}, "magnets.nodes: 2.5 is not allowed; must be a valid integer"),
     ({"mount": "glued"}, "mount: 'glued' is not allowed; must be 'pinned', 'free' or 'tube'"),
@@ -118,6 +180,89 @@ def test_remanence_gives_the_charge_of_a_block() -> None:
     assert mf.Magnets().charge == pytest.approx(17.1887, abs=5e-5)
     assert mf.Magnets(pole_charge=8.5946).charge == 8.5946
     assert mf.Magnets(pole_charge=8.5946).remanence is None
+
+
+def test_charges_by_face_and_component_carry_the_letters_signs() -> None:
+    magnets = mf.Magnets(pole_charge=(1, 2, 3, 4))
+    scene = mf.Scene(sequence=("NS-N", "----", "SSNN"), magnets=magnets)
+    np.testing.assert_array_equal(scene.charges, [[1, -2, 0, 4], [0, 0, 0, 0], [-1, -2, 3, 4]])
+    rows = np.arange(1.0, 13.0).reshape(3, 4)
+    each = scene.replace(magnets={"pole_charge": rows})
+    np.testing.assert_array_equal(each.charges, rows * [[1, -1, 0, 1], [0] * 4, [-1, -1, 1, 1]])
+    assert each.magnets is not None
+    assert each.magnets.charge == 12.0
+    np.testing.assert_array_equal(each.magnets.charges(3), rows)
+    with pytest.raises(ValueError, match="n: 2 is not allowed; pole_charge has 3 rows"):
+        each.magnets.charges(2)
+    assert not scene.replace(magnets=None).charges.any()
+
+
+def test_remanence_times_each_faces_area_gives_its_charge() -> None:
+    magnets = mf.Magnets(
+        remanence=(0.6, 1.2, 0.6, 0.6), width=(0.006, 0.006, 0.003, 0.006), height=0.006
+    )
+    unit = mf.Magnets().charge
+    np.testing.assert_allclose(magnets.charges(2), [[unit, 2 * unit, unit / 2, unit]] * 2)
+    assert magnets.charge == pytest.approx(2 * unit)
+
+
+def test_even_magnets_may_differ_in_strength_only() -> None:
+    assert mf.Magnets(width=(0.005,) * 4, remanence=(0.1, 0.2, 0.3, 0.4)).even
+    for name in ("width", "height", "thickness", "inset"):
+        lengths: dict[str, Any] = {name: (0.002, 0.001, 0.001, 0.001)}
+        assert not mf.Magnets(**lengths).even
+    np.testing.assert_array_equal(mf.Magnets(inset=(1, 2, 3, 4)).by_face("inset"), [1, 2, 3, 4])
+    np.testing.assert_array_equal(mf.Magnets().by_face("width"), [0.006] * 4)
+
+
+def test_a_wide_magnet_fits_beside_narrow_ones(scene: mf.Scene) -> None:
+    changed = scene.replace(magnets={"width": (0.008, 0.004, 0.008, 0.004)})
+    assert changed.magnets is not None
+    assert not changed.magnets.even
+    with pytest.raises(mf.SceneError, match="of back-left and back-right overlap"):
+        scene.replace(magnets={"width": (0.008, 0.007, 0.008, 0.004)})
+
+
+def test_fields_are_merged_replaced_and_dropped(scene: mf.Scene) -> None:
+    given = scene.replace(field={"magnet": FIXED})
+    assert given.field == mf.Field(magnet=mf.FixedMagnet(**FIXED))
+    both = given.replace(field={"uniform": (0.0, 1e-3)})
+    assert both.field is not None
+    assert both.field.magnet == mf.FixedMagnet(**FIXED)
+    turned = both.replace(field={"magnet": {"heading": 0.5}})
+    assert turned.field == mf.Field(
+        uniform=(0.0, 1e-3),
+        magnet=mf.FixedMagnet(**{**FIXED, "heading": 0.5}),
+    )
+    alone = turned.replace(field={"magnet": None})
+    assert alone.field == mf.Field(uniform=(0.0, 1e-3))
+    assert mf.Field(uniform=(0.0, 1e-3)).any
+    assert not mf.Field().any
+    assert turned.replace(field=None).field is None
+    assert scene.replace(field=mf.Field()).field == mf.Field()
+
+
+def test_the_geometry_of_a_fixed_magnet() -> None:
+    magnet = mf.FixedMagnet(
+        position=(1.0, 2.0), heading=math.pi / 2, width=0.4, height=0.1, thickness=0.2
+    )
+    np.testing.assert_allclose(magnet.poles, [[1.0, 2.1], [1.0, 1.9]])
+    expected = [[1.2, 2.1], [0.8, 2.1], [0.8, 1.9], [1.2, 1.9]]
+    np.testing.assert_allclose(magnet.corners, expected)
+    # 1.2 T over 400 cm².
+    assert magnet.charge == pytest.approx(1.2 * 0.04 / (4e-7 * math.pi))
+
+
+def test_a_fixed_magnet_may_stand_before_or_beside_the_tube(scene: mf.Scene) -> None:
+    tube = scene.replace(mount="tube")
+    beside = 0.005 + tube.bore / 2 + tube.feed.wall
+    for position in ((0.010, 0.0), (-0.05, beside), (-0.05, -beside - 1e-9), (0.0, 0.05)):
+        size = {"width": 0.01, "height": 0.01, "thickness": 0.02}
+        placed = tube.replace(field={"magnet": {"position": position, **size}})
+        assert placed.field is not None
+    # Without a tube there is none to keep clear of.
+    inside = {"magnet": {**FIXED, "position": (-0.05, 0.0)}}
+    assert scene.replace(mount="pinned", field=inside).field is not None
 
 
 def test_replace_keeps_what_is_not_named(scene: mf.Scene) -> None:

@@ -52,6 +52,17 @@ def test_default_tube_scene_loads_at_the_mouth() -> None:
     assert scene.feed == mf.Feed(direction="forward", loading="at_mouth")
 
 
+def test_the_anchor_uses_what_real_devices_need() -> None:
+    scene = mf.load_scene("anchor")
+    assert scene.magnets is not None
+    assert not scene.magnets.even
+    assert any("-" in faces for faces in scene.sequence)
+    assert len(set(scene.magnets.charges(scene.n)[0])) == 2
+    assert scene.field is not None
+    assert scene.field.magnet is not None
+    assert any(scene.field.uniform)
+
+
 def test_paths_are_read_as_text_and_as_paths(tmp_path: Path) -> None:
     path = _write(tmp_path, "sequence: [NSNS]\nsolver: {tolerance: 1e-4}\n")
     assert mf.load_scene(path) == mf.load_scene(str(path))

@@ -20,26 +20,54 @@ def _each(number: st.SearchStrategy[float], n: int) -> st.SearchStrategy[Any]:
 
 
 @st.composite
+def magnets(draw: st.DrawFn, n: int) -> dict[str, Any]:
+    """Draw magnets of all ways to say how strong and how large they are; none overlap."""
+
+    def faces(number: st.SearchStrategy[float]) -> st.SearchStrategy[Any]:
+        return number | st.lists(number, min_size=4, max_size=4)
+
+    def strength(number: st.SearchStrategy[float]) -> st.SearchStrategy[Any]:
+        row = st.lists(number, min_size=4, max_size=4)
+        return faces(number) | st.lists(row, min_size=n, max_size=n)
+
+    ways = {"remanence": strength(_number(1e-9, 2.0)), "pole_charge": strength(_number(1e-9, 1e2))}
+    way = draw(st.sampled_from(sorted(ways)))
+    lengths = {"width": 0.006, "height": 0.05, "thickness": 0.0025, "inset": 0.0005}
+    return {way: draw(ways[way])} | {
+        name: draw(faces(_number(1e-4, most))) for name, most in lengths.items()
+    }
+
+
+@st.composite
+def fields(draw: st.DrawFn) -> dict[str, Any]:
+    tesla, length = _number(-1.0, 1.0), _number(1e-3, 0.1)
+    # Beyond the mouth, at any angle.
+    fixed = st.fixed_dictionaries(
+        {"position": st.tuples(_number(0.2, 1.0), _number(-1.0, 1.0)), "heading": _number(-4, 4)}
+        | dict.fromkeys(("width", "height", "thickness"), length)
+    )
+    return {"uniform": draw(st.tuples(tesla, tesla)), "magnet": draw(st.none() | fixed)}
+
+
+@st.composite
 def scenes(draw: st.DrawFn) -> mf.Scene:
     n = draw(st.integers(1, 5))
     fraction = _number(0.0, 0.9)
-    strength = st.fixed_dictionaries({"remanence": _number(1e-9, 2.0)}) | st.fixed_dictionaries(
-        {"pole_charge": _number(1e-9, 100.0)}
-    )
     data: dict[str, Any] = dict(
-        sequence=draw(st.lists(st.text("NS", min_size=4, max_size=4), min_size=n, max_size=n)),
+        sequence=draw(st.lists(st.text("NS-", min_size=4, max_size=4), min_size=n, max_size=n)),
         casing={
             "mass": draw(_each(_number(1e-12, 1.0), n)),
             "inertia": draw(st.none() | _each(_number(1e-12, 1.0), n)),
         },
-        magnets=draw(st.none() | strength),
+        magnets=draw(st.none() | magnets(n)),
         mount=draw(st.sampled_from(["pinned", "free", "tube"])),
         feed={"speed": draw(_each(_number(1e-9, 1e9), n))},
+        field=draw(st.none() | fields()),
         friction=draw(_number(0.0, 1.0)),
         gravity={"in_plane": draw(st.tuples(_number(-10, 10), _number(-10, 10)))},
         contact=draw(st.booleans()),
         start_angles=draw(st.none() | st.lists(_number(-1.5, 1.5), min_size=n - 1, max_size=n - 1)),
-        spreads={"friction": draw(fraction), "mass": draw(fraction)},
+        spreads={name: draw(fraction) for name in ("friction", "mass", "remanence")},
         solver={"tolerance": draw(_number(1e-12, 0.1))},
     )
     return mf.Scene(**data)
@@ -75,3 +103,98 @@ def test_a_drawn_scene_is_concrete_and_saved_like_any(scene: mf.Scene, seed: int
     assert drawn.is_concrete
     assert drawn.draw(np.random.default_rng(seed + 1)) == drawn
     assert drawn.n == scene.n
+
+
+@given(scenes())
+def test_charges_are_bounded_by_the_largest_and_vanish_where_a_face_is_empty(
+    scene: mf.Scene,
+) -> None:
+    assert scene.charges.shape == (scene.n, 4)
+    letters = np.array([list(faces) for faces in scene.sequence])
+    if scene.magnets is None:
+        assert not scene.charges.any()
+        return
+    expected = {"N": 1.0, "S": -1.0, "-": 0.0}
+    signs = np.vectorize(expected.__getitem__)(letters)
+    np.testing.assert_array_equal(np.sign(scene.charges), signs)
+    assert scene.magnets.charges(scene.n).max() == scene.magnets.charge
+    assert np.abs(scene.charges).max() <= scene.magnets.charge
+
+
+@given(scenes(), st.integers(0, 100))
+def test_a_draw_scales_all_of_the_chains_magnets_alike(scene: mf.Scene, seed: int) -> None:
+    drawn = scene.draw(np.random.default_rng(seed))
+    assert drawn.field == scene.field
+    if scene.magnets is not None and drawn.magnets is not None:
+        factors = drawn.magnets.charges(scene.n) / scene.magnets.charges(scene.n)
+        np.testing.assert_allclose(factors, factors[0, 0], rtol=1e-12)
+        assert abs(factors[0, 0] - 1.0) <= scene.spreads.remanence + 1e-12
+
+
+@st.composite
+def _rectangles(draw: st.DrawFn) -> tuple[mf.Magnets, float]:
+    def four(low: float, high: float) -> list[float]:
+        return draw(st.lists(_number(low, high), min_size=4, max_size=4))
+
+    side = 0.0125
+    lengths: dict[str, Any] = {
+        "width": four(1e-3, 0.013),
+        "thickness": four(5e-4, 0.006),
+        "inset": four(0, 0.003),
+    }
+    return mf.Magnets(**lengths), side
+
+
+@given(_rectangles())
+def test_magnets_fit_exactly_if_no_two_of_their_rectangles_overlap(
+    drawn: tuple[mf.Magnets, float],
+) -> None:
+    magnets, side = drawn
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])  # the next face is a quarter turn further
+    boxes = []
+    for f in range(4):
+        width, thickness, inset = (
+            magnets.by_face(name)[f] for name in ("width", "thickness", "inset")
+        )
+        outer = side / 2 - inset
+        corners = np.array([[outer - thickness, -width / 2], [outer, width / 2]])
+        corners = corners @ np.linalg.matrix_power(turn, f).T
+        boxes.append((corners.min(axis=0), corners.max(axis=0)))
+    inside = all(np.abs(box).max() <= side / 2 + 1e-12 for pair in boxes for box in pair)
+    apart = all(
+        (boxes[f][1] <= boxes[g][0] + 1e-12).any() or (boxes[g][1] <= boxes[f][0] + 1e-12).any()
+        for f in range(4)
+        for g in range(f)
+    )
+    assert (not magnets.misfits(side)) == (inside and apart)
+
+
+@given(
+    st.tuples(_number(-0.1, 0.05), _number(-0.05, 0.05)),
+    _number(-4.0, 4.0),
+    *[_number(1e-3, 0.05)] * 2,
+)
+def test_a_fixed_magnet_overlaps_the_tube_if_a_point_of_it_lies_inside(
+    position: tuple[float, float], heading: float, width: float, thickness: float
+) -> None:
+    magnet = mf.FixedMagnet(
+        position=position, heading=heading, width=width, height=0.01, thickness=thickness
+    )
+    share = np.linspace(-0.5, 0.5, 101)
+    along = np.array([np.cos(heading), np.sin(heading)])
+    across = np.array([-along[1], along[0]])
+    points = (
+        np.array(position)
+        + (share[:, None] * thickness * along)[:, None]
+        + share[:, None] * width * across
+    )
+
+    def inside(points: np.ndarray, margin: float) -> bool:
+        x, y = points.reshape(-1, 2).T
+        return bool(((x < -margin) & (np.abs(y) < 0.01 - margin)).any())
+
+    step = 0.02 * max(width, thickness)
+    if inside(points, 0.0):
+        assert magnet.overlaps_tube(0.01)
+    elif not inside(points, -step):  # not even with the spaces between the points
+        assert not magnet.overlaps_tube(0.01)

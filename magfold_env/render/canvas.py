@@ -109,6 +109,18 @@ class Canvas:
         points = [(left * _OVERSAMPLING, y * _OVERSAMPLING), (x * _OVERSAMPLING, y * _OVERSAMPLING)]
         self._draw.line(points, fill=colour, width=2 * _OVERSAMPLING)
 
+    def arrow(self, tail: npt.ArrayLike, tip: npt.ArrayLike, colour: Colour, width: float) -> None:
+        """Draw an arrow between places [px] from the top left corner, its shaft `width` px wide."""
+        start, end = (np.asarray(p, dtype=np.float64) * _OVERSAMPLING for p in (tail, tip))
+        along = (end - start) / np.hypot(*(end - start)) * width * _OVERSAMPLING
+        across = np.array([-along[1], along[0]])
+        neck = end - 4.0 * along
+        outline = [
+            *(start + 0.5 * across, neck + 0.5 * across, neck + 1.6 * across, end),
+            *(neck - 1.6 * across, neck - 0.5 * across, start - 0.5 * across),
+        ]
+        self._draw.polygon([(float(x), float(y)) for x, y in outline], fill=colour)
+
     def image(self) -> Image.Image:
         """Return the finished picture, RGB, of the asked size."""
         return self._image.reduce(_OVERSAMPLING)

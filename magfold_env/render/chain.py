@@ -24,6 +24,8 @@ def draw_chain(
 ) -> None:
     """Draw casings with their numbers, magnets with the letters of their poles, and hinges.
 
+    A face that the sequence leaves without a magnet stays bare.
+
     Parameters
     ----------
     canvas
@@ -65,25 +67,29 @@ def _draw_magnets(
 ) -> None:
     magnets = scene.magnets
     assert magnets is not None  # the caller's check
-    depth = scene.casing.side / 2 - magnets.inset - magnets.thickness / 2
+    width, thickness = magnets.by_face("width"), magnets.by_face("thickness")
+    depth = scene.casing.side / 2 - magnets.by_face("inset") - thickness / 2
     for face, turn in enumerate(heading + _NORMALS):
+        letter = poles[face] if poles else ""
+        if letter == "-":
+            continue
         normal = np.array([np.cos(turn), np.sin(turn)])
-        across = np.array([-normal[1], normal[0]]) * magnets.width / 2
-        through = normal * magnets.thickness / 2
-        place = middle + depth * normal
+        across = np.array([-normal[1], normal[0]]) * width[face] / 2
+        through = normal * thickness[face] / 2
+        place = middle + depth[face] * normal
         block = [
             place + across + through,
             place - across + through,
             place - across - through,
             place + across - through,
         ]
-        if not poles:
+        if not letter:
             canvas.polygon(block, style.EMPTY, style.FAINT, width=0.7)
             continue
-        canvas.polygon(block, style.NORTH if poles[face] == "N" else style.SOUTH)
-        height = 0.9 * magnets.thickness
+        canvas.polygon(block, style.NORTH if letter == "N" else style.SOUTH)
+        height = 0.9 * thickness[face]
         if height * canvas.scale >= _LEGIBLE:
-            canvas.label(poles[face], place, height, style.LETTER)
+            canvas.label(letter, place, height, style.LETTER)
 
 
 def draw_tube(canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArray) -> None:

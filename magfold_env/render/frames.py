@@ -13,6 +13,7 @@ from magfold_env.fold import Fold
 from magfold_env.render import style
 from magfold_env.render.canvas import Canvas, FloatArray, Size, View
 from magfold_env.render.chain import BoolArray, draw_chain, draw_ghost, draw_tube
+from magfold_env.render.field import draw_field, with_magnet
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres, headings, parse_word, word_to_angles
 
@@ -108,10 +109,11 @@ def picture(
         room = _INSET / (1.0 - _INSET) * (view.top - view.bottom)
         view = view._replace(top=view.top + room)
     canvas = Canvas(view, size)
+    text = max(11.0, size[1] / 30)
+    draw_field(canvas, scene, text)
     if scene.mount == "tube":
         draw_tube(canvas, scene, angles, base)
     draw_chain(canvas, scene, angles, base, loaded(scene, angles, base, released))
-    text = max(11.0, size[1] / 30)
     canvas.note(caption, (0.6 * text, 0.5 * text), text, style.INK)
     _draw_ruler(canvas, text)
     image = canvas.image()
@@ -141,6 +143,8 @@ def loaded(scene: Scene, angles: FloatArray, base: FloatArray, released: int) ->
 def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike) -> View:
     """Return a view that holds the released components of one or more states.
 
+    A fixed magnet is held too, unless it is far away.
+
     Parameters
     ----------
     scene
@@ -156,7 +160,8 @@ def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt
     if scene.mount == "tube":
         points = np.concatenate([points, [[0.6 * diagonal, 0.0], [-0.2 * diagonal, 0.0]]])
     low, high = points.min(axis=0) - 0.9 * diagonal, points.max(axis=0) + 0.9 * diagonal
-    return View(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
+    view = View(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
+    return with_magnet(scene, view)
 
 
 def usual_view(scene: Scene, size: Size) -> View:
@@ -165,7 +170,7 @@ def usual_view(scene: Scene, size: Size) -> View:
     left = -_TUBE_SHOWN * diagonal if scene.mount == "tube" else -1.2 * diagonal
     right = (scene.n + 1.2) * diagonal
     reach = (right - left) * size[1] / size[0] / 2
-    return View(left, right, -reach, reach)
+    return with_magnet(scene, View(left, right, -reach, reach))
 
 
 def _draw_ruler(canvas: Canvas, text: float) -> None:

@@ -21,15 +21,15 @@ FIXED = FixedMagnet(
 def unequal(seed):
     """Two components of random magnets, some faces empty, and where they are."""
     rng = np.random.default_rng(seed)
-    magnets = Magnets(
-        remanence=rng.uniform(0.2, 1.4, (2, 4)),
-        width=rng.uniform(0.003, 0.006, 4),
-        height=rng.uniform(0.003, 0.008, 4),
-        thickness=rng.uniform(0.001, 0.002, 4),
-        inset=rng.uniform(0.0004, 0.001, 4),
-    )  # pyright: ignore[reportArgumentType]
+    magnets = {
+        "remanence": rng.uniform(0.2, 1.4, (2, 4)),
+        "width": rng.uniform(0.003, 0.006, 4),
+        "height": rng.uniform(0.003, 0.008, 4),
+        "thickness": rng.uniform(0.001, 0.002, 4),
+        "inset": rng.uniform(0.0004, 0.001, 4),
+    }
     sequence = tuple("".join(row) for row in rng.choice([*"NNSS-"], (2, 4)))
-    return Scene(sequence=sequence, magnets=magnets), poses.random_pair(rng, SIDE)
+    return Scene(sequence=sequence).replace(magnets=magnets), poses.random_pair(rng, SIDE)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -169,6 +169,7 @@ def test_an_even_field_turns_the_moments_of_the_magnets(seed):
     scene, (places, headings) = in_field(seed, uniform=tuple(field))
     force, torque = reference.field_forces(scene, places, headings)
     assert not force.any()
+    assert scene.magnets is not None
     moment = scene.charges * scene.magnets.by_face("thickness")  # outwards
     angle = headings[:, None] + reference.FACE_NORMALS
     x, y = (moment * np.cos(angle)).sum(axis=1), (moment * np.sin(angle)).sum(axis=1)
