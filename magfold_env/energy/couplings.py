@@ -32,8 +32,8 @@ class Couplings:
     Parameters
     ----------
     magnets
-        The four magnets of a component, all with the charge of the strongest one, `Magnets.charge`;
-        None makes every coupling zero.
+        The four magnets of a component; their couplings are those of faces with the charge of the
+        strongest, `Magnets.charge`. None makes every coupling zero.
     side
         Edge length of a casing [m].
     """
@@ -88,8 +88,9 @@ def couplings(scene: Scene) -> Couplings:
     """Return the couplings of a scene's magnets, shared by all scenes that have the same."""
     if scene.magnets is None:
         return _shared(None, scene.casing.side)
-    # Strengths of single faces enter where the couplings are used.
-    alike = {**dict(scene.magnets), "remanence": None, "pole_charge": scene.magnets.charge}
+    # How components differ in strength enters where the couplings are used.
+    strongest = tuple(scene.magnets.charges(scene.n).max(axis=0).tolist())
+    alike = {**dict(scene.magnets), "remanence": None, "pole_charge": strongest}
     return _shared(tuple(alike.items()), scene.casing.side)
 
 

@@ -11,7 +11,7 @@ from magfold_env.energy import minimise
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words, mirror
 from tests.energy import reference
-from tests.energy.scenes import MODELS, scene_of
+from tests.energy.scenes import MODELS, STRENGTHS, scene_of
 
 
 def scene_for(n: int, model: str) -> Scene:
@@ -23,7 +23,7 @@ def face_couplings(n: int, model: str) -> tuple[list[str], np.ndarray]:
 
     A single pair of faces is what is left of four energies that differ in its signs.
     """
-    magnets, side = MODELS[model], 0.0125
+    magnets, side = (MODELS | STRENGTHS)[model], 0.0125
     words = reference.words(n)
     form = np.zeros((len(words), n, 4, n, 4))
     for w, word in enumerate(words):
@@ -59,8 +59,11 @@ def brute_force(n: int, model: str) -> dict[str, tuple[float, tuple[str, ...]]]:
     return found
 
 
-@pytest.mark.parametrize("model", ["points", "strips"])
-@pytest.mark.parametrize("n", [2, 3, 4])
+@pytest.mark.parametrize(
+    ("n", "model"),
+    [(n, model) for model in ("points", "strips") for n in (2, 3, 4)]
+    + [(n, model) for model in STRENGTHS for n in (2, 3)],
+)
 def test_the_design_is_the_best_of_all_sequences(n: int, model: str) -> None:
     scene = scene_for(n, model)
     expected = brute_force(n, model)
@@ -119,6 +122,31 @@ def test_no_random_sequence_beats_the_design(designs: dict[str, GapDesign | None
 def test_a_target_that_never_is_the_ground_state_has_no_design() -> None:
     never = gap_designs(scene_for(3, "strips").replace(magnets=None), ["LL", "SS"])
     assert never == {"LL": None, "SS": None}
+
+
+def test_components_of_unequal_strength_have_their_own_designs() -> None:
+    rows = 0.6 * np.array([[1, 1, 1, 1], [2, 1, 1, 2], [1, 3, 1, 1]])
+    scene = Scene(sequence=("NNNN",) * 3).replace(magnets={"nodes": 4, "remanence": rows})
+    for target, design in gap_designs(scene, folded_words(3)).items():
+        assert design is not None
+        best, second = minimise(scene.replace(sequence=design.sequence), top=2).states
+        assert best.word == target
+        assert second.energy - best.energy == pytest.approx(design.gap)
+        for row in range(3):
+            for face in range(4):
+                # No single flip makes it better.
+                word = [list(faces) for faces in design.sequence]
+                word[row][face] = "S" if word[row][face] == "N" else "N"
+                other = scene.replace(sequence=["".join(faces) for faces in word])
+                first, next_one = minimise(other, top=2).states
+                if first.word == target:
+                    assert next_one.energy - first.energy <= design.gap * (1 + 1e-9)
+
+
+def test_a_field_is_refused() -> None:
+    scene = scene_for(3, "points").replace(field={"uniform": (1e-3, 0.0)})
+    with pytest.raises(ValueError, match=r"^field: .* is not allowed; energy minimisation does"):
+        gap_designs(scene, ["LR"])
 
 
 def test_progress_runs_from_above_0_to_1() -> None:
