@@ -95,6 +95,10 @@ def test_wrong_scenes_are_told_in_one_line(command: str, tmp_path: Path) -> None
     _fails_in_one_line(_run(command, path), *told)
 
 
+def test_minimise_refuses_a_scene_in_a_field_in_one_line() -> None:
+    _fails_in_one_line(_run("minimise", "anchor"), "field: ", "does not know of external fields")
+
+
 @pytest.mark.parametrize(
     ("option", "value", "message"),
     [
