@@ -19,7 +19,7 @@ class FixedMagnet(Part):
     """
 
     position: tuple[Number, Number]
-    """Its centre [m]; the origin is the tube's mouth, or the hinge of a pinned chain."""
+    """Its centre [m]; the origin is the tube's mouth, else component 1's outer hinge at first."""
     heading: Number = 0.0
     """Direction of its magnetisation, from its south to its north pole [rad]; 0 is along +x."""
     width: Positive

@@ -27,6 +27,7 @@ MODELS = {
     "strips": Magnets(nodes=5, **SIZES),
     "points": Magnets(model="points", nodes=4, **SIZES),
     "strips by component": Magnets(nodes=5, remanence=ROWS, **SIZES),
+    "equal sizes": Magnets(nodes=5, remanence=ROWS),
 }
 for name, lengths in SIZES.items():
     # One length at a time, and flat enough to fit: which of them goes wrong shows in the name.
@@ -60,7 +61,7 @@ def test_chosen_nodes_keep_the_accuracy() -> None:
         assert np.abs(found - exact).max() < accuracy * np.abs(exact).max()
 
 
-@pytest.mark.parametrize("model", ["strips", "strips by component"])
+@pytest.mark.parametrize("model", ["strips", "points", "strips by component", "equal sizes"])
 def test_a_state_has_the_energy_of_its_headings(model: str) -> None:
     scene = Scene(sequence=SEQUENCE, magnets=MODELS[model])
     for state in minimise(scene, top=10).states:
