@@ -15,7 +15,7 @@ Array = npt.NDArray[np.float64]
 class FixedMagnet(Part):
     """A block magnet that does not move, centred on the plane.
 
-    It acts on the chain's magnets and nothing else: casings do not collide with it.
+    It acts on the chain's magnets, and casings collide with it where scenes have contact.
     """
 
     position: tuple[Number, Number]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.engine import batch, chain, magnets
+from magfold_env.engine import batch, chain, magnets, outer_field
 from magfold_env.engine.loads import magnet_loads
 from magfold_env.engine.pack import pack
 from magfold_env.engine.session import Session
@@ -128,6 +128,9 @@ def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, Floats,
             0, model.magnets, model.charge, work.pose, work.nodes, work.fx, work.fy, work.torque
         )
         energy = float(magnets.energy(0, model.magnets, model.charge, work.pose, work.nodes))
+        if model.field.present:
+            outer_field.add_field(0, model, work.pose, work.nodes, work.fx, work.fy, work.torque)
+            energy += float(outer_field.field_energy(0, model, work.pose, work.nodes))
     force = np.stack([work.fx, work.fy], axis=1)
     centres = np.stack([work.pose.x, work.pose.y], axis=1)
     return force, work.torque, centres, energy

@@ -1,4 +1,4 @@
-"""Squares and the tube's walls as boxes with rounded corners, and how far apart they are.
+"""Squares, walls and a fixed magnet as boxes with rounded corners, and how far apart they are.
 
 A box is a *core* with sharp corners, widened by a radius. The gap of two boxes is the distance of
 their cores less both radii, and that distance is always one of a corner of one core from the other
@@ -19,6 +19,7 @@ from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import Model, Pose, Work
 
 APART = 4
+OBSTACLES = 3  # the tube's two walls and the fixed magnet, in this order
 SHRINK = 1e-4
 OVERLAP = 1e-3  # share of the side: deeper, and squares overlap
 FACE_C = math.sqrt(0.5)  # a square's first face looks 45° to the left of its heading
@@ -26,7 +27,7 @@ FACE_C = math.sqrt(0.5)  # a square's first face looks 45° to the left of its h
 
 @kernel
 def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
-    """Cores of the squares of components ``first`` on, and of the walls as boxes n and n + 1.
+    """Cores of the squares of components ``first`` on, then of the obstacles.
 
     A box has a centre, an axis (c, s) and half sizes along it and across.
     """
@@ -50,6 +51,20 @@ def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
             work.box_s[n + k] = 0.0
             work.box_a[n + k] = 0.5 * length - radius
             work.box_b[n + k] = 0.5 * model.wall - radius
+    if model.field.solid:
+        radius = magnet_rounding(model)
+        work.box_x[n + 2] = model.field.centre_x
+        work.box_y[n + 2] = model.field.centre_y
+        work.box_c[n + 2] = model.field.cos
+        work.box_s[n + 2] = model.field.sin
+        work.box_a[n + 2] = model.field.half_length - radius
+        work.box_b[n + 2] = model.field.half_width - radius
+
+
+@inlined
+def magnet_rounding(model: Model) -> float:
+    """Radius of the fixed magnet's edges [m]: as the casings', as far as its size allows."""
+    return min(model.rounding, 0.5 * min(model.field.half_length, model.field.half_width))
 
 
 @inlined
@@ -60,10 +75,13 @@ def wall_rounding(model: Model) -> float:
 
 @inlined
 def clearance(model: Model, box: int, other: int) -> float:
-    """Sum of two boxes' radii [m]; at most one of them is a wall."""
-    if box < model.n and other < model.n:
+    """Sum of two boxes' radii [m]; at most one of them is an obstacle."""
+    last = max(box, other)
+    if last < model.n:
         return 2.0 * model.rounding
-    return model.rounding + wall_rounding(model)
+    return model.rounding + (
+        magnet_rounding(model) if last == model.n + 2 else wall_rounding(model)
+    )
 
 
 @inlined
@@ -115,12 +133,16 @@ def corner_depth(work: Work, box: int, other: int, k: int) -> float:
 
 @inlined
 def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
-    """Cheap test that drops pairs too far apart to touch; ``j >= n`` is a wall."""
+    """Cheap test that drops pairs too far apart to touch; ``j >= n`` is an obstacle."""
     reach = model.bodies.length[0] * 1.01
+    dx = work.box_x[i] - work.box_x[j]
+    dy = work.box_y[i] - work.box_y[j]
     if j < model.n:
-        dx = work.box_x[i] - work.box_x[j]
-        dy = work.box_y[i] - work.box_y[j]
         return dx * dx + dy * dy < reach * reach
+    if j == model.n + 2:
+        c, s = work.box_c[j], work.box_s[j]
+        along, across = abs(c * dx + s * dy), abs(c * dy - s * dx)
+        return along < 0.6 * reach + work.box_a[j] and across < 0.6 * reach + work.box_b[j]
     return (
         work.box_x[i] < 0.6 * reach
         and abs(work.box_y[i] - work.box_y[j]) < 0.6 * reach + work.box_b[j]
@@ -129,15 +151,19 @@ def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
 
 @inlined
 def next_partner(model: Model, lo: int, i: int, j: int) -> int:
-    """Return the box after ``j`` that ``i`` can meet; begin with ``j = i``, end at n + 2.
+    """Return the box after ``j`` that ``i`` can meet; begin with ``j = i``, end at the last box.
 
-    Components in the tube, all before ``lo``, meet neither each other nor the walls.
+    Components in the tube, all before ``lo``, meet neither each other nor an obstacle.
     """
     j = j + 1 if j > i else min(i + APART, model.n)
     if j < model.n:
         return j
-    if not model.tube or i < lo:
-        return model.n + 2
+    if i < lo:
+        return model.n + OBSTACLES
+    if j < model.n + 2 and not model.tube:
+        j = model.n + 2
+    if j == model.n + 2 and not model.field.solid:
+        j = model.n + OBSTACLES
     return j
 
 

@@ -24,7 +24,8 @@ from magfold_env.engine.magnets import (
     spread_nodes,
 )
 from magfold_env.engine.pair_lookup import one_energy, one_slope, two_energy, two_slopes
-from magfold_env.engine.rigid_pairs import find_stops, is_charged, is_rigid, renew
+from magfold_env.engine.rigid_pairs import find_stops, is_rigid, renew
+from magfold_env.engine.segments import begin, finish, list_pairs
 from magfold_env.engine.state import Array, IntArray, Model, Nodes, Pose, Rigid
 
 TABLED = 2  # components at most so far apart are looked up
@@ -44,83 +45,74 @@ def add_chain_forces(
     if not (model.contact and model.magnets.tables.end > 0.0):
         add_forces(first, model.magnets, model.charge, pose, nodes, fx, fy, torque)
         return
-    if find_stops(first, q, model.charge, rigid.charge, rigid.stop, rigid.code):
+    if find_stops(first, q, model.charge, rigid.charge, rigid.stop, rigid.reach, rigid.code):
         renew(first, model, nodes, rigid)
-    magnets, tables = model.magnets, model.magnets.tables
-    spread_nodes(
-        first, magnets.rank_count, magnets.node_x, magnets.node_y,
-        pose.cos, pose.sin, pose.x, pose.y, nodes.x, nodes.y,
-    )  # fmt: skip
-    near = add_pairs(
-        first, lo, magnets.strips, magnets.height2, magnets.depth, magnets.reach,
-        magnets.rank_count, magnets.rank_radius, tables.end, tables.one, tables.two,
-        model.charge, q, pose.cos, pose.sin, pose.x, pose.y, nodes.x, nodes.y, nodes.q,
-        nodes.lane_x, nodes.lane_y, nodes.lane_u, nodes.spline, nodes.row,
-        rigid.code, rigid.stop, rigid.force, fx, fy, torque,
-    )  # fmt: skip
-    if near:
-        add_near(first, lo, model, pose, nodes, rigid, fx, fy, torque)
+    magnets, tables, segments = model.magnets, model.magnets.tables, nodes.segments
+    spread_nodes(first, magnets, pose.cos, pose.sin, pose.x, pose.y, nodes)
+    begin(first, pose.x, pose.y, segments)
+    while True:
+        count, _ = list_pairs(
+            first, lo, model.n, magnets.far_radius, magnets.far_terms, False, segments
+        )
+        if count == 0:
+            break
+        near = add_pairs(
+            count, segments.pair, magnets.strips, magnets.even, magnets.height2, magnets.depth,
+            magnets.reach, magnets.rank_count, magnets.rank_radius, magnets.far_radius,
+            magnets.far_terms, tables.end, tables.one, tables.two,
+            model.charge, q, pose.cos, pose.sin, pose.x, pose.y, nodes.faces,
+            nodes.x, nodes.y, nodes.q, nodes.half, segments.moment, segments.turned,
+            nodes.lane_x, nodes.lane_y, nodes.lane_u, nodes.spline, nodes.row,
+            rigid.code, rigid.reach, rigid.force, fx, fy, torque,
+        )  # fmt: skip
+        for p in range(near):
+            i, j = segments.pair[p, 0], segments.pair[p, 1]
+            _, u, v, t = near_pair(magnets, model.charge, pose, i, j, False, nodes)
+            act(pose.x, pose.y, i, j, u, v, t, fx, fy, torque)
+    finish(first, model.n, segments, fx, fy, torque)
 
 
 @kernel
 def add_pairs(
-    first: int, lo: int, strips: bool, height2: float, depth: float, reach: float,
-    rank_count: IntArray, rank_radius: Array, end: float, one: Array, two: Array,
-    charge: Array, q: Array, cos: Array, sin: Array, x: Array, y: Array,
-    node_x: Array, node_y: Array, node_q: Array, lane_x: Array, lane_y: Array, lane_u: Array,
-    spline: Array, row: Array, code: IntArray, stop: IntArray, force: Array,
-    fx: Array, fy: Array, torque: Array,
-) -> bool:  # fmt: skip
-    """Add all pairs' forces, but not near faces' corrections; whether there are near faces."""
-    near = False
-    for i in range(first, x.size):
-        if not is_charged(charge, i):
-            continue
-        joined = True
-        for j in range(i + 1, x.size):
-            joined = joined and is_rigid(i, j, stop, code)
-            if j < lo or not is_charged(charge, j):
-                continue
-            k = j - i - 1
-            if joined:
-                u, v, t = force[i, k, 0], force[i, k, 1], force[i, k, 2]
-                if j - i <= TABLED:
-                    bend(i, j, u, v, torque)
-                else:
-                    c, s = cos[i], sin[i]
-                    act(x, y, i, j, c * u - s * v, s * u + c * v, t, fx, fy, torque)
-            elif j - i == 1:
-                bend(i, j, one_slope(one, end, q[j] - q[i], charge, i, spline, row), 0.0, torque)
-            elif j - i == TABLED:
-                u, v = two_slopes(
-                    two, end, q[i + 1] - q[i], q[j] - q[i + 1], charge, i, spline, row
-                )
+    count: int, pair: IntArray, strips: bool, even: bool, height2: float, depth: float,
+    reach: float, rank_count: IntArray, rank_radius: Array, far_radius: float, far_terms: int,
+    end: float, one: Array, two: Array,
+    charge: Array, q: Array, cos: Array, sin: Array, x: Array, y: Array, faces: IntArray,
+    node_x: Array, node_y: Array, node_q: Array, half: Array, moment: Array, turned: Array,
+    lane_x: Array, lane_y: Array, lane_u: Array, spline: Array, row: Array,
+    code: IntArray, joined: IntArray, force: Array, fx: Array, fy: Array, torque: Array,
+) -> int:  # fmt: skip
+    """Add the forces of pairs, but not near faces' corrections: how many need them.
+
+    Those are left in front.
+    """
+    near = 0
+    for p in range(count):
+        i, j = pair[p, 0], pair[p, 1]
+        k = j - i - 1
+        if is_rigid(i, j, joined, code):
+            u, v, t = force[i, k, 0], force[i, k, 1], force[i, k, 2]
+            if j - i <= TABLED:
                 bend(i, j, u, v, torque)
             else:
-                near = near or math.hypot(x[j] - x[i], y[j] - y[i]) < reach
-                _, u, v, t = far_pair(
-                    strips, height2, depth, rank_count, rank_radius, x, y, i, j, False,
-                    node_x, node_y, node_q, lane_x, lane_y, lane_u,
-                )  # fmt: skip
-                act(x, y, i, j, u, v, t, fx, fy, torque)
+                c, s = cos[i], sin[i]
+                act(x, y, i, j, c * u - s * v, s * u + c * v, t, fx, fy, torque)
+        elif j - i == 1:
+            bend(i, j, one_slope(one, end, q[j] - q[i], charge, i, spline, row), 0.0, torque)
+        elif j - i == TABLED:
+            u, v = two_slopes(two, end, q[i + 1] - q[i], q[j] - q[i + 1], charge, i, spline, row)
+            bend(i, j, u, v, torque)
+        else:
+            if math.hypot(x[j] - x[i], y[j] - y[i]) < reach:
+                pair[near, 0], pair[near, 1] = i, j
+                near += 1
+            _, u, v, t = far_pair(
+                strips, even, height2, depth, rank_count, rank_radius, far_radius, far_terms,
+                x, y, i, j, False, faces, node_x, node_y, node_q, half, moment, turned,
+                lane_x, lane_y, lane_u,
+            )  # fmt: skip
+            act(x, y, i, j, u, v, t, fx, fy, torque)
     return near
-
-
-@kernel
-def add_near(
-    first: int, lo: int, model: Model, pose: Pose, nodes: Nodes, rigid: Rigid,
-    fx: Array, fy: Array, torque: Array,
-) -> None:  # fmt: skip
-    """Add near faces' corrections of the pairs that `add_pairs` summed."""
-    for i in range(first, model.n):
-        joined = True
-        for j in range(i + 1, model.n):
-            joined = joined and is_rigid(i, j, rigid.stop, rigid.code)
-            apart = math.hypot(pose.x[j] - pose.x[i], pose.y[j] - pose.y[i])
-            if joined or j < lo or j - i <= TABLED or apart >= model.magnets.reach:
-                continue
-            _, u, v, t = near_pair(model.magnets, model.charge, pose, i, j, False, nodes)
-            act(pose.x, pose.y, i, j, u, v, t, fx, fy, torque)
 
 
 @inlined
@@ -140,13 +132,18 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
         return energy(first, magnets, charge, pose, nodes)
     end, one, two = magnets.tables.end, magnets.tables.one, magnets.tables.two
     spread_charges(magnets, charge, nodes)
-    spread_nodes(
-        first, magnets.rank_count, magnets.node_x, magnets.node_y,
-        pose.cos, pose.sin, pose.x, pose.y, nodes.x, nodes.y,
-    )  # fmt: skip
-    total = 0.0
-    for i in range(first, model.n):
-        for j in range(i + 1, model.n):
+    spread_nodes(first, magnets, pose.cos, pose.sin, pose.x, pose.y, nodes)
+    total, segments = 0.0, nodes.segments
+    begin(first, pose.x, pose.y, segments)
+    while True:
+        count, far = list_pairs(
+            first, first, model.n, magnets.far_radius, magnets.far_terms, True, segments
+        )
+        total += far
+        if count == 0:
+            return total
+        for p in range(count):
+            i, j = segments.pair[p, 0], segments.pair[p, 1]
             angle, next_angle = q[i + 1] - q[i], q[j] - q[i + 1]
             if j - i == 1:
                 total += one_energy(one, end, angle, charge, i, nodes.spline, nodes.row)
@@ -154,4 +151,3 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
                 total += two_energy(two, end, angle, next_angle, charge, i, nodes.spline, nodes.row)
             else:
                 total += casing_pair(magnets, charge, pose, nodes, i, j, True)[0]
-    return total

@@ -8,7 +8,14 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine.boxes import corner, corner_gap, corner_offset, may_touch, next_partner
+from magfold_env.engine.boxes import (
+    OBSTACLES,
+    corner,
+    corner_gap,
+    corner_offset,
+    may_touch,
+    next_partner,
+)
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import Array, Model, Pose, Work
 
@@ -25,7 +32,7 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
     touch = TOUCH * model.side
     for i in range(max(lo - 1, 0), model.n):
         j = next_partner(model, lo, i, i)
-        while j < model.n + 2:
+        while j < model.n + OBSTACLES:
             if may_touch(model, work, i, j):
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)
@@ -56,7 +63,7 @@ def add_point(
 ) -> None:  # fmt: skip
     """Add to a Jacobian row the velocity along n of the point (px, py) of component i."""
     n = model.n
-    # Bodies in the tube move with the base; walls (i >= n) do not move.
+    # Bodies in the tube move with the base; obstacles (i >= n) do not move.
     if i >= n:
         return
     row[n] += nx
@@ -78,7 +85,7 @@ def corner_velocity(
     """Velocity [m/s] of the point (ox, oy) from the centre of ``other``, and rate of ``box``.
 
     The velocity is relative to the centre of ``box``. Bodies before ``lo`` move with the base,
-    walls not at all.
+    obstacles not at all.
     """
     n = model.n
     vx, vy, w = 0.0, 0.0, 0.0

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine import boxes, chain, chain_magnets, contact, friction
+from magfold_env.engine import boxes, chain, chain_magnets, contact, friction, outer_field
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.friction_solver import solve_with_friction
@@ -22,7 +22,7 @@ HELD = 1e-6  # share of µ g: a component that accelerates less is held
 
 @inlined
 def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None:
-    """Generalised forces of magnets, gravity, inertia and sliding friction into ``work.force``.
+    """Generalised forces of magnets, field, gravity, inertia and friction into ``work.force``.
 
     Leaves pose and centre velocities in ``work``. Charged components that are still in the tube
     act on the others.
@@ -40,6 +40,8 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
         chain_magnets.add_chain_forces(
             first, lo, model, q, pose, work.nodes, work.rigid, work.fx, work.fy, work.torque
         )
+        if model.field.present:
+            outer_field.add_field(lo, model, pose, work.nodes, work.fx, work.fy, work.torque)
     if model.frictional:
         friction.add_sliding(lo, model, v, work)
     for i in range(lo, n):

@@ -40,13 +40,13 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
     for k in range(first_joint(lo), model.n):
         if state.lock[k] == 0:
             worst = min(worst, contact.HALF_PI - abs(q[k] - q[k - 1]))
-    if model.n <= boxes.APART and not model.tube:
+    if model.n <= boxes.APART and not (model.tube or model.field.solid):
         return worst
     place_all(lo, model, q, work.pose)
     boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
     for i in range(max(lo - 1, 0), model.n):
         j = boxes.next_partner(model, lo, i, i)
-        while j < model.n + 2:
+        while j < model.n + boxes.OBSTACLES:
             if boxes.may_touch(model, work, i, j):
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)

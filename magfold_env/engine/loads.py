@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from magfold_env.engine import chain, magnets
+from magfold_env.engine import chain, magnets, outer_field
 from magfold_env.engine.arrays import copy
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import Array, Model, Work
@@ -24,6 +24,8 @@ def magnet_loads(model: Model, headings: Array, work: Work, out: Array) -> None:
         magnets.add_forces(
             0, model.magnets, model.charge, work.pose, work.nodes, work.fx, work.fy, work.torque
         )
+        if model.field.present:
+            outer_field.add_field(0, model, work.pose, work.nodes, work.fx, work.fy, work.torque)
         chain.generalise(0, model.bodies, work.pose, work.fx, work.fy, work.torque, work.force)
         for k in range(n):
             out[shape, k] = work.force[k]

@@ -1,8 +1,9 @@
 """What two nodes of pole faces do to each other, and the step that blends two sums over nodes.
 
-With equal heights H the out-of-plane integral between two nodes at in-plane distance ρ is closed,
-with S = √(ρ² + H²): force 2 d / (ρ² (ρ + S)), energy (2/H²)(H asinh(H/ρ) − S + ρ), both times
-(µ0/4π) q_k q_l. Point charges follow Coulomb's law.
+Nodes stand for lines of heights H₁ and H₂, centred on the plane. With their half sum a, their half
+difference b, and A = √(ρ² + a²), B = √(ρ² + b²) at the in-plane distance ρ, the integral out of the
+plane is closed: force 2 d / (ρ² (A + B)), energy 2/(a² − b²) (a asinh(a/ρ) − b asinh(b/ρ) − A + B),
+both times (µ0/4π) q_k q_l; for equal heights b = 0 and B = ρ. Point charges follow Coulomb's law.
 
 Everything here is plain arithmetic, so that loops over nodes vectorise.
 """
@@ -23,29 +24,46 @@ BIAS = 1023
 
 
 @inlined
-def node_force(strips: bool, height2: float, r2: float) -> float:
-    """Force between unit charges divided by their distance vector, without µ0/4π [1/m³]."""
-    r = math.sqrt(r2)
+def node_force(strips: bool, sum2: float, difference2: float, r2: float) -> float:
+    """Force between unit charges divided by their distance vector, without µ0/4π [1/m³].
+
+    ``sum2`` is a² and ``difference2`` is b² [m²]; points have neither.
+    """
     if strips:
-        return 2.0 / (r2 * (r + math.sqrt(r2 + height2)))
-    return 1.0 / (r2 * r)
+        return 2.0 / (r2 * (math.sqrt(r2 + difference2) + math.sqrt(r2 + sum2)))
+    return 1.0 / (r2 * math.sqrt(r2))
 
 
 @inlined
-def node_law(strips: bool, height2: float, r2: float) -> tuple[float, float]:
-    """Force as `node_force` gives it, and energy of unit charges without µ0/4π [1/m]."""
+def node_law(
+    strips: bool, even: bool, sum2: float, difference2: float, r2: float
+) -> tuple[float, float]:
+    """Force as `node_force` gives it, and energy of unit charges without µ0/4π [1/m].
+
+    Lines are ``even`` if all have one height: ``difference2`` is then left out.
+    """
     r = math.sqrt(r2)
-    if strips:
-        h = math.sqrt(height2)
-        total = r + math.sqrt(r2 + height2)
+    if not strips:
+        return 1.0 / (r2 * r), 1.0 / r
+    a = math.sqrt(sum2)
+    if even:
+        total = r + math.sqrt(r2 + sum2)
         # One division for two: they cost the most here.
         both = 1.0 / (r * total)
         inverse, inverse_r = both * r, both * total
-        # S − ρ, and asinh(H/ρ) by log(1 + z): neither loses digits far away.
-        rise = height2 * inverse
-        energy = 2.0 / height2 * (h * log1p((h + rise) * inverse_r) - rise)
+        # A − ρ, and asinh(a/ρ) by log(1 + z): neither loses digits far away.
+        rise = sum2 * inverse
+        energy = 2.0 / sum2 * (a * log1p((a + rise) * inverse_r) - rise)
         return 2.0 * inverse * inverse_r * inverse_r, energy
-    return 1.0 / (r2 * r), 1.0 / r
+    b = math.sqrt(difference2)
+    far, near = math.sqrt(r2 + sum2), math.sqrt(r2 + difference2)
+    inverse_r = 1.0 / r
+    inverse = 1.0 / (far + near)
+    outer = a * log1p((a + sum2 / (far + r)) * inverse_r)
+    inner = b * log1p((b + difference2 / (near + r)) * inverse_r)
+    product = sum2 - difference2
+    energy = 2.0 / product * (outer - inner - product * inverse)
+    return 2.0 * inverse * inverse_r * inverse_r, energy
 
 
 @inlined

@@ -5,11 +5,12 @@ point charges in the plane (``points``, the paper's). Along the width both are s
 which act on each other as ``engine.magnet_laws`` says.
 
 Casings far from each other need few nodes: a pair is summed at the *rank* that its distance asks
-for, all eight pole faces with equally many nodes. Pole faces whose centres are near are then
-corrected one pair of them at a time, *level* by level. Both follow one pattern: with U_k the
-energy with the nodes of rank or level k, the pair's energy is U_0 + Σ w_k (U_k − U_{k−1}), where
-w_k is a twice differentiable step from 1 within a radius to 0 a little beyond it. Forces are the
-exact gradient of this energy, so refinement takes no energy from the chain and gives it none.
+for, all pole faces with equally many nodes; beyond the *far radius* it is expanded in
+``engine.multipoles``. Pole faces whose centres are near are then corrected one pair of them at a
+time, *level* by level. All follow one pattern: with U_k the energy by the k-th rule, the pair's
+energy is U_0 + Σ w_k (U_k − U_{k−1}), where w_k is a twice differentiable step from 1 within a
+radius to 0 a little beyond it. Forces are the exact gradient of this energy, so refinement takes
+no energy from the chain and gives it none. ``engine.segments`` picks the pairs.
 """
 
 from __future__ import annotations
@@ -18,35 +19,93 @@ import math
 
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.magnet_laws import COULOMB, node_force, node_law, step_down
-from magfold_env.engine.near_faces import near_pair
+from magfold_env.engine.multipoles import PARTS, expansion, turn_row
+from magfold_env.engine.near_faces import LANES, near_pair
+from magfold_env.engine.segments import SPREAD, begin, finish, list_pairs
 from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
-
-SPREAD = 1.25  # and a rank at so many, counted from where outer faces could meet
 
 
 @kernel
 def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
-    """Fill the charges of all casings' nodes [A·m]."""
-    for rank in range(magnets.rank_count.size):
-        for i in range(charge.shape[0]):
-            for a in range(magnets.rank_count[rank]):
-                q = charge[i, magnets.node_face[rank, a]]
-                nodes.q[rank, i, a] = magnets.node_weight[rank, a] * q
+    """Fill the charges of all casings' nodes [A·m], and the moments in the casings' own frames.
+
+    Faces without charge have no nodes.
+    """
+    segments = nodes.segments
+    for i in range(charge.shape[0]):
+        faces = 0
+        for p in range(PARTS):
+            segments.body[i, p] = 0.0
+        for f in range(4):
+            if charge[i, f] != 0.0:
+                nodes.face[i, faces] = f
+                faces += 1
+                for p in range(PARTS):
+                    segments.body[i, p] += charge[i, f] * magnets.face_moment[f, p]
+        nodes.faces[i] = faces
+        segments.charged[i] = 1 if faces > 0 else 0
+        for rank in range(magnets.rank_count.size):
+            count = magnets.rank_count[rank]
+            k = 0
+            for side in range(0, 8, 4):
+                for slot in range(faces):
+                    f = nodes.face[i, slot]
+                    for a in range((side + f) * count, (side + f + 1) * count):
+                        nodes.q[rank, i, k] = magnets.node_weight[rank, a] * charge[i, f]
+                        nodes.half[rank, i, k] = magnets.face_half[side + f]
+                        k += 1
+            for a in range(k, whole_lanes(k)):
+                nodes.q[rank, i, a] = 0.0
+                nodes.half[rank, i, a] = magnets.face_half[0]
+
+
+@inlined
+def whole_lanes(count: int) -> int:
+    """Return how many entries fill vectors; those too many weigh nothing."""
+    return (count + LANES - 1) // LANES * LANES
 
 
 @kernel
 def spread_nodes(
-    lo: int, rank_count: IntArray, node_x: Array, node_y: Array,
-    cos: Array, sin: Array, x: Array, y: Array, out_x: Array, out_y: Array,
+    lo: int, magnets: Magnets, cos: Array, sin: Array, x: Array, y: Array, nodes: Nodes
+) -> None:
+    """Fill the nodes' positions [m] and the moments for casings ``lo`` on."""
+    for i in range(lo, x.size):
+        turn_row(nodes.segments.body, i, cos[i], sin[i], nodes.segments.moment)
+    for rank in range(magnets.rank_count.size):
+        place_nodes(
+            lo, rank, magnets.rank_count[rank], magnets.node_x, magnets.node_y,
+            cos, sin, x, y, nodes.face, nodes.faces, nodes.x, nodes.y,
+        )  # fmt: skip
+
+
+@kernel
+def place_nodes(
+    lo: int, rank: int, count: int, node_x: Array, node_y: Array,
+    cos: Array, sin: Array, x: Array, y: Array,
+    face: IntArray, faces: IntArray, out_x: Array, out_y: Array,
 ) -> None:  # fmt: skip
-    """Fill the nodes' positions [m] for casings ``lo`` on."""
-    for rank in range(rank_count.size):
-        for i in range(lo, x.size):
-            c, s, xi, yi = cos[i], sin[i], x[i], y[i]
-            for a in range(rank_count[rank]):
+    """Do so for the nodes of one rank, of which a pole face has ``count``."""
+    for i in range(lo, x.size):
+        c, s, xi, yi = cos[i], sin[i], x[i], y[i]
+        if faces[i] == 4:
+            for a in range(8 * count):
                 u, v = node_x[rank, a], node_y[rank, a]
                 out_x[rank, i, a] = xi + c * u - s * v
                 out_y[rank, i, a] = yi + s * u + c * v
+            continue
+        k = 0
+        for side in range(0, 8, 4):
+            for slot in range(faces[i]):
+                f = side + face[i, slot]
+                for a in range(f * count, (f + 1) * count):
+                    u, v = node_x[rank, a], node_y[rank, a]
+                    out_x[rank, i, k] = xi + c * u - s * v
+                    out_y[rank, i, k] = yi + s * u + c * v
+                    k += 1
+        for a in range(k, whole_lanes(k)):
+            out_x[rank, i, a] = out_x[rank, i, 0]
+            out_y[rank, i, a] = out_y[rank, i, 0]
 
 
 @inlined
@@ -58,9 +117,10 @@ def casing_pair(
     The energy is complete only ``with_energy``.
     """
     u, fx, fy, t = far_pair(
-        magnets.strips, magnets.height2, magnets.depth, magnets.rank_count, magnets.rank_radius,
-        pose.x, pose.y, i, j, with_energy,
-        nodes.x, nodes.y, nodes.q, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+        magnets.strips, magnets.even, magnets.height2, magnets.depth,
+        magnets.rank_count, magnets.rank_radius, magnets.far_radius, magnets.far_terms,
+        pose.x, pose.y, i, j, with_energy, nodes.faces, nodes.x, nodes.y, nodes.q, nodes.half,
+        nodes.segments.moment, nodes.segments.turned, nodes.lane_x, nodes.lane_y, nodes.lane_u,
     )  # fmt: skip
     if math.hypot(pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]) < magnets.reach:
         nu, nx, ny, nt = near_pair(magnets, charge, pose, i, j, with_energy, nodes)
@@ -73,34 +133,68 @@ def casing_pair(
 
 @kernel
 def far_pair(
-    strips: bool, height2: float, depth: float, rank_count: IntArray, rank_radius: Array,
-    x: Array, y: Array, i: int, j: int, with_energy: bool,
-    node_x: Array, node_y: Array, node_q: Array, lane_x: Array, lane_y: Array, lane_u: Array,
+    strips: bool, even: bool, height2: float, depth: float,
+    rank_count: IntArray, rank_radius: Array, far_radius: float, far_terms: int,
+    x: Array, y: Array, i: int, j: int, with_energy: bool, faces: IntArray,
+    node_x: Array, node_y: Array, node_q: Array, half: Array, moment: Array, turned: Array,
+    lane_x: Array, lane_y: Array, lane_u: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """As `casing_pair` without near faces' corrections.
 
     Hot kernels take the arrays they need: tuples of arrays are slow to pass on.
     """
-    ex, ey = x[j] - x[i], y[j] - y[i]
+    ex, ey = x[i] - x[j], y[i] - y[j]
     distance = math.sqrt(ex * ex + ey * ey)
-    room = distance - 2.0 * depth
+    if distance >= SPREAD * far_radius:
+        return expansion(far_terms, moment, i, j, ex, ey, turned)
+    between = distance > far_radius
+    u, fx, fy, t = ranked_pair(
+        strips, even, height2, rank_count, rank_radius, distance - 2.0 * depth, ex, ey,
+        x, y, i, j, between or with_energy, faces,
+        node_x, node_y, node_q, half, lane_x, lane_y, lane_u,
+    )  # fmt: skip
+    if between:
+        low, lx, ly, lt = expansion(far_terms, moment, i, j, ex, ey, turned)
+        weight, slope = step_down(distance / far_radius, SPREAD)
+        # −∂w/∂x (U_k − U_{k−1}) acts along the line of the centres.
+        push = -slope / far_radius * (u - low) / distance
+        u = low + weight * (u - low)
+        fx = lx + weight * (fx - lx) + push * ex
+        fy = ly + weight * (fy - ly) + push * ey
+        t = lt + weight * (t - lt)
+    return u, fx, fy, t
+
+
+@kernel
+def ranked_pair(
+    strips: bool, even: bool, height2: float, rank_count: IntArray, rank_radius: Array,
+    room: float, ex: float, ey: float, x: Array, y: Array, i: int, j: int, with_energy: bool,
+    faces: IntArray, node_x: Array, node_y: Array, node_q: Array, half: Array,
+    lane_x: Array, lane_y: Array, lane_u: Array,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """As `far_pair`, summed over nodes at any distance.
+
+    ``room`` [m] is the centres' distance less the depths of both casings' outer faces; (ex, ey) [m]
+    points from j to i.
+    """
     rank = rank_count.size - 1
     while rank > 0 and room >= SPREAD * rank_radius[rank]:
         rank -= 1
     blended = rank > 0 and room > rank_radius[rank]
     u, fx, fy, t = rank_pair(
-        strips, height2, rank_count[rank], rank, i, j, x[i], y[i], blended or with_energy,
-        node_x, node_y, node_q, lane_x, lane_y, lane_u,
+        strips, even, height2, rank, 2 * rank_count[rank] * faces[i],
+        2 * rank_count[rank] * faces[j], i, j, x[i], y[i], blended or with_energy,
+        node_x, node_y, node_q, half, lane_x, lane_y, lane_u,
     )  # fmt: skip
     if blended:
         low, lx, ly, lt = rank_pair(
-            strips, height2, rank_count[rank - 1], rank - 1, i, j, x[i], y[i], True,
-            node_x, node_y, node_q, lane_x, lane_y, lane_u,
+            strips, even, height2, rank - 1, 2 * rank_count[rank - 1] * faces[i],
+            2 * rank_count[rank - 1] * faces[j], i, j, x[i], y[i], True,
+            node_x, node_y, node_q, half, lane_x, lane_y, lane_u,
         )  # fmt: skip
         radius = rank_radius[rank]
         weight, slope = step_down(room / radius, SPREAD)
-        # −∂w/∂x (U_k − U_{k−1}) acts along the line of the centres.
-        push = slope / radius * (u - low) / distance
+        push = -slope / radius * (u - low) / math.sqrt(ex * ex + ey * ey)
         u = low + weight * (u - low)
         fx = lx + weight * (fx - lx) + push * ex
         fy = ly + weight * (fy - ly) + push * ey
@@ -110,37 +204,46 @@ def far_pair(
 
 @kernel
 def rank_pair(
-    strips: bool, height2: float, count: int, rank: int, i: int, j: int,
-    xi: float, yi: float, with_energy: bool,
-    node_x: Array, node_y: Array, node_q: Array, lane_x: Array, lane_y: Array, lane_u: Array,
+    strips: bool, even: bool, height2: float, rank: int, count_i: int, count_j: int,
+    i: int, j: int, xi: float, yi: float, with_energy: bool,
+    node_x: Array, node_y: Array, node_q: Array, half: Array,
+    lane_x: Array, lane_y: Array, lane_u: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Energy, force on casing i and its torque about (xi, yi), over the nodes of one rank.
 
     The energy is 0 unless asked for.
     """
-    for a in range(count):
+    lanes = whole_lanes(count_i)
+    for a in range(lanes):
         lane_x[a] = 0.0
         lane_y[a] = 0.0
         lane_u[a] = 0.0
-    for b in range(count):
-        x, y, q = node_x[rank, j, b], node_y[rank, j, b], node_q[rank, j, b]
+    sum2, difference2 = height2, 0.0
+    for b in range(count_j):
+        x, y, q, h = node_x[rank, j, b], node_y[rank, j, b], node_q[rank, j, b], half[rank, j, b]
         if with_energy:
-            for a in range(count):
+            for a in range(lanes):
                 dx = node_x[rank, i, a] - x
                 dy = node_y[rank, i, a] - y
-                g, u = node_law(strips, height2, dx * dx + dy * dy)
+                if not even:
+                    sum2 = (half[rank, i, a] + h) * (half[rank, i, a] + h)
+                    difference2 = (half[rank, i, a] - h) * (half[rank, i, a] - h)
+                g, u = node_law(strips, even, sum2, difference2, dx * dx + dy * dy)
                 lane_x[a] += q * g * dx
                 lane_y[a] += q * g * dy
                 lane_u[a] += q * u
         else:
-            for a in range(count):
+            for a in range(lanes):
                 dx = node_x[rank, i, a] - x
                 dy = node_y[rank, i, a] - y
-                g = q * node_force(strips, height2, dx * dx + dy * dy)
+                if not even:
+                    sum2 = (half[rank, i, a] + h) * (half[rank, i, a] + h)
+                    difference2 = (half[rank, i, a] - h) * (half[rank, i, a] - h)
+                g = q * node_force(strips, sum2, difference2, dx * dx + dy * dy)
                 lane_x[a] += g * dx
                 lane_y[a] += g * dy
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    for a in range(count):
+    for a in range(count_i):
         q = COULOMB * node_q[rank, i, a]
         gx = q * lane_x[a]
         gy = q * lane_y[a]
@@ -158,14 +261,20 @@ def add_forces(
 ) -> None:  # fmt: skip
     """Add the magnets' forces [N] and torques about the centres [N·m] of casings ``lo`` on."""
     spread_charges(magnets, charge, nodes)
-    spread_nodes(
-        lo, magnets.rank_count, magnets.node_x, magnets.node_y,
-        pose.cos, pose.sin, pose.x, pose.y, nodes.x, nodes.y,
-    )  # fmt: skip
-    for i in range(lo, pose.x.size):
-        for j in range(i + 1, pose.x.size):
+    spread_nodes(lo, magnets, pose.cos, pose.sin, pose.x, pose.y, nodes)
+    n, pair = pose.x.size, nodes.segments.pair
+    begin(lo, pose.x, pose.y, nodes.segments)
+    while True:
+        count, _ = list_pairs(
+            lo, lo, n, magnets.far_radius, magnets.far_terms, False, nodes.segments
+        )
+        if count == 0:
+            break
+        for p in range(count):
+            i, j = pair[p, 0], pair[p, 1]
             _, px, py, t = casing_pair(magnets, charge, pose, nodes, i, j, False)
             act(pose.x, pose.y, i, j, px, py, t, fx, fy, torque)
+    finish(lo, n, nodes.segments, fx, fy, torque)
 
 
 @inlined
@@ -187,12 +296,15 @@ def act(
 def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> float:
     """Energy of all pairs of casings ``lo`` on [J]; pairs of faces within a casing left out."""
     spread_charges(magnets, charge, nodes)
-    spread_nodes(
-        lo, magnets.rank_count, magnets.node_x, magnets.node_y,
-        pose.cos, pose.sin, pose.x, pose.y, nodes.x, nodes.y,
-    )  # fmt: skip
-    total = 0.0
-    for i in range(lo, pose.x.size):
-        for j in range(i + 1, pose.x.size):
-            total += casing_pair(magnets, charge, pose, nodes, i, j, True)[0]
-    return total
+    spread_nodes(lo, magnets, pose.cos, pose.sin, pose.x, pose.y, nodes)
+    total, pair = 0.0, nodes.segments.pair
+    begin(lo, pose.x, pose.y, nodes.segments)
+    while True:
+        count, far = list_pairs(
+            lo, lo, pose.x.size, magnets.far_radius, magnets.far_terms, True, nodes.segments
+        )
+        total += far
+        if count == 0:
+            return total
+        for p in range(count):
+            total += casing_pair(magnets, charge, pose, nodes, pair[p, 0], pair[p, 1], True)[0]

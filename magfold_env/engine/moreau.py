@@ -238,7 +238,7 @@ def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: flo
     near = 4.0 * fastest * h + contact.TOUCH * model.side
     for i in range(max(lo - 1, 0), model.n):
         j = boxes.next_partner(model, lo, i, i)
-        while j < model.n + 2:
+        while j < model.n + boxes.OBSTACLES:
             if boxes.may_touch(model, work, i, j):
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)

@@ -24,8 +24,9 @@ def near_pair(
     The torque is about the centre of i [N·m]. The energy is complete only ``with_energy``.
     """
     return near_faces(
-        magnets.strips, magnets.height2, charge, pose.cos, pose.sin, pose.x, pose.y,
-        i, j, with_energy, magnets.face_x, magnets.face_y, magnets.face_tx, magnets.face_ty,
+        magnets.strips, magnets.even, charge, pose.cos, pose.sin, pose.x, pose.y,
+        i, j, with_energy, magnets.face_x, magnets.face_y,
+        magnets.face_tx, magnets.face_ty, magnets.face_half,
         magnets.level_count, magnets.level_radius, magnets.level_node, magnets.level_weight,
         nodes.lane_x, nodes.lane_y, nodes.lane_u,
     )  # fmt: skip
@@ -33,8 +34,9 @@ def near_pair(
 
 @kernel
 def near_faces(
-    strips: bool, height2: float, charge: Array, cos: Array, sin: Array, x: Array, y: Array,
-    i: int, j: int, with_energy: bool, face_x: Array, face_y: Array, face_tx: Array, face_ty: Array,
+    strips: bool, even: bool, charge: Array, cos: Array, sin: Array, x: Array, y: Array,
+    i: int, j: int, with_energy: bool, face_x: Array, face_y: Array,
+    face_tx: Array, face_ty: Array, face_half: Array,
     level_count: IntArray, level_radius: Array, level_node: Array, level_weight: Array,
     lane_x: Array, lane_y: Array, lane_u: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
@@ -58,7 +60,8 @@ def near_faces(
             if q == 0.0:
                 continue
             u, px, py, t = refine(
-                strips, height2, level_count, level_radius, level_node, level_weight, ex, ey,
+                strips, even, face_half[f], face_half[g],
+                level_count, level_radius, level_node, level_weight, ex, ey,
                 ci * face_tx[f] - si * face_ty[f],
                 si * face_tx[f] + ci * face_ty[f],
                 cj * face_tx[g] - sj * face_ty[g],
@@ -74,7 +77,7 @@ def near_faces(
 
 @inlined
 def refine(
-    strips: bool, height2: float,
+    strips: bool, even: bool, half_a: float, half_b: float,
     level_count: IntArray, level_radius: Array, level_node: Array, level_weight: Array,
     ex: float, ey: float, atx: float, aty: float, btx: float, bty: float, with_energy: bool,
     lane_x: Array, lane_y: Array, lane_u: Array,
@@ -96,7 +99,7 @@ def refine(
         if 0 < level < last and distance <= level_radius[level + 1]:
             continue  # the next level is in full force too: this one cancels
         u, px, py, t = level_sum(
-            strips, height2, level_count[level], level,
+            strips, even, half_a, half_b, level_count[level], level,
             level_node, level_weight, ex, ey, atx, aty, btx, bty,
             blended, lane_x, lane_y, lane_u,
         )  # fmt: skip
@@ -114,15 +117,19 @@ def refine(
 
 @kernel
 def level_sum(
-    strips: bool, height2: float, count: int, level: int, nodes: Array, weights: Array,
+    strips: bool, even: bool, half_a: float, half_b: float, count: int, level: int,
+    nodes: Array, weights: Array,
     ex: float, ey: float, atx: float, aty: float, btx: float, bty: float,
     with_energy: bool, lane_x: Array, lane_y: Array, lane_u: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Energy, force on face a and its torque about its centre, for faces of unit charge.
 
-    Face a's centre is (ex, ey) from face b's; unit vectors lie along them. Without µ0/4π. The
-    energy is 0 unless asked for.
+    Face a's centre is (ex, ey) [m] from face b's; vectors as long as the faces are wide lie along
+    them. Faces stand half their heights above the plane and below it. Without µ0/4π. The energy is
+    0 unless asked for.
     """
+    sum2 = (half_a + half_b) * (half_a + half_b)
+    difference2 = (half_a - half_b) * (half_a - half_b)
     # The lanes are face a's nodes, padded with weightless ones to the width of a vector.
     lanes = (count + LANES - 1) // LANES * LANES
     for k in range(lanes):
@@ -136,7 +143,7 @@ def level_sum(
             for k in range(lanes):
                 dx = fx0 + nodes[level, k] * atx
                 dy = fy0 + nodes[level, k] * aty
-                g, u = node_law(strips, height2, dx * dx + dy * dy)
+                g, u = node_law(strips, even, sum2, difference2, dx * dx + dy * dy)
                 lane_x[k] += w * g * dx
                 lane_y[k] += w * g * dy
                 lane_u[k] += w * u
@@ -144,7 +151,7 @@ def level_sum(
             for k in range(lanes):
                 dx = fx0 + nodes[level, k] * atx
                 dy = fy0 + nodes[level, k] * aty
-                g = w * node_force(strips, height2, dx * dx + dy * dy)
+                g = w * node_force(strips, sum2, difference2, dx * dx + dy * dy)
                 lane_x[k] += g * dx
                 lane_y[k] += g * dy
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
@@ -160,13 +167,13 @@ def level_sum(
 
 @kernel
 def level_pair(
-    magnets: Magnets, level: int, ax: float, ay: float, atx: float, aty: float,
+    magnets: Magnets, level: int, f: int, g: int, ax: float, ay: float, atx: float, aty: float,
     bx: float, by: float, btx: float, bty: float, with_energy: bool, nodes: Nodes,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """As `level_sum` for faces that are given by centre and direction, torque about the origin."""
+    """As `level_sum` for faces f and g by centre and vector, torque about the origin."""
     u, fx, fy, t = level_sum(
-        magnets.strips, magnets.height2, magnets.level_count[level], level,
-        magnets.level_node, magnets.level_weight, ax - bx, ay - by, atx, aty, btx, bty,
-        with_energy, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+        magnets.strips, magnets.even, magnets.face_half[f], magnets.face_half[g],
+        magnets.level_count[level], level, magnets.level_node, magnets.level_weight,
+        ax - bx, ay - by, atx, aty, btx, bty, with_energy, nodes.lane_x, nodes.lane_y, nodes.lane_u,
     )  # fmt: skip
     return u, fx, fy, t + ax * fy - ay * fx

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from magfold_env.engine.multipoles import COUNTS, moments
 from magfold_env.engine.near_faces import BLEND, LANES
 from magfold_env.engine.pair_tables import build_tables
-from magfold_env.engine.quadrature import Rule, choose_rule, table_rule
-from magfold_env.engine.state import Array, Bodies, IntArray, Magnets, Model, Tables
-from magfold_env.scene import Scene
+from magfold_env.engine.quadrature import Rule, choose_rule, table_rule, widest
+from magfold_env.engine.state import Array, Bodies, Field, Magnets, Model, Tables
+from magfold_env.scene import SIGNS, Scene
 from magfold_env.scene_parts import Casing
 from magfold_env.scene_parts import Magnets as MagnetsPart
+
+ComplexArray = NDArray[np.complex128]
 
 # c of the friction ellipsoid, as a share of the side: mean distance of a square's points from
 # its centre, so that pure spin of an evenly pressed square feels its exact friction torque.
@@ -22,7 +27,12 @@ FRICTION_ARM = 0.3826
 # Share of the accuracy that splines may use up.
 TABLE_SHARE = 0.05
 
+_NONE = np.zeros(0)
+NO_FIELD = Field(
+    False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0, False, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
+)
 NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)))
+TURNED = [2, 3, 0, 1]  # faces of a casing that is turned by half a turn
 FACE_ANGLES = np.array([0.25, 0.75, -0.75, -0.25]) * math.pi
 
 
@@ -66,6 +76,7 @@ def pack(scene: Scene) -> Model:
         frictional=scene.friction > 0.0 and scene.gravity.normal > 0.0,
         gravity_x=gravity_x,
         gravity_y=gravity_y,
+        field=pack_field(scene),
         contact=scene.contact,
         tube=scene.mount == "tube",
         bore=scene.bore,
@@ -80,29 +91,29 @@ def pack(scene: Scene) -> Model:
 
 def charges(scene: Scene) -> Array:
     """Signed charge of each outer pole face in the engine's order, shape (n, 4) [A·m]."""
-    if scene.magnets is None:
-        return np.zeros((scene.n, 4))
-    rows = [face_charges(faces, scene) for faces in scene.sequence]
-    return np.ascontiguousarray(rows[::-1] if reversed_inside(scene) else rows)
+    charge = scene.charges
+    if reversed_inside(scene):
+        # Seen from the other end of the chain a casing is turned by half a turn.
+        charge = charge[::-1, TURNED]
+    return np.ascontiguousarray(charge)
 
 
-def face_charges(faces: str, scene: Scene) -> Array:
-    """Signed charges (4,) [A·m] of one component, its faces in the engine's order."""
+def component_charges(faces: str, index: int, scene: Scene) -> Array:
+    """Signed charges (4,) [A·m] of component ``index`` + 1, its faces in the engine's order."""
     if scene.magnets is None:
-        return np.zeros(4)
-    charge = scene.magnets.charge
-    signs = np.array([charge if letter == "N" else -charge for letter in faces])
-    # Seen from the other end of the chain a casing is turned by half a turn.
-    return signs[[2, 3, 0, 1]] if reversed_inside(scene) else signs
+        return np.zeros(len(faces))
+    signs = np.array([SIGNS[letter] for letter in faces])
+    charge = signs * scene.magnets.charges(scene.n)[index]
+    return charge[TURNED] if reversed_inside(scene) else charge
 
 
 def pack_magnets(scene: Scene) -> Magnets:
     """Quadrature nodes of a casing's eight pole faces."""
     magnets = scene.magnets
     if magnets is None:
-        rule = Rule.single(1)
-        return _build(rule, strips=False, width=1.0, height=1.0, outer=0.0, inner=0.0)
-    return quadrature_of(scene.casing, magnets, choose_rule(magnets))
+        none = MagnetsPart(model="points")
+        return quadrature_of(scene.casing, none, Rule.single(1))
+    return quadrature_of(scene.casing, magnets, choose_rule(magnets), reversed_inside(scene))
 
 
 def joint_tables(scene: Scene) -> Tables:
@@ -119,89 +130,141 @@ def joint_tables(scene: Scene) -> Tables:
         or scene.solver.method == "paper"
     ):
         return NO_TABLES
-    tables, error = _tables_of(
-        scene.casing.side, magnets.width, magnets.height, magnets.thickness, magnets.inset
-    )
+    shape = Shape.of(magnets, reversed_inside(scene))
+    tables, error = _tables_of(scene.casing.side, shape)
     return tables if error <= TABLE_SHARE * magnets.accuracy else NO_TABLES
 
 
 @lru_cache(maxsize=16)
-def _tables_of(
-    side: float, width: float, height: float, thickness: float, inset: float
-) -> tuple[Tables, float]:
+def _tables_of(side: float, shape: Shape) -> tuple[Tables, float]:
     casing = Casing(side=side)
-    magnets = MagnetsPart(width=width, height=height, thickness=thickness, inset=inset)
-    return build_tables(quadrature_of(casing, magnets, table_rule(magnets)), casing.diagonal)
+    rule = table_rule(MagnetsPart(**shape._asdict()))
+    return build_tables(_build(rule, True, side, shape), casing.diagonal)
 
 
-def quadrature_of(casing: Casing, magnets: MagnetsPart, rule: Rule) -> Magnets:
-    """Return the nodes of a casing's eight pole faces for a given rule."""
-    outer = casing.side / 2.0 - magnets.inset
-    return _build(
-        rule,
-        strips=magnets.model == "strips",
-        width=magnets.width,
-        height=magnets.height,
-        outer=outer,
-        inner=outer - magnets.thickness,
-    )
+def quadrature_of(
+    casing: Casing, magnets: MagnetsPart, rule: Rule, turned: bool = False
+) -> Magnets:
+    """Return the nodes of a casing's eight pole faces for a given rule.
+
+    They are those of a casing that is ``turned`` by half a turn, if asked.
+    """
+    return _build(rule, magnets.model == "strips", casing.side, Shape.of(magnets, turned))
+
+
+class Shape(NamedTuple):
+    """Sizes of a casing's magnets, four numbers each in the engine's order of faces [m]."""
+
+    width: tuple[float, ...]
+    height: tuple[float, ...]
+    thickness: tuple[float, ...]
+    inset: tuple[float, ...]
+
+    @classmethod
+    def of(cls, magnets: MagnetsPart, turned: bool) -> Shape:
+        """Return the sizes of a scene's magnets, maybe those of a casing turned by half a turn."""
+        order = TURNED if turned else [0, 1, 2, 3]
+        return cls(*(tuple(magnets.by_face(name)[order].tolist()) for name in cls._fields))
 
 
 @lru_cache(maxsize=64)
-def _build(
-    rule: Rule, *, strips: bool, width: float, height: float, outer: float, inner: float
-) -> Magnets:
+def _build(rule: Rule, strips: bool, side: float, shape: Shape) -> Magnets:
     levels = len(rule.counts)
     most = -(-max(rule.counts) // LANES) * LANES
     node, weight = np.zeros((levels, most)), np.zeros((levels, most))
     for level, count in enumerate(rule.counts):
-        node[level, :count], weight[level, :count] = _width_rule(strips, count, width)
-    distance = np.repeat([outer, inner], 4)
+        node[level, :count], weight[level, :count] = _width_rule(strips, count)
+    outer = side / 2.0 - np.array(shape.inset)
+    distance = np.concatenate([outer, outer - np.array(shape.thickness)])
     angle = np.tile(FACE_ANGLES, 2)
+    width = np.tile(shape.width, 2)
     face_x, face_y = distance * np.cos(angle), distance * np.sin(angle)
-    tangent_x, tangent_y = -np.sin(angle), np.cos(angle)
+    tangent_x, tangent_y = -np.sin(angle) * width, np.cos(angle) * width
     sign = np.repeat([1.0, -1.0], 4)
     ranks, widest = len(rule.ranks), 8 * max(rule.ranks)
     node_x, node_y, share = (np.zeros((ranks, widest)) for _ in range(3))
-    node_face: IntArray = np.zeros((ranks, widest), dtype=np.int64)
     for rank, count in enumerate(rule.ranks):
-        offset, part = _width_rule(strips, count, width)
+        offset, part = _width_rule(strips, count)
         nodes = slice(0, 8 * count)
         node_x[rank, nodes] = (face_x[:, None] + np.outer(tangent_x, offset)).ravel()
         node_y[rank, nodes] = (face_y[:, None] + np.outer(tangent_y, offset)).ravel()
         share[rank, nodes] = np.outer(sign, part).ravel()
-        node_face[rank, nodes] = np.repeat(np.tile(np.arange(4), 2), count)
+    faces = face_x + 1j * face_y, tangent_x + 1j * tangent_y
     return Magnets(
         strips=strips,
-        height2=height * height,
-        rank_count=8 * np.array(rule.ranks, dtype=np.int64),
+        even=min(shape.height) == max(shape.height),
+        height2=shape.height[0] ** 2,
+        rank_count=np.array(rule.ranks, dtype=np.int64),
         rank_radius=np.array(rule.rank_radii),
+        far_radius=rule.far * side * math.sqrt(2.0),
+        far_terms=COUNTS[rule.far_order],
+        face_moment=np.array([_moments(*faces, shape.height[f], f) for f in range(4)]),
         node_x=node_x,
         node_y=node_y,
         node_weight=share,
-        node_face=node_face,
-        depth=outer,
+        depth=float(outer.max()),
         face_x=face_x,
         face_y=face_y,
         face_tx=tangent_x,
         face_ty=tangent_y,
+        face_half=np.tile(shape.height, 2) / 2.0,
         level_count=np.array(rule.counts, dtype=np.int64),
         level_node=node,
         level_weight=weight,
         level_radius=np.array(rule.radii),
-        reach=2.0 * outer + BLEND * rule.radii[1] if levels > 1 else 0.0,
+        reach=2.0 * float(outer.max()) + BLEND * rule.radii[1] if levels > 1 else 0.0,
         tables=NO_TABLES,
     )
 
 
-def _width_rule(strips: bool, count: int, width: float) -> tuple[Array, Array]:
-    """Offsets [m] and shares of the charge of ``count`` nodes across a pole face."""
+def _moments(centre: ComplexArray, along: ComplexArray, height: float, f: int) -> Array:
+    """Moments of the magnet behind face f, its outer pole face having unit charge."""
+    # Two nodes are exact up to octupoles.
+    offset, part = _width_rule(True, 2)
+    poles = [centre[g] + offset * along[g] for g in (f, f + 4)]
+    return moments(np.concatenate(poles), np.concatenate([part, -part]), height)
+
+
+def pack_field(scene: Scene) -> Field:
+    """Return what acts on the chain's magnets from outside, and may stand in its way."""
+    field, part = scene.field, scene.magnets
+    if field is None or part is None or not field.any:
+        return NO_FIELD
+    magnet = field.magnet
+    if magnet is None:
+        return NO_FIELD._replace(present=True, x=field.uniform[0], y=field.uniform[1])
+    # Strips as narrow as the chain's own pole faces, so that the same nodes serve both.
+    strips = math.ceil(magnet.width / widest(part))
+    along = np.array([-math.sin(magnet.heading), math.cos(magnet.heading)]) * magnet.width / strips
+    place = (np.arange(strips) - 0.5 * (strips - 1))[:, None] * along
+    centre = np.concatenate([pole + place for pole in magnet.poles])
+    charge = np.repeat([1.0, -1.0], strips) * magnet.charge / strips
+    return Field(
+        present=True,
+        x=field.uniform[0],
+        y=field.uniform[1],
+        strip_x=np.ascontiguousarray(centre[:, 0]),
+        strip_y=np.ascontiguousarray(centre[:, 1]),
+        strip_tx=float(along[0]),
+        strip_ty=float(along[1]),
+        strip_q=charge,
+        strip_half=magnet.height / 2.0,
+        solid=True,
+        centre_x=magnet.position[0],
+        centre_y=magnet.position[1],
+        cos=math.cos(magnet.heading),
+        sin=math.sin(magnet.heading),
+        half_length=magnet.thickness / 2.0,
+        half_width=magnet.width / 2.0,
+    )
+
+
+def _width_rule(strips: bool, count: int) -> tuple[Array, Array]:
+    """Offsets, in widths, and shares of the charge of ``count`` nodes across a pole face."""
     if strips:
         x, w = np.polynomial.legendre.leggauss(count)
-        return x * width / 2.0, w / 2.0
-    return np.linspace(-width / 2.0, width / 2.0, count) if count > 1 else np.zeros(1), np.full(
-        count, 1.0 / count
-    )
+        return x / 2.0, w / 2.0
+    return np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1), np.full(count, 1.0 / count)
 
 
 def _rate_scale(scene: Scene, mass: float, pitch: float) -> float:
@@ -212,7 +275,7 @@ def _rate_scale(scene: Scene, mass: float, pitch: float) -> float:
     acceleration = math.hypot(*scene.gravity.in_plane)
     if scene.magnets is not None:
         # Two charges a magnet's width apart: the order of the force between touching faces.
-        density = scene.magnets.charge / scene.magnets.width
+        density = scene.magnets.charge / widest(scene.magnets)
         force = 1e-7 * density * density  # beyond the largest number: infinite, not an error
         acceleration += force / mass
     return max(math.sqrt(acceleration / pitch), 1.0)

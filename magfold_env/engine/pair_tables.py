@@ -45,11 +45,12 @@ def face_energies(magnets: Magnets, places: Array, nodes: Nodes, out: Array) -> 
                 by = y + s * magnets.face_x[g] + c * magnets.face_y[g]
                 btx = c * magnets.face_tx[g] - s * magnets.face_ty[g]
                 bty = s * magnets.face_tx[g] + c * magnets.face_ty[g]
-                u = level_pair(magnets, 0, ax, ay, atx, aty, bx, by, btx, bty, True, nodes)[0]
+                u = level_pair(magnets, 0, f, g, ax, ay, atx, aty, bx, by, btx, bty, True, nodes)[0]
                 ex, ey = ax - bx, ay - by
                 if math.hypot(ex, ey) < BLEND * magnets.level_radius[1]:
                     u += refine(
-                        magnets.strips, magnets.height2, magnets.level_count, magnets.level_radius,
+                        magnets.strips, magnets.even, magnets.face_half[f], magnets.face_half[g],
+                        magnets.level_count, magnets.level_radius,
                         magnets.level_node, magnets.level_weight, ex, ey, atx, aty, btx, bty, True,
                         nodes.lane_x, nodes.lane_y, nodes.lane_u,
                     )[0]  # fmt: skip

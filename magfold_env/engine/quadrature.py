@@ -27,28 +27,32 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
+from magfold_env.engine.multipoles import OCTUPOLE
 from magfold_env.scene import Magnets
 
 
 class Row(NamedTuple):
-    """Nodes a face that keep an error bound; all radii in widths of a pole face."""
+    """Nodes a face that keep an error bound; radii in widths of a pole face."""
 
     bound: float
     ranks: tuple[int, ...]  # nodes of casings, from far to near
     rooms: tuple[float, ...]  # room (see `Rule`) within which all but the first rank act
     counts: tuple[int, int]  # nodes of near faces: middle, near
     radii: tuple[float, float]  # distances of faces' centres within which these act
+    far: float  # distance of casings beyond which they are expanded, in diagonals of a casing
 
 
 # The paper's faces rest at 1, 3.5 and 6 mm from each other: where the bound allows, the radii keep
 # these distances out of the zones where two levels are blended. Ranks begin where the blended
 # error of two casings, for the worst of their charges, is a third of the bound.
 TABLE = (
-    Row(1e-2, (1, 2, 3), (1.7, 0.8), (6, 10), (6.2 / 6.0, 3.1 / 6.0)),
-    Row(1e-3, (1, 2, 4), (3.0, 1.35), (7, 12), (6.2 / 6.0, 4.2 / 6.0)),
-    Row(1e-4, (1, 2, 3, 5), (5.2, 2.0, 1.0), (12, 16), (6.2 / 6.0, 3.1 / 6.0)),
-    Row(1e-6, (1, 2, 3, 5, 8), (17.0, 5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0)),
-    Row(0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0)),
+    Row(1e-2, (1, 2, 3), (1.7, 0.8), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 1.7),
+    Row(1e-3, (1, 2, 4), (3.0, 1.35), (7, 14), (6.2 / 6.0, 4.2 / 6.0), 2.2),
+    Row(1e-4, (1, 2, 3, 5), (5.2, 2.2, 1.0), (12, 18), (6.2 / 6.0, 3.1 / 6.0), 2.7),
+    Row(1e-6, (1, 2, 3, 5, 8), (17.0, 5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 6.6),
+    Row(0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0), math.inf),
 )
 # Touching faces of the table's magnets are a sixth of their width apart.
 TABLE_GAP = 1.0 / 6.0
@@ -61,12 +65,15 @@ class Rule:
 
     Level 0 is the last rank. A rank acts by the room between casings, the distance of their
     centres less twice the depth of the outer faces; a level by the distance of faces' centres.
+    Beyond ``far``, a distance in diagonals of a casing, casings are expanded.
     """
 
     ranks: tuple[int, ...]
     rank_radii: tuple[float, ...]
     counts: tuple[int, ...]
     radii: tuple[float, ...]
+    far: float = math.inf
+    far_order: int = OCTUPOLE
 
     @classmethod
     def single(cls, count: int) -> Rule:
@@ -82,12 +89,19 @@ def choose_rule(magnets: Magnets) -> Rule:
         return Rule.single(magnets.nodes)
     row = next(row for row in TABLE if magnets.accuracy >= row.bound)
     middle, near = row.counts
+    width = widest(magnets)
     return Rule(
         ranks=row.ranks,
-        rank_radii=(math.inf, *(room * magnets.width for room in row.rooms)),
+        rank_radii=(math.inf, *(room * width for room in row.rooms)),
         counts=(row.ranks[-1], middle, nodes_across_gap(near, magnets)),
-        radii=(math.inf, *(radius * magnets.width for radius in row.radii)),
+        radii=(math.inf, *(radius * width for radius in row.radii)),
+        far=row.far,
     )
+
+
+def widest(magnets: Magnets) -> float:
+    """Width of the widest pole face [m]."""
+    return float(np.max(magnets.width))
 
 
 def table_rule(magnets: Magnets) -> Rule:
@@ -95,12 +109,12 @@ def table_rule(magnets: Magnets) -> Rule:
 
     They leave errors of 1e-8, below the splines' own.
     """
-    middle, near = 1.5 * magnets.width, 1.0 * magnets.width
+    middle, near = 1.5 * widest(magnets), widest(magnets)
     return Rule((8,), (math.inf,), (8, 16, nodes_across_gap(32, magnets)), (math.inf, middle, near))
 
 
 def nodes_across_gap(count: int, magnets: Magnets) -> int:
     """Nodes that are worth ``count`` of the table's where touching faces are nearer than there."""
     # Gauss-Legendre errors fall geometrically with nodes times distance over width.
-    gap = max(2.0 * magnets.inset, 1e-9) / magnets.width
+    gap = max(2.0 * float(np.min(magnets.inset)), 1e-9) / widest(magnets)
     return min(MOST_NODES, max(count, math.ceil(count * TABLE_GAP / gap)))

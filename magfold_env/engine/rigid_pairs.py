@@ -21,38 +21,38 @@ LEFT, RIGHT = 1, 2
 
 @kernel
 def find_stops(
-    first: int, q: Array, charge: Array, known_charge: Array, stop: IntArray, code: IntArray
-) -> bool:
-    """Mark the joints at their stops in ``stop``; whether a pair is not known, or not any more."""
+    first: int, q: Array, charge: Array, known_charge: Array,
+    stop: IntArray, reach: IntArray, code: IntArray,
+) -> bool:  # fmt: skip
+    """Mark the joints at their stops; whether a pair is not known, or not any more.
+
+    ``reach`` is filled with the last component to which each is rigidly joined.
+    """
     changed = False
+    n = q.size - 2
     for i in range(charge.shape[0]):
         for a in range(charge.shape[1]):
             changed = changed or charge[i, a] != known_charge[i, a]
-    for k in range(first + 1, q.size - 2):
+    for k in range(first + 1, n):
         angle = q[k] - q[k - 1]
         stop[k] = 0
         if abs(abs(angle) - HALF_PI) <= AT_STOP:
             stop[k] = LEFT if angle > 0.0 else RIGHT
-    for i in range(first, q.size - 2):
+    reach[n - 1] = n - 1
+    for i in range(n - 2, first - 1, -1):
+        reach[i] = reach[i + 1] if stop[i + 1] > 0 else i
+    for i in range(first, n):
         stops = 0
-        for j in range(i + 1, q.size - 2):
-            if not is_rigid(i, j, stop, code):
-                break
+        for j in range(i + 1, min(reach[i], i + code.shape[1]) + 1):
             stops = 3 * stops + stop[j]
             changed = changed or code[i, j - i - 1] != stops
     return changed
 
 
 @inlined
-def is_rigid(i: int, j: int, stop: IntArray, code: IntArray) -> bool:
-    """Whether component j is rigidly joined to i, given that j − 1 is."""
-    return stop[j] > 0 and j - i <= code.shape[1]
-
-
-@inlined
-def is_charged(charge: Array, i: int) -> bool:
-    """Whether component i has any magnet."""
-    return charge[i, 0] != 0.0 or charge[i, 1] != 0.0 or charge[i, 2] != 0.0 or charge[i, 3] != 0.0
+def is_rigid(i: int, j: int, reach: IntArray, code: IntArray) -> bool:
+    """Whether component j is rigidly joined to i, and their forces kept."""
+    return j <= reach[i] and j - i <= code.shape[1]
 
 
 @kernel
@@ -69,9 +69,7 @@ def renew(first: int, model: Model, nodes: Nodes, rigid: Rigid) -> None:
         rigid.code[:] = 0
     for i in range(first, model.n):
         stops = 0
-        for j in range(i + 1, model.n):
-            if not is_rigid(i, j, rigid.stop, rigid.code):
-                break
+        for j in range(i + 1, min(rigid.reach[i], i + rigid.code.shape[1]) + 1):
             stops = 3 * stops + rigid.stop[j]
             if rigid.code[i, j - i - 1] != stops:
                 rigid.code[i, j - i - 1] = stops
@@ -110,10 +108,7 @@ def find_rigid(model: Model, i: int, j: int, rigid: Rigid) -> None:
     copy(model.charge[i], rigid.charges[0], 0)
     copy(model.charge[j], rigid.charges[1], 0)
     spread_charges(model.magnets, rigid.charges, nodes)
-    spread_nodes(
-        0, model.magnets.rank_count, model.magnets.node_x, model.magnets.node_y,
-        pose.cos, pose.sin, pose.x, pose.y, nodes.x, nodes.y,
-    )  # fmt: skip
+    spread_nodes(0, model.magnets, pose.cos, pose.sin, pose.x, pose.y, nodes)
     _, kept[0], kept[1], kept[2] = casing_pair(
         model.magnets, rigid.charges, pose, nodes, 0, 1, False
     )

@@ -6,10 +6,19 @@ import math
 
 import numpy as np
 
-from magfold_env.engine import boxes, chain_magnets, feed, integrator, magnets, outcomes, paper
+from magfold_env.engine import (
+    boxes,
+    chain_magnets,
+    feed,
+    integrator,
+    magnets,
+    outcomes,
+    outer_field,
+    paper,
+)
 from magfold_env.engine.frames import Frames
 from magfold_env.engine.orientation import Orientation
-from magfold_env.engine.pack import face_charges, pack, reversed_inside
+from magfold_env.engine.pack import component_charges, pack, reversed_inside
 from magfold_env.engine.state import EVALUATIONS, LO, STEPS, TIME, Array
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Fold, FoldStatus
@@ -131,12 +140,13 @@ class Session:
         return angles_to_word(np.diff(self.angles))
 
     def energy(self) -> float:
-        """Magnetic energy of the components whose magnets act [J]."""
+        """Magnetic energy of the components whose magnets act [J], an outer field's included."""
         if not self._model.magnetic:
             return 0.0
         state, work, model = self._state, self._work, self._model
         first = feed.place_all(int(state.counter[LO]), model, state.q, work.pose)
-        return float(magnets.energy(first, model.magnets, model.charge, work.pose, work.nodes))
+        total = magnets.energy(first, model.magnets, model.charge, work.pose, work.nodes)
+        return float(total) + self._field_energy(first)
 
     def potential(self) -> float:
         """Energy whose exact gradient the simulated magnet forces are [J].
@@ -147,7 +157,14 @@ class Session:
             return 0.0
         state, work, model = self._state, self._work, self._model
         first = feed.place_all(int(state.counter[LO]), model, state.q, work.pose)
-        return float(chain_magnets.chain_energy(first, model, state.q, work.pose, work.nodes))
+        total = chain_magnets.chain_energy(first, model, state.q, work.pose, work.nodes)
+        return float(total) + self._field_energy(first)
+
+    def _field_energy(self, first: int) -> float:
+        if not self._model.field.present:
+            return 0.0
+        work = self._work
+        return float(outer_field.field_energy(first, self._model, work.pose, work.nodes))
 
     # --- what a caller may do --------------------------------------------------------------
 
@@ -159,7 +176,7 @@ class Session:
         index
             Component number minus one.
         faces
-            Four letters N or S: front-left, back-left, back-right, front-right.
+            Four letters, N, S or - for none: front-left, back-left, back-right, front-right.
 
         Raises
         ------
@@ -173,7 +190,7 @@ class Session:
         if inside >= self._state.counter[LO]:
             msg = f"component {index + 1} has left the tube; {self.released} have"
             raise ValueError(msg)
-        self._waiting[inside] = face_charges(faces, self._scene)
+        self._waiting[inside] = component_charges(faces, index, self._scene)
         self._faces[index] = faces
         self._speeds[index] = speed
 

@@ -43,24 +43,52 @@ class Magnets(NamedTuple):
     """
 
     strips: bool  # charged rectangles standing on the plane; else point charges
-    height2: float  # H² [m²]
-    rank_count: IntArray  # nodes a casing at every rank, (ranks,)
+    even: bool  # all of one height
+    height2: float  # H² of the first face [m²]
+    rank_count: IntArray  # nodes a pole face at every rank, (ranks,)
     rank_radius: Array  # distances of casings within which a rank is in full force, (ranks,) [m]
+    far_radius: float  # casings farther apart than this are expanded [m]
+    far_terms: int  # of the expansions, see ``engine.multipoles``
+    face_moment: Array  # of a magnet with unit charge in the casing's frame, (4, 9) [√(µ0/4π) m^k]
     node_x: Array  # nodes in the casing's frame, (ranks, most nodes a casing) [m]
     node_y: Array
     node_weight: Array  # share of the face's charge, signed for inner faces
-    node_face: IntArray  # 0-3, which charge applies
-    depth: float  # of the outer faces: distance from the centre [m]
+    depth: float  # of the outermost face: distance from the centre [m]
     face_x: Array  # centres of the pole faces in the casing's frame, (8,) [m]
     face_y: Array
-    face_tx: Array  # unit vectors along their widths, (8,)
+    face_tx: Array  # vectors along their widths and as long, (8,) [m]
     face_ty: Array
+    face_half: Array  # half their heights, (8,) [m]
     level_count: IntArray  # nodes a face at every level, (levels,)
-    level_node: Array  # offsets along the width [m], (levels, most nodes in whole lanes)
+    level_node: Array  # offsets along the width, in widths, (levels, most nodes in whole lanes)
     level_weight: Array  # shares of the charge
     level_radius: Array  # within it, level k is in full force; (levels,) [m], [0] unused
     reach: float  # centres farther apart than this have no near faces [m]
     tables: Tables
+
+
+class Field(NamedTuple):
+    """What acts on the chain's magnets from outside: an even field, and a fixed magnet.
+
+    The magnet's two pole faces are cut into strips of equal width.
+    """
+
+    present: bool
+    x: float  # flux density of the even field [T]
+    y: float
+    strip_x: Array  # centres of the strips, (strips,) [m]
+    strip_y: Array
+    strip_tx: float  # vector along a strip's width and as long [m]
+    strip_ty: float
+    strip_q: Array  # charges, (strips,) [A·m]
+    strip_half: float  # half the magnet's height [m]
+    solid: bool  # there is a magnet, which the chain can run into
+    centre_x: float  # of the magnet [m]
+    centre_y: float
+    cos: float  # of its heading
+    sin: float
+    half_length: float  # half its size along the heading [m]
+    half_width: float
 
 
 class Tables(NamedTuple):
@@ -90,6 +118,7 @@ class Model(NamedTuple):
     frictional: bool
     gravity_x: float  # in-plane [m/s²]
     gravity_y: float
+    field: Field
     contact: bool  # joint stops and squares act
     tube: bool
     bore: float  # [m]
@@ -134,12 +163,36 @@ class Record(NamedTuple):
     lo: IntArray  # (capacity,)
 
 
+class Segments(NamedTuple):
+    """Runs of 1, 2, 4, … components and what they feel from each other, see ``engine.segments``.
+
+    Row i is component i, row ``start[l] + s`` segment s of level l.
+    """
+
+    start: IntArray  # first row of every level, (levels,)
+    charged: IntArray  # 1: has magnets, (rows,)
+    x: Array  # centres, (rows,) [m]
+    y: Array
+    body: Array  # moments in the components' own frames, (n, 9)
+    moment: Array  # and in the world, (rows, 9)
+    local: Array  # derivatives of the others' potential at the centres, (rows, 9)
+    push: Array  # forces on the centres, (rows, 2) [N]
+    stack: IntArray  # levels and segments of pairs yet to be looked at, (depth, 3)
+    top: IntArray  # how many those are, (1,)
+    pair: IntArray  # casings to be summed one by one, (batch, 2)
+    turned: Array  # (4, 10), see `engine.multipoles.expansion`
+
+
 class Nodes(NamedTuple):
     """Scratch space of the magnets' sums and splines."""
 
-    x: Array  # nodes in the world, (ranks, n, most nodes a casing) [m]
+    faces: IntArray  # charged faces a casing, (n,)
+    face: IntArray  # and which, (n, 4)
+    x: Array  # nodes of charged faces in the world, (ranks, n, most nodes a casing) [m]
     y: Array
     q: Array  # their charges [A·m]
+    half: Array  # half the height of what they stand for [m]
+    segments: Segments
     lane_x: Array  # sums of the vectorised loops
     lane_y: Array
     lane_u: Array
@@ -152,6 +205,7 @@ class Rigid(NamedTuple):
 
     charge: Array  # for which the rest is valid, (n, 4) [A·m]
     stop: IntArray  # joint k is at its left (1) or right (2) stop, or at none (0); (n,)
+    reach: IntArray  # the last component to which each is rigidly joined, (n,)
     code: IntArray  # stops between i and i + 1 + k, to base 3; 0: nothing is kept; (n, spans)
     force: Array  # on i in its own frame [N], torque about its centre [N·m]; (n, spans, 3)
     pose: Pose  # of the two casings for which they are being found
@@ -204,7 +258,7 @@ class Work(NamedTuple):
     new_v: Array
     slope_q: Array  # (7, n + 2) Runge-Kutta stages
     slope_v: Array
-    box_x: Array  # (n + 2,) squares and the two walls: centre, axis and half sizes
+    box_x: Array  # (n + 3,) squares, walls, fixed magnet: centre, axis and half sizes
     box_y: Array
     box_c: Array
     box_s: Array

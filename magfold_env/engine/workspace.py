@@ -6,8 +6,11 @@ import math
 
 import numpy as np
 
+from magfold_env.engine.boxes import OBSTACLES
 from magfold_env.engine.dormand_prince import STAGES
+from magfold_env.engine.multipoles import PAIR_PARTS, PARTS
 from magfold_env.engine.pair_lookup import DEGREE, PAIRS
+from magfold_env.engine.segments import BATCH, LONG
 from magfold_env.engine.state import (
     BRAKE,
     FRESH,
@@ -22,6 +25,7 @@ from magfold_env.engine.state import (
     Pose,
     Record,
     Rigid,
+    Segments,
     State,
     Work,
 )
@@ -97,12 +101,12 @@ def new_work(model: Model) -> Work:
         new_v=floats(n + 2),
         slope_q=floats(STAGES, n + 2),
         slope_v=floats(STAGES, n + 2),
-        box_x=floats(n + 2),
-        box_y=floats(n + 2),
-        box_c=floats(n + 2),
-        box_s=floats(n + 2),
-        box_a=floats(n + 2),
-        box_b=floats(n + 2),
+        box_x=floats(n + OBSTACLES),
+        box_y=floats(n + OBSTACLES),
+        box_c=floats(n + OBSTACLES),
+        box_s=floats(n + OBSTACLES),
+        box_a=floats(n + OBSTACLES),
+        box_b=floats(n + OBSTACLES),
         row_count=integers(4),
         row_id=integers(rows, 4),
         jacobian=floats(rows, n + 2),
@@ -138,19 +142,44 @@ def new_work(model: Model) -> Work:
 
 def new_nodes(magnets: Magnets, n: int) -> Nodes:
     """Scratch space for the sums over n casings."""
-    most = int(magnets.rank_count.max())
+    most = 8 * int(magnets.rank_count.max())
     shape = magnets.rank_count.size, n, most
     # Sums over levels need room too.
     lanes = max(most, magnets.level_node.shape[1])
     return Nodes(
+        faces=np.zeros(n, dtype=np.int64),
+        face=np.zeros((n, 4), dtype=np.int64),
         x=np.zeros(shape),
         y=np.zeros(shape),
         q=np.zeros(shape),
+        half=np.zeros(shape),
+        segments=new_segments(n),
         lane_x=np.zeros(lanes),
         lane_y=np.zeros(lanes),
         lane_u=np.zeros(lanes),
         spline=np.zeros((4, DEGREE + 1)),
         row=np.zeros((DEGREE + 1) * PAIRS),
+    )
+
+
+def new_segments(n: int) -> Segments:
+    """Scratch space for the segments of n components."""
+    levels = 1 + (n - 1).bit_length() if n >= LONG else 1
+    rows = [-(-n // 2**level) for level in range(levels)]
+    total = sum(rows)
+    return Segments(
+        start=np.cumsum([0, *rows[:-1]], dtype=np.int64),
+        charged=np.zeros(total, dtype=np.int64),
+        x=np.zeros(total),
+        y=np.zeros(total),
+        body=np.zeros((n, PARTS)),
+        moment=np.zeros((total, PARTS)),
+        local=np.zeros((total, PARTS)),
+        push=np.zeros((total, 2)),
+        stack=np.zeros((4 * levels, 3), dtype=np.int64),
+        top=np.zeros(1, dtype=np.int64),
+        pair=np.zeros((BATCH if levels > 1 else max(n * (n - 1) // 2, 1), 2), dtype=np.int64),
+        turned=np.zeros((4, PAIR_PARTS)),
     )
 
 
@@ -160,6 +189,7 @@ def new_rigid(magnets: Magnets, n: int) -> Rigid:
     return Rigid(
         charge=np.zeros((n, 4)),
         stop=np.zeros(n, dtype=np.int64),
+        reach=np.zeros(n, dtype=np.int64),
         code=np.zeros((n, spans), dtype=np.int64),
         force=np.zeros((n, spans, 3)),
         pose=Pose(np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)),

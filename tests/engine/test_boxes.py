@@ -121,7 +121,7 @@ def pairs(case):
     """All the pairs that the engine looks at."""
     for i in range(max(case.lo - 1, 0), case.n):
         j = boxes.next_partner(case.model, case.lo, i, i)
-        while j < case.n + 2:
+        while j < case.n + boxes.OBSTACLES:
             yield i, j
             j = boxes.next_partner(case.model, case.lo, i, j)
 

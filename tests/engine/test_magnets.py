@@ -72,9 +72,10 @@ class Casings:
         rule = self.model.magnets
         levels = np.outer(rule.level_radius[1:], [1.0, near_faces.BLEND]).ravel()
         ranks = 2 * rule.depth + np.outer(rule.rank_radius[1:], [1.0, magnets.SPREAD]).ravel()
+        casings = np.append(ranks, rule.far_radius * np.array([1.0, magnets.SPREAD]))
         return _crosses(
             levels, self.face_distances(*first), self.face_distances(*second)
-        ) or _crosses(ranks, _distances(first[0]), _distances(second[0]))
+        ) or _crosses(casings, _distances(first[0]), _distances(second[0]))
 
 
 def _distances(places):
@@ -198,6 +199,22 @@ def test_gradient_holds_between_two_ranks(rank, share):
 
 
 @pytest.mark.laws
+@pytest.mark.parametrize("share", [-0.1, 0.1, 0.5, 0.9, 1.1])
+def test_gradient_holds_where_casings_begin_to_be_expanded(share):
+    rng = np.random.default_rng(12)
+    casings = Casings(scene_of(rng, 2, "strips"))
+    distance = casings.model.magnets.far_radius * (1.0 + share * (magnets.SPREAD - 1.0))
+    bearing = rng.uniform(-np.pi, np.pi)
+    places = distance * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]])
+    headings = rng.uniform(-np.pi, np.pi, 2)
+    expected = gradient(casings, places, headings)
+    assert expected is not None
+    force, torque = casings.forces(places, headings)
+    np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
+    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * SIDE * np.abs(force).max())
+
+
+@pytest.mark.laws
 @given(seed=seeds, model=models)
 def test_generalised_force_of_a_chain_is_its_energys_gradient(seed, model):
     rng = np.random.default_rng(seed)
@@ -280,15 +297,37 @@ def test_like_faces_repel_and_unlike_faces_attract(model):
     assert mf.forces(scene, angles)[0][1] @ apart > 0
 
 
-@given(height=st.floats(1e-3, 1e-2), exponent=st.floats(-3.5, -1.0), strips=st.booleans())
-def test_node_force_is_the_node_energys_derivative(height, exponent, strips):
-    r = 10**exponent
+@given(
+    height=st.floats(1e-3, 1e-2),
+    share=st.sampled_from([0.05, 0.5, 0.9, 1.0]),
+    exponent=st.floats(-3.5, -1.0),
+    strips=st.booleans(),
+)
+def test_node_force_is_the_node_energys_derivative(height, share, exponent, strips):
+    r, even = 10**exponent, share == 1.0
+    sum2, difference2 = ((1 + share) / 2 * height) ** 2, ((1 - share) / 2 * height) ** 2
     slope = reference.derivative(
-        lambda t: magnet_laws.node_law(strips, height**2, (r + t) ** 2)[1], 1e-2 * r
+        lambda t: magnet_laws.node_law(strips, even, sum2, difference2, (r + t) ** 2)[1], 1e-2 * r
     )
-    force = magnet_laws.node_force(strips, height**2, r * r)
+    force = magnet_laws.node_force(strips, sum2, difference2, r * r)
+    found = magnet_laws.node_law(strips, even, sum2, difference2, r * r)[0]
     assert -slope == pytest.approx(force * r, rel=1e-8)
-    assert magnet_laws.node_law(strips, height**2, r * r)[0] == pytest.approx(force, rel=1e-14)
+    assert found == pytest.approx(force, rel=1e-14)
+
+
+@given(height=st.floats(1e-3, 1e-2), share=st.floats(0.1, 0.999), exponent=st.floats(-3.5, -1.0))
+def test_nodes_of_unequal_heights_are_lines_of_charge(height, share, exponent):
+    # Both lines as many charges, midpoints of equal parts.
+    r, other, count = 10**exponent, share * height, 4000
+    z = height * ((np.arange(count) + 0.5) / count - 0.5)
+    # The field of the other line, in the plane's direction, is closed.
+    top, bottom = other / 2 - z, -other / 2 - z
+    field = (top / np.hypot(top, r) - bottom / np.hypot(bottom, r)) / (r * other)
+    sum2, difference2 = ((height + other) / 2) ** 2, ((height - other) / 2) ** 2
+    force = magnet_laws.node_force(True, sum2, difference2, r * r) * r
+    assert force == pytest.approx(field.mean(), rel=1e-5)
+    even = magnet_laws.node_law(True, True, sum2, 0.0, r * r)
+    np.testing.assert_allclose(magnet_laws.node_law(True, False, sum2, 0.0, r * r), even, rtol=1e-13)
 
 
 @given(exponent=st.floats(-12.0, 8.0))

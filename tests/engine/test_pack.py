@@ -6,7 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.engine.pack import charges, face_charges, pack, pack_magnets, reversed_inside
+from magfold_env.engine.pack import (
+    charges,
+    component_charges,
+    pack,
+    pack_magnets,
+    reversed_inside,
+)
 from magfold_env.scene import Scene
 from magfold_env.scene_parts import Casing, Feed, Magnets
 from tests.engine import reference
@@ -23,6 +29,11 @@ def test_charges_are_those_of_the_outward_poles(sequence):
     np.testing.assert_allclose(charges(scene), expected, rtol=1e-5)
 
 
+def faces_of(count):
+    """Which charge each node of a casing has, `count` nodes a pole face."""
+    return np.repeat(np.tile(np.arange(4), 2), count)
+
+
 @pytest.mark.parametrize("model", ["points", "strips"])
 @pytest.mark.parametrize("count", [1, 2, 3, 7])
 def test_nodes_share_the_charge_of_a_magnet_without_net_charge(model, count):
@@ -30,7 +41,7 @@ def test_nodes_share_the_charge_of_a_magnet_without_net_charge(model, count):
     assert rule.node_weight.size == 8 * count
     assert rule.node_weight.sum() == pytest.approx(0.0, abs=1e-14)
     for face in range(4):
-        mine = rule.node_weight[rule.node_face == face]
+        mine = rule.node_weight[0][faces_of(count) == face]
         assert mine[mine > 0].sum() == pytest.approx(1.0)
         assert mine[mine < 0].sum() == pytest.approx(-1.0)
 
@@ -41,7 +52,7 @@ def test_nodes_lie_where_the_reference_puts_them(model):
     rule = pack_magnets(scene)
     places, strengths = reference.pole_nodes(np.zeros(2), 0.0, "NSSN", scene, 4)
     mine = np.stack(
-        [rule.node_x[0], rule.node_y[0], rule.node_weight[0] * charges(scene)[0][rule.node_face[0]]]
+        [rule.node_x[0], rule.node_y[0], rule.node_weight[0] * charges(scene)[0][faces_of(4)]]
     )
     theirs = np.stack([*places.T, strengths])
     keys = [np.lexsort(np.round(table * [[1e9], [1e9], [1.0]])) for table in (mine, theirs)]
@@ -70,8 +81,37 @@ def test_forward_feed_is_packed_from_its_held_end():
     np.testing.assert_array_equal(pack(backward).bodies.mass, masses)
     np.testing.assert_array_equal(charges(backward), charges(scene))
     # Half a turn permutes the faces [2, 3, 0, 1].
-    expected = [face_charges(word, scene) for word in ("NSNN", "SSNN", "SNNS")]
+    expected = [component_charges(word, 0, scene) for word in ("NSNN", "SSNN", "SNNS")]
     np.testing.assert_array_equal(charges(forward), expected)
+
+
+def test_charges_of_one_component_are_its_row_of_all():
+    strength = [[0.1 * (4 * k + f + 1) for f in range(4)] for k in range(3)]
+    scene = Scene(
+        sequence=("NS-N", "NNSS", "-SNN"),
+        magnets={"remanence": strength, "width": (0.003, 0.004, 0.005, 0.006)},
+        mount="tube",
+    )
+    for direction in ("forward", "backward"):
+        fed = scene.replace(feed={"direction": direction})
+        rows = [component_charges(faces, k, fed) for k, faces in enumerate(scene.sequence)]
+        ordered = rows[::-1] if direction == "forward" else rows
+        np.testing.assert_array_equal(charges(fed), ordered)
+
+
+def test_faces_of_a_turned_casing_keep_their_sizes():
+    sizes = {"width": (0.003, 0.004, 0.005, 0.006), "inset": (0.0002, 0.0004, 0.0006, 0.0008)}
+    scene = Scene(sequence=("NSSN", "NNNN"), magnets=sizes, mount="tube")
+    backward, forward = (
+        pack_magnets(scene.replace(feed={"direction": direction}))
+        for direction in ("backward", "forward")
+    )
+    order = np.array([2, 3, 0, 1, 6, 7, 4, 5])
+    width, turned = (np.hypot(rule.face_tx, rule.face_ty) for rule in (backward, forward))
+    np.testing.assert_allclose(width[order], turned, rtol=1e-14)
+    # A face keeps its place on the casing that is seen from its other end.
+    np.testing.assert_allclose(forward.face_x, -backward.face_x[order], rtol=1e-14)
+    np.testing.assert_allclose(forward.face_moment[:, 0], -backward.face_moment[[2, 3, 0, 1], 0])
 
 
 @given(sequence=st.lists(faces, min_size=2, max_size=5).map(tuple), seed=st.integers(0, 999))

@@ -28,7 +28,7 @@ def strip_force(nodes, offset, turn):
     x, y = float(offset[0]), float(offset[1])
     c, s = np.cos(turn), np.sin(turn)
     _, fx, fy, moment = near_faces.level_pair(
-        rule, 0, x, y, c, s, 0.0, 0.0, 1.0, 0.0, False, new_nodes(rule, 1)
+        rule, 0, 0, 0, x, y, WIDTH * c, WIDTH * s, 0.0, 0.0, WIDTH, 0.0, False, new_nodes(rule, 1)
     )
     return np.array([fx, fy]), moment - (x * fy - y * fx)
 

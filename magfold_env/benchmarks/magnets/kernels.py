@@ -5,6 +5,7 @@ Nothing else in this benchmark calls the engine's kernels.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from magfold_env.engine.chain_magnets import add_chain_forces
@@ -83,4 +84,7 @@ def face_force(magnets: Magnets, gap: float, nodes: Nodes) -> float:
 
     Both have the nodes of level 0: all there are if their number is given.
     """
-    return level_pair(magnets, 0, 0.0, gap, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, False, nodes)[2]
+    width = math.hypot(magnets.face_tx[0], magnets.face_ty[0])
+    return level_pair(
+        magnets, 0, 0, 0, 0.0, gap, width, 0.0, 0.0, 0.0, width, 0.0, False, nodes
+    )[2]
