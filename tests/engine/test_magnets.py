@@ -53,17 +53,17 @@ class Casings:
         return magnets.energy(0, self.model.magnets, self.model.charge, pose, self.nodes)
 
     def face_distances(self, places, headings):
-        """Distances of all pairs of pole faces' centres."""
+        """Distances of all pairs of pole faces' centres; 0 within a casing."""
         rule = self.model.magnets
         turn = np.exp(1j * headings)[:, None]
         faces = (places[:, :1] + 1j * places[:, 1:]) + turn * (rule.face_x + 1j * rule.face_y)
         faces = faces.ravel()
-        return np.abs(faces[:, None] - faces[None, :])
+        between = np.kron(1 - np.eye(headings.size), np.ones((8, 8)))
+        return between * np.abs(faces[:, None] - faces[None, :])
 
     def blended(self, places, headings):
         """How many pairs of pole faces of different casings lie between two levels."""
         near = self.face_distances(places, headings)
-        near = near * np.kron(1 - np.eye(headings.size), np.ones((8, 8)))
         radii = self.model.magnets.level_radius[1:]
         return sum(int(((near > r) & (near < near_faces.BLEND * r)).sum()) // 2 for r in radii)
 
