@@ -216,7 +216,8 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
 
     Either friction holds every component; or no joint turns and none will, because stops press
     with more than friction could lift, or because rates and accelerations are far below the
-    tolerance and the base does not move by itself.
+    tolerance and the base does not move by itself. In a field from outside the whole chain must
+    be at rest.
     """
     lo, n = state.counter[LO], model.n
     free = is_free(lo, model)
@@ -229,8 +230,13 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
             return True
     # A pinned chain that nothing holds or pulls turns about its pin as a free one turns in space.
     spins = free or (model.pinned and not model.frictional and not pulled(model))
-    spins = spins and (n > 1 or free)
+    spins = spins and (n > 1 or free) and not model.field.present
     turning, speeding_up = relative_motion(lo, n, spins, state.v, acceleration)
+    if free and model.field.present:
+        # Where a field from outside acts, a chain that moves on as one body may bend again.
+        for k in range(n, n + 2):
+            turning = max(turning, abs(state.v[k]) / model.side)
+            speeding_up = max(speeding_up, abs(acceleration[k]) / model.side)
     rounding = ROUNDING * model.rate_scale**2
     quiet = turning <= 1e-3 * model.tolerance
     quiet = quiet and speeding_up <= max(0.1 * model.tolerance, rounding)

@@ -327,7 +327,8 @@ def test_nodes_of_unequal_heights_are_lines_of_charge(height, share, exponent):
     force = magnet_laws.node_force(True, sum2, difference2, r * r) * r
     assert force == pytest.approx(field.mean(), rel=1e-5)
     even = magnet_laws.node_law(True, True, sum2, 0.0, r * r)
-    np.testing.assert_allclose(magnet_laws.node_law(True, False, sum2, 0.0, r * r), even, rtol=1e-13)
+    uneven = magnet_laws.node_law(True, False, sum2, 0.0, r * r)
+    np.testing.assert_allclose(uneven, even, rtol=1e-13)
 
 
 @given(exponent=st.floats(-12.0, 8.0))

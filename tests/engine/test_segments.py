@@ -47,7 +47,8 @@ class Long:
     def pairs(self, headings):
         """How many pairs of single casings are listed, and how many times."""
         pose, parts = self.pose(headings), self.nodes.segments
-        magnets.add_forces(0, self.rule, self.charge, pose, self.nodes, *np.zeros((3, self.scene.n)))
+        loads = np.zeros((3, self.scene.n))
+        magnets.add_forces(0, self.rule, self.charge, pose, self.nodes, *loads)
         segments.begin(0, pose.x, pose.y, parts)
         counts = []
         while not counts or counts[-1]:

@@ -85,6 +85,4 @@ def face_force(magnets: Magnets, gap: float, nodes: Nodes) -> float:
     Both have the nodes of level 0: all there are if their number is given.
     """
     width = math.hypot(magnets.face_tx[0], magnets.face_ty[0])
-    return level_pair(
-        magnets, 0, 0, 0, 0.0, gap, width, 0.0, 0.0, 0.0, width, 0.0, False, nodes
-    )[2]
+    return level_pair(magnets, 0, 0, 0, 0.0, gap, width, 0.0, 0.0, 0.0, width, 0.0, False, nodes)[2]
