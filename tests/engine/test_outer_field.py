@@ -195,7 +195,7 @@ def test_energy_is_kept_in_the_field():
 def test_a_casing_runs_into_the_fixed_magnet_and_not_through_it(heading, friction):
     magnet = {**MAGNET, "position": (0.05, 0.004), "heading": heading}
     scene = Scene(
-        sequence=("SNNS",), mount="free", friction=friction, field={"magnet": magnet}, duration=1.0
+        sequence=("NSSN",), mount="free", friction=friction, field={"magnet": magnet}, duration=1.0
     )
     fold = mf.simulate(scene, seed=3, frame_rate=500)
     assert fold.status in (mf.FoldStatus.FOLDED, mf.FoldStatus.MISFOLDED, mf.FoldStatus.UNSETTLED)
@@ -205,7 +205,8 @@ def test_a_casing_runs_into_the_fixed_magnet_and_not_through_it(heading, frictio
     for base, angle in zip(fold.trajectory.base, fold.trajectory.angles[:, 0], strict=True):
         centre = base + SIDE / np.sqrt(2) * np.array([np.cos(angle), np.sin(angle)])
         gaps.append(reference.separation(reference.square(centre, angle, SIDE / 2), block))
-    assert min(gaps) >= -2e-4 * SIDE
+    # Corners are rounded: sharp ones would stick out by 0.41 of their radius.
+    assert min(gaps) >= -2e-4 * SIDE - 0.42 * scene.casing.corner_radius
     assert min(gaps) <= 1e-3 * SIDE  # they have met
     if friction:
         assert fold.status is not mf.FoldStatus.UNSETTLED
