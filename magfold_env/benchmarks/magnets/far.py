@@ -191,7 +191,7 @@ def _findings(n: int, shape: str, effort: Effort, rows: list[Row]) -> list[str]:
         own = (bound, rule.far_order, rule.far)
         row = next(row for row in rows if _setting(row) == own)
         gains.append(
-            f"{float(row['times faster']):.3g} at {bound:g} "
+            f"{float(row['times faster']):.3g}-fold at {bound:g} "
             f"(error {float(row['error']) / bound:.0%} of the bound)"
         )
         best = sorted(fastest(rows, bound).values(), key=_time)
@@ -205,7 +205,7 @@ def _findings(n: int, shape: str, effort: Effort, rows: list[Row]) -> list[str]:
             f"over the shortest: {', '.join(orders) or 'none does'}"
         )
     return [
-        f"n = {n}, {shape}: the engine's far field is faster than none by {', '.join(gains)}",
+        f"n = {n}, {shape}: the engine's far field is a gain in time of {', '.join(gains)}",
         *found,
     ]
 
