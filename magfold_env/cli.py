@@ -155,7 +155,9 @@ def magnets(
     quick: Quick = False,
     only: Annotated[
         list[str] | None,
-        typer.Option(help="A part: accuracy, points, scaling, fold, peers; may repeat."),
+        typer.Option(
+            help="A part: accuracy, points, far, scaling, devices, fold, peers; may repeat."
+        ),
     ] = None,
     out: Out = None,
 ) -> None:
