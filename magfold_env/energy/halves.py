@@ -27,7 +27,7 @@ MOST_ENTRIES: Final = 40_000_000
 
 _FIRST = 100  # words of the near arm that are completed where there is no time to order them
 _STRETCH = 20_000  # entries bounded, and
-_BATCH = 200  # words completed, between two looks at the clock
+_BATCH = 50  # words completed, between two looks at the clock
 
 Progress = Callable[[float], None]
 
@@ -136,7 +136,7 @@ class Halves:
             if begin >= needed:
                 progress(1.0)
                 return math.inf
-            if limit.reached(self.nodes):
+            if begin > 0 and limit.reached(self.nodes):
                 return float(bound[begin])
             end = min(begin + _BATCH, needed)
             self._complete(prefixes[begin:end])
