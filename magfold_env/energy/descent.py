@@ -136,15 +136,20 @@ class _Hill:
     def at(self, joints: Array) -> tuple[float, Array]:
         """Return the energy [J] and the torques on the joints (n-1,) [N·m]."""
         headings, places = self._place(joints)
-        energy, force, moment = self._magnetic(headings, places)
-        if self._scene.contact:
-            found = overlaps(places, headings, self._scene.casing.side)
-            energy += push(found, self._stiffness, force, moment)
+        energy, force, moment = self._magnetic(headings, places, with_energy=True)
+        energy += self._push(headings, places, force, moment)
         return energy, self._joint_torques(headings, places, force, moment)
+
+    def torques(self, joints: Array) -> Array:
+        """Return the torques on the joints (n-1,) [N·m] without the energy, at half the cost."""
+        headings, places = self._place(joints)
+        _, force, moment = self._magnetic(headings, places, with_energy=False)
+        self._push(headings, places, force, moment)
+        return self._joint_torques(headings, places, force, moment)
 
     def result(self, joints: Array, steps: int, *, converged: bool) -> Descent:
         headings, places = self._place(joints)
-        energy, force, moment = self._magnetic(headings, places)
+        energy, force, moment = self._magnetic(headings, places, with_energy=True)
         deep = overlaps(places, headings, self._scene.casing.side)
         return Descent(
             angles=headings,
@@ -160,7 +165,15 @@ class _Hill:
         headings = self._first + np.concatenate([[0.0], np.cumsum(joints)])
         return headings, centres(headings, self._scene.casing.side)
 
-    def _magnetic(self, headings: Array, places: Array) -> tuple[float, Array, Array]:
+    def _push(self, headings: Array, places: Array, force: Array, moment: Array) -> float:
+        if not self._scene.contact:
+            return 0.0
+        found = overlaps(places, headings, self._scene.casing.side)
+        return push(found, self._stiffness, force, moment)
+
+    def _magnetic(
+        self, headings: Array, places: Array, *, with_energy: bool
+    ) -> tuple[float, Array, Array]:
         """Energy [J], forces (n, 2) [N] and moments about the origin (n,) [N·m] of the magnets."""
         n = len(headings)
         force, moment = np.zeros((n, 2)), np.zeros(n)
@@ -172,7 +185,9 @@ class _Hill:
         magnets.add_forces(
             0, self._magnets, self._charge, pose, self._nodes, force_x, force_y, moment
         )
-        energy = float(magnets.energy(0, self._magnets, self._charge, pose, self._nodes))
+        energy = 0.0
+        if with_energy:
+            energy = float(magnets.energy(0, self._magnets, self._charge, pose, self._nodes))
         force[:, 0], force[:, 1] = force_x, force_y
         moment += x * force_y - y * force_x
         return energy, force, moment
@@ -205,12 +220,9 @@ def _newton_step(hill: _Hill, joints: Array, torques: Array, free: npt.NDArray[n
     """Return the free joints' step to the minimum of the quadratic form they make [rad]."""
     curvature = np.empty((free.size, free.size))
     for k, joint in enumerate(free):
-        sides: list[Array] = []
-        for difference in (_DIFFERENCE, -_DIFFERENCE):
-            moved = joints.copy()
-            moved[joint] += difference
-            sides.append(hill.at(moved)[1][free])
-        curvature[k] = (sides[1] - sides[0]) / (2.0 * _DIFFERENCE)
+        moved = joints.copy()
+        moved[joint] += _DIFFERENCE
+        curvature[k] = (torques[free] - hill.torques(moved)[free]) / _DIFFERENCE
     values, vectors = np.linalg.eigh(0.5 * (curvature + curvature.T))
     size = np.abs(values)
     size = np.maximum(size, max(_FLATTEST * size.max(), np.finfo(np.float64).tiny))

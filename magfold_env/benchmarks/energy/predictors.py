@@ -14,7 +14,7 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import headings
 
 NAME = "predictors"
-LENGTHS = (6, 10, 14, 18)
+LENGTHS = (6, 10, 14)
 SEED = 5
 FEEDS: tuple[Mode, ...] = ("forward", "backward")
 
