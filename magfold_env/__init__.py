@@ -1,6 +1,6 @@
 """Self-folding chains of magnets: simulation, prediction by energy, and learning."""
 
-from magfold_env.energy import minimise
+from magfold_env.energy import Landscape, descend, ground_state, minimise, sequence_of
 from magfold_env.envs import register_envs
 from magfold_env.errors import SceneError
 from magfold_env.fold import Fold, FoldStatus, Trajectory
@@ -30,6 +30,7 @@ __all__ = [
     "Fold",
     "FoldStatus",
     "Gravity",
+    "Landscape",
     "Magnets",
     "Scene",
     "SceneError",
@@ -37,12 +38,15 @@ __all__ = [
     "Spreads",
     "Trajectory",
     "accelerations",
+    "descend",
     "energy",
     "forces",
+    "ground_state",
     "load_scene",
     "minimise",
     "save_scene",
     "scene_names",
+    "sequence_of",
     "simulate",
     "simulate_batch",
 ]

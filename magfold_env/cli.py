@@ -168,6 +168,23 @@ def magnets(
         command.run(only or [], quick, out)
 
 
+@bench.command()
+def energy(
+    *,
+    quick: Quick = False,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="A part: scan, ground-states, predictors; may repeat."),
+    ] = None,
+    out: Out = None,
+) -> None:
+    """Measure the predictors by energy: scans, proofs of ground states, how often they agree."""
+    from magfold_env.benchmarks.energy import command  # noqa: PLC0415 - much to import
+
+    with _errors_in_one_line():
+        command.run(only or [], quick, out)
+
+
 def _feeds(scene: Scene) -> list[Minimum]:
     """Return the component-by-component searches that reach an end."""
     found: list[Minimum] = []
