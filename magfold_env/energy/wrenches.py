@@ -35,7 +35,7 @@ def wrenches(scene: Scene, poses: Ints) -> Array:
         centres = poses[:, :2] * (scene.casing.side / np.sqrt(2.0))
         headings = HEADINGS[poses[:, 2]].astype(np.float64)
         # Faces in their own order, whichever way a tube would be fed.
-        magnets = pack_magnets(scene.replace(mount="free"))
+        magnets = pack_magnets(scene.replace(mount="pinned"))
         nodes = new_nodes(magnets, 2)
         _face_pairs(magnets, scene.magnets.charge, centres, headings, nodes, out)
     return out
