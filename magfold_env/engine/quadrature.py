@@ -49,6 +49,7 @@ class Row(NamedTuple):
 # error of two casings, for the worst of their charges, is a third of the bound. The far radii keep
 # whole numbers, the distances of segments in a straight chain, out of the zones of blending.
 TABLE = (
+    Row(5e-2, (1, 2), (1.2,), (4, 8), (6.2 / 6.0, 3.1 / 6.0), 1.45),
     Row(1e-2, (1, 2, 3), (1.7, 0.8), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 1.45),
     Row(1e-3, (1, 2, 4), (3.0, 1.35), (7, 14), (6.2 / 6.0, 4.2 / 6.0), 2.05),
     Row(1e-4, (1, 2, 3, 5), (5.2, 2.2, 1.0), (12, 18), (6.2 / 6.0, 3.1 / 6.0), 3.05),

@@ -15,7 +15,7 @@ from magfold_env.scene_parts import Magnets
 from tests.engine import reference
 
 SIDE = 0.0125
-BOUNDS = [1e-2, 1e-3, 1e-4, 1e-6]
+BOUNDS = [5e-2, 1e-2, 1e-3, 1e-4, 1e-6]
 seeds = st.integers(0, 2**32 - 1)
 
 

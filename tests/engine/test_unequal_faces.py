@@ -15,7 +15,7 @@ from tests.engine.test_chain_magnets import Chain, open_joints
 from tests.engine.test_magnets import Casings, gradient, scatter
 
 SIDE = 0.0125
-BOUNDS = [1e-2, 1e-3, 1e-4]
+BOUNDS = [5e-2, 1e-2, 1e-3, 1e-4]
 SHAPES = {
     "sizes": {
         "width": (0.006, 0.004, 0.005, 0.003),

@@ -29,7 +29,7 @@ from magfold_env.shapes import centres
 
 NAME = "peers"
 SUMS, DYNAMICS = "sums", "dynamics"  # two ways of the engine
-BOUNDS = (1e-2, 1e-3, 1e-4, 1e-5)
+BOUNDS = (5e-2, 1e-2, 1e-3, 1e-4, 1e-5)
 WANTED = 1000.0
 SEED = 3
 
