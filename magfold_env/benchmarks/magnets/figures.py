@@ -201,7 +201,7 @@ def draw_devices(rows: list[Row]) -> Any:
     axis.invert_yaxis()
     axis.grid(visible=False, axis="y")
     axis.set_xlabel("time / time of the default chain")
-    axis.legend(fontsize=9, frameon=False, loc="lower right")
+    axis.legend(fontsize=9, frameon=False, loc="upper right")
     return figure
 
 
