@@ -251,7 +251,11 @@ def test_forces_and_moments_balance(seed, model, n):
     assert abs(moment.sum()) <= 1e-12 * size * n * SIDE
 
 
-@given(seed=seeds, count=st.integers(1, 6), kind=st.sampled_from(["points", "strips"]))
+@given(
+    seed=seeds,
+    count=st.sampled_from([1, 2, 3, 5, 12, 30]),
+    kind=st.sampled_from(["points", "strips"]),
+)
 def test_a_single_rule_is_the_sum_over_its_nodes(seed, count, kind):
     # With `points` this is the paper's eqs. 5 to 7, each pair once and like poles apart.
     rng = np.random.default_rng(seed)
