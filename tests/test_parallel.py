@@ -13,7 +13,6 @@ import joblib
 import pytest
 from joblib.parallel import ThreadingBackend, register_parallel_backend
 
-from magfold_env import parallel
 from magfold_env.errors import SceneError
 from magfold_env.parallel import LOSSES, Workers, finished
 
@@ -183,7 +182,3 @@ def test_a_ray_cluster_runs_tasks_of_a_lost_actor_again(tmp_path: Path) -> None:
     found = list(finished(die_once, tasks, Workers(2, "ray")))
     assert (tmp_path / "died").exists()
     assert sorted(found) == [(k, k * k) for k in range(30)]
-
-
-def test_nothing_heavy_is_imported_with_the_package() -> None:
-    assert not {"joblib", "scipy", "ray"} & set(vars(parallel))
