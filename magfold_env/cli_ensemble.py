@@ -79,7 +79,7 @@ def show(made: Ensemble) -> None:
     console = Console()
     console.print(_outcomes_table(made))
     table = Table(title="By status")
-    for name in ("status", "runs", "probability", "95 %"):
+    for name in ("status", "runs", "share", "95 %"):
         table.add_column(name, justify="left" if name == "status" else "right")
     for status, found in made.statuses.items():
         table.add_row(status.value, str(found.successes), *_per_cent(found))
@@ -106,14 +106,15 @@ def write(made: Ensemble, out: Path | None, png: Path | None) -> list[Path]:
 def _outcomes_table(made: Ensemble) -> Table:
     named: dict[str, list[str]] = {}
     for search, word in predictions(made.scene).items():
-        named.setdefault(word, []).append(search)
+        named.setdefault(word, []).append(search.removesuffix(" search"))
     table = Table(title=f"{len(made)} releases, seed {made.seed}")
-    for name in ("word", "status", "runs", "probability", "95 %", "minimiser"):
-        left = name in ("word", "status", "minimiser")
+    searches = "minimiser's search"
+    for name in ("word", "status", "runs", "share", "95 %", searches):
+        left = name in ("word", "status", searches)
         table.add_column(name, justify="left" if left else "right")
     for (word, status), found in made.outcomes.items():
-        searches = ", ".join(named.get(word, []))
-        table.add_row(word, status.value, str(found.successes), *_per_cent(found), searches)
+        by = ", ".join(named.get(word, []))
+        table.add_row(word, status.value, str(found.successes), *_per_cent(found), by)
     missed = [f"{word} ({', '.join(by)})" for word, by in named.items() if word not in made.words]
     if missed:
         table.caption = f"The minimiser also names {'; '.join(missed)}."

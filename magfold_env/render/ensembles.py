@@ -55,10 +55,10 @@ def bar_chart(panels: Mapping[str, Sequence[Bar]], columns: int = 3, title: str 
     figure = figure_class()(figsize=(_WIDTH * columns, _HEIGHT * rows), layout="constrained")
     figure.get_layout_engine().set(h_pad=0.12)
     figure.suptitle(title or None, fontsize=13, color=INK)
-    axes = figure.subplots(rows, columns, squeeze=False, sharey=True).flat
+    axes = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()
     for axis, (name, content) in zip(axes, panels.items(), strict=False):
         _draw_panel(axis, name, _most(content))
-    for axis in list(axes)[len(panels) :]:
+    for axis in axes[len(panels) :]:
         axis.set_axis_off()
     shown = {bar.status for content in panels.values() for bar in _most(content)}
     patch = importlib.import_module("matplotlib.patches").Patch

@@ -22,7 +22,7 @@ def run(quick: bool, progress: Progress) -> Part:
     cores = os.cpu_count() or 1
     counts = sorted({1, cores, *(count for count in _COUNTS if count < cores)})
     backends: tuple[Backend, ...] = ("threads", "processes")
-    kinds = [
+    kinds: list[tuple[Backend, int]] = [
         (backend, count)
         for backend in backends
         for count in counts
