@@ -134,6 +134,7 @@ def ensemble_command(  # noqa: PLR0913 - one parameter an option
         str | None, typer.Option(help="free, forward or backward, in place of the scene's.")
     ] = None,
     speed: Annotated[float | None, typer.Option(help="Feed speed [m/s].")] = None,
+    friction: Annotated[float | None, typer.Option(help="Friction coefficient.")] = None,
     spread: Annotated[
         list[str] | None,
         typer.Option(help="NAME=WIDTH: start_angles [rad], or one of the scene's spreads."),
@@ -141,7 +142,9 @@ def ensemble_command(  # noqa: PLR0913 - one parameter an option
     workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores if left out.")] = (
         None
     ),
-    backend: Annotated[str, typer.Option(help="threads, processes or ray.")] = "threads",
+    backend: Annotated[
+        str | None, typer.Option(help="threads, processes or ray; what suits if left out.")
+    ] = None,
     address: Annotated[str | None, typer.Option(help="Address of a Ray cluster.")] = None,
     out: Annotated[
         Path | None,
@@ -157,8 +160,10 @@ def ensemble_command(  # noqa: PLR0913 - one parameter an option
         if out is not None or png is not None:
             _need_render()
             figure_class()
-        changed = cli_ensemble.changed_scene(load_scene(scene), mode, speed, spread or [])
-        team = Workers(workers, cast("Backend", backend), address)
+        changed = cli_ensemble.changed_scene(
+            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread or []
+        )
+        team = Workers(workers, cast("Backend | None", backend), address)
         made = cli_ensemble.make(changed, runs, seed, team, out)
         cli_ensemble.show(made)
         _say_written(*cli_ensemble.write(made, out, png))

@@ -25,7 +25,12 @@ _ANGLES = "start_angles"
 
 
 def changed_scene(
-    scene: Scene, mode: str | None, speed: float | None, spreads: Sequence[str]
+    scene: Scene,
+    *,
+    mode: str | None = None,
+    speed: float | None = None,
+    friction: float | None = None,
+    spreads: Sequence[str] = (),
 ) -> Scene:
     """Return the scene that the options ask for.
 
@@ -37,6 +42,8 @@ def changed_scene(
         How the chain is released; None leaves it as it is.
     speed
         Feed speed [m/s]; None leaves it as it is.
+    friction
+        Coefficient; None leaves it as it is.
     spreads
         Texts like ``friction=0.1``; ``start_angles`` [rad] also takes back given start angles.
 
@@ -48,6 +55,8 @@ def changed_scene(
     if mode is not None:
         scene = release(scene, cast("Mode", mode))
     changes: dict[str, Any] = {} if speed is None else {"feed": {"speed": speed}}
+    if friction is not None:
+        changes["friction"] = friction
     widths = dict(_named_width(text) for text in spreads)
     if _ANGLES in widths:
         changes |= {"start_angle_spread": widths.pop(_ANGLES), "start_angles": None}

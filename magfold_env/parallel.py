@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import time
 from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager
@@ -21,6 +22,8 @@ Calls = list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]]
 LOSSES = 3
 """How often in a row workers may be lost before a result comes."""
 
+_FEW_THREADS, _MANY_TASKS = 4, 500
+
 _WAVE = 2.0
 """Time that a cluster should take for what it is handed at once [s]."""
 
@@ -33,8 +36,10 @@ class Workers:
     ----------
     count : int or None
         How many work at a time; None takes all cores, or a cluster's CPUs.
-    backend : {"threads", "processes", "ray"}
-        Threads of this process, processes of this machine, or a Ray cluster.
+    backend : {"threads", "processes", "ray"} or None
+        Threads of this process, processes of this machine, or a Ray cluster. None takes processes
+        where more than four work on many tasks, else threads: outside the kernels, which is a
+        fifth of a release, threads wait for each other; but processes take seconds to start.
     address : str or None
         Of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts one here.
 
@@ -45,21 +50,28 @@ class Workers:
     """
 
     count: int | None = None
-    backend: Backend = "threads"
+    backend: Backend | None = None
     address: str | None = None
 
     def __post_init__(self) -> None:
         problems: list[Problem] = []
         if self.count is not None and self.count < 1:
             problems.append(Problem("workers", self.count, "must be at least 1"))
-        if self.backend not in get_args(Backend):
+        if self.backend not in (None, *get_args(Backend)):
             allowed = f"must be one of {', '.join(get_args(Backend))}"
             problems.append(Problem("backend", self.backend, allowed))
         if self.address is not None and self.backend != "ray":
-            allowed = f"must be left out with backend {self.backend!r}; it is a Ray cluster's"
+            allowed = "must be left out unless backend is 'ray'; it is a cluster's"
             problems.append(Problem("address", self.address, allowed))
         if problems:
             raise SceneError(problems)
+
+    def kind(self, tasks: int) -> Backend:
+        """Return the backend for so many tasks."""
+        if self.backend is not None:
+            return self.backend
+        few = tasks < _MANY_TASKS or (self.count or os.cpu_count() or 1) <= _FEW_THREADS
+        return "threads" if few else "processes"
 
 
 def finished(
@@ -86,16 +98,17 @@ def finished(
         If workers are lost `LOSSES` times in a row before a result comes.
     """
     left = dict(enumerate(tasks))
+    backend = workers.kind(len(left))
     # Processes start once the first task has left compiled kernels in the cache on disk.
-    alone = len(left) if workers.count == 1 and workers.backend != "ray" else 0
-    if workers.backend == "processes":
+    alone = len(left) if workers.count == 1 and backend != "ray" else 0
+    if backend == "processes":
         alone = max(alone, 1)
     for place in list(left)[:alone]:
         yield place, function(left.pop(place))
     if not left:
         return
     losses = 0
-    with _pool(workers) as (run, lost):
+    with _pool(backend, workers) as (run, lost):
         while left:
             calls: Calls = [(_numbered, (function, *item), {}) for item in left.items()]
             try:
@@ -119,19 +132,23 @@ def _numbered(function: Callable[[Any], Any], place: int, task: object) -> tuple
 
 
 @contextmanager
-def _pool(workers: Workers) -> Generator[tuple[Runner, Errors]]:
+def _pool(backend: Backend, workers: Workers) -> Generator[tuple[Runner, Errors]]:
     """Offer a way to run calls, and the errors that say a worker was lost."""
     joblib: Any = importlib.import_module("joblib")  # slow to import
     count = -1 if workers.count is None else workers.count
-    if workers.backend == "ray":
+    if backend == "ray":
         with _ray(workers.address) as (options, lost), joblib.parallel_config("ray", **options):
             least = 2 * joblib.effective_n_jobs(count)
             yield lambda calls: _in_waves(joblib.Parallel(count), calls, least), lost
         return
-    name = {"threads": "threading", "processes": "loky"}[workers.backend]
+    name = {"threads": "threading", "processes": "loky"}[backend]
     broken: Any = importlib.import_module("concurrent.futures.process")
-    parallel = joblib.Parallel(count, backend=name, return_as="generator_unordered")
-    yield parallel, (broken.BrokenProcessPool,)
+
+    def streamed(calls: Calls) -> Iterable[tuple[int, Any]]:
+        # A new one every time: results may still reach one that lost a worker.
+        return joblib.Parallel(count, backend=name, return_as="generator_unordered")(calls)
+
+    yield streamed, (broken.BrokenProcessPool,)
 
 
 @contextmanager

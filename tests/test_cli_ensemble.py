@@ -69,10 +69,11 @@ def test_searches_are_shown_beside_the_words_they_name(monkeypatch: pytest.Monke
 
 def test_a_spread_of_start_angles_takes_the_place_of_given_ones() -> None:
     scene = mf.load_scene(SCENE).replace(start_angles=[0.1] * 5, spreads={"mass": 0.1})
-    changed = cli_ensemble.changed_scene(scene, None, None, ["start_angles=0.2", "magnet=0.1"])
+    changed = cli_ensemble.changed_scene(scene, spreads=["start_angles=0.2", "magnet=0.1"])
     assert (changed.start_angles, changed.start_angle_spread) == (None, 0.2)
     assert changed.spreads == mf.Spreads(mass=0.1, magnet=0.1)
-    assert cli_ensemble.changed_scene(scene, None, None, []) == scene
+    assert cli_ensemble.changed_scene(scene) == scene
+    assert cli_ensemble.changed_scene(scene, friction=0.2).friction == 0.2
 
 
 @pytest.mark.parametrize(
@@ -84,7 +85,7 @@ def test_a_spread_of_start_angles_takes_the_place_of_given_ones() -> None:
         (("--speed", -1), "feed.speed: -1.0 is not allowed; must be greater than 0"),
         (("--workers", 0), "workers: 0 is not allowed; must be at least 1"),
         (("--backend", "gpu"), "backend: 'gpu' is not allowed; must be one of threads, processes"),
-        (("--address", "auto"), "address: 'auto' is not allowed; must be left out with backend"),
+        (("--address", "auto"), "address: 'auto' is not allowed; must be left out unless backend"),
         (("--spread", "speed=0.1"), "--spread: 'speed=0.1' is not allowed; must be NAME=WIDTH"),
         (("--spread", "mass=much"), "--spread: 'mass=much' is not allowed; must be NAME=WIDTH"),
         (("--spread", "mass=2"), "spreads.mass: 2.0 is not allowed; must be less than 1"),

@@ -76,12 +76,18 @@ def test_processes_that_die_again_and_again_end_it() -> None:
         list(found)
 
 
+def test_processes_are_taken_where_threads_would_wait_for_each_other() -> None:
+    assert Workers(4).kind(10_000) == Workers(64).kind(10) == "threads"
+    assert Workers(5).kind(10_000) == "processes"
+    assert Workers(5, "threads").kind(10_000) == "threads"
+
+
 @pytest.mark.parametrize(
     ("entries", "message"),
     [
         ({"count": 0}, "workers: 0 is not allowed; must be at least 1"),
         ({"backend": "gpu"}, "backend: 'gpu' is not allowed; must be one of threads, processes, r"),
-        ({"address": "auto"}, "address: 'auto' is not allowed; must be left out with backend 'thr"),
+        ({"address": "auto"}, "address: 'auto' is not allowed; must be left out unless backend is"),
     ],
 )
 def test_wrong_entries_are_told(entries: dict[str, Any], message: str) -> None:

@@ -21,7 +21,7 @@ def ensemble(
     seed: int = 0,
     *,
     workers: int | None = None,
-    backend: Backend = "threads",
+    backend: Backend | None = None,
     address: str | None = None,
     state: str | Path | None = None,
     progress: Callable[[int, int], object] | None = None,
@@ -43,7 +43,8 @@ def ensemble(
     workers
         How many runs are made at a time; None takes all cores, or a cluster's CPUs.
     backend
-        `threads`, `processes` of this machine, or `ray`: a Ray cluster, through joblib.
+        `threads`, `processes` of this machine, or `ray`: a Ray cluster, through joblib. None takes
+        processes for many runs on more than four workers, else threads.
     address
         Of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts one here.
     state

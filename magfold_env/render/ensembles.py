@@ -106,7 +106,9 @@ def _draw_outline(axis: Any, bar: Bar) -> None:
     for k, (middle, angle) in enumerate(zip(centres(angles), angles, strict=True)):
         face = _COLOURS[bar.status] if k == 0 else "white"
         corners = square(middle, float(angle), 1.0)
-        axis.add_patch(polygon(corners, facecolor=face, edgecolor=INK, linewidth=0.8))
+        axis.add_patch(
+            polygon(corners, facecolor=face, edgecolor=INK, linewidth=0.8, clip_on=False)
+        )
     axis.set_aspect("equal")
     axis.autoscale_view()
     axis.set_axis_off()
