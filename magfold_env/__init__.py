@@ -1,6 +1,6 @@
 """Self-folding chains of magnets: simulation, prediction by energy, and learning."""
 
-from magfold_env.energy import minimise
+from magfold_env.energy import Landscape, descend, ground_state, minimise, sequence_of
 from magfold_env.ensembles import Ensemble, ensemble
 from magfold_env.envs import register_envs
 from magfold_env.errors import SceneError
@@ -32,6 +32,7 @@ __all__ = [
     "Fold",
     "FoldStatus",
     "Gravity",
+    "Landscape",
     "Magnets",
     "Scene",
     "SceneError",
@@ -39,13 +40,16 @@ __all__ = [
     "Spreads",
     "Trajectory",
     "accelerations",
+    "descend",
     "energy",
     "ensemble",
     "forces",
+    "ground_state",
     "load_scene",
     "minimise",
     "save_scene",
     "scene_names",
+    "sequence_of",
     "simulate",
     "simulate_batch",
 ]

@@ -202,12 +202,31 @@ def magnets(
     quick: Quick = False,
     only: Annotated[
         list[str] | None,
-        typer.Option(help="A part: accuracy, points, scaling, fold, peers; may repeat."),
+        typer.Option(
+            help="A part: accuracy, points, far, scaling, devices, fold, peers; may repeat."
+        ),
     ] = None,
     out: Out = None,
 ) -> None:
     """Measure the magnets: time against error, growth with length, folds, magpylib beside them."""
     from magfold_env.benchmarks.magnets import command  # noqa: PLC0415 - much to import
+
+    with _errors_in_one_line():
+        command.run(only or [], quick, out)
+
+
+@bench.command()
+def energy(
+    *,
+    quick: Quick = False,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="A part: scan, ground-states, predictors; may repeat."),
+    ] = None,
+    out: Out = None,
+) -> None:
+    """Measure the predictors by energy: scans, proofs of ground states, how often they agree."""
+    from magfold_env.benchmarks.energy import command  # noqa: PLC0415 - much to import
 
     with _errors_in_one_line():
         command.run(only or [], quick, out)

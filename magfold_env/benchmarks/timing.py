@@ -139,11 +139,6 @@ def enough_repeats(
         repeats *= 2
 
 
-def take_one(task: Task, clock: Callable[[], float] = time.thread_time) -> Timing:
-    """Time one call of work that is compiled, and so long that it needs no warming up."""
-    return Timing(np.array([_sample(task, 1, clock)]))
-
-
 def _sample(task: Task, calls: int, clock: Callable[[], float]) -> float:
     """Mean seconds a call."""
     total = 0.0

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.design.sweep import LAST, sweep_block
 from magfold_env.energy.landscape import (
     TIE,
     energy_unit,
@@ -16,16 +15,15 @@ from magfold_env.energy.landscape import (
     word_energies,
 )
 from magfold_env.energy.lattice import Lattice, all_words
+from magfold_env.energy.sequence_space import LONGEST_OF_ALL, EverySequence, best_words, sequence_of
 from magfold_env.scene import Scene
 from magfold_env.shapes import overlaps, parse_word
 
-LONGEST = 6
-"""Most components of the exhaustive search: 16^6 sequences, halved by the global sign flip."""
+LONGEST = LONGEST_OF_ALL
+"""Most components of the exhaustive search."""
 
 TOLERANCE = 1e-9
 """Relative difference below which two gaps are equal, as symmetric sequences' are."""
-
-_LEADING = 8  # most faces that a block fixes: enough blocks to report progress by
 
 
 @dataclass(frozen=True)
@@ -90,44 +88,32 @@ def gap_designs(
         if overlaps(parse_word(target, scene.n)):
             raise ValueError(f"targets: {target!r} is not allowed; its components overlap")
     lattice = all_words(scene.n)
-    words = [lattice.word(row) for row in range(len(lattice))]
-    gap, code = _sweep(scene, lattice, [words.index(target) for target in wanted], progress)
-    floor = TIE * energy_unit(scene)
-    return {
-        target: _describe(scene, lattice, words.index(target), int(code[k]))
-        if gap[k] > floor
-        else None
-        for k, target in enumerate(wanted)
-    }
+    words = tuple(lattice.word(row) for row in range(len(lattice)))
+    forms = quadratic_forms(scene, lattice)
+    every = best_words(forms, words, TIE * energy_unit(scene), progress)
+    found: dict[str, GapDesign | None] = {}
+    for target in wanted:
+        row = words.index(target)
+        number = _first_of_largest_gap(every, row)
+        found[target] = None if number is None else _describe(scene, lattice, row, number)
+    return found
 
 
-def _sweep(
-    scene: Scene, lattice: Lattice, rows: list[int], progress: Callable[[float], None] | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest gap [J] and the first sequence's number for each target's row.
+def _first_of_largest_gap(every: EverySequence, row: int) -> int | None:
+    """Return the first sequence's number, None if the word is no sequence's only ground state.
 
-    Two passes, so that which gaps are equal does not depend on the order of the search.
+    Gaps that differ by rounding are equal, so that it does not decide which sequence is first.
     """
-    faces = 4 * scene.n
-    leading = min(_LEADING, faces - LAST)
-    blocks = 1 << (leading - 1)  # the first face is N: flipping all signs changes no energy
-    form = np.ascontiguousarray(quadratic_forms(scene, lattice).transpose(1, 2, 0))
-    slot = np.full(len(lattice), -1, dtype=np.int64)
-    slot[rows] = np.arange(len(rows))
-    gap = np.zeros(len(rows))
-    code = np.full(len(rows), np.iinfo(np.int64).max)
-    for settled in (False, True):
-        for block in range(blocks):
-            sweep_block(form, block, faces - leading, slot, TOLERANCE, settled, gap, code)
-            if progress is not None:
-                progress((settled * blocks + block + 1) / (2 * blocks))
-    return gap, code
+    gap = np.where(every.word == row, every.gap, 0.0)
+    largest = float(gap.max())
+    if largest <= every.tie:
+        return None
+    return int(np.argmax(gap >= largest * (1.0 - TOLERANCE)))
 
 
-def _describe(scene: Scene, lattice: Lattice, row: int, code: int) -> GapDesign:
+def _describe(scene: Scene, lattice: Lattice, row: int, number: int) -> GapDesign:
     """Evaluate the sequence of a number afresh."""
-    letters = f"{code:0{4 * scene.n}b}".translate(str.maketrans("01", "NS"))
-    sequence = tuple(letters[k : k + 4] for k in range(0, len(letters), 4))
+    sequence = sequence_of(number, scene.n)
     energies = word_energies(scene.replace(sequence=sequence), lattice)
     others = np.delete(np.arange(len(lattice)), row)
     tied = energies[others] <= energies[others].min() + TIE * energy_unit(scene)

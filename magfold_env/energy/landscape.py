@@ -33,6 +33,11 @@ def strengths(scene: Scene) -> Floats:
     return scene.magnets.charges(scene.n) / scene.magnets.charge
 
 
+def poles(scene: Scene) -> Floats:
+    """Return the faces' pole charges in `Magnets.charge`s, N positive, shape (n, 4)."""
+    return signs(scene.sequence) * strengths(scene)
+
+
 def refuse_field(scene: Scene) -> None:
     """Refuse a scene in an external field.
 
@@ -66,7 +71,7 @@ def word_energies(scene: Scene, lattice: Lattice) -> Floats:
     """
     refuse_field(scene)
     table = couplings(scene)
-    pole = signs(scene.sequence) * strengths(scene)
+    pole = poles(scene)
     total = np.zeros(len(lattice))
     for i, j, poses in lattice.pairs():
         total += np.einsum("a,mab,b->m", pole[i], table.at(poses), pole[j])

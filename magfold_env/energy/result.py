@@ -93,7 +93,7 @@ class Minimum:
     decisions : tuple of Decision
         In the order they were taken; empty for the full search.
     examined : int
-        Number of words whose energies were compared.
+        Number of words whose energies were compared; of halves of words for long chains.
     """
 
     mode: Mode

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import get_args
 
-import numpy as np
-
-from magfold_env.energy.contacts import conflict_free, conflicts, touching
-from magfold_env.energy.landscape import TIE, Floats, energy_unit, refuse_field, word_energies
-from magfold_env.energy.lattice import ORDER, Ints, Lattice, all_words, from_words
+from magfold_env.energy.contacts import conflict_free
+from magfold_env.energy.ground_state import ground_state
+from magfold_env.energy.landscape import TIE, energy_unit, refuse_field, word_energies
+from magfold_env.energy.lattice import ORDER, Lattice, all_words, from_words
+from magfold_env.energy.ranking import ranked
 from magfold_env.energy.result import Among, Decision, Minimum, Mode, Option, State
-from magfold_env.energy.score import internal_energy
+from magfold_env.energy.states import state_of
 from magfold_env.scene import Scene
-from magfold_env.shapes import is_fully_folded, outline
 
 LONGEST = 12
-"""Most components of a full search: 118,731 words, 2.7 times more with each component."""
+"""Most components of a full search: 118,731 words, 2.7 times more with each component.
+
+The states of longer chains are found by `ground_state`.
+"""
 
 
 def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "all") -> Minimum:
@@ -27,13 +28,14 @@ def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "al
     scene
         Its sequence, casing and magnets count; mount, friction and contact do not.
     mode
-        `free` compares every word without overlap. `forward` decides one joint at a time from
+        `free` compares every word without overlap; more than `LONGEST` components by branch and
+        bound, which proves the same. `forward` decides one joint at a time from
         joint 1 on, `backward` from the last: the letter of least energy, all components acting,
         joints not yet decided straight, overlaps excluded.
     top
-        How many states the full search returns.
+        How many states `free` returns.
     among
-        Which words the full search ranks: `all`, only the `folded` ones (no S), or only the
+        Which words `free` ranks: `all`, only the `folded` ones (no S), or only the
         `stable` ones (folded, and no equal poles touch).
 
     Raises
@@ -51,42 +53,26 @@ def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "al
     if top < 1:
         raise ValueError(f"top: {top!r} is not allowed; must be at least 1")
     refuse_field(scene)
+    if mode == "free" and scene.n > LONGEST:
+        found = ground_state(scene, top, among)
+        return Minimum("free", found.states, decisions=(), examined=found.nodes)
     if mode == "free":
         return _full_search(scene, top, among)
     return _one_by_one(scene, mode)
 
 
-def ranked(energies: Floats, tie: float) -> list[Ints]:
-    """Return indices by ascending energy, in groups that lie within `tie` of the next [J].
-
-    Within a group the given order stays.
-    """
-    order = np.argsort(energies, kind="stable")
-    steps = np.diff(energies[order]) > tie
-    return [np.sort(group) for group in np.split(order, np.flatnonzero(steps) + 1)]
-
-
 def _full_search(scene: Scene, top: int, among: Among) -> Minimum:
-    if scene.n > LONGEST:
-        raise ValueError(
-            f"mode: 'free' is not allowed for {scene.n} components; the full search takes at most "
-            f"{LONGEST}, 'forward' and 'backward' any number"
-        )
     lattice = all_words(scene.n)
     if among != "all":
         lattice = lattice[lattice.fully_folded()]
     if among == "stable":
         lattice = lattice[conflict_free(lattice, scene.sequence)]
     energies = word_energies(scene, lattice)
-    internal = internal_energy(scene)
     states: list[State] = []
     for group in ranked(energies, TIE * energy_unit(scene)) if len(lattice) else []:
         for row in group[: top - len(states)]:
             tied = tuple(lattice.word(other) for other in group if other != row)
-            state = _state(
-                scene.sequence, lattice[row : row + 1], float(energies[row]), internal, tied
-            )
-            states.append(state)
+            states.append(state_of(scene, lattice.word(row), tied))
         if len(states) == top:
             break
     return Minimum("free", tuple(states), decisions=(), examined=len(lattice))
@@ -110,10 +96,7 @@ def _one_by_one(scene: Scene, mode: Mode) -> Minimum:
         letters[joint] = decision.letter
         decisions.append(decision)
         examined += len(lattice)
-    final = from_words(["".join(letters)])
-    energy = float(word_energies(scene, final)[0])
-    state = _state(scene.sequence, final, energy, internal_energy(scene), tied=())
-    return Minimum(mode, (state,), tuple(decisions), examined)
+    return Minimum(mode, (state_of(scene, "".join(letters)),), tuple(decisions), examined)
 
 
 def _decide(scene: Scene, joint: int, lattice: Lattice) -> Decision:
@@ -125,20 +108,4 @@ def _decide(scene: Scene, joint: int, lattice: Lattice) -> Decision:
         tuple(Option(x, float(e)) for x, e in zip(letters, energies, strict=True)),
         letters[best],
         "".join(letters[other] for other in others),
-    )
-
-
-def _state(
-    sequence: Sequence[str], one: Lattice, energy: float, internal: float, tied: tuple[str, ...]
-) -> State:
-    word = one.word(0)
-    return State(
-        word=word,
-        energy=energy,
-        coulomb_score=energy + internal,
-        fully_folded=is_fully_folded(word),
-        contacts=touching(one),
-        conflicts=conflicts(one, sequence),
-        outline=outline(word),
-        tied=tied,
     )

@@ -88,7 +88,7 @@ def add_pairs(
     """
     near = 0
     for p in range(count):
-        i, j = pair[p, 0], pair[p, 1]
+        i, j = int(pair[p, 0]), int(pair[p, 1])
         k = j - i - 1
         if is_rigid(i, j, joined, code):
             u, v, t = force[i, k, 0], force[i, k, 1], force[i, k, 2]
@@ -143,7 +143,7 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
         if count == 0:
             return total
         for p in range(count):
-            i, j = segments.pair[p, 0], segments.pair[p, 1]
+            i, j = int(segments.pair[p, 0]), int(segments.pair[p, 1])
             angle, next_angle = q[i + 1] - q[i], q[j] - q[i + 1]
             if j - i == 1:
                 total += one_energy(one, end, angle, charge, i, nodes.spline, nodes.row)

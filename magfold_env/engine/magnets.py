@@ -27,7 +27,7 @@ from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
 
 @kernel
 def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
-    """Fill the charges of all casings' nodes [A·m], and the moments in the casings' own frames.
+    """Fill charges [A·m] and places of all casings' nodes, and moments, in the casings' frames.
 
     Faces without charge have no nodes.
     """
@@ -51,10 +51,14 @@ def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
                 for slot in range(faces):
                     f = nodes.face[i, slot]
                     for a in range((side + f) * count, (side + f + 1) * count):
+                        nodes.along[rank, i, k] = magnets.node_x[rank, a]
+                        nodes.across[rank, i, k] = magnets.node_y[rank, a]
                         nodes.q[rank, i, k] = magnets.node_weight[rank, a] * charge[i, f]
                         nodes.half[rank, i, k] = magnets.face_half[side + f]
                         k += 1
             for a in range(k, whole_lanes(k)):
+                nodes.along[rank, i, a] = nodes.along[rank, i, 0]
+                nodes.across[rank, i, a] = nodes.across[rank, i, 0]
                 nodes.q[rank, i, a] = 0.0
                 nodes.half[rank, i, a] = magnets.face_half[0]
 
@@ -74,38 +78,23 @@ def spread_nodes(
         turn_row(nodes.segments.body, i, cos[i], sin[i], nodes.segments.moment)
     for rank in range(magnets.rank_count.size):
         place_nodes(
-            lo, rank, magnets.rank_count[rank], magnets.node_x, magnets.node_y,
-            cos, sin, x, y, nodes.face, nodes.faces, nodes.x, nodes.y,
+            lo, rank, 2 * magnets.rank_count[rank], nodes.faces, nodes.along, nodes.across,
+            cos, sin, x, y, nodes.x, nodes.y,
         )  # fmt: skip
 
 
 @kernel
 def place_nodes(
-    lo: int, rank: int, count: int, node_x: Array, node_y: Array,
-    cos: Array, sin: Array, x: Array, y: Array,
-    face: IntArray, faces: IntArray, out_x: Array, out_y: Array,
+    lo: int, rank: int, count: int, faces: IntArray, along: Array, across: Array,
+    cos: Array, sin: Array, x: Array, y: Array, out_x: Array, out_y: Array,
 ) -> None:  # fmt: skip
-    """Do so for the nodes of one rank, of which a pole face has ``count``."""
+    """Do so for the nodes of one rank, ``count`` for each of a casing's charged faces."""
     for i in range(lo, x.size):
         c, s, xi, yi = cos[i], sin[i], x[i], y[i]
-        if faces[i] == 4:
-            for a in range(8 * count):
-                u, v = node_x[rank, a], node_y[rank, a]
-                out_x[rank, i, a] = xi + c * u - s * v
-                out_y[rank, i, a] = yi + s * u + c * v
-            continue
-        k = 0
-        for side in range(0, 8, 4):
-            for slot in range(faces[i]):
-                f = side + face[i, slot]
-                for a in range(f * count, (f + 1) * count):
-                    u, v = node_x[rank, a], node_y[rank, a]
-                    out_x[rank, i, k] = xi + c * u - s * v
-                    out_y[rank, i, k] = yi + s * u + c * v
-                    k += 1
-        for a in range(k, whole_lanes(k)):
-            out_x[rank, i, a] = out_x[rank, i, 0]
-            out_y[rank, i, a] = out_y[rank, i, 0]
+        for a in range(whole_lanes(count * faces[i])):
+            u, v = along[rank, i, a], across[rank, i, a]
+            out_x[rank, i, a] = xi + c * u - s * v
+            out_y[rank, i, a] = yi + s * u + c * v
 
 
 @inlined

@@ -98,11 +98,62 @@ def expansion(
 ) -> tuple[float, float, float, float]:
     """Energy [J], force on a [N] and torque about its centre [N·m] by b.
 
-    ``dx``, ``dy`` [m] is from b's centre to a's. ``pair`` (4, 10) is left with the moments of both
-    and, for `add_derivatives`, what they make of each other, in the frame of the two centres.
+    ``dx``, ``dy`` [m] is from b's centre to a's; ``pair`` (4, 10) is scratch.
     """
+    return act_on_each_other(terms, moment, a, b, *direction(dx, dy), pair)
+
+
+@kernel
+def expand(
+    terms: int, moment: Array, x: Array, y: Array, a: int, b: int, weight: float,
+    local: Array, push: Array, pair: Array,
+) -> float:  # fmt: skip
+    """Let rows a and b act on each other, with a weight; returns their energy without it [J].
+
+    Adds to the derivatives ``local`` at both, and to the forces ``push`` [N].
+    """
+    inverse, c, s = direction(x[a] - x[b], y[a] - y[b])
+    energy, fx, fy, _ = act_on_each_other(terms, moment, a, b, inverse, c, s, pair)
+    c2, s2 = c * c - s * s, 2.0 * c * s
+    c3, s3 = c2 * c - s2 * s, c2 * s + s2 * c
+    w3 = weight * inverse * inverse * inverse
+    for k in range(2):
+        v, at = local[a] if k == 0 else local[b], 2 + k
+        w2 = weight * inverse * inverse * (1.0 - 2.0 * k)
+        w4 = w2 * inverse * inverse
+        v[X10] += w2 * (c * pair[at, 0] - s * pair[at, IMAGINARY])
+        v[Y10] += w2 * (c * pair[at, IMAGINARY] + s * pair[at, 0])
+        if terms >= COUNTS[2]:
+            v[X11] += w3 * pair[at, 1]
+            v[X20] += w3 * (c2 * pair[at, 2] - s2 * pair[at, IMAGINARY + 2])
+            v[Y20] += w3 * (c2 * pair[at, IMAGINARY + 2] + s2 * pair[at, 2])
+        if terms >= COUNTS[3]:
+            v[X21] += w4 * (c * pair[at, 3] - s * pair[at, IMAGINARY + 3])
+            v[Y21] += w4 * (c * pair[at, IMAGINARY + 3] + s * pair[at, 3])
+            v[X30] += w4 * (c3 * pair[at, 4] - s3 * pair[at, IMAGINARY + 4])
+            v[Y30] += w4 * (c3 * pair[at, IMAGINARY + 4] + s3 * pair[at, 4])
+    push[a, 0] += weight * fx
+    push[a, 1] += weight * fy
+    push[b, 0] -= weight * fx
+    push[b, 1] -= weight * fy
+    return energy
+
+
+@inlined
+def direction(dx: float, dy: float) -> tuple[float, float, float]:
+    """Inverse of a distance [1/m], and the turn (c, s) that lays its vector along x."""
     inverse = 1.0 / math.sqrt(dx * dx + dy * dy)
-    c, s = dx * inverse, -dy * inverse
+    return inverse, dx * inverse, -dy * inverse
+
+
+@inlined
+def act_on_each_other(
+    terms: int, moment: Array, a: int, b: int, inverse: float, c: float, s: float, pair: Array
+) -> tuple[float, float, float, float]:
+    """Do as `expansion` for a given `direction`.
+
+    ``pair`` is left with the moments of both, and what they make of each other, in that frame.
+    """
     inverse2 = inverse * inverse
     inverse3 = inverse2 * inverse
     c2, s2 = c * c - s * s, 2.0 * c * s
@@ -142,35 +193,6 @@ def expansion(
     along = (energy + radial) * inverse2
     across = -(turn + other_turn) * inverse2
     return energy * inverse, along * c + across * s, across * c - along * s, turn * inverse
-
-
-@inlined
-def add_derivatives(
-    terms: int, local: Array, row: int, k: int, dx: float, dy: float, weight: float, pair: Array
-) -> None:
-    """Add to a row the derivatives that the last `expansion` found for a (k = 0) or b (k = 1)."""
-    inverse = 1.0 / math.sqrt(dx * dx + dy * dy)
-    c, s = dx * inverse, -dy * inverse
-    inverse2 = inverse * inverse
-    c2, s2 = c * c - s * s, 2.0 * c * s
-    c3, s3 = c2 * c - s2 * s, c2 * s + s2 * c
-    w2 = weight * inverse2 * (1.0 - 2.0 * k)
-    w3 = weight * inverse2 * inverse
-    w4 = w2 * inverse2
-    v, at = local[row], 2 + k
-    v[X10] += w2 * (c * pair[at, 0] - s * pair[at, IMAGINARY])
-    v[Y10] += w2 * (c * pair[at, IMAGINARY] + s * pair[at, 0])
-    if terms < COUNTS[2]:
-        return
-    v[X11] += w3 * pair[at, 1]
-    v[X20] += w3 * (c2 * pair[at, 2] - s2 * pair[at, IMAGINARY + 2])
-    v[Y20] += w3 * (c2 * pair[at, IMAGINARY + 2] + s2 * pair[at, 2])
-    if terms < COUNTS[3]:
-        return
-    v[X21] += w4 * (c * pair[at, 3] - s * pair[at, IMAGINARY + 3])
-    v[Y21] += w4 * (c * pair[at, IMAGINARY + 3] + s * pair[at, 3])
-    v[X30] += w4 * (c3 * pair[at, 4] - s3 * pair[at, IMAGINARY + 4])
-    v[Y30] += w4 * (c3 * pair[at, IMAGINARY + 4] + s3 * pair[at, 4])
 
 
 @inlined

@@ -18,7 +18,7 @@ from magfold_env.engine.near_faces import BLEND, refine
 from magfold_env.engine.state import Array, Model, Nodes, Pose
 
 
-@kernel
+@inlined
 def add_field(
     lo: int, model: Model, pose: Pose, nodes: Nodes, fx: Array, fy: Array, torque: Array
 ) -> None:

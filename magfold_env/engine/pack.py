@@ -15,6 +15,7 @@ from magfold_env.engine.pair_tables import build_tables
 from magfold_env.engine.quadrature import Rule, choose_rule, table_rule, widest
 from magfold_env.engine.state import Array, Bodies, Field, Magnets, Model, Tables
 from magfold_env.scene import SIGNS, Scene
+from magfold_env.scene_magnets import Length
 from magfold_env.scene_parts import Casing
 from magfold_env.scene_parts import Magnets as MagnetsPart
 
@@ -68,7 +69,7 @@ def pack(scene: Scene) -> Model:
         bodies=bodies,
         magnets=pack_magnets(scene)._replace(tables=joint_tables(scene)),
         charge=charges(scene),
-        magnetic=scene.magnets is not None,
+        magnetic=_is_magnetic(scene),
         side=casing.side,
         rounding=casing.corner_radius,
         grip=scene.friction * scene.gravity.normal * mass,
@@ -87,6 +88,14 @@ def pack(scene: Scene) -> Model:
         max_steps=scene.solver.max_steps,
         max_steps_per_second=scene.solver.max_steps_per_second,
     )
+
+
+def _is_magnetic(scene: Scene) -> bool:
+    """Whether any component has magnets, or may be given some at the mouth of the tube."""
+    if scene.magnets is None:
+        return False
+    chosen_later = scene.mount == "tube" and scene.feed.loading == "at_mouth"
+    return chosen_later or bool(scene.charges.any())
 
 
 def charges(scene: Scene) -> Array:
@@ -164,7 +173,8 @@ class Shape(NamedTuple):
     def of(cls, magnets: MagnetsPart, turned: bool) -> Shape:
         """Return the sizes of a scene's magnets, maybe those of a casing turned by half a turn."""
         order = TURNED if turned else [0, 1, 2, 3]
-        return cls(*(tuple(magnets.by_face(name)[order].tolist()) for name in cls._fields))
+        names: tuple[Length, ...] = ("width", "height", "thickness", "inset")
+        return cls(*(tuple(magnets.by_face(name)[order].tolist()) for name in names))
 
 
 @lru_cache(maxsize=64)

@@ -46,12 +46,13 @@ class Row(NamedTuple):
 
 # The paper's faces rest at 1, 3.5 and 6 mm from each other: where the bound allows, the radii keep
 # these distances out of the zones where two levels are blended. Ranks begin where the blended
-# error of two casings, for the worst of their charges, is a third of the bound.
+# error of two casings, for the worst of their charges, is a third of the bound. The far radii keep
+# whole numbers, the distances of segments in a straight chain, out of the zones of blending.
 TABLE = (
-    Row(1e-2, (1, 2, 3), (1.7, 0.8), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 1.7),
-    Row(1e-3, (1, 2, 4), (3.0, 1.35), (7, 14), (6.2 / 6.0, 4.2 / 6.0), 2.2),
-    Row(1e-4, (1, 2, 3, 5), (5.2, 2.2, 1.0), (12, 18), (6.2 / 6.0, 3.1 / 6.0), 2.7),
-    Row(1e-6, (1, 2, 3, 5, 8), (17.0, 5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 7.5),
+    Row(1e-2, (1, 2, 3), (1.7, 0.8), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 1.45),
+    Row(1e-3, (1, 2, 4), (3.0, 1.35), (7, 14), (6.2 / 6.0, 4.2 / 6.0), 2.05),
+    Row(1e-4, (1, 2, 3, 5), (5.2, 2.2, 1.0), (12, 18), (6.2 / 6.0, 3.1 / 6.0), 3.05),
+    Row(1e-6, (1, 2, 3, 5, 8), (17.0, 5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 8.05),
     Row(0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0), math.inf),
 )
 # Touching faces of the table's magnets are a sixth of their width apart.

@@ -20,17 +20,16 @@ from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.magnet_laws import step_down
 from magfold_env.engine.multipoles import (
     PARTS,
-    add_derivatives,
     add_shifted_derivatives,
     add_shifted_moments,
-    expansion,
+    expand,
     force_of,
     torque_of,
 )
 from magfold_env.engine.state import Array, Segments
 
 SPREAD = 1.25  # a radius is blended up to so many times itself
-LONG = 24  # components from which segments pay
+LONG = 16  # components from which segments pay
 BATCH = 4096  # pairs listed at a time
 
 
@@ -112,7 +111,7 @@ def list_pairs(
             dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
             distance = math.sqrt(dx * dx + dy * dy)
             if distance >= SPREAD * near:
-                energy += expand(a, b, terms, 1.0, segments)
+                energy += together(a, b, terms, 1.0, segments)
                 continue
             if distance > near:
                 energy += blend(level, s, t, first, n, terms, distance, near, segments)
@@ -144,18 +143,13 @@ def list_all(lo: int, n: int, segments: Segments) -> int:
     return count
 
 
-@kernel
-def expand(a: int, b: int, terms: int, weight: float, segments: Segments) -> float:
+@inlined
+def together(a: int, b: int, terms: int, weight: float, segments: Segments) -> float:
     """Let two rows act on each other, with a weight; returns their energy without it [J]."""
-    dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
-    energy, fx, fy, _ = expansion(terms, segments.moment, a, b, dx, dy, segments.turned)
-    add_derivatives(terms, segments.local, a, 0, dx, dy, weight, segments.turned)
-    add_derivatives(terms, segments.local, b, 1, dx, dy, weight, segments.turned)
-    segments.push[a, 0] += weight * fx
-    segments.push[a, 1] += weight * fy
-    segments.push[b, 0] -= weight * fx
-    segments.push[b, 1] -= weight * fy
-    return energy
+    return expand(
+        terms, segments.moment, segments.x, segments.y, a, b, weight,
+        segments.local, segments.push, segments.turned,
+    )  # fmt: skip
 
 
 @kernel
@@ -170,11 +164,12 @@ def blend(
     start = segments.start
     a, b = start[level] + s, start[level] + t
     weight, slope = step_down(distance / near, SPREAD)
-    whole = expand(a, b, terms, 1.0 - weight, segments)
+    whole = together(a, b, terms, 1.0 - weight, segments)
     halves, last = 0.0, (n - 1) >> (level - 1)
     for u in range(max(2 * s, first >> (level - 1)), 2 * s + 2):
         for v in range(2 * t, min(2 * t + 1, last) + 1):
-            halves += expand(start[level - 1] + u, start[level - 1] + v, terms, weight, segments)
+            row, other = int(start[level - 1]) + u, int(start[level - 1]) + v
+            halves += together(row, other, terms, weight, segments)
     push = -slope / near * (halves - whole) / distance
     dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
     segments.push[a, 0] += push * dx

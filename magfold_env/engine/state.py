@@ -188,7 +188,9 @@ class Nodes(NamedTuple):
 
     faces: IntArray  # charged faces a casing, (n,)
     face: IntArray  # and which, (n, 4)
-    x: Array  # nodes of charged faces in the world, (ranks, n, most nodes a casing) [m]
+    along: Array  # nodes of charged faces in their casing's frame, (ranks, n, most a casing) [m]
+    across: Array
+    x: Array  # and in the world
     y: Array
     q: Array  # their charges [A·m]
     half: Array  # half the height of what they stand for [m]

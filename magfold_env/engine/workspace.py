@@ -149,6 +149,8 @@ def new_nodes(magnets: Magnets, n: int) -> Nodes:
     return Nodes(
         faces=np.zeros(n, dtype=np.int64),
         face=np.zeros((n, 4), dtype=np.int64),
+        along=np.zeros(shape),
+        across=np.zeros(shape),
         x=np.zeros(shape),
         y=np.zeros(shape),
         q=np.zeros(shape),

@@ -22,7 +22,7 @@ from magfold_env.envs.baseline import (
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Scene
 
-PHYSICS_VERSION = "3"
+PHYSICS_VERSION = "4"
 """Changes whenever the same scene may fold differently, which makes older baselines void."""
 
 _log = logging.getLogger(__name__)

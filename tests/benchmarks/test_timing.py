@@ -9,7 +9,6 @@ from magfold_env.benchmarks.timing import (
     enough_repeats,
     ratio,
     spread_of,
-    take_one,
     take_turns,
 )
 
@@ -69,13 +68,6 @@ def test_work_is_repeated_until_its_call_costs_nothing():
 
     repeats = enough_repeats(work, 10.0, clock)
     assert 0.5 + 0.1 * repeats >= 10.0 > 0.5 + 0.1 * repeats / 2
-
-
-def test_long_work_is_done_once():
-    clock = Clock()
-    timing = take_one(clock.task("long", 30.0, preparation=2.0), clock)
-    assert clock.log == ["long"]
-    assert (timing.spread.low, timing.median, timing.spread.high) == (30.0, 30.0, 30.0)
 
 
 def test_spread_holds_median_and_quartiles():

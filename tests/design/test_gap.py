@@ -1,7 +1,5 @@
 """The exact gap design against brute force over all sequences and words."""
 
-from itertools import product
-
 import numpy as np
 import pytest
 
@@ -18,33 +16,10 @@ def scene_for(n: int, model: str) -> Scene:
     return scene_of(("NNNN",) * n, model)
 
 
-def face_couplings(n: int, model: str) -> tuple[list[str], np.ndarray]:
-    """Return all words and their forms (words, 4n, 4n), read off the reference energy.
-
-    A single pair of faces is what is left of four energies that differ in its signs.
-    """
-    magnets, side = (MODELS | STRENGTHS)[model], 0.0125
-    words = reference.words(n)
-    form = np.zeros((len(words), n, 4, n, 4))
-    for w, word in enumerate(words):
-        centres, headings = reference.centres_and_headings(word, side)
-        nodes = [
-            reference.nodes_of(c, h, "NNNN", side, magnets)
-            for c, h in zip(centres, headings, strict=True)
-        ]
-        for i, j in product(range(n), repeat=2):
-            for a, b in product(range(4), repeat=2) if i < j else ():
-                one, other = (
-                    tuple(np.split(values, 4)[face] for values in nodes[k])
-                    for k, face in ((i, a), (j, b))
-                )
-                form[w, i, a, j, b] = reference.interaction(one, other, magnets)
-    return words, form.reshape(len(words), 4 * n, 4 * n)
-
-
 def brute_force(n: int, model: str) -> dict[str, tuple[float, tuple[str, ...]]]:
     """Return the largest gap and the first sequence that has it for every word."""
-    words, form = face_couplings(n, model)
+    words = reference.words(n)
+    form = reference.forms(words, 0.0125, (MODELS | STRENGTHS)[model])
     numbers = np.arange(16**n)
     bits = (numbers[:, None] >> np.arange(4 * n - 1, -1, -1)) & 1
     sign = 1.0 - 2.0 * bits

@@ -105,6 +105,20 @@ def energy(sequence, word, side, magnets):
     return sum(interaction(a, b, magnets) for a, b in combinations(nodes, 2))
 
 
+def forms(words, side, magnets):
+    """Couplings of all faces (words, 4n, 4n) [J], upper triangles: a word's energy is sᵀ J s."""
+    n = len(words[0]) + 1
+    found = np.zeros((len(words), n, 4, n, 4))
+    for w, word in enumerate(words):
+        placed = zip(*centres_and_headings(word, side), strict=True)
+        nodes = [nodes_of(c, h, "NNNN", side, magnets) for c, h in placed]
+        faces = [list(zip(*(np.split(part, 4) for part in each), strict=True)) for each in nodes]
+        for i, j in combinations(range(n), 2):
+            for a, b in product(range(4), repeat=2):
+                found[w, i, a, j, b] = interaction(faces[i][a], faces[j][b], magnets)
+    return found.reshape(len(words), 4 * n, 4 * n)
+
+
 def own_energy(sequence, magnets):
     """Energy [J] of every pole face alone: every pair of its charges once."""
     mean = np.zeros(4)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.energy import minimise
+from magfold_env.energy import ground_state, minimise
 from magfold_env.energy.landscape import quadratic_forms, signs, word_energies
 from magfold_env.energy.lattice import all_words, from_words
 from magfold_env.scene import Scene
@@ -138,13 +138,17 @@ def test_no_stable_state_is_no_error_until_it_is_asked_for() -> None:
         _ = found.best
 
 
-def test_a_long_chain_can_only_be_searched_joint_by_joint() -> None:
-    scene = Scene(sequence=("NSNS", "SNNS") * 7, magnets=Magnets(nodes=2))
-    with pytest.raises(ValueError, match=r"'free' is not allowed for 14 .*at most 12"):
-        minimise(scene)
-    word = minimise(scene, "forward").best.word
-    assert len(word) == 13
-    assert not from_words([word]).overlapping()[0]
+def test_long_chains_are_searched_by_branch_and_bound() -> None:
+    scene = Scene(sequence=("NSNS", "SNNN") * 7, magnets=Magnets(nodes=2))
+    found = minimise(scene, top=3)
+    proved = ground_state(scene, top=3)
+    assert proved.proved
+    assert found.states == proved.states
+    assert len(found.states) == 3
+    for mode in ("forward", "backward"):
+        decided = minimise(scene, mode).best
+        assert not from_words([decided.word]).overlapping()[0]
+        assert decided.energy >= found.best.energy
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ class Cloud:
         self.charge -= self.charge.mean()
         self.height = height
 
-    def moments(self, turn=0.0, about=0.0):
+    def moments(self, turn=0.0, about=0j):
         return multipoles.moments(self.z * np.exp(1j * turn) - about, self.charge, self.height)
 
 
@@ -126,11 +126,13 @@ def test_derivatives_give_the_energy_the_force_and_the_torque_of_a_pair(seed):
     a, b = Cloud(rng), Cloud(rng)
     offset = 20 * SIZE * np.exp(1j * rng.uniform(-np.pi, np.pi))
     rows = np.array([a.moments(), b.moments()])
-    scratch, local = np.zeros((4, multipoles.PAIR_PARTS)), np.zeros((2, multipoles.PARTS))
-    place = offset.real, offset.imag
-    energy, fx, fy, torque = multipoles.expansion(5, rows, 0, 1, *place, scratch)
+    scratch, local, push = np.zeros((4, multipoles.PAIR_PARTS)), *np.zeros((2, 2, multipoles.PARTS))
+    x, y = np.array([offset.real, 0.0]), np.array([offset.imag, 0.0])
+    energy, fx, fy, torque = multipoles.expansion(5, rows, 0, 1, x[0], y[0], scratch)
+    found = multipoles.expand(5, rows, x, y, 0, 1, 1.0, local, push, scratch)
+    assert found == energy
+    np.testing.assert_array_equal(push[:, :2], [[fx, fy], [-fx, -fy]])
     for k in range(2):
-        multipoles.add_derivatives(5, local, k, k, *place, 1.0, scratch)
         assert product(rows[k], local[k]) == pytest.approx(energy, rel=1e-11)
     assert multipoles.torque_of(rows, local, 0) == pytest.approx(torque, rel=1e-10, abs=1e-18)
     # Derivatives up to octupoles leave out the force on the highest moments.

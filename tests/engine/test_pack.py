@@ -87,10 +87,8 @@ def test_forward_feed_is_packed_from_its_held_end():
 
 def test_charges_of_one_component_are_its_row_of_all():
     strength = [[0.1 * (4 * k + f + 1) for f in range(4)] for k in range(3)]
-    scene = Scene(
-        sequence=("NS-N", "NNSS", "-SNN"),
-        magnets={"remanence": strength, "width": (0.003, 0.004, 0.005, 0.006)},
-        mount="tube",
+    scene = Scene(sequence=("NS-N", "NNSS", "-SNN"), mount="tube").replace(
+        magnets={"remanence": strength, "width": (0.003, 0.004, 0.005, 0.006)}
     )
     for direction in ("forward", "backward"):
         fed = scene.replace(feed={"direction": direction})
@@ -101,7 +99,7 @@ def test_charges_of_one_component_are_its_row_of_all():
 
 def test_faces_of_a_turned_casing_keep_their_sizes():
     sizes = {"width": (0.003, 0.004, 0.005, 0.006), "inset": (0.0002, 0.0004, 0.0006, 0.0008)}
-    scene = Scene(sequence=("NSSN", "NNNN"), magnets=sizes, mount="tube")
+    scene = Scene(sequence=("NSSN", "NNNN"), mount="tube").replace(magnets=sizes)
     backward, forward = (
         pack_magnets(scene.replace(feed={"direction": direction}))
         for direction in ("backward", "forward")

@@ -123,7 +123,7 @@ def test_forces_are_the_gradient_of_the_energy(shape, bound):
     for _ in range(6):
         turn = rng.normal(size=n)
         slope = -reference.derivative(lambda t, d=turn: chain.energy(headings + t * d), 3e-6)
-        assert found @ turn == pytest.approx(slope, abs=2e-8 * np.linalg.norm(found))
+        assert found @ turn == pytest.approx(slope, abs=2e-8 * float(np.linalg.norm(found)))
 
 
 @pytest.mark.laws

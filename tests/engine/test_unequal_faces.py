@@ -9,7 +9,6 @@ from magfold_env.benchmarks.magnets import reference as exact
 from magfold_env.benchmarks.magnets.poses import folded, random_pair, unfolded
 from magfold_env.engine.pack import pack
 from magfold_env.scene import Scene
-from magfold_env.scene_parts import Magnets
 from magfold_env.shapes import centres
 from tests.engine import reference
 from tests.engine.test_chain_magnets import Chain, open_joints
@@ -34,7 +33,7 @@ def scene_of(rng, n, shape, bound=1e-3):
     sequence = tuple("".join(rng.choice(list("NS-"), 4, p=[0.4, 0.4, 0.2])) for _ in range(n))
     if all(faces == "----" for faces in sequence):
         sequence = ("N---", *sequence[1:])
-    return Scene(sequence=sequence, magnets={"accuracy": bound, **SHAPES[shape]})
+    return Scene(sequence=sequence).replace(magnets={"accuracy": bound, **SHAPES[shape]})
 
 
 def error(scene, found, wanted):
@@ -121,7 +120,7 @@ def test_four_equal_lengths_are_one_length():
     four = {"width": 4 * (0.006,), "height": 4 * (0.006,), "inset": 4 * (0.0005,)}
     pose = scatter(rng, 3, 0.001)
     one, other = (
-        Casings(Scene(sequence=sequence, magnets=Magnets(**given))).forces(*pose)
+        Casings(Scene(sequence=sequence).replace(magnets=given)).forces(*pose)
         for given in ({}, four)
     )
     np.testing.assert_array_equal(one[0], other[0])

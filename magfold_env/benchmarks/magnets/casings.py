@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.kernels import Loads, sum_forces
 from magfold_env.benchmarks.timing import enough_repeats
-from magfold_env.engine.pack import charges, pack_magnets
+from magfold_env.engine.pack import charges, quadrature_of
+from magfold_env.engine.quadrature import Rule, choose_rule
 from magfold_env.engine.state import Array, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.scene import Scene
@@ -37,6 +39,12 @@ class Sample:
         """Number of states."""
         return len(self.scenes)
 
+    @property
+    def first(self) -> Sample:
+        """The first state alone."""
+        arrays = self.places, self.headings, self.force, self.torque
+        return Sample(self.scenes[:1], *(each[:1] for each in arrays))
+
     def errors(self, loads: Loads) -> Array:
         """Largest error in every state (states,), in forces between two flush opposite faces.
 
@@ -60,20 +68,38 @@ def sample_of(scenes: Sequence[Scene], poses: Sequence[tuple[Array, Array]]) -> 
 
 
 class Sums:
-    """The engine's sums over the nodes of one kind of magnets, in all states of a sample."""
+    """The engine's sums over the nodes of one kind of magnets, in all states of a sample.
 
-    def __init__(self, sample: Sample, magnets: Magnets) -> None:
+    Parameters
+    ----------
+    sample
+        The states.
+    magnets
+        Put in place of the scenes' own.
+    rule
+        How they are summed; None takes what the engine chooses for these magnets.
+    """
+
+    def __init__(self, sample: Sample, magnets: Magnets, rule: Rule | None = None) -> None:
         states, n = sample.headings.shape
-        self._magnets = pack_magnets(sample.scenes[0].replace(magnets=magnets))
+        casing = sample.scenes[0].casing
+        self._magnets = quadrature_of(casing, magnets, rule or choose_rule(magnets))
         self._charge = np.array([charges(scene) for scene in sample.scenes])
         self._poses = pose_of(sample.places, sample.headings)
         self._nodes = new_nodes(self._magnets, n)
         self._out = new_loads(states, n)
-        self._times = enough_repeats(self._evaluate)
-        self.evaluations = self._times * states
+
+    @cached_property
+    def _times(self) -> int:
+        return enough_repeats(self._evaluate)
+
+    @property
+    def evaluations(self) -> int:
+        """How many states `work` evaluates."""
+        return self._times * len(self._charge)
 
     def work(self) -> None:
-        """Evaluate all states, `evaluations` times in all."""
+        """Evaluate all states, as often as makes the call cost nothing."""
         self._evaluate(self._times)
 
     def loads(self) -> Loads:

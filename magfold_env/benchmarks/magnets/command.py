@@ -6,13 +6,24 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from magfold_env.benchmarks import runner
-from magfold_env.benchmarks.magnets import accuracy, figures, fold, peers, points, scaling
+from magfold_env.benchmarks.magnets import (
+    accuracy,
+    devices,
+    far,
+    figures,
+    fold,
+    peers,
+    points,
+    scaling,
+)
 from magfold_env.benchmarks.runner import Runner
 
 PARTS: dict[str, Runner] = {
     "accuracy": accuracy.run,
     "points": points.run,
+    "far": far.run,
     "scaling": scaling.run,
+    "devices": devices.run,
     "fold": fold.run,
     "peers": peers.run,
 }

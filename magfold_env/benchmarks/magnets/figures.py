@@ -6,6 +6,8 @@ from typing import Any
 
 from magfold_env.benchmarks.drawing import COLOURS, INK, MARKERS, Drawing, numbers, panels
 from magfold_env.benchmarks.magnets.accuracy import BOUND, NODES, POINTS
+from magfold_env.benchmarks.magnets.devices import DEFAULT
+from magfold_env.benchmarks.magnets.far import NONE, ORDERS
 from magfold_env.benchmarks.magnets.fold import ASKED
 from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB
 from magfold_env.benchmarks.magnets.peers import DYNAMICS, SUMS
@@ -132,6 +134,77 @@ def draw_scaling(rows: list[Row]) -> Any:
     return figure
 
 
+def draw_far(rows: list[Row]) -> Any:
+    """Error of the far field against time, a panel a chain; radii are written at the points.
+
+    Times are those with the nodes of the middle bound.
+    """
+    chains = list(dict.fromkeys((int(row["n"]), str(row["shape"])) for row in rows))
+    bounds = sorted({float(row["nodes of accuracy"]) for row in rows})
+    bound = bounds[len(bounds) // 2]
+    figure, axes = panels(
+        len(chains),
+        f"Far field: its error against time, with the nodes of accuracy {bound:g}",
+        4.2,
+        4.4,
+        shared=False,
+    )
+    for axis, (n, shape) in zip(axes, chains, strict=True):
+        here = [
+            r for r in rows if (r["n"], r["shape"], r["nodes of accuracy"]) == (n, shape, bound)
+        ]
+        for k, (order, name) in enumerate(ORDERS.items()):
+            mine = [row for row in here if row["order"] == order]
+            axis.loglog(
+                numbers(mine, "time [µs]"),
+                numbers(mine, "error").clip(min=SMALLEST),
+                color=COLOURS[k + 1],
+                marker=MARKERS[k],
+                markersize=5,
+                label=name,
+            )
+            for row in mine:
+                axis.annotate(
+                    f"{float(row['radius [diagonals]']):g}",
+                    (float(row["time [µs]"]), max(float(row["error"]), SMALLEST)),
+                    (5, 4),
+                    textcoords="offset points",
+                    fontsize=7,
+                    color=COLOURS[k + 1],
+                )
+        without = next(float(row["time [µs]"]) for row in here if row["order"] == NONE)
+        axis.axvline(without, color=INK, linewidth=1.0, linestyle="--", label="without a far field")
+        axis.set_title(f"n = {n}, {shape}", fontsize=11)
+        axis.set_xlabel("time of an evaluation [µs]")
+    axes[0].set_ylabel(f"worst error /\n{FLUSH}", fontsize=9)
+    lines, labels = axes[0].get_legend_handles_labels()
+    figure.legend(
+        lines, labels, fontsize=9, frameon=False, loc="outside lower center", ncols=len(labels)
+    )
+    return figure
+
+
+def draw_devices(rows: list[Row]) -> Any:
+    """Bars of the time over the default chain's, feature by feature, a colour a chain."""
+    chains = list(dict.fromkeys((int(row["n"]), str(row["shape"])) for row in rows))
+    names = [name for name in dict.fromkeys(str(row["feature"]) for row in rows) if name != DEFAULT]
+    figure, axes = panels(1, "Magnets in the dynamics: time over the default chain's", 9.0, 5.0)
+    axis = axes[0]
+    height = 0.8 / len(chains)
+    for k, (n, shape) in enumerate(chains):
+        mine = [r for r in rows if (r["n"], r["shape"]) == (n, shape) and r["feature"] != DEFAULT]
+        place = [names.index(str(row["feature"])) + (k + 0.5) * height - 0.4 for row in mine]
+        shares = numbers(mine, "time / default")
+        axis.barh(place, shares, 0.9 * height, color=COLOURS[k + 1], label=f"n = {n}, {shape}")
+    axis.axvline(1.0, color=INK, linewidth=1.0, linestyle="--")
+    axis.set_yticks(range(len(names)), names, fontsize=9)
+    axis.invert_yaxis()
+    axis.grid(visible=False, axis="y")
+    axis.set_xlabel("time / time of the default chain")
+    axis.legend(fontsize=9, frameon=False, loc="lower right")
+    return figure
+
+
 def draw_fold(rows: list[Row]) -> Any:
     """Bars of the average time by fold and accuracy; ticks stand for all pairs summed."""
     figure, axes = panels(1, "Magnets of a chain of six: average over a fold", 8.0, 4.6)
@@ -182,7 +255,9 @@ def draw_peers(rows: list[Row]) -> Any:
 DRAWINGS: dict[str, Drawing] = {
     "accuracy": draw_accuracy,
     "points": draw_points,
+    "far": draw_far,
     "scaling": draw_scaling,
+    "devices": draw_devices,
     "fold": draw_fold,
     "peers": draw_peers,
 }

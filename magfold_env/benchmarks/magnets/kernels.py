@@ -12,6 +12,7 @@ from magfold_env.engine.chain_magnets import add_chain_forces
 from magfold_env.engine.jit import allocating_kernel
 from magfold_env.engine.magnets import add_forces
 from magfold_env.engine.near_faces import level_pair
+from magfold_env.engine.outer_field import add_field
 from magfold_env.engine.state import Array, IntArray, Magnets, Model, Nodes, Pose, Rigid
 
 
@@ -58,16 +59,25 @@ def sum_forces(
 def chain_forces(
     times: int, model: Model, states: States, nodes: Nodes, rigid: Rigid, out: Loads
 ) -> None:
-    """Do ``times`` times what the dynamics do, look-ups and all, at states of one chain."""
+    """Do ``times`` times what the dynamics do, look-ups and all, at states of one chain.
+
+    A field from outside acts where the scene has one.
+    """
     poses = states.poses
     for _ in range(times):
         for k in range(states.first.size):
             clear(k, out)
+            if not model.magnetic:
+                continue
             pose = Pose(poses.cos[k], poses.sin[k], poses.x[k], poses.y[k])
             add_chain_forces(
                 states.first[k], states.lo[k], model, states.q[k], pose, nodes, rigid,
                 out.fx[k], out.fy[k], out.torque[k],
             )  # fmt: skip
+            if model.field.present:
+                add_field(
+                    states.lo[k], model, pose, nodes, out.fx[k], out.fy[k], out.torque[k]
+                )  # fmt: skip
 
 
 @allocating_kernel

@@ -1,0 +1,1 @@
+"""Measure the predictors by energy: what they cost, and how often they agree."""

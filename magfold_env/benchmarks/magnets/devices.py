@@ -1,0 +1,151 @@
+"""What features of real devices cost, and that those a scene does not have cost nothing.
+
+Each is put into the default chain, four equal magnets in every component, one at a time. Times are
+of what the dynamics do at one evaluation, in turns with the default chain, which takes part twice
+to show the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from magfold_env.benchmarks.magnets.chains import Chain, pinned_states
+from magfold_env.benchmarks.magnets.poses import random_scene
+from magfold_env.benchmarks.magnets.scaling import AT_STOPS, FOLDED, UNFOLDED, shapes
+from magfold_env.benchmarks.part import Part, Progress, Row, Table
+from magfold_env.benchmarks.timing import Timing, ratio, take_turns
+from magfold_env.scene import Scene
+
+NAME = "devices"
+LENGTHS, QUICK_LENGTHS = (6, 60), (6,)
+DEFAULT, AGAIN = "default chain", "default chain again"
+STOPS = "all joints at stops"
+COSTLY = ("unequal heights", "unequal sizes", "an even field", "a fixed magnet")  # may take longer
+NOISE = 1.05  # a ratio that counts as 1
+EMPTY = "-"
+FIXED = {
+    "position": (0.03, -0.04),
+    "heading": 0.7,
+    "width": 0.02,
+    "height": 0.02,
+    "thickness": 0.01,
+}
+SEED = 13
+
+
+def run(quick: bool, progress: Progress) -> Part:
+    """Measure every feature on unfolded and folded chains."""
+    lengths, rounds = (QUICK_LENGTHS, 2) if quick else (LENGTHS, 9)
+    part = Part(NAME, [])
+    cases = [(n, shape) for n in lengths for shape in (UNFOLDED, FOLDED)]
+    for k, (n, shape) in enumerate(cases):
+
+        def tick(share: float, k: int = k, what: str = f"n = {n}, {shape}") -> None:
+            progress((k + share) / len(cases), what)
+
+        tick(0.0)
+        part.rows.extend(_measure(n, shape, rounds, tick))
+    part.tables.extend(_table(n, part.rows) for n in lengths)
+    part.findings.extend(_findings(part.rows))
+    return part
+
+
+def features(n: int) -> dict[str, Scene]:
+    """Return the default chain of n components, and with one feature each, by their names."""
+    rng = np.random.default_rng(SEED)
+    scene = random_scene(rng, n).replace(friction=0.0)
+    faces = np.array([list(letters) for letters in scene.sequence])
+    gaps = rng.permuted(np.tile(np.arange(4), (n, 1)), axis=1)  # the faces, in any order
+
+    def without(count: int, every: int = 1) -> Scene:
+        """Leave out so many faces of every so many-th component."""
+        left = faces.copy()
+        for i in range(0, n, every):
+            left[i, gaps[i, :count]] = EMPTY
+        return scene.replace(sequence=tuple("".join(letters) for letters in left))
+
+    heights = (0.004, 0.005, 0.006, 0.007)
+    sizes = {
+        "height": heights,
+        "width": (0.006, 0.005, 0.004, 0.005),
+        "thickness": (0.002, 0.0025, 0.0015, 0.002),
+        "inset": (0.0005, 0.0006, 0.0008, 0.0005),
+    }
+    strengths = rng.uniform(0.3, 0.9, (n, 4)).tolist()
+    return {
+        DEFAULT: scene,
+        AGAIN: scene,
+        "one face in four empty": without(1),
+        "two faces in four empty": without(2),
+        "every other component without magnets": without(4, 2),
+        "no component with magnets": without(4),
+        "no magnets in the scene": scene.replace(magnets=None),
+        "unequal strengths": scene.replace(magnets={"remanence": strengths}),
+        "unequal heights": scene.replace(magnets={"height": heights}),
+        "unequal sizes": scene.replace(magnets=sizes),
+        "an even field": scene.replace(field={"uniform": (0.01, 0.02)}),
+        "a fixed magnet": scene.replace(field={"magnet": FIXED}),
+    }
+
+
+def _measure(n: int, shape: str, rounds: int, tick: Callable[[float], None]) -> list[Row]:
+    """Rows of all features in one shape; joints at their stops belong to the folded one."""
+    scenes, headings = features(n), shapes(n)
+    side = scenes[DEFAULT].casing.side
+    states = pinned_states([headings[shape]], side)
+    chains = {name: Chain(scene, states) for name, scene in scenes.items()}
+    if shape == FOLDED:
+        chains[STOPS] = Chain(scenes[DEFAULT], pinned_states([headings[AT_STOPS]], side))
+    taken = take_turns({name: chain.task() for name, chain in chains.items()}, rounds, tick=tick)
+    times = {name: Timing(taken[name].samples / chains[name].evaluations) for name in chains}
+    rows: list[Row] = []
+    for name in chains:
+        spread, share = times[name].spread, ratio(times[name], times[DEFAULT])
+        rows.append(
+            {
+                "n": n,
+                "shape": shape,
+                "feature": name,
+                "time [µs]": 1e6 * spread.median,
+                "lower quartile [µs]": 1e6 * spread.low,
+                "upper quartile [µs]": 1e6 * spread.high,
+                "time / default": share.median,
+                "time / default, lower quartile": share.low,
+                "time / default, upper quartile": share.high,
+            }
+        )
+    return rows
+
+
+def _table(n: int, rows: list[Row]) -> Table:
+    """Return times and ratios of one length, a row a feature and two columns a shape."""
+    lines: dict[str, Row] = {}
+    for row in rows:
+        if row["n"] == n:
+            line = lines.setdefault(str(row["feature"]), {"feature": row["feature"]})
+            for key in ("time [µs]", "time / default"):
+                line[f"{row['shape']}: {key}"] = row[key]
+    # Not every feature is in both shapes.
+    shown: list[Row] = [
+        {key: line.get(key, "") for key in lines[DEFAULT]} for line in lines.values()
+    ]
+    return Table(f"Magnets of {n} components in the dynamics, feature by feature", shown)
+
+
+def _findings(rows: list[Row]) -> list[str]:
+    """Say what each feature costs, and whether those that leave less to do take no longer."""
+    found: list[str] = []
+    for name in dict.fromkeys(str(row["feature"]) for row in rows):
+        if name == DEFAULT:
+            continue
+        shares = [float(row["time / default"]) for row in rows if row["feature"] == name]
+        asked = ""
+        if name not in COSTLY:
+            verdict = "holds" if max(shares) <= NOISE else "FAILS"
+            asked = f"; at most 1 is asked for, to within {NOISE - 1.0:.0%}: {verdict}"
+        found.append(
+            f"{name}: {min(shares):.2g} to {max(shares):.2g} times as long as the default{asked}"
+        )
+    return found

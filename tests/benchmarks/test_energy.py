@@ -1,0 +1,38 @@
+"""The energy benchmark: its parts, its report, and the time its searches may take."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from magfold_env import cli
+from magfold_env.benchmarks.energy import ground_states, scan
+from magfold_env.benchmarks.energy.command import PARTS
+
+
+@pytest.mark.parametrize("name", [*PARTS])
+def test_every_part_runs_and_is_written(name: str, tmp_path: Path) -> None:
+    arguments = ["bench", "energy", "--quick", "--only", name, "--out", str(tmp_path)]
+    result = CliRunner().invoke(cli.app, arguments)
+    assert result.exit_code == 0, result.stderr
+    data = json.loads((tmp_path / "energy.json").read_text(encoding="utf-8"))
+    assert data["parts"][name]["rows"]
+    assert {path.name for path in tmp_path.iterdir()} == {"energy.json", f"{name}.csv"}
+
+
+def test_an_unknown_part_is_named() -> None:
+    wrong = CliRunner().invoke(cli.app, ["bench", "energy", "--only", "rest"])
+    assert wrong.exit_code == 2
+    assert "must be one of scan, ground-states, predictors" in wrong.stderr
+
+
+def silent(_share: float, _what: str) -> None:
+    pass
+
+
+@pytest.mark.bench
+def test_scans_and_proofs_keep_within_their_time() -> None:
+    findings = [*scan.run(False, silent).findings, *ground_states.run(False, silent).findings]
+    assert findings
+    assert not [finding for finding in findings if "NOT within" in finding]
