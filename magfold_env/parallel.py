@@ -38,8 +38,8 @@ class Workers:
         How many work at a time; None takes all cores, or a cluster's CPUs.
     backend : {"threads", "processes", "ray"} or None
         Threads of this process, processes of this machine, or a Ray cluster. None takes processes
-        where more than four work on many tasks, else threads: outside the kernels, which is a
-        fifth of a release, threads wait for each other; but processes take seconds to start.
+        where more than four work on many tasks, else threads: outside the kernels, a quarter of a
+        short release, threads wait for each other; but processes take seconds to start.
     address : str or None
         Of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts one here.
 
