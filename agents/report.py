@@ -11,8 +11,8 @@ from rich.table import Table
 
 from agents.episodes import Outcome
 from agents.settings import EnvSettings
-from agents.statistics import Share, share
 from magfold_env.files import write_text
+from magfold_env.statistics import Share, share
 
 Results = Mapping[str, Sequence[Outcome]]
 """The outcomes of every policy, by its name."""

@@ -1,6 +1,7 @@
 """Self-folding chains of magnets: simulation, prediction by energy, and learning."""
 
 from magfold_env.energy import Landscape, descend, ground_state, minimise, sequence_of
+from magfold_env.ensembles import Ensemble, ensemble
 from magfold_env.envs import register_envs
 from magfold_env.errors import SceneError
 from magfold_env.fold import Fold, FoldStatus, Trajectory
@@ -24,6 +25,7 @@ from magfold_env.simulate_batch import simulate_batch
 
 __all__ = [
     "Casing",
+    "Ensemble",
     "Feed",
     "Field",
     "FixedMagnet",
@@ -40,6 +42,7 @@ __all__ = [
     "accelerations",
     "descend",
     "energy",
+    "ensemble",
     "forces",
     "ground_state",
     "load_scene",

@@ -1,4 +1,4 @@
-"""The `magfold` command: simulate a fold, rank its energies, list the shipped scenes, measure."""
+"""The `magfold` command: simulate folds, rank their energies, list the shipped scenes, measure."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ from magfold_env.energy import Minimum, minimise
 from magfold_env.energy.result import Among, Mode
 from magfold_env.files import write_text
 from magfold_env.fold import Fold, FoldStatus
+from magfold_env.parallel import Backend, Workers
+from magfold_env.plotting import figure_class
 from magfold_env.scene import Scene
 from magfold_env.scene_io import load_scene, scene_names
 from magfold_env.simulate import simulate
@@ -122,6 +124,51 @@ def minimise_command(
     _say_written(png, json)
 
 
+@app.command(name="ensemble")
+def ensemble_command(  # noqa: PLR0913 - one parameter an option
+    scene: SceneName,
+    *,
+    runs: Annotated[int, typer.Option(help="How many releases.")] = 1000,
+    seed: Annotated[int, typer.Option(help="Seed of all draws.")] = 0,
+    mode: Annotated[
+        str | None, typer.Option(help="free, forward or backward, in place of the scene's.")
+    ] = None,
+    speed: Annotated[float | None, typer.Option(help="Feed speed [m/s].")] = None,
+    friction: Annotated[float | None, typer.Option(help="Friction coefficient.")] = None,
+    spread: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME=WIDTH: start_angles [rad], or one of the scene's spreads."),
+    ] = None,
+    workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores if left out.")] = (
+        None
+    ),
+    backend: Annotated[
+        str | None, typer.Option(help="threads, processes or ray; what suits if left out.")
+    ] = None,
+    address: Annotated[str | None, typer.Option(help="Address of a Ray cluster.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for JSON, CSV and PNG files; a killed command goes on in it."),
+    ] = None,
+    png: Png = None,
+) -> None:
+    """Release a chain many times and show the probability of every word and status."""
+    from magfold_env import cli_ensemble  # noqa: PLC0415 - for this command only
+
+    with _errors_in_one_line():
+        _check_outputs({"--png": png})
+        if out is not None or png is not None:
+            _need_render()
+            figure_class()
+        changed = cli_ensemble.changed_scene(
+            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread or []
+        )
+        team = Workers(workers, cast("Backend | None", backend), address)
+        made = cli_ensemble.make(changed, runs, seed, team, out)
+        cli_ensemble.show(made)
+        _say_written(*cli_ensemble.write(made, out, png))
+
+
 @app.command()
 def scenes() -> None:
     """List the shipped scenes."""
@@ -185,6 +232,23 @@ def energy(
         command.run(only or [], quick, out)
 
 
+@bench.command()
+def predict(
+    *,
+    quick: Quick = False,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="A part: experiment, predictors, scaling; may repeat."),
+    ] = None,
+    out: Out = None,
+) -> None:
+    """Repeat the paper's experiment, and count how often each predictor names its result."""
+    from magfold_env.benchmarks.predict import command  # noqa: PLC0415 - much to import
+
+    with _errors_in_one_line():
+        command.run(only or [], quick, out)
+
+
 def _feeds(scene: Scene) -> list[Minimum]:
     """Return the component-by-component searches that reach an end."""
     found: list[Minimum] = []
@@ -235,7 +299,7 @@ def _errors_in_one_line() -> Generator[None]:
     """Tell what the user got wrong on one line of stderr and end with exit code 2."""
     try:
         yield
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, ImportError) as error:
         message = "; ".join(str(error).splitlines())
         typer.echo(f"error: {message}", err=True)
         raise typer.Exit(2) from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import tempfile
 from collections.abc import Generator
@@ -17,6 +18,20 @@ def configs_dir() -> Path:
     package = Path(__file__).resolve().parent
     inside = package / "configs"
     return inside if inside.is_dir() else package.parent / "configs"
+
+
+def physics_digest() -> str:
+    """Return a hash of the sources on which it depends how a scene folds.
+
+    Results that were kept are those of today's physics only if it is the same.
+    """
+    package = Path(__file__).resolve().parent
+    digest = hashlib.sha256()
+    for pattern in ("engine/*.py", "scene*.py", "shapes.py", "simulate.py"):
+        for path in sorted(package.glob(pattern)):
+            digest.update(path.name.encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 @contextmanager

@@ -225,7 +225,9 @@ class Scene(Part):
 
         The draws are, in this order and always all of them, so that switching one spread on
         leaves the others' values as they were: friction (1), mass (n), remanence (1), feed
-        speed (1), start angles (n-1), each even over its width. A concrete scene draws nothing.
+        speed (1), start angles (n-1), each even over its width. Where the feed jitters or magnets
+        differ one by one, their draws follow: feed jitter (n), magnets (4n), component by
+        component. A concrete scene draws nothing.
 
         Parameters
         ----------
@@ -238,18 +240,24 @@ class Scene(Part):
         unit = 2.0 * rng.random(2 * n + 2) - 1.0
         friction = 1.0 + spreads.friction * unit[0]
         masses = 1.0 + spreads.mass * unit[1 : n + 1]
-        strength = 1.0 + spreads.remanence * unit[n + 1]
-        speed = 1.0 + spreads.feed_speed * unit[n + 2]
+        strength = np.asarray(1.0 + spreads.remanence * unit[n + 1])
+        speed = np.asarray(1.0 + spreads.feed_speed * unit[n + 2])
+        if spreads.feed_jitter > 0.0 or spreads.magnet > 0.0:
+            each = 2.0 * rng.random((5, n)) - 1.0
+            if spreads.feed_jitter > 0.0:
+                speed = speed * (1.0 + spreads.feed_jitter * each[0])
+            if spreads.magnet > 0.0:
+                strength = strength * (1.0 + spreads.magnet * each[1:].reshape(n, 4))
         changes: dict[str, Any] = {"friction": self.friction * friction, "spreads": Spreads()}
         if spreads.mass > 0.0:
             casing: dict[str, Any] = {"mass": self.masses * masses}
             if self.casing.inertia is not None:
                 casing["inertia"] = self.inertias * masses
             changes["casing"] = casing
-        if self.magnets is not None and spreads.remanence > 0.0:
+        if self.magnets is not None and max(spreads.remanence, spreads.magnet) > 0.0:
             name = self.magnets.strength_name
             changes["magnets"] = {name: np.asarray(getattr(self.magnets, name)) * strength}
-        if spreads.feed_speed > 0.0:
+        if max(spreads.feed_speed, spreads.feed_jitter) > 0.0:
             changes["feed"] = {"speed": plain(np.asarray(self.feed.speed) * speed)}
         if self.start_angles is None:
             changes["start_angles"] = self.start_angle_spread * unit[n + 3 :] + 0.0  # no -0.0

@@ -97,11 +97,15 @@ class Spreads(Part):
     """Of the strength of the chain's magnets, one factor a scene."""
     feed_speed: Fraction = 0.0
     """Of the feed speeds, one factor a scene."""
+    feed_jitter: Fraction = 0.0
+    """Of the speed each component leaves at, one factor a component."""
+    magnet: Fraction = 0.0
+    """Of the strength of each of the chain's magnets, one factor a magnet."""
 
     @property
     def any(self) -> bool:
         """Whether there is something to draw."""
-        return max(self.friction, self.mass, self.remanence, self.feed_speed) > 0.0
+        return any(getattr(self, name) > 0.0 for name in type(self).model_fields)
 
 
 class Solver(Part):

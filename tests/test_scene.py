@@ -298,6 +298,7 @@ def test_arrays_of_the_bodies(scene: mf.Scene) -> None:
 
 
 SPREADS = {"friction": 0.2, "mass": 0.1, "remanence": 0.05, "feed_speed": 0.3}
+EACH = {"feed_jitter": 0.2, "magnet": 0.1}
 
 
 def test_a_draw_leaves_nothing_to_draw(scene: mf.Scene) -> None:
@@ -332,6 +333,42 @@ def test_switching_a_spread_on_leaves_the_other_draws_alone(scene: mf.Scene) -> 
     assert few == many.replace(
         friction=few.friction, casing={"mass": 0.0037}, magnets=few.magnets, feed=few.feed
     )
+
+
+def test_speeds_and_magnets_are_drawn_one_by_one_after_all_else(scene: mf.Scene) -> None:
+    few, many = (
+        scene.replace(spreads=spreads).draw(np.random.default_rng(7))
+        for spreads in (SPREADS, SPREADS | EACH)
+    )
+    assert many.is_concrete
+    assert many.magnets is not None
+    assert few.magnets is not None
+    # The draws that are older stay, in value and in number where nothing is drawn one by one.
+    assert few == many.replace(magnets=few.magnets, feed=few.feed)
+    speeds = many.speeds / few.speeds - 1
+    strengths = many.magnets.charges(3) / few.magnets.charges(3) - 1
+    unit = 2 * np.random.default_rng(7).random(2 * 3 + 2 + 5 * 3)[2 * 3 + 2 :] - 1
+    np.testing.assert_allclose(speeds, 0.2 * unit[:3], atol=1e-12)
+    np.testing.assert_allclose(strengths.ravel(), 0.1 * unit[3:], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["feed_jitter", "magnet"])
+def test_jitter_and_magnets_are_drawn_apart(scene: mf.Scene, name: str) -> None:
+    both, one = (
+        scene.replace(spreads=spreads).draw(np.random.default_rng(8))
+        for spreads in (EACH, {name: EACH[name]})
+    )
+    if name == "magnet":
+        assert one == both.replace(feed=scene.feed)
+    else:
+        assert one == both.replace(magnets=scene.magnets)
+
+
+def test_a_draw_without_them_takes_no_more_numbers_than_ever(scene: mf.Scene) -> None:
+    rng, twin = np.random.default_rng(9), np.random.default_rng(9)
+    scene.replace(spreads=SPREADS).draw(rng)
+    twin.random(2 * 3 + 2)
+    assert rng.bit_generator.state == twin.bit_generator.state
 
 
 def test_given_angles_stay_and_given_inertias_follow_the_masses(scene: mf.Scene) -> None:

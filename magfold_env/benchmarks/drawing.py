@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,31 +9,24 @@ from typing import Any
 import numpy as np
 
 from magfold_env.benchmarks.part import Part, Row
-from magfold_env.files import replacing
+from magfold_env.plotting import COLOURS, GRID, INK, figure_class, save_figure
 
-DPI = 130
-INK, GRID = "#26292e", "#d9dce0"
-# Okabe and Ito's colours, which all kinds of sight tell apart.
-COLOURS = ("#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+__all__ = [
+    "COLOURS",
+    "GRID",
+    "INK",
+    "MARKERS",
+    "Drawing",
+    "draw",
+    "figure_class",
+    "numbers",
+    "panels",
+]
+
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 Drawing = Callable[[list[Row]], Any]
 """Turns the rows of a part into a matplotlib figure."""
-
-
-def figure_class() -> Any:
-    """Return matplotlib's figure class, which needs no display.
-
-    Raises
-    ------
-    ImportError
-        If matplotlib is not installed.
-    """
-    try:
-        return importlib.import_module("matplotlib.figure").Figure
-    except ImportError as error:
-        msg = "diagrams need matplotlib: install the extra, pip install 'magfold_env[render]'"
-        raise ImportError(msg) from error
 
 
 def draw(part: Part, drawings: Mapping[str, Drawing], folder: Path) -> list[Path]:
@@ -43,9 +35,7 @@ def draw(part: Part, drawings: Mapping[str, Drawing], folder: Path) -> list[Path
     if drawing is None or not part.rows:
         return []
     path = folder / f"{part.name}.png"
-    figure = drawing(part.rows)
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=DPI, facecolor="white")
+    save_figure(drawing(part.rows), path)
     return [path]
 
 

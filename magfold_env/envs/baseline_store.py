@@ -72,6 +72,9 @@ def baseline_key(scene: Scene) -> str:
     del content["sequence"], content["feed"]["speed"]
     if not (scene.field and scene.field.any):
         del content["field"]  # one that does not act is none
+    for name in ("feed_jitter", "magnet"):
+        if not content["spreads"][name]:
+            del content["spreads"][name]  # so that older baselines stay known
     content |= {
         "components": scene.n,
         "physics": PHYSICS_VERSION,

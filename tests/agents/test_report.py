@@ -8,7 +8,7 @@ from rich.console import Console
 from agents.episodes import Outcome
 from agents.report import results_table, write_results
 from agents.settings import EnvSettings
-from agents.statistics import share
+from magfold_env.statistics import share
 
 
 def outcome(target: str, success: bool) -> Outcome:

@@ -10,7 +10,6 @@ from scipy.optimize import nnls
 
 from magfold_env.benchmarks.dynamics_laws import agreement, mechanics, overlap, projection
 from magfold_env.benchmarks.dynamics_laws import random_scenes as scenes
-from magfold_env.benchmarks.dynamics_laws.intervals import wilson
 from magfold_env.energy.contacts import conflicts
 from magfold_env.energy.lattice import from_words
 from magfold_env.scene import Scene
@@ -136,15 +135,6 @@ def test_projections_agree_with_another_solver(seed):
     change = cone @ nnls(cone, -lower.T @ before)[0]
     expected = before + np.linalg.solve(lower.T, change)
     np.testing.assert_allclose(after.astype(float), expected, rtol=0, atol=1e-9)
-
-
-def test_wilson_interval():
-    # All of n: the lower end is n / (n + z²).
-    assert wilson(10, 10, 2.0) == pytest.approx((10 / 14, 1.0))
-    assert wilson(0, 10, 2.0) == pytest.approx((0.0, 4 / 14))
-    low, high = wilson(50, 100)
-    assert low + high == pytest.approx(1.0)
-    assert wilson(0, 0) == (0.0, 1.0)
 
 
 def test_a_killed_run_goes_on(tmp_path):

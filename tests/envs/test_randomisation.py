@@ -33,6 +33,15 @@ def test_nominal_spreads_have_the_stated_widths() -> None:
         assert values.max() > 0.9 * width
 
 
+@pytest.mark.parametrize("randomisation", ["none", "nominal"])
+def test_spreads_of_the_scene_are_replaced(randomisation: str) -> None:
+    plain, wide = (
+        randomised(load_scene("tube-feed").replace(spreads=spreads), randomisation)  # pyright: ignore[reportArgumentType]
+        for spreads in ({}, {"mass": 0.1, "feed_jitter": 0.1, "magnet": 0.1})
+    )
+    assert plain == wide
+
+
 def test_scene_leaves_the_scene_alone() -> None:
     scene = load_scene("tube-feed").replace(spreads={"mass": 0.2})
     assert randomised(scene, "scene") == scene

@@ -22,11 +22,11 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from magfold_env.benchmarks.dynamics_laws.intervals import wilson
 from magfold_env.benchmarks.dynamics_laws.outcomes import Outcome, moved_starts, reference_of
 from magfold_env.benchmarks.dynamics_laws.random_scenes import is_designed, random_scene
 from magfold_env.engine.jit import source_fingerprint
 from magfold_env.scene_io import save_scene
+from magfold_env.statistics import share
 
 Row = dict[str, Any]
 
@@ -116,10 +116,12 @@ def summary(rows: Sequence[Row]) -> Table:
     for name, group in groups.items():
         count = Counter(row["verdict"] for row in group)
         judged = count[AGREES] + count[DIFFERS]
-        low, high = wilson(count[AGREES], judged)
-        share = f"{count[AGREES] / judged:.2%}" if judged else "--"
         counts = [str(count[verdict]) for verdict in (AGREES, DIFFERS, SET_ASIDE)]
-        table.add_row(name, str(len(group)), *counts, share, f"{low:.2%} to {high:.2%}")
+        shown = ("--", "--")
+        if judged:
+            found = share(count[AGREES], judged)
+            shown = (f"{found.rate:.2%}", f"{found.low:.2%} to {found.high:.2%}")
+        table.add_row(name, str(len(group)), *counts, *shown)
     return table
 
 

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from agents.statistics import share
+from magfold_env.statistics import share
 
 Z = 1.959963984540054
 

@@ -1,8 +1,10 @@
 """Shares of successes with their confidence intervals."""
 
-from dataclasses import dataclass
+from __future__ import annotations
 
-from scipy.stats import binomtest
+import importlib
+from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class Share:
 
     @property
     def rate(self) -> float:
-        """Share of successes."""
+        """Share of successes: the estimate of the probability."""
         return self.successes / self.trials
 
     def __str__(self) -> str:
@@ -34,5 +36,6 @@ class Share:
 
 def share(successes: int, trials: int) -> Share:
     """Return the share of `successes` among `trials` (at least one)."""
-    interval = binomtest(successes, trials).proportion_ci(0.95, method="wilson")
+    stats: Any = importlib.import_module("scipy.stats")  # slow to import
+    interval = stats.binomtest(successes, trials).proportion_ci(0.95, method="wilson")
     return Share(successes, trials, float(interval.low), float(interval.high))

@@ -1,0 +1,22 @@
+"""The parts of the prediction benchmark."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from magfold_env.benchmarks import runner
+from magfold_env.benchmarks.predict import experiment, figures, predictors, scaling
+from magfold_env.benchmarks.runner import Runner
+
+PARTS: dict[str, Runner] = {
+    "experiment": experiment.run,
+    "predictors": predictors.run,
+    "scaling": scaling.run,
+}
+
+
+def run(only: Sequence[str], quick: bool, out: Path | None) -> None:
+    """Measure, print, and write tables and diagrams, as `runner.run` says."""
+    benchmark = runner.Benchmark("predict", PARTS, figures.DRAWINGS)
+    runner.run(benchmark, only, quick, out)

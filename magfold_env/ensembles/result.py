@@ -1,0 +1,210 @@
+"""Ensemble: what many releases end in, run by run and as probabilities."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from magfold_env.ensembles.run import Run, generator
+from magfold_env.files import write_text
+from magfold_env.fold import Fold, FoldStatus
+from magfold_env.scene import Scene
+from magfold_env.simulate import simulate
+from magfold_env.statistics import Share, share
+
+Floats = npt.NDArray[np.float64]
+Texts = npt.NDArray[np.str_]
+
+K = TypeVar("K")
+
+FORMAT = "magfold_env ensemble 1"
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """Many releases of one scene: columns with an entry a run, and probabilities.
+
+    The probabilities' intervals are Wilson's, each at 95 % by itself.
+    """
+
+    scene: Scene
+    """The scene, before its draws."""
+    seed: int
+    """Seed of the draws; run i draws from ``generator(i)``."""
+    word: Texts
+    """Nearest fold word, shape (runs,)."""
+    status: Texts
+    """How the run ended, the text of a `FoldStatus`, shape (runs,)."""
+    energy: Floats
+    """Magnetic energy at the end [J], shape (runs,)."""
+    time: Floats
+    """Simulated time [s], shape (runs,)."""
+    angles: Floats
+    """Absolute headings at the end [rad], component 1 first, shape (runs, n)."""
+
+    @classmethod
+    def of(cls, scene: Scene, seed: int, runs: Sequence[Run]) -> Ensemble:
+        """Return the ensemble of runs that are given in order."""
+        return cls(
+            scene,
+            seed,
+            word=np.array([run.word for run in runs], dtype=np.str_),
+            status=np.array([run.status for run in runs], dtype=np.str_),
+            energy=np.array([run.energy for run in runs], dtype=np.float64),
+            time=np.array([run.time for run in runs], dtype=np.float64),
+            angles=np.array([run.angles for run in runs], dtype=np.float64).reshape(-1, scene.n),
+        )
+
+    def __len__(self) -> int:
+        """Return the number of runs."""
+        return len(self.word)
+
+    # --- probabilities -----------------------------------------------------------------------
+
+    @cached_property
+    def words(self) -> dict[str, Share]:
+        """The probability of every word that occurred, most frequent first."""
+        return _shares(self.word.tolist())
+
+    @cached_property
+    def statuses(self) -> dict[FoldStatus, Share]:
+        """The probability of every status that occurred, most frequent first."""
+        return _shares([FoldStatus(status) for status in self.status.tolist()])
+
+    @cached_property
+    def outcomes(self) -> dict[tuple[str, FoldStatus], Share]:
+        """The probability of every pair of word and status that occurred, most frequent first."""
+        statuses = [FoldStatus(status) for status in self.status.tolist()]
+        return _shares(list(zip(self.word.tolist(), statuses, strict=True)))
+
+    def probability(self, word: str | None = None, status: str | None = None) -> Share:
+        """Return the probability of a word, of a status, or of both together.
+
+        It is 0, with its interval, for what did not occur.
+
+        Raises
+        ------
+        ValueError
+            If there is no such status.
+        """
+        hits = np.ones(len(self), dtype=np.bool_)
+        if word is not None:
+            hits &= self.word == word
+        if status is not None:
+            hits &= self.status == FoldStatus(status).value
+        return share(int(hits.sum()), len(self))
+
+    def most_frequent(self, status: str | None = None) -> tuple[str, ...]:
+        """Return the most frequent word; more than one, sorted, if they are equally frequent.
+
+        Parameters
+        ----------
+        status
+            Count only runs that end so; where there are none, no word is returned.
+        """
+        words: list[str] = self.word.tolist()
+        if status is not None:
+            ended = FoldStatus(status).value
+            words = [word for word, end in zip(words, self.status, strict=True) if end == ended]
+        counts = Counter(words)
+        most = max(counts.values(), default=0)
+        return tuple(sorted(word for word, count in counts.items() if count == most))
+
+    # --- single runs -------------------------------------------------------------------------
+
+    def generator(self, index: int) -> np.random.Generator:
+        """Return the generator that run `index` drew from: `simulate` with it repeats the run."""
+        return generator(self.seed, range(len(self))[index])
+
+    def replay(self, index: int, *, frame_rate: float | None = None) -> Fold:
+        """Simulate run `index` again, with a trajectory if `frame_rate` [1/s] is given."""
+        return simulate(self.scene, self.generator(index), frame_rate=frame_rate)
+
+    # --- files -------------------------------------------------------------------------------
+
+    def columns(self) -> dict[str, npt.NDArray[Any]]:
+        """Return the runs as columns of equal length, as data frames are made of."""
+        angles = {f"angle_{k + 1}": column for k, column in enumerate(self.angles.T)}
+        return {
+            "run": np.arange(len(self)),
+            "word": self.word,
+            "status": self.status,
+            "energy": self.energy,
+            "time": self.time,
+            **angles,
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the ensemble as values that JSON can hold; numbers that broke down are None."""
+        outcomes = [
+            {"word": word, "status": status.value, **_plain(found)}
+            for (word, status), found in self.outcomes.items()
+        ]
+        return {
+            "format": FORMAT,
+            "scene": self.scene.model_dump(mode="json"),
+            "seed": self.seed,
+            "words": {word: _plain(found) for word, found in self.words.items()},
+            "statuses": {status.value: _plain(found) for status, found in self.statuses.items()},
+            "outcomes": outcomes,
+            "runs": [run.to_record() for run in self._runs()],
+        }
+
+    def to_json(self, path: str | Path) -> None:
+        """Write everything as JSON, under a temporary name first; `from_json` reads it."""
+        data = self.to_dict()
+        runs = ",\n  ".join(json.dumps(run, allow_nan=False) for run in data.pop("runs"))
+        head = json.dumps(data, indent=1, allow_nan=False).removesuffix("\n}")
+        write_text(path, f'{head},\n "runs": [\n  {runs}\n ]\n}}\n')
+
+    @classmethod
+    def from_json(cls, path: str | Path) -> Ensemble:
+        """Read an ensemble that `to_json` wrote; equal to it, bit for bit.
+
+        Raises
+        ------
+        ValueError
+            If the file is no such ensemble.
+        """
+        try:
+            data = json.loads(Path(path).read_text(encoding="utf-8"))
+            if data["format"] != FORMAT:
+                raise ValueError(f"format: {data['format']!r} is not allowed; must be {FORMAT!r}")
+            scene = Scene(**data["scene"])
+            return cls.of(scene, data["seed"], [Run.from_record(each) for each in data["runs"]])
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"{path}: is not an ensemble; {error}") from None
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write `columns` as CSV, a line a run, under a temporary name first."""
+        columns = self.columns()
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+        write_text(path, text.getvalue())
+
+    def _runs(self) -> list[Run]:
+        columns = (self.word, self.status, self.energy, self.time)
+        rows = zip(*(column.tolist() for column in columns), self.angles.tolist(), strict=True)
+        return [Run(k, w, s, e, t, tuple(a)) for k, (w, s, e, t, a) in enumerate(rows)]
+
+
+def _shares(entries: list[K]) -> dict[K, Share]:
+    """Return the share of each entry, most frequent first, equally frequent ones sorted."""
+    counts = sorted(Counter(entries).items(), key=lambda item: (-item[1], str(item[0])))
+    return {entry: share(count, len(entries)) for entry, count in counts}
+
+
+def _plain(found: Share) -> dict[str, Any]:
+    return {"probability": found.rate, **asdict(found)}

@@ -1,0 +1,184 @@
+"""One function over many tasks: on threads, on processes, or on a Ray cluster, through joblib."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import time
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any, Literal, TypeVar, get_args
+
+from magfold_env.errors import Problem, SceneError
+
+Backend = Literal["threads", "processes", "ray"]
+
+T = TypeVar("T")
+R = TypeVar("R")
+Calls = list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]]
+
+LOSSES = 3
+"""How often in a row workers may be lost before a result comes."""
+
+_FEW_THREADS, _MANY_TASKS = 4, 500
+
+_WAVE = 2.0
+"""Time that a cluster should take for what it is handed at once [s]."""
+
+
+@dataclass(frozen=True)
+class Workers:
+    """What computes: how many workers, of which kind, and where.
+
+    Attributes
+    ----------
+    count : int or None
+        How many work at a time; None takes all cores, or a cluster's CPUs.
+    backend : {"threads", "processes", "ray"} or None
+        Threads of this process, processes of this machine, or a Ray cluster. None takes processes
+        where more than four work on many tasks, else threads: outside the kernels, a quarter of a
+        short release, threads wait for each other; but processes take seconds to start.
+    address : str or None
+        Of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts one here.
+
+    Raises
+    ------
+    SceneError
+        If an entry is none of these.
+    """
+
+    count: int | None = None
+    backend: Backend | None = None
+    address: str | None = None
+
+    def __post_init__(self) -> None:
+        problems: list[Problem] = []
+        if self.count is not None and self.count < 1:
+            problems.append(Problem("workers", self.count, "must be at least 1"))
+        if self.backend not in (None, *get_args(Backend)):
+            allowed = f"must be one of {', '.join(get_args(Backend))}"
+            problems.append(Problem("backend", self.backend, allowed))
+        if self.address is not None and self.backend != "ray":
+            allowed = "must be left out unless backend is 'ray'; it is a cluster's"
+            problems.append(Problem("address", self.address, allowed))
+        if problems:
+            raise SceneError(problems)
+
+    def kind(self, tasks: int) -> Backend:
+        """Return the backend for so many tasks."""
+        if self.backend is not None:
+            return self.backend
+        few = tasks < _MANY_TASKS or (self.count or os.cpu_count() or 1) <= _FEW_THREADS
+        return "threads" if few else "processes"
+
+
+def finished(
+    function: Callable[[T], R], tasks: Sequence[T], workers: Workers
+) -> Generator[tuple[int, R]]:
+    """Yield the place and the result of every task, in the order in which they finish.
+
+    Tasks of a worker that is lost are run again. An error that `function` raises ends it all.
+
+    Parameters
+    ----------
+    function
+        Must not depend on anything but its task; picklable unless on threads.
+    tasks
+        What to call it with.
+    workers
+        Who calls it.
+
+    Raises
+    ------
+    ImportError
+        If Ray is wanted and not installed.
+    RuntimeError
+        If workers are lost `LOSSES` times in a row before a result comes.
+    """
+    left = dict(enumerate(tasks))
+    backend = workers.kind(len(left))
+    # Processes start once the first task has left compiled kernels in the cache on disk.
+    alone = len(left) if workers.count == 1 and backend != "ray" else 0
+    if backend == "processes":
+        alone = max(alone, 1)
+    for place in list(left)[:alone]:
+        yield place, function(left.pop(place))
+    if not left:
+        return
+    losses = 0
+    with _pool(backend, workers) as (run, lost):
+        while left:
+            calls: Calls = [(_numbered, (function, *item), {}) for item in left.items()]
+            try:
+                for place, result in run(calls):
+                    del left[place]
+                    losses = 0
+                    yield place, result
+            except lost as error:
+                losses += 1
+                if losses == LOSSES:
+                    message = f"workers were lost {LOSSES} times in a row: {error}"
+                    raise RuntimeError(message) from error
+
+
+Runner = Callable[[Calls], Iterable[tuple[int, Any]]]
+Errors = tuple[type[Exception], ...]
+
+
+def _numbered(function: Callable[[Any], Any], place: int, task: object) -> tuple[int, Any]:
+    return place, function(task)
+
+
+@contextmanager
+def _pool(backend: Backend, workers: Workers) -> Generator[tuple[Runner, Errors]]:
+    """Offer a way to run calls, and the errors that say a worker was lost."""
+    joblib: Any = importlib.import_module("joblib")  # slow to import
+    count = -1 if workers.count is None else workers.count
+    if backend == "ray":
+        with _ray(workers.address) as (options, lost), joblib.parallel_config("ray", **options):
+            least = 2 * joblib.effective_n_jobs(count)
+            yield lambda calls: _in_waves(joblib.Parallel(count), calls, least), lost
+        return
+    name = {"threads": "threading", "processes": "loky"}[backend]
+    broken: Any = importlib.import_module("concurrent.futures.process")
+
+    def streamed(calls: Calls) -> Iterable[tuple[int, Any]]:
+        # A new one every time: results may still reach one that lost a worker.
+        return joblib.Parallel(count, backend=name, return_as="generator_unordered")(calls)
+
+    yield streamed, (broken.BrokenProcessPool,)
+
+
+@contextmanager
+def _ray(address: str | None) -> Generator[tuple[dict[str, Any], Errors]]:
+    """Offer joblib's Ray backend: its options, and its errors where a worker is lost."""
+    try:
+        ray: Any = importlib.import_module("ray")
+        backend: Any = importlib.import_module("ray.util.joblib")
+    except ImportError as error:
+        message = "backend 'ray' needs Ray: install the extra, pip install 'magfold_env[ray]'"
+        raise ImportError(message) from error
+    backend.register_ray()
+    started = not ray.is_initialized()
+    if started:
+        ray.init(address=address, logging_level="warning", log_to_driver=False)
+    try:
+        # Ray starts a lost worker again, elsewhere if need be, and repeats its tasks.
+        again = {"max_restarts": LOSSES, "max_task_retries": LOSSES}
+        yield {"ray_remote_args": again}, (ray.exceptions.RayError,)
+    finally:
+        if started:
+            ray.shutdown()
+
+
+def _in_waves(parallel: Any, calls: Calls, least: int) -> Generator[tuple[int, Any]]:
+    """Run calls some seconds' worth at a time: Ray's backend gives nothing before all is done."""
+    rest, size = iter(calls), least
+    with parallel:
+        while wave := list(islice(rest, size)):
+            begun = time.perf_counter()
+            yield from parallel(wave)
+            taken = time.perf_counter() - begun
+            size = max(least, min(4 * size, round(size * _WAVE / max(taken, 1e-6))))

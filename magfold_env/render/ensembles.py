@@ -1,0 +1,114 @@
+"""Bar charts of ensembles: how often a chain ends in which shape. Needs matplotlib."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magfold_env.ensembles import Ensemble
+from magfold_env.ensembles.bars import Bar, bars
+from magfold_env.plotting import COLOURS, GRID, INK, figure_class, save_figure
+from magfold_env.render.chain import square
+from magfold_env.shapes import centres, headings
+
+SLOTS = 6
+"""Most outcomes a panel shows; the rarest share one bar if there are more."""
+
+_COLOURS = {
+    "folded": COLOURS[3],
+    "misfolded": COLOURS[2],
+    "unsettled": COLOURS[4],
+    "failed": COLOURS[0],
+    "others": GRID,
+}
+_WIDTH, _HEIGHT = 4.6, 3.3  # of a panel [inch]
+
+
+def draw_ensemble(ensemble: Ensemble, path: str | Path) -> None:
+    """Draw how often each word and status occurred, with Wilson intervals, as a PNG.
+
+    Under each bar lies the chain of the first run that ended so, component 1 filled.
+    """
+    title = f"{len(ensemble)} releases, {ensemble.scene.mount}"
+    save_figure(bar_chart({title: bars(ensemble)}), path)
+
+
+def bar_chart(panels: Mapping[str, Sequence[Bar]], columns: int = 3, title: str = "") -> Any:
+    """Return a figure with a panel of bars for each entry, row by row.
+
+    Parameters
+    ----------
+    panels
+        Bars by the panel's title, most frequent first.
+    columns
+        Panels in a row.
+    title
+        Of the figure.
+    """
+    columns = min(columns, len(panels))
+    rows = math.ceil(len(panels) / columns)
+    figure = figure_class()(figsize=(_WIDTH * columns, _HEIGHT * rows), layout="constrained")
+    figure.get_layout_engine().set(h_pad=0.12)
+    figure.suptitle(title or None, fontsize=13, color=INK)
+    axes = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()
+    for axis, (name, content) in zip(axes, panels.items(), strict=False):
+        _draw_panel(axis, name, _most(content))
+    for axis in axes[len(panels) :]:
+        axis.set_axis_off()
+    shown = {bar.status for content in panels.values() for bar in _most(content)}
+    patch = importlib.import_module("matplotlib.patches").Patch
+    handles = [patch(color=_COLOURS[name], label=name) for name in _COLOURS if name in shown]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
+    return figure
+
+
+def _most(content: Sequence[Bar]) -> list[Bar]:
+    """Return at most `SLOTS` bars."""
+    if len(content) <= SLOTS:
+        return list(content)
+    rate = sum(bar.rate for bar in content[SLOTS - 1 :])
+    return [*content[: SLOTS - 1], Bar("", "others", rate, math.nan, math.nan, ())]
+
+
+def _draw_panel(axis: Any, name: str, content: Sequence[Bar]) -> None:
+    places, rates = np.arange(len(content)), np.array([bar.rate for bar in content])
+    errors = [rates - [bar.low for bar in content], [bar.high for bar in content] - rates]
+    axis.bar(places, rates, color=[_COLOURS[bar.status] for bar in content], width=0.62)
+    axis.errorbar(places, rates, np.maximum(errors, 0.0), fmt="none", ecolor=INK, capsize=3)
+    axis.set_title(name, fontsize=10, color=INK)
+    axis.set_xlim(-0.5, SLOTS - 0.5)
+    axis.set_ylim(0.0, 1.05)
+    axis.set_yticks([0.0, 0.5, 1.0], ["0", "50 %", "100 %"])
+    axis.set_xticks(places, [_label(bar) for bar in content], fontsize=7)
+    axis.tick_params(axis="x", length=0)
+    axis.grid(visible=True, axis="y", color=GRID, linewidth=0.7)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
+    for place, bar in zip(places, content, strict=True):
+        if bar.joints:
+            corner = ((place + 0.08) / SLOTS, -0.46)
+            _draw_outline(axis.inset_axes([*corner, 0.84 / SLOTS, 0.32]), bar)
+
+
+def _label(bar: Bar) -> str:
+    return "others" if bar.status == "others" else bar.word or "(one component)"
+
+
+def _draw_outline(axis: Any, bar: Bar) -> None:
+    """Draw the casings of a chain, turned so that those of a full fold stand upright."""
+    polygon = importlib.import_module("matplotlib.patches").Polygon
+    angles = headings(bar.joints, first=math.pi / 4)
+    for k, (middle, angle) in enumerate(zip(centres(angles), angles, strict=True)):
+        face = _COLOURS[bar.status] if k == 0 else "white"
+        corners = square(middle, float(angle), 1.0)
+        axis.add_patch(
+            polygon(corners, facecolor=face, edgecolor=INK, linewidth=0.8, clip_on=False)
+        )
+    axis.set_aspect("equal")
+    axis.autoscale_view()
+    axis.set_axis_off()

@@ -1,0 +1,90 @@
+"""`magfold bench predict`: its parts, on few releases, and how predictors are judged."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import magfold_env as mf
+from magfold_env import cli
+from magfold_env.benchmarks.predict import experiment, predictors, scaling, scenes
+from magfold_env.benchmarks.predict.predictors import DYNAMICS, Case
+
+
+def _silent(share: float, what: str) -> None:
+    pass
+
+
+def test_the_experiment_is_written_and_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib.figure")
+    command = ["bench", "predict", "--quick", "--only", "experiment", "--out", str(tmp_path)]
+    result = CliRunner().invoke(cli.app, command)
+    assert result.exit_code == 0, result.output
+    rows = json.loads((tmp_path / "predict.json").read_text())["parts"]["experiment"]["rows"]
+    cases = {(row["sequence"], row["mode"]) for row in rows}
+    assert cases == {(k, mode) for k in scenes.SEQUENCES for mode in scenes.MODES}
+    for case in cases:
+        shares = [r["probability"] for r in rows if (r["sequence"], r["mode"]) == case]
+        assert sum(shares) == pytest.approx(1.0)
+    bars = [experiment.bar_of(row) for row in rows]
+    assert all(mf.Scene(sequence=("NNNN",) * 6).n - 1 == len(bar.joints) for bar in bars)
+    for name in ("experiment.png", "experiment.csv"):
+        assert (tmp_path / name).stat().st_size > 0
+
+
+def test_releases_by_hand_vary_in_all_that_is_stated() -> None:
+    for mode in scenes.MODES:
+        scene = scenes.paper_scene(2, mode)
+        assert scene.spreads == scenes.SPREADS
+        assert scene.start_angle_spread == scenes.ANGLE
+        assert scene.sequence == mf.load_scene("paper/sequence-2").sequence
+        assert scene.mount == ("free" if mode == "free" else "tube")
+    assert [s.sequence for s in scenes.random_scenes(3, "free")] == [
+        s.sequence for s in scenes.random_scenes(3, "backward")
+    ]
+
+
+def test_a_case_holds_what_the_ensemble_and_the_minimiser_say() -> None:
+    scene = scenes.paper_scene(3, "free")
+    case = predictors.judge("paper", "free", scene, 6)
+    made = mf.ensemble(scene, 6)
+    assert case.words == made.most_frequent()
+    assert case.folds == made.most_frequent("folded")
+    assert case.rate == max(Counter(made.word.tolist()).values()) / 6
+    assert case.named_word["full search"] == mf.minimise(scene, "free").best.word
+    assert case.named_word["backward search"] == mf.minimise(scene, "backward").best.word
+    few = mf.ensemble(scene, predictors.FEW, seed=1)
+    assert case.named_word[DYNAMICS] == few.most_frequent()[0]
+
+
+def _case(words: str, folds: str, named: str) -> Case:
+    by = {"full search": named}
+    return Case("random", "free", (), tuple(words.split()), tuple(folds.split()), 0.5, 0.5, by, by)
+
+
+def test_hits_are_counted_among_the_cases_that_can_be_judged() -> None:
+    cases = [_case("LS LR", "LR", "LR"), _case("LS", "", "LR"), _case("RL", "RL", "LR")]
+    words = {row["mode"]: row for row in predictors._summary(cases, fold=False)[3:]}
+    folds = {row["mode"]: row for row in predictors._summary(cases, fold=True)[3:]}
+    assert words["free"]["judged"] == "3 of 3"
+    assert str(words["free"]["full search"]).startswith("33 %")
+    assert folds["free"]["judged"] == "2 of 3"
+    assert str(folds["free"]["full search"]).startswith("50 %")
+    assert str(folds["free"]["forward search"]).startswith("0 %")  # it named nothing
+    assert words["forward"]["full search"] == "--"
+
+
+def test_the_predictors_part_has_a_row_a_case() -> None:
+    part = predictors.run(True, _silent)
+    assert len(part.rows) == 3 * (3 + predictors.QUICK_SCENES)
+    assert [len(table.rows) for table in part.tables] == [6, 6]
+    assert len(part.findings) == 3
+
+
+@pytest.mark.slow
+def test_scaling_times_threads_and_processes() -> None:
+    part = scaling.run(True, _silent)
+    assert {row["backend"] for row in part.rows} == {"threads", "processes"}
+    assert all(float(row["releases a second"]) > 0.0 for row in part.rows)

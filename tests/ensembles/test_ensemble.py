@@ -1,0 +1,208 @@
+"""Ensembles: the same runs whoever makes them and whenever, and a kill costs seconds."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env import files
+from magfold_env.checkpoint import CheckpointError
+from magfold_env.ensembles import generator, many, release
+from magfold_env.parallel import Backend
+from magfold_env.scene_parts import Spreads
+
+FREE = mf.load_scene("paper/sequence-1").replace(
+    spreads=Spreads(friction=0.3, feed_speed=0.3, feed_jitter=0.2, magnet=0.1)
+)
+TUBE = release(FREE, "backward", speed=0.1)
+RUNS = 12
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+
+
+def bits(made: mf.Ensemble) -> tuple[bytes, ...]:
+    columns = (made.word, made.status, made.energy, made.time, made.angles)
+    return tuple(column.tobytes() for column in columns)
+
+
+@pytest.fixture(scope="module")
+def made() -> mf.Ensemble:
+    return mf.ensemble(TUBE, RUNS, seed=3, workers=1)
+
+
+@pytest.mark.parametrize(
+    ("workers", "backend"), [(None, "threads"), (2, "threads"), (5, "threads"), (2, "processes")]
+)
+def test_the_runs_do_not_depend_on_who_makes_them(
+    made: mf.Ensemble, workers: int | None, backend: Backend
+) -> None:
+    again = mf.ensemble(TUBE, RUNS, seed=3, workers=workers, backend=backend)
+    assert bits(again) == bits(made)
+
+
+def test_every_run_can_be_repeated_by_itself(made: mf.Ensemble) -> None:
+    children = np.random.SeedSequence(3).spawn(RUNS)
+    for k in (0, 5, RUNS - 1):
+        for source in (made.generator(k), generator(3, k), np.random.default_rng(children[k])):
+            fold = mf.simulate(TUBE, source)
+            assert fold.angles.tobytes() == made.angles[k].tobytes()
+            assert (fold.word, fold.status) == (made.word[k], made.status[k])
+            assert (fold.energy, fold.time) == (made.energy[k], made.time[k])
+    recorded = made.replay(-1, frame_rate=100.0)
+    assert recorded.trajectory is not None
+    assert recorded.angles.tobytes() == made.angles[-1].tobytes()
+
+
+def test_runs_differ_and_seeds_differ(made: mf.Ensemble) -> None:
+    assert len(np.unique(made.angles, axis=0)) == RUNS
+    other = mf.ensemble(TUBE, RUNS, seed=4)
+    assert not (other.angles == made.angles).any()
+
+
+def test_more_runs_begin_with_the_same(made: mf.Ensemble) -> None:
+    assert bits(mf.ensemble(TUBE, 5, seed=3)) == tuple(
+        column[:5].tobytes()
+        for column in (made.word, made.status, made.energy, made.time, made.angles)
+    )
+
+
+def test_progress_is_told(tmp_path: Path) -> None:
+    told: list[tuple[int, int]] = []
+    mf.ensemble(FREE, 3, state=tmp_path, progress=lambda *count: told.append(count))
+    assert told == [(1, 3), (2, 3), (3, 3)]
+    mf.ensemble(FREE, 5, state=tmp_path, progress=lambda *count: told.append(count))
+    assert told[3:] == [(4, 5), (5, 5)]
+
+
+def test_what_was_made_is_not_made_again(
+    made: mf.Ensemble, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mf.ensemble(TUBE, 7, seed=3, state=tmp_path)
+    asked: list[int] = []
+    real = many.run_one
+    monkeypatch.setattr(many, "run_one", lambda *task: asked.append(task[-1]) or real(*task))
+    assert bits(mf.ensemble(TUBE, RUNS, seed=3, state=tmp_path, workers=1)) == bits(made)
+    assert asked == list(range(7, RUNS))
+    mf.ensemble(TUBE, 4, seed=3, state=tmp_path)
+    assert len(asked) == RUNS - 7
+
+
+def test_an_interrupted_ensemble_keeps_what_it_has(tmp_path: Path) -> None:
+    def interrupt(count: int, _: int) -> None:
+        if count == 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        mf.ensemble(FREE, 8, state=tmp_path, workers=1, progress=interrupt)
+    again: list[int] = []
+    mf.ensemble(FREE, 8, state=tmp_path, progress=lambda count, _: again.append(count))
+    assert again == [5, 6, 7, 8]
+
+
+KILLED = """
+import sys
+from magfold_env import Scene, checkpoint, ensemble
+checkpoint.EVERY = 0.2
+ensemble(Scene.model_validate_json(sys.argv[1]), 400, seed=3, workers=2, state=sys.argv[2])
+"""
+
+
+def test_a_killed_ensemble_goes_on_and_ends_the_same(tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    arguments = [sys.executable, "-c", KILLED, TUBE.model_dump_json(), str(state)]
+    process = subprocess.Popen(arguments, env=ENVIRONMENT)
+    deadline = time.monotonic() + 600.0
+    while len(list(state.glob("part-*.json"))) < 2:
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL
+    parts = [json.loads(path.read_text()) for path in state.glob("part-*.json")]
+    kept = sum(len(part["records"]) for part in parts)
+    assert 1 < kept < 400
+    counts: list[int] = []
+    runs = kept + 5
+    resumed = mf.ensemble(TUBE, runs, seed=3, state=state, progress=lambda k, _: counts.append(k))
+    assert len(counts) < 5 + 8  # two workers may have finished out of order, not by much
+    assert bits(resumed) == bits(mf.ensemble(TUBE, runs, seed=3))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"seed": 4}, "whose seed is 3 where this one's is 4"),
+        ({"scene": TUBE.replace(friction=0.1)}, "whose scene.friction is 0.35 where this one's"),
+    ],
+)
+def test_a_state_of_another_ensemble_is_refused(
+    changes: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    mf.ensemble(TUBE, 1, seed=3, state=tmp_path)
+    with pytest.raises(CheckpointError, match=message):
+        mf.ensemble(**{"scene": TUBE, "runs": 1, "seed": 3, **changes}, state=tmp_path)
+
+
+def test_a_state_of_other_physics_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mf.ensemble(TUBE, 1, state=tmp_path)
+    monkeypatch.setattr(many, "physics_digest", lambda: "other")
+    with pytest.raises(
+        CheckpointError, match=r"whose physics is '\w+' where this one's is 'other'"
+    ):
+        mf.ensemble(TUBE, 1, state=tmp_path)
+
+
+def test_the_digest_follows_the_sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = Path(files.__file__).parent
+    shutil.copytree(package, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(files, "__file__", str(tmp_path / "copy" / "files.py"))
+    first = files.physics_digest()
+    (tmp_path / "copy" / "cli.py").write_text("")
+    assert files.physics_digest() == first
+    kernel = tmp_path / "copy" / "engine" / "feed.py"
+    kernel.write_text(kernel.read_text() + "\n")
+    assert files.physics_digest() != first
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"runs": 0}, "runs: 0 is not allowed; must be at least 1"),
+        ({"seed": -1}, "seed: -1 is not allowed; must be at least 0"),
+        ({"workers": 0}, "workers: 0 is not allowed; must be at least 1"),
+        ({"backend": "gpu"}, "backend: 'gpu' is not allowed; must be one of threads, processes"),
+        ({"address": "auto"}, "address: 'auto' is not allowed; must be left out"),
+    ],
+)
+def test_wrong_arguments_are_told(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(mf.SceneError, match=message):
+        mf.ensemble(TUBE, **arguments)
+
+
+def test_importing_the_package_stays_light() -> None:
+    heavy = "{'joblib', 'ray', 'scipy.stats', 'matplotlib', 'PIL'} & set(sys.modules)"
+    code = f"import sys, magfold_env; assert not {heavy}, {heavy}"
+    subprocess.run([sys.executable, "-c", code], check=True, env=ENVIRONMENT)
+
+
+# --- releases ------------------------------------------------------------------------------------
+
+
+def test_releases_change_mount_direction_and_speed_only() -> None:
+    for mode in ("forward", "backward"):
+        fed = release(FREE, mode, speed=0.2)
+        assert (fed.mount, fed.feed.direction, fed.feed.speed) == ("tube", mode, 0.2)
+        assert release(fed, "free", speed=0.05) == FREE.replace(feed={"direction": mode})
+    assert release(TUBE, "backward") == TUBE
+    with pytest.raises(mf.SceneError, match="mode: 'up' is not allowed; must be one of free, for"):
+        release(FREE, "up")  # pyright: ignore[reportArgumentType]

@@ -1,0 +1,135 @@
+"""Ensemble: its probabilities, its columns and its files, for made-up runs."""
+
+import csv
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.ensembles.run import Run
+from magfold_env.fold import FoldStatus
+from magfold_env.statistics import share
+
+SCENE = mf.Scene(sequence=("NSNS", "SNSN", "NNSS"))
+FOLDED, MISFOLDED, FAILED = FoldStatus.FOLDED, FoldStatus.MISFOLDED, FoldStatus.FAILED
+ENDS = [("LR", FOLDED), ("LL", FOLDED), ("LR", MISFOLDED), ("SL", MISFOLDED), ("LR", FOLDED)]
+
+
+def made_of(ends: list[tuple[str, FoldStatus]], *, broken: bool = False) -> mf.Ensemble:
+    rng = np.random.default_rng(0)
+    runs = [
+        Run(k, word, status.value, rng.normal(), rng.random(), tuple(rng.normal(size=3)))
+        for k, (word, status) in enumerate(ends)
+    ]
+    if broken:
+        angles = (math.nan, 0.1, math.inf)
+        runs.append(Run(len(runs), "SS", FAILED.value, math.nan, 0.5, angles))
+    return mf.Ensemble.of(SCENE, 7, runs)
+
+
+def test_probabilities_are_shares_of_the_runs_most_frequent_first() -> None:
+    made = made_of(ENDS)
+    assert list(made.words.items()) == [
+        ("LR", share(3, 5)),
+        ("LL", share(1, 5)),
+        ("SL", share(1, 5)),
+    ]
+    assert made.statuses == {FOLDED: share(3, 5), MISFOLDED: share(2, 5)}
+    assert list(made.outcomes.items()) == [
+        (("LR", FOLDED), share(2, 5)),
+        (("LL", FOLDED), share(1, 5)),
+        (("LR", MISFOLDED), share(1, 5)),
+        (("SL", MISFOLDED), share(1, 5)),
+    ]
+
+
+def test_any_word_and_status_has_a_probability() -> None:
+    made = made_of(ENDS)
+    assert made.probability("LR") == share(3, 5)
+    assert made.probability("LR", "folded") == made.probability("LR", FOLDED) == share(2, 5)
+    assert made.probability(status=FOLDED) == share(3, 5)
+    assert made.probability() == share(5, 5)
+    unseen = made.probability("RR")
+    assert (unseen.rate, unseen.low) == (0.0, 0.0)
+    assert 0.0 < unseen.high < 1.0
+    with pytest.raises(ValueError, match="'gone' is not a valid FoldStatus"):
+        made.probability(status="gone")
+
+
+def test_the_most_frequent_word_may_be_several() -> None:
+    assert made_of(ENDS).most_frequent() == ("LR",)
+    assert made_of(ENDS).most_frequent(MISFOLDED) == ("LR", "SL")
+    assert made_of(ENDS).most_frequent("unsettled") == ()
+
+
+def test_columns_have_an_entry_a_run() -> None:
+    made = made_of(ENDS)
+    columns = made.columns()
+    assert list(columns) == [
+        *("run", "word", "status", "energy", "time"),
+        *("angle_1", "angle_2", "angle_3"),
+    ]
+    assert {len(column) for column in columns.values()} == {len(made)}
+    np.testing.assert_array_equal(columns["angle_2"], made.angles[:, 1])
+
+
+@pytest.mark.parametrize("broken", [False, True])
+def test_a_written_ensemble_is_read_bit_for_bit(broken: bool, tmp_path: Path) -> None:
+    made = made_of(ENDS, broken=broken)
+    made.to_json(tmp_path / "ensemble.json")
+    read = mf.Ensemble.from_json(tmp_path / "ensemble.json")
+    assert (read.scene, read.seed) == (made.scene, made.seed)
+    for name in ("word", "status", "energy", "time"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(made, name))
+    finite = np.isfinite(made.angles)
+    np.testing.assert_array_equal(read.angles[finite], made.angles[finite])
+    assert np.isnan(read.angles[~finite]).all()
+    assert read.outcomes == made.outcomes
+
+
+def test_the_json_says_what_is_in_it(tmp_path: Path) -> None:
+    made = made_of(ENDS, broken=True)
+    made.to_json(tmp_path / "ensemble.json")
+    data = json.loads((tmp_path / "ensemble.json").read_text())
+    assert data == made.to_dict()
+    first = data["outcomes"][0]
+    assert (first["word"], first["status"], first["successes"]) == ("LR", "folded", 2)
+    assert first["low"] < first["probability"] == 2 / 6 < first["high"]
+    assert data["runs"][-1][3:] == [None, 0.5, None, 0.1, None]
+
+
+def test_the_csv_has_a_line_a_run(tmp_path: Path) -> None:
+    made = made_of(ENDS)
+    made.to_csv(tmp_path / "runs.csv")
+    with (tmp_path / "runs.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["word"], row["status"]) for row in rows] == ENDS
+    assert [float(row["energy"]) for row in rows] == made.energy.tolist()
+    assert [float(row["angle_3"]) for row in rows] == made.angles[:, 2].tolist()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda data: data.pop("runs"), "is not an ensemble; 'runs'"),
+        (lambda data: data.update(format="x"), "format: 'x' is not allowed; must be 'magfold_env"),
+        (lambda data: data["scene"].update(friction=-1), "friction: -1 is not allowed"),
+    ],
+)
+def test_a_file_that_is_no_ensemble_is_refused(
+    change: Callable[[dict[str, Any]], Any], message: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "ensemble.json"
+    data = made_of(ENDS).to_dict()
+    change(data)
+    path.write_text(json.dumps(data))
+    with pytest.raises(ValueError, match=message):
+        mf.Ensemble.from_json(path)
+    path.write_text("not JSON")
+    with pytest.raises(ValueError, match="is not an ensemble"):
+        mf.Ensemble.from_json(path)

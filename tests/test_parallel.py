@@ -1,0 +1,190 @@
+"""One function over many tasks: every result once, whatever works and whatever is lost."""
+
+import importlib.util
+import os
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import joblib
+import pytest
+from joblib.parallel import ThreadingBackend, register_parallel_backend
+
+from magfold_env.errors import SceneError
+from magfold_env.parallel import LOSSES, Workers, finished
+
+
+def square(x: int) -> int:
+    return x * x
+
+
+def die_once(task: tuple[int, str]) -> int:
+    """End the process at task 3, but only the first time."""
+    x, flag = task
+    if x == 3 and not Path(flag).exists():
+        Path(flag).touch()
+        os._exit(1)
+    return x * x
+
+
+def die_elsewhere(home: int) -> int:
+    if os.getpid() != home:
+        os._exit(1)
+    return home
+
+
+def fail_at_three(x: int) -> int:
+    if x == 3:
+        raise ZeroDivisionError("three")
+    return x
+
+
+@pytest.mark.parametrize(
+    "workers", [Workers(1), Workers(3), Workers(2, "processes"), Workers(1, "processes")]
+)
+@pytest.mark.parametrize("count", [0, 1, 20])
+def test_every_task_is_done_once(workers: Workers, count: int) -> None:
+    found = list(finished(square, range(count), workers))
+    assert sorted(found) == [(k, k * k) for k in range(count)]
+
+
+def test_threads_work_at_the_same_time() -> None:
+    both = threading.Barrier(2, timeout=20)
+    assert len(list(finished(lambda _: both.wait(), range(2), Workers(2)))) == 2
+
+
+@pytest.mark.parametrize("workers", [Workers(1), Workers(2), Workers(2, "processes")])
+def test_an_error_of_a_task_is_raised(workers: Workers) -> None:
+    with pytest.raises(ZeroDivisionError, match="three"):
+        list(finished(fail_at_three, range(6), workers))
+
+
+def test_tasks_of_a_lost_process_are_run_again(tmp_path: Path) -> None:
+    tasks = [(x, str(tmp_path / "died")) for x in range(12)]
+    found = list(finished(die_once, tasks, Workers(2, "processes")))
+    assert (tmp_path / "died").exists()
+    assert sorted(found) == [(k, k * k) for k in range(12)]
+
+
+def test_processes_that_die_again_and_again_end_it() -> None:
+    found = finished(die_elsewhere, [os.getpid()] * 4, Workers(2, "processes"))
+    assert next(found) == (0, os.getpid())
+    with pytest.raises(RuntimeError, match=f"workers were lost {LOSSES} times in a row"):
+        list(found)
+
+
+def test_processes_are_taken_where_threads_would_wait_for_each_other() -> None:
+    assert Workers(4).kind(10_000) == Workers(64).kind(10) == "threads"
+    assert Workers(5).kind(10_000) == "processes"
+    assert Workers(5, "threads").kind(10_000) == "threads"
+
+
+@pytest.mark.parametrize(
+    ("entries", "message"),
+    [
+        ({"count": 0}, "workers: 0 is not allowed; must be at least 1"),
+        ({"backend": "gpu"}, "backend: 'gpu' is not allowed; must be one of threads, processes, r"),
+        ({"address": "auto"}, "address: 'auto' is not allowed; must be left out unless backend is"),
+    ],
+)
+def test_wrong_entries_are_told(entries: dict[str, Any], message: str) -> None:
+    with pytest.raises(SceneError) as told:
+        Workers(**entries)
+    assert message in str(told.value)
+
+
+# --- Ray ---------------------------------------------------------------------------------------
+
+
+class LostError(Exception):
+    """Stands for Ray's errors."""
+
+
+class FakeCluster:
+    """Ray as far as it is used here; its joblib backend is threads that can be lost."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, *, running: bool = False) -> None:
+        self.running = running
+        self.calls: list[tuple[str, Any]] = []
+        ray = ModuleType("ray")
+        ray.__dict__.update(
+            is_initialized=lambda: self.running,
+            init=lambda **options: self.calls.append(("init", options["address"])),
+            shutdown=lambda: self.calls.append(("shutdown", None)),
+            exceptions=SimpleNamespace(RayError=LostError),
+        )
+        backend = ModuleType("ray.util.joblib")
+        backend.__dict__["register_ray"] = lambda: register_parallel_backend("ray", self._backend)
+        for module in (ray, ModuleType("ray.util"), backend):
+            monkeypatch.setitem(sys.modules, module.__name__, module)
+
+    def _backend(self, *, ray_remote_args: dict[str, Any], **options: Any) -> Any:
+        self.calls.append(("options", ray_remote_args))
+        return ThreadingBackend(**options)
+
+
+def lose(times: int) -> Callable[[int], int]:
+    """Return a function that loses its worker so many times."""
+    left = iter(range(times))
+
+    def work(x: int) -> int:
+        if next(left, None) is not None:
+            raise LostError("a node is gone")
+        return x * x
+
+    return work
+
+
+@pytest.mark.parametrize("running", [True, False])
+def test_ray_is_started_where_it_is_not_running(
+    running: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cluster = FakeCluster(monkeypatch, running=running)
+    found = list(finished(square, range(50), Workers(2, "ray", "there:1")))
+    assert sorted(found) == [(k, k * k) for k in range(50)]
+    again = {"max_restarts": LOSSES, "max_task_retries": LOSSES}
+    assert ("options", again) in cluster.calls
+    outer = [call for call in cluster.calls if call[0] != "options"]
+    assert outer == ([] if running else [("init", "there:1"), ("shutdown", None)])
+
+
+def test_tasks_of_a_lost_node_are_run_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    FakeCluster(monkeypatch)
+    found = list(finished(lose(LOSSES - 1), range(9), Workers(1, "ray")))
+    assert sorted(found) == [(k, k * k) for k in range(9)]
+    with pytest.raises(RuntimeError, match="a node is gone"):
+        list(finished(lose(LOSSES), range(9), Workers(1, "ray")))
+
+
+def test_waves_grow_while_they_are_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    FakeCluster(monkeypatch)
+    sizes: list[int] = []
+    real = joblib.Parallel.__call__
+
+    def counted(self: Any, calls: list[Any]) -> Any:
+        sizes.append(len(calls))
+        return real(self, calls)
+
+    monkeypatch.setattr(joblib.Parallel, "__call__", counted)
+    assert len(list(finished(square, range(200), Workers(2, "ray")))) == 200
+    assert sizes[:3] == [4, 16, 64]
+    assert sum(sizes) == 200
+
+
+def test_without_ray_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(ImportError, match=r"install the extra, pip install 'magfold_env\[ray\]'"):
+        list(finished(square, range(2), Workers(2, "ray")))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")  # Ray's own
+@pytest.mark.skipif(importlib.util.find_spec("ray") is None, reason="needs Ray")
+def test_a_ray_cluster_runs_tasks_of_a_lost_actor_again(tmp_path: Path) -> None:
+    tasks = [(x, str(tmp_path / "died")) for x in range(30)]
+    found = list(finished(die_once, tasks, Workers(2, "ray")))
+    assert (tmp_path / "died").exists()
+    assert sorted(found) == [(k, k * k) for k in range(30)]
