@@ -120,7 +120,8 @@ def test_a_fixed_magnet_acts_within_the_bound(gap, bound):
 
 
 @pytest.mark.laws
-@given(seed=seeds, near=st.booleans())
+@pytest.mark.parametrize("near", [False, True])
+@pytest.mark.parametrize("seed", range(20))
 def test_force_and_torque_are_the_energys_gradient(seed, near):
     rng = np.random.default_rng(seed)
     casings = Casings(scene_of(rng, 1e-3))
@@ -132,9 +133,9 @@ def test_force_and_torque_are_the_energys_gradient(seed, near):
         slope = reference.derivative(
             lambda t, d=shift: casings.energy(places + t * d, headings), 2e-6
         )
-        assert force[0, axis] == pytest.approx(-slope, abs=1e-7 * size)
+        assert force[0, axis] == pytest.approx(-slope, abs=1e-8 * size)
     slope = reference.derivative(lambda t: casings.energy(places, headings + t), 3e-4)
-    assert torque[0] == pytest.approx(-slope, abs=1e-7 * size * SIDE)
+    assert torque[0] == pytest.approx(-slope, abs=1e-8 * size * SIDE)
 
 
 def test_public_forces_and_energy_contain_the_field():
