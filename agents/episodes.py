@@ -50,6 +50,21 @@ def make_env(settings: EnvSettings) -> TubeFeedEnv:
     return TubeFeedEnv(**settings.model_dump(exclude={"shaping"}))
 
 
+def warm_up(settings: EnvSettings) -> None:
+    """Play an episode at random, so that the engine is compiled before anything else begins.
+
+    The first use after an installation takes minutes: they are neither to count as training time
+    nor to be spent in every process.
+    """
+    env = make_env(settings)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    ended = False
+    while not ended:
+        _, _, terminated, truncated, _ = env.step(env.action_space.sample())
+        ended = terminated or truncated
+
+
 def play(policy: Policy, env: TubeFeedEnv, target: str, seed: int) -> Outcome:
     """Play one episode for `target` with the draws of `seed`."""
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1,)))

@@ -16,7 +16,7 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv
 
 from agents.callbacks import EverySteps, ProgressCallback, TimeLimitCallback, save_policy
-from agents.episodes import make_env, play
+from agents.episodes import make_env, play, warm_up
 from agents.policies import TrainedPolicy
 from agents.seeds import episode_seeds
 from agents.settings import TrainSettings, load_settings, save_settings
@@ -43,6 +43,8 @@ def train(settings: TrainSettings, folder: Path) -> Path:
     checkpoints = folder / "checkpoints"
     checkpoints.mkdir(parents=True, exist_ok=True)
     save_settings(settings, folder / "settings.yaml")
+    with Console().status("preparing the engine; its first use compiles it, for some minutes"):
+        warm_up(settings.env)
     env = make_training_envs(settings)
     try:
         model = make_model(settings, env)

@@ -2,10 +2,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from stable_baselines3 import PPO
 
 from agents.callbacks import save_policy
-from agents.episodes import make_env, play, play_all
+from agents.episodes import make_env, play, play_all, warm_up
 from agents.policies import DesignPolicy, RandomPolicy, TrainedPolicy
 from agents.seeds import episode_seeds
 from agents.settings import TrainSettings
@@ -93,3 +94,31 @@ def test_an_interrupted_save_leaves_the_old_policy(run: Path, tmp_path: Path) ->
         save_policy(Broken(), path)  # pyright: ignore[reportArgumentType]
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_engine_is_ready_before_training_begins(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    # Compiling takes minutes: it must neither count as training nor be left to every process.
+    order: list[str] = []
+
+    class BegunError(Exception):
+        pass
+
+    def begin(_settings: TrainSettings) -> None:
+        order.append("training")
+        raise BegunError
+
+    monkeypatch.setattr("agents.train.warm_up", lambda _settings: order.append("ready"))
+    monkeypatch.setattr("agents.train.make_training_envs", begin)
+    with pytest.raises(BegunError):
+        train(SETTINGS, tmp_path)
+    assert order == ["ready", "training"]
+
+
+def test_warming_up_plays_a_whole_episode(monkeypatch: pytest.MonkeyPatch) -> None:
+    env = make_env(SETTINGS.env)
+    monkeypatch.setattr("agents.episodes.make_env", lambda _settings: env)
+    warm_up(SETTINGS.env)
+    with pytest.raises(ResetNeeded, match="the episode is over"):
+        env.step(env.action_space.sample())
