@@ -103,3 +103,26 @@ def step_down(ratio: float, end: float) -> tuple[float, float]:
         1.0 - t * t * t * (10.0 - 15.0 * t + 6.0 * t * t),
         -30.0 * t * t * (1.0 - t) * (1.0 - t) / (end - 1.0),
     )
+
+
+@inlined
+def between_rules(
+    near: tuple[float, float, float, float], far: tuple[float, float, float, float],
+    ratio: float, spread: float, radius: float, ex: float, ey: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Blend what two rules say of a pair: energy, force and torque, all with the energy's gradient.
+
+    ``ratio`` is the distance that decides over ``radius`` [m]; (ex, ey) [m] points to the body that
+    feels them, along whose line that distance grows.
+    """
+    u, fx, fy, t = near
+    low, lx, ly, lt = far
+    weight, slope = step_down(ratio, spread)
+    # −∂w/∂x (U_near − U_far) acts along the line of the centres.
+    push = -slope / radius * (u - low) / math.sqrt(ex * ex + ey * ey)
+    return (
+        low + weight * (u - low),
+        lx + weight * (fx - lx) + push * ex,
+        ly + weight * (fy - ly) + push * ey,
+        lt + weight * (t - lt),
+    )

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine.jit import inlined, kernel
-from magfold_env.engine.magnet_laws import COULOMB, node_force, node_law, step_down
+from magfold_env.engine.magnet_laws import COULOMB, between_rules, node_force, node_law
 from magfold_env.engine.multipoles import PARTS, expansion, turn_row
 from magfold_env.engine.near_faces import LANES, near_pair
 from magfold_env.engine.segments import SPREAD, begin, finish, list_pairs
@@ -38,7 +38,6 @@ def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
             segments.body[i, p] = 0.0
         for f in range(4):
             if charge[i, f] != 0.0:
-                nodes.face[i, faces] = f
                 faces += 1
                 for p in range(PARTS):
                     segments.body[i, p] += charge[i, f] * magnets.face_moment[f, p]
@@ -47,15 +46,16 @@ def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
         for rank in range(magnets.rank_count.size):
             count = magnets.rank_count[rank]
             k = 0
-            for side in range(0, 8, 4):
-                for slot in range(faces):
-                    f = nodes.face[i, slot]
-                    for a in range((side + f) * count, (side + f + 1) * count):
-                        nodes.along[rank, i, k] = magnets.node_x[rank, a]
-                        nodes.across[rank, i, k] = magnets.node_y[rank, a]
-                        nodes.q[rank, i, k] = magnets.node_weight[rank, a] * charge[i, f]
-                        nodes.half[rank, i, k] = magnets.face_half[side + f]
-                        k += 1
+            for f in range(8):
+                q = charge[i, f % 4]
+                if q == 0.0:
+                    continue
+                for a in range(f * count, (f + 1) * count):
+                    nodes.along[rank, i, k] = magnets.node_x[rank, a]
+                    nodes.across[rank, i, k] = magnets.node_y[rank, a]
+                    nodes.q[rank, i, k] = magnets.node_weight[rank, a] * q
+                    nodes.half[rank, i, k] = magnets.face_half[f]
+                    k += 1
             for a in range(k, whole_lanes(k)):
                 nodes.along[rank, i, a] = nodes.along[rank, i, 0]
                 nodes.across[rank, i, a] = nodes.across[rank, i, 0]
@@ -137,21 +137,15 @@ def far_pair(
     if distance >= SPREAD * far_radius:
         return expansion(far_terms, moment, i, j, ex, ey, turned)
     between = distance > far_radius
-    u, fx, fy, t = ranked_pair(
+    summed = ranked_pair(
         strips, even, height2, rank_count, rank_radius, distance - 2.0 * depth, ex, ey,
         x, y, i, j, between or with_energy, faces,
         node_x, node_y, node_q, half, lane_x, lane_y, lane_u,
     )  # fmt: skip
-    if between:
-        low, lx, ly, lt = expansion(far_terms, moment, i, j, ex, ey, turned)
-        weight, slope = step_down(distance / far_radius, SPREAD)
-        # −∂w/∂x (U_k − U_{k−1}) acts along the line of the centres.
-        push = -slope / far_radius * (u - low) / distance
-        u = low + weight * (u - low)
-        fx = lx + weight * (fx - lx) + push * ex
-        fy = ly + weight * (fy - ly) + push * ey
-        t = lt + weight * (t - lt)
-    return u, fx, fy, t
+    if not between:
+        return summed
+    expanded = expansion(far_terms, moment, i, j, ex, ey, turned)
+    return between_rules(summed, expanded, distance / far_radius, SPREAD, far_radius, ex, ey)
 
 
 @kernel
@@ -170,25 +164,20 @@ def ranked_pair(
     while rank > 0 and room >= SPREAD * rank_radius[rank]:
         rank -= 1
     blended = rank > 0 and room > rank_radius[rank]
-    u, fx, fy, t = rank_pair(
+    fine = rank_pair(
         strips, even, height2, rank, 2 * rank_count[rank] * faces[i],
         2 * rank_count[rank] * faces[j], i, j, x[i], y[i], blended or with_energy,
         node_x, node_y, node_q, half, lane_x, lane_y, lane_u,
     )  # fmt: skip
-    if blended:
-        low, lx, ly, lt = rank_pair(
-            strips, even, height2, rank - 1, 2 * rank_count[rank - 1] * faces[i],
-            2 * rank_count[rank - 1] * faces[j], i, j, x[i], y[i], True,
-            node_x, node_y, node_q, half, lane_x, lane_y, lane_u,
-        )  # fmt: skip
-        radius = rank_radius[rank]
-        weight, slope = step_down(room / radius, SPREAD)
-        push = -slope / radius * (u - low) / math.sqrt(ex * ex + ey * ey)
-        u = low + weight * (u - low)
-        fx = lx + weight * (fx - lx) + push * ex
-        fy = ly + weight * (fy - ly) + push * ey
-        t = lt + weight * (t - lt)
-    return u, fx, fy, t
+    if not blended:
+        return fine
+    coarse = rank_pair(
+        strips, even, height2, rank - 1, 2 * rank_count[rank - 1] * faces[i],
+        2 * rank_count[rank - 1] * faces[j], i, j, x[i], y[i], True,
+        node_x, node_y, node_q, half, lane_x, lane_y, lane_u,
+    )  # fmt: skip
+    radius = rank_radius[rank]
+    return between_rules(fine, coarse, room / radius, SPREAD, radius, ex, ey)
 
 
 @kernel

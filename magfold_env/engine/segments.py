@@ -50,19 +50,18 @@ def begin(first: int, x: Array, y: Array, segments: Segments) -> None:
     for level in range(1, levels):
         for s in range(first >> level, ((n - 1) >> level) + 1):
             row, part = int(start[level]) + s, int(start[level - 1]) + 2 * s
-            begins = 2 * s >= first >> (level - 1)
-            ends = 2 * s + 1 <= (n - 1) >> (level - 1)
+            begins, ends = halves_of(level, s, first, n)
             segments.charged[row] = 0
             segments.x[row], segments.y[row] = 0.0, 0.0
             whole = members(level, s, first, n)
-            for child in range(0 if begins else 1, 2 if ends else 1):
+            for child in range(begins, ends):
                 share = members(level - 1, 2 * s + child, first, n) / whole
                 segments.x[row] += share * segments.x[part + child]
                 segments.y[row] += share * segments.y[part + child]
                 segments.charged[row] |= segments.charged[part + child]
             for p in range(PARTS):
                 segments.moment[row, p] = 0.0
-            for child in range(0 if begins else 1, 2 if ends else 1):
+            for child in range(begins, ends):
                 add_shifted_moments(
                     segments.moment, part + child, row,
                     segments.x[part + child] - segments.x[row],
@@ -80,6 +79,13 @@ def begin(first: int, x: Array, y: Array, segments: Segments) -> None:
 def members(level: int, s: int, first: int, n: int) -> int:
     """Return how many components from ``first`` on segment s has."""
     return min((s + 1) << level, n) - max(s << level, first)
+
+
+@inlined
+def halves_of(level: int, s: int, first: int, n: int) -> tuple[int, int]:
+    """Which halves of segment s there are, 0 and 1, as the ends of a range."""
+    begins = 0 if 2 * s >= first >> (level - 1) else 1
+    return begins, 2 if 2 * s + 1 <= (n - 1) >> (level - 1) else 1
 
 
 @kernel
@@ -191,10 +197,9 @@ def finish(
     for level in range(levels - 1, 0, -1):
         for s in range(first >> level, ((n - 1) >> level) + 1):
             row, part = int(start[level]) + s, int(start[level - 1]) + 2 * s
-            begins = 2 * s >= first >> (level - 1)
-            ends = 2 * s + 1 <= (n - 1) >> (level - 1)
+            begins, ends = halves_of(level, s, first, n)
             whole = members(level, s, first, n)
-            for child in range(0 if begins else 1, 2 if ends else 1):
+            for child in range(begins, ends):
                 k = part + child
                 share = members(level - 1, 2 * s + child, first, n) / whole
                 # What the child passes on by itself is found before it inherits.

@@ -187,7 +187,6 @@ class Nodes(NamedTuple):
     """Scratch space of the magnets' sums and splines."""
 
     faces: IntArray  # charged faces a casing, (n,)
-    face: IntArray  # and which, (n, 4)
     along: Array  # nodes of charged faces in their casing's frame, (ranks, n, most a casing) [m]
     across: Array
     x: Array  # and in the world

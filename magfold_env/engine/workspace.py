@@ -148,7 +148,6 @@ def new_nodes(magnets: Magnets, n: int) -> Nodes:
     lanes = max(most, magnets.level_node.shape[1])
     return Nodes(
         faces=np.zeros(n, dtype=np.int64),
-        face=np.zeros((n, 4), dtype=np.int64),
         along=np.zeros(shape),
         across=np.zeros(shape),
         x=np.zeros(shape),
