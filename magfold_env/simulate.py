@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.engine import batch, chain, magnets, outer_field
+from magfold_env.engine import batch, chain
+from magfold_env.engine.energies import magnet_energy
 from magfold_env.engine.loads import magnet_loads
+from magfold_env.engine.outer_field import add_magnet_forces
 from magfold_env.engine.pack import pack
 from magfold_env.engine.session import Session
 from magfold_env.engine.workspace import new_work
@@ -122,15 +124,9 @@ def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, Floats,
     work = new_work(model._replace(contact=False, frictional=False))
     q = np.append(np.asarray(angles, dtype=np.float64), [0.0, 0.0])
     chain.place(0, model.bodies, q, work.pose)
-    energy = 0.0
     if model.magnetic:
-        magnets.add_forces(
-            0, model.magnets, model.charge, work.pose, work.nodes, work.fx, work.fy, work.torque
-        )
-        energy = float(magnets.energy(0, model.magnets, model.charge, work.pose, work.nodes))
-        if model.field.present:
-            outer_field.add_field(0, model, work.pose, work.nodes, work.fx, work.fy, work.torque)
-            energy += float(outer_field.field_energy(0, model, work.pose, work.nodes))
+        add_magnet_forces(0, model, work.pose, work.nodes, work.fx, work.fy, work.torque)
+    energy = magnet_energy(0, model, work)
     force = np.stack([work.fx, work.fy], axis=1)
     centres = np.stack([work.pose.x, work.pose.y], axis=1)
     return force, work.torque, centres, energy

@@ -23,7 +23,15 @@ from numba.core import config
 numba_config = cast("Any", config)
 
 # They hand arrays to kernels; no kernel sees anything of them.
-WITHOUT_KERNELS = {"frames.py", "pack.py", "quadrature.py", "session.py", "workspace.py"}
+WITHOUT_KERNELS = {
+    "energies.py",
+    "frames.py",
+    "pack.py",
+    "pack_field.py",
+    "quadrature.py",
+    "session.py",
+    "workspace.py",
+}
 
 P = ParamSpec("P")
 R = TypeVar("R")

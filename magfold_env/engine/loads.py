@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from magfold_env.engine import chain, magnets, outer_field
+from magfold_env.engine import chain
 from magfold_env.engine.arrays import copy
 from magfold_env.engine.jit import kernel
+from magfold_env.engine.outer_field import add_magnet_forces
 from magfold_env.engine.state import Array, Model, Work
 
 
@@ -21,11 +22,7 @@ def magnet_loads(model: Model, headings: Array, work: Work, out: Array) -> None:
         work.fx[:] = 0.0
         work.fy[:] = 0.0
         work.torque[:] = 0.0
-        magnets.add_forces(
-            0, model.magnets, model.charge, work.pose, work.nodes, work.fx, work.fy, work.torque
-        )
-        if model.field.present:
-            outer_field.add_field(0, model, work.pose, work.nodes, work.fx, work.fy, work.torque)
+        add_magnet_forces(0, model, work.pose, work.nodes, work.fx, work.fy, work.torque)
         chain.generalise(0, model.bodies, work.pose, work.fx, work.fy, work.torque, work.force)
         for k in range(n):
             out[shape, k] = work.force[k]

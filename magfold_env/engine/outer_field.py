@@ -12,10 +12,12 @@ import math
 
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.magnet_laws import COULOMB, node_force, node_law
-from magfold_env.engine.magnets import whole_lanes
+from magfold_env.engine.magnets import add_forces, whole_lanes
 from magfold_env.engine.multipoles import X10, Y10
 from magfold_env.engine.near_faces import BLEND, refine
 from magfold_env.engine.state import Array, Model, Nodes, Pose
+
+ROOT = math.sqrt(COULOMB)  # moments contain it
 
 
 @inlined
@@ -32,6 +34,16 @@ def add_field(
             fx[i] += px
             fy[i] += py
             torque[i] += t
+
+
+@inlined
+def add_magnet_forces(
+    lo: int, model: Model, pose: Pose, nodes: Nodes, fx: Array, fy: Array, torque: Array
+) -> None:
+    """Add what components ``lo`` on do to each other, summed, and what the field does to them."""
+    add_forces(lo, model.magnets, model.charge, pose, nodes, fx, fy, torque)
+    if model.field.present:
+        add_field(lo, model, pose, nodes, fx, fy, torque)
 
 
 @kernel
@@ -53,7 +65,7 @@ def in_field(
     The energy is complete only ``with_energy``.
     """
     field, moment = model.field, nodes.segments.moment
-    mx, my = moment[i, X10] / math.sqrt(COULOMB), moment[i, Y10] / math.sqrt(COULOMB)
+    mx, my = moment[i, X10] / ROOT, moment[i, Y10] / ROOT
     u, fx, fy, t = -(mx * field.x + my * field.y), 0.0, 0.0, mx * field.y - my * field.x
     if field.strip_q.size > 0:
         base = sum_strips(model, pose, nodes, i, with_energy)

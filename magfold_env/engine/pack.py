@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from magfold_env.engine.multipoles import COUNTS, moments
 from magfold_env.engine.near_faces import BLEND, LANES
+from magfold_env.engine.pack_field import pack_field
 from magfold_env.engine.pair_tables import build_tables
 from magfold_env.engine.quadrature import Rule, choose_rule, table_rule, widest
-from magfold_env.engine.state import Array, Bodies, Field, Magnets, Model, Tables
+from magfold_env.engine.state import Array, Bodies, Magnets, Model, Tables
 from magfold_env.scene import SIGNS, Scene
 from magfold_env.scene_magnets import Length
 from magfold_env.scene_parts import Casing
@@ -28,10 +29,6 @@ FRICTION_ARM = 0.3826
 # Share of the accuracy that splines may use up.
 TABLE_SHARE = 0.05
 
-_NONE = np.zeros(0)
-NO_FIELD = Field(
-    False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0, False, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
-)
 NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)))
 TURNED = [2, 3, 0, 1]  # faces of a casing that is turned by half a turn
 FACE_ANGLES = np.array([0.25, 0.75, -0.75, -0.25]) * math.pi
@@ -77,7 +74,7 @@ def pack(scene: Scene) -> Model:
         frictional=scene.friction > 0.0 and scene.gravity.normal > 0.0,
         gravity_x=gravity_x,
         gravity_y=gravity_y,
-        field=pack_field(scene),
+        field=pack_field(scene, _is_magnetic(scene)),
         contact=scene.contact,
         tube=scene.mount == "tube",
         bore=scene.bore,
@@ -233,40 +230,6 @@ def _moments(centre: ComplexArray, along: ComplexArray, height: float, f: int) -
     offset, part = _width_rule(True, 2)
     poles = [centre[g] + offset * along[g] for g in (f, f + 4)]
     return moments(np.concatenate(poles), np.concatenate([part, -part]), height)
-
-
-def pack_field(scene: Scene) -> Field:
-    """Return what acts on the chain's magnets from outside, and may stand in its way."""
-    field, part = scene.field, scene.magnets
-    if field is None or part is None or not field.any:
-        return NO_FIELD
-    magnet = field.magnet
-    if magnet is None:
-        return NO_FIELD._replace(present=True, x=field.uniform[0], y=field.uniform[1])
-    # Strips as narrow as the chain's own pole faces, so that the same nodes serve both.
-    strips = math.ceil(magnet.width / widest(part))
-    along = np.array([-math.sin(magnet.heading), math.cos(magnet.heading)]) * magnet.width / strips
-    place = (np.arange(strips) - 0.5 * (strips - 1))[:, None] * along
-    centre = np.concatenate([pole + place for pole in magnet.poles])
-    charge = np.repeat([1.0, -1.0], strips) * magnet.charge / strips
-    return Field(
-        present=True,
-        x=field.uniform[0],
-        y=field.uniform[1],
-        strip_x=np.ascontiguousarray(centre[:, 0]),
-        strip_y=np.ascontiguousarray(centre[:, 1]),
-        strip_tx=float(along[0]),
-        strip_ty=float(along[1]),
-        strip_q=charge,
-        strip_half=magnet.height / 2.0,
-        solid=True,
-        centre_x=magnet.position[0],
-        centre_y=magnet.position[1],
-        cos=math.cos(magnet.heading),
-        sin=math.sin(magnet.heading),
-        half_length=magnet.thickness / 2.0,
-        half_width=magnet.width / 2.0,
-    )
 
 
 def _width_rule(strips: bool, count: int) -> tuple[Array, Array]:

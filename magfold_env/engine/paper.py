@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine import chain, magnets, outer_field
+from magfold_env.engine import chain
 from magfold_env.engine.arrays import copy
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.outcomes import CAPPED, FULL, NOT_FINITE, REACHED, RESTED
+from magfold_env.engine.outer_field import add_magnet_forces
 from magfold_env.engine.recorder import record_instant
 from magfold_env.engine.state import (
     EVALUATIONS,
@@ -90,11 +91,7 @@ def evaluate(model: Model, state: State, work: Work) -> None:
             work.fx[i] -= model.grip[i] * work.vx[i] / speed
             work.fy[i] -= model.grip[i] * work.vy[i] / speed
     if model.magnetic:
-        magnets.add_forces(
-            0, model.magnets, model.charge, pose, work.nodes, work.fx, work.fy, work.torque
-        )
-        if model.field.present:
-            outer_field.add_field(0, model, pose, work.nodes, work.fx, work.fy, work.torque)
+        add_magnet_forces(0, model, pose, work.nodes, work.fx, work.fy, work.torque)
     chain.generalise(0, bodies, pose, work.fx, work.fy, work.torque, work.force)
     chain.factor(0, bodies, pose, work.open, work.art)
     chain.solve(0, bodies, pose, work.open, work.art, False, work.force, work.force, work.hold)

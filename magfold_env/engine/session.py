@@ -6,16 +6,8 @@ import math
 
 import numpy as np
 
-from magfold_env.engine import (
-    boxes,
-    chain_magnets,
-    feed,
-    integrator,
-    magnets,
-    outcomes,
-    outer_field,
-    paper,
-)
+from magfold_env.engine import boxes, feed, integrator, outcomes, paper
+from magfold_env.engine.energies import magnet_energy, potential_energy
 from magfold_env.engine.frames import Frames
 from magfold_env.engine.orientation import Orientation
 from magfold_env.engine.pack import component_charges, pack, reversed_inside
@@ -141,30 +133,19 @@ class Session:
 
     def energy(self) -> float:
         """Magnetic energy of the components whose magnets act [J], an outer field's included."""
-        if not self._model.magnetic:
-            return 0.0
-        state, work, model = self._state, self._work, self._model
-        first = feed.place_all(int(state.counter[LO]), model, state.q, work.pose)
-        total = magnets.energy(first, model.magnets, model.charge, work.pose, work.nodes)
-        return float(total) + self._field_energy(first)
+        return magnet_energy(self._place(), self._model, self._work)
 
     def potential(self) -> float:
         """Energy whose exact gradient the simulated magnet forces are [J].
 
         Within the magnets' accuracy it is `energy`, which sums where the dynamics looks up.
         """
-        if not self._model.magnetic:
-            return 0.0
-        state, work, model = self._state, self._work, self._model
-        first = feed.place_all(int(state.counter[LO]), model, state.q, work.pose)
-        total = chain_magnets.chain_energy(first, model, state.q, work.pose, work.nodes)
-        return float(total) + self._field_energy(first)
+        return potential_energy(self._place(), self._model, self._state.q, self._work)
 
-    def _field_energy(self, first: int) -> float:
-        if not self._model.field.present:
-            return 0.0
-        work = self._work
-        return float(outer_field.field_energy(first, self._model, work.pose, work.nodes))
+    def _place(self) -> int:
+        """Find the pose, and return the first component whose magnets act."""
+        lo = int(self._state.counter[LO])
+        return int(feed.place_all(lo, self._model, self._state.q, self._work.pose))
 
     # --- what a caller may do --------------------------------------------------------------
 

@@ -220,7 +220,25 @@ def test_what_is_absent_is_skipped():
     assert not bare.field.present
     assert not pack(in_field(("NSSN",), {})).field.present
     assert not pack(in_field(("NSSN",), EVEN, magnets=None)).field.present
+    assert not pack(in_field(("----",), EVEN)).field.present
     even = pack(in_field(("NSSN",), EVEN)).field
     assert even.present
     assert not even.solid
     assert even.strip_q.size == 0
+
+
+@pytest.mark.parametrize("magnets", [None, {}])
+def test_a_fixed_magnet_is_in_the_way_of_a_chain_without_magnets(magnets):
+    # Driven into it by gravity; it must come to lie against it, or slide along.
+    magnet = {**MAGNET, "position": (0.04, 0.0), "heading": 0.0}
+    scene = in_field(
+        ("----",), {"magnet": magnet}, magnets=magnets, friction=0.0, duration=0.2,
+        gravity={"in_plane": (5.0, 0.0)},
+    )  # fmt: skip
+    field = pack(scene).field
+    assert field.solid
+    assert not field.present
+    path = recorded(mf.simulate(scene, frame_rate=500))
+    centres = path.base[:, 0] + SIDE / np.sqrt(2) * np.cos(path.angles[:, 0])
+    assert centres.max() <= 0.04 - 0.004 - SIDE / 2
+    assert centres.max() > 0.04 - 0.004 - SIDE
