@@ -1,5 +1,6 @@
 """Self-folding chains of magnets: simulation, prediction by energy, and learning."""
 
+from magfold_env.design import Design, design
 from magfold_env.energy import Landscape, descend, ground_state, minimise, sequence_of
 from magfold_env.ensembles import Ensemble, ensemble
 from magfold_env.envs import register_envs
@@ -25,6 +26,7 @@ from magfold_env.simulate_batch import simulate_batch
 
 __all__ = [
     "Casing",
+    "Design",
     "Ensemble",
     "Feed",
     "Field",
@@ -41,6 +43,7 @@ __all__ = [
     "Trajectory",
     "accelerations",
     "descend",
+    "design",
     "energy",
     "ensemble",
     "forces",

@@ -123,6 +123,22 @@ def finished(
                     raise RuntimeError(message) from error
 
 
+@contextmanager
+def connected(workers: Workers) -> Generator[None]:
+    """Stay connected to a Ray cluster from one call of `finished` to the next.
+
+    Raises
+    ------
+    ImportError
+        If Ray is wanted and not installed.
+    """
+    if workers.backend != "ray":
+        yield
+        return
+    with _ray(workers.address):
+        yield
+
+
 Runner = Callable[[Calls], Iterable[tuple[int, Any]]]
 Errors = tuple[type[Exception], ...]
 

@@ -78,7 +78,14 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     write_text(path, yaml.safe_dump(data, sort_keys=False, default_flow_style=None))
 
 
-def _read(path: Path) -> Scene:
+def read_mapping(path: Path, what: str) -> dict[str, Any]:
+    """Read the keys and values of a YAML file that holds ``what``, a word for messages.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read, is not YAML or holds no mapping.
+    """
     try:
         data = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
     except yaml.YAMLError as error:
@@ -86,10 +93,17 @@ def _read(path: Path) -> Scene:
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError(f"cannot be read: {error}", source=str(path)) from None
     if not isinstance(data, dict):
-        raise SceneError(f"{data!r} is not a scene; must be a mapping of keys", source=str(path))
+        message = f"{data!r} is not a {what}; must be a mapping of keys"
+        raise SceneError(message, source=str(path))
+    return cast("dict[str, Any]", data)
+
+
+def _read(path: Path) -> Scene:
     try:
-        return Scene(**cast("dict[str, Any]", data))
+        return Scene(**read_mapping(path, "scene"))
     except SceneError as error:
+        if not error.problems:
+            raise
         raise SceneError(error.problems, source=str(path)) from None
 
 

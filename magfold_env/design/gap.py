@@ -49,7 +49,7 @@ class GapDesign:
 
 
 def gap_designs(
-    scene: Scene, targets: Iterable[str], progress: Callable[[float], None] | None = None
+    scene: Scene, targets: Iterable[str], progress: Callable[[float], object] | None = None
 ) -> dict[str, GapDesign | None]:
     """Find the sequence of largest energy gap for each target, over all sequences.
 

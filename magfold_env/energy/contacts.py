@@ -21,6 +21,19 @@ def touching(one: Lattice) -> Pairs:
     return tuple((i + 1, j + 1) for i, j, poses in one.pairs() if _face(poses)[0] >= 0)
 
 
+def touching_faces(one: Lattice) -> Pairs:
+    """Return the faces that lie flush in a single word as pairs; face f of component i is 4i + f.
+
+    Components count from 0 here.
+    """
+    found: list[tuple[int, int]] = []
+    for i, j, poses in one.pairs():
+        mine, theirs = int(_face(poses)[0]), int(_face(one.poses(j, i))[0])
+        if mine >= 0:
+            found.append((4 * i + mine, 4 * j + theirs))
+    return tuple(found)
+
+
 def conflicts(one: Lattice, sequence: Sequence[str]) -> Pairs:
     """Return the touching pairs (i, j) of a single word whose touching faces have equal poles."""
     return tuple((i + 1, j + 1) for i, j, clash in _clashes(one, sequence) if clash[0])

@@ -96,7 +96,7 @@ def best_words(
     forms: Array,
     words: tuple[str, ...],
     tie: float,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], object] | None = None,
 ) -> EverySequence:
     """Find the ground state of every sequence.
 
