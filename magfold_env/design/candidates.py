@@ -37,7 +37,7 @@ class Found(NamedTuple):
 def best_by_energy(task: Task, calls: Counter[str], report: Report) -> Found:
     """Search for the best sequence under one of the objectives of energy."""
     if task.search == "exhaustive":
-        return _best_of_all(task, calls, report)
+        return _best_of_all(task, calls)
     rng = np.random.default_rng(task.searching_seed)
     enough = TIE * energy_unit(task.scene) if task.objective == "ground" else np.inf
     kinds = [True, True, False, False] if is_fully_folded(task.target) else [False] * 4
@@ -61,8 +61,9 @@ def candidates(task: Task, calls: Counter[str], report: Report) -> Sequences:
     The target must be fully folded.
     """
     if task.search == "exhaustive":
-        every = Exhaustive(task.scene, task.target, report)
+        every = Exhaustive(task.scene, task.target)
         calls["energies"] += every.calls
+        report(0.5)
         gaps, only = every.gaps(), every.only_stable()
         firsts = [every.best(gaps, only), every.best(every.tolerances()), every.best(gaps)]
         numbers = [number for number in firsts if number is not None]
@@ -77,8 +78,8 @@ def candidates(task: Task, calls: Counter[str], report: Report) -> Sequences:
     return list(dict.fromkeys(found))
 
 
-def _best_of_all(task: Task, calls: Counter[str], report: Report) -> Found:
-    every = Exhaustive(task.scene, task.target, report)
+def _best_of_all(task: Task, calls: Counter[str]) -> Found:
+    every = Exhaustive(task.scene, task.target)
     calls["energies"] += every.calls
     gaps = every.gaps()
     scores = gaps

@@ -15,8 +15,7 @@ import numpy.typing as npt
 
 from magfold_env.design.annealing import sequence_of_signs
 from magfold_env.design.choice import Choice
-from magfold_env.design.race import Standing, race
-from magfold_env.design.trials import Trials
+from magfold_env.design.race import Oracle, Standing, race
 
 POPULATION = 60
 ELITE = 10
@@ -40,7 +39,7 @@ class _Distribution(NamedTuple):
 
 
 def cross_entropy(
-    trials: Trials,
+    trials: Oracle,
     faces: int,
     speeds: Sequence[float],
     rng: np.random.Generator,

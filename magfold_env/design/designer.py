@@ -98,7 +98,7 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
     """
     task = task_for(
         target, scene, mode, objective,
-        search=search, seed=seed, speeds=speeds, budget=budget, goal=goal,
+        search=search, seed=seed, speeds=speeds, budget=budget, goal=goal, runs=runs,
     )  # fmt: skip
     run = _Run(
         task,
@@ -111,12 +111,12 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
         return run.refused(task.impossible)
     with connected(run.team):
         if objective == "probability":
-            return run.judged(run.most_probable().choice, runs, score=None, bound=1.0)
+            return run.judged(run.most_probable().choice, score=None, bound=1.0)
         found = best_by_energy(task, run.calls, lambda done: run.report("energies", done))
         if found.sequence is None:
             return run.refused(found.certificate)
         # Energies know no speed: the scene's is left as it is.
-        return run.judged(Choice(found.sequence, None), runs, found.score, found.bound)
+        return run.judged(Choice(found.sequence, None), found.score, found.bound)
 
 
 @dataclass(frozen=True)
@@ -146,15 +146,15 @@ class _Run:
         self.calls["releases"] = trials.count
         return standings[0]
 
-    def judged(self, choice: Choice, runs: int, score: float | None, bound: float | None) -> Design:
+    def judged(self, choice: Choice, score: float | None, bound: float | None) -> Design:
         """Weigh a choice by energy, and release it on draws that the search has not seen."""
         task = self.task
         scene = choice.applied(task.scene)
         evidence = weigh(scene, task.target, self.calls)
         probability = None
-        if runs:
+        if task.runs:
             made = ensemble(
-                scene, runs, task.releases_seed,
+                scene, task.runs, task.releases_seed,
                 workers=self.team.count, backend=self.team.backend, address=self.team.address,
                 state=None if self.folder is None else self.folder / "judgement",
                 progress=lambda done, total: self.report("judgement", done / total),

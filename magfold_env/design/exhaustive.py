@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from magfold_env.energy.sequence_space import (
     sequence_of,
 )
 from magfold_env.scene import Scene
+from magfold_env.scene_magnets import Magnets
+from magfold_env.scene_parts import Casing
 from magfold_env.shapes import folded_words
 
 Flags = NDArray[np.bool_]
@@ -36,21 +39,14 @@ class Exhaustive:
         Its casing, its magnets and its number of components count; at most six components.
     target
         A word of its length without overlap.
-    progress
-        Called with the share of the work that is done, from 0 to 1.
     """
 
-    def __init__(
-        self, scene: Scene, target: str, progress: Callable[[float], object] | None = None
-    ) -> None:
+    def __init__(self, scene: Scene, target: str) -> None:
         self._scene, self._target = scene, target
-        lattice = all_words(scene.n)
-        words = tuple(lattice.word(row) for row in range(len(lattice)))
-        forms = quadratic_forms(scene, lattice)
-        every = best_words(forms, words, TIE * energy_unit(scene), progress)
+        words, forms, every = _compared(_fields(scene.magnets), scene.casing.side, scene.n)
         row = words.index(target)
         self.calls = len(words) * every.gap.size
-        """Energies that were evaluated."""
+        """Energies that were compared."""
         self._tie = every.tie
         self._gap = _gaps(every, row, forms[row])
 
@@ -135,6 +131,22 @@ class Exhaustive:
     def sequence(self, number: int) -> tuple[str, ...]:
         """Return the sequence of a number."""
         return sequence_of(number, self._scene.n)
+
+
+@lru_cache(maxsize=1)  # some hundred megabytes, and seconds, for all targets of one kind of chain
+def _compared(
+    fields: tuple[tuple[str, Any], ...] | None, side: float, n: int
+) -> tuple[tuple[str, ...], Floats, EverySequence]:
+    magnets = None if fields is None else Magnets(**dict(fields))
+    scene = Scene(sequence=("NNNN",) * n, casing=Casing(side=side), magnets=magnets)
+    lattice = all_words(n)
+    words = tuple(lattice.word(row) for row in range(len(lattice)))
+    forms = quadratic_forms(scene, lattice)
+    return words, forms, best_words(forms, words, TIE * energy_unit(scene))
+
+
+def _fields(magnets: Magnets | None) -> tuple[tuple[str, Any], ...] | None:
+    return None if magnets is None else tuple(dict(magnets).items())
 
 
 def _gaps(every: EverySequence, row: int, form: Floats) -> Floats:

@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from magfold_env.design.choice import Choice
-from magfold_env.design.trials import Trials
 
 RUNGS: tuple[tuple[int, int | None], ...] = ((4, None), (12, 4), (40, 1))
 """Releases of a choice, and how many of the choices have so many: None stands for all."""
+
+
+class Oracle(Protocol):
+    """What answers how choices do; `Trials` of the dynamics, or a stand-in."""
+
+    @property
+    def count(self) -> int:
+        """How many answers were asked for."""
+        ...
+
+    def scores(self, choices: Sequence[Choice], draws: int) -> npt.NDArray[np.float64]:
+        """Return the scores of the first releases of choices, shape (choices, draws), at most 1."""
+        ...
 
 
 class Standing(NamedTuple):
@@ -29,7 +42,7 @@ class Standing(NamedTuple):
         return self.successes / self.releases
 
 
-def race(choices: Sequence[Choice], trials: Trials) -> list[Standing]:
+def race(choices: Sequence[Choice], trials: Oracle) -> list[Standing]:
     """Try choices on ever more releases, those with the highest mean score only, and rank them.
 
     Returns
@@ -46,7 +59,7 @@ def race(choices: Sequence[Choice], trials: Trials) -> list[Standing]:
     return ranked
 
 
-def _tried(choices: Sequence[Choice], trials: Trials, releases: int) -> list[Standing]:
+def _tried(choices: Sequence[Choice], trials: Oracle, releases: int) -> list[Standing]:
     scores = trials.scores(choices, releases)
     found = [
         Standing(choice, float(row.mean()), int(np.sum(row == 1.0)), releases)

@@ -39,6 +39,8 @@ class Task:
     """Releases of the search."""
     goal: float
     """Probability that is enough."""
+    runs: int
+    """Releases that the result is judged by."""
 
     @property
     def enough(self) -> float:
@@ -86,6 +88,7 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     speeds: Sequence[float] | None,
     budget: int,
     goal: float,
+    runs: int,
 ) -> Task:
     """Check what is asked for and fill in what was left out.
 
@@ -102,6 +105,7 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
         *_not_one_of("search", search, (None, *get_args(Search))),
         *_out_of_range("seed", seed, seed >= 0, "at least 0"),
         *_out_of_range("budget", budget, budget >= 1, "at least 1"),
+        *_out_of_range("runs", runs, runs >= 0, "at least 0"),
         *_out_of_range("goal", goal, 0.0 < goal <= 1.0, "above 0 and at most 1"),
         *_out_of_range("speeds", speeds, speeds is None or len(speeds) > 0, "None or not empty"),
     ]
@@ -129,7 +133,16 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     for speed in chosen:
         released.replace(feed={"speed": speed})  # raises if it is not allowed
     return Task(
-        target, released, mode, objective, search or _usual_search(n), seed, chosen, budget, goal
+        target,
+        released,
+        mode,
+        objective,
+        search or _usual_search(n),
+        seed,
+        chosen,
+        budget,
+        goal,
+        runs,
     )
 
 

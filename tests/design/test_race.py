@@ -1,0 +1,107 @@
+"""Races and the cross-entropy method on trials whose probabilities are known."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from magfold_env.design.choice import Choice
+from magfold_env.design.cross_entropy import ELITE, POPULATION, RELEASES, cross_entropy
+from magfold_env.design.race import RUNGS, race
+
+
+class Known:
+    """Trials of choices of known probability; every release has a threshold of its own."""
+
+    def __init__(self, probability: Callable[[Choice], float], seed: int = 0) -> None:
+        self.probability = probability
+        self.threshold = np.random.default_rng(seed).random(1000)
+        self.asked: set[tuple[Choice, int]] = set()
+
+    @property
+    def count(self) -> int:
+        return len(self.asked)
+
+    def scores(self, choices: Sequence[Choice], draws: int) -> npt.NDArray[np.float64]:
+        self.asked |= {(choice, draw) for choice in choices for draw in range(draws)}
+        rates = np.array([self.probability(choice) for choice in choices])
+        success = self.threshold[:draws] < rates[:, None]
+        return np.where(success, 1.0, 0.4 * rates[:, None])
+
+
+def named(k: int) -> Choice:
+    return Choice((f"{k:04b}".replace("0", "N").replace("1", "S"),), None)
+
+
+def test_the_best_goes_furthest() -> None:
+    rates = {named(k): k / 16 for k in range(16)}
+    trials = Known(rates.__getitem__)
+    ranked = race([named(k) for k in range(16)], trials)
+    assert ranked[0].choice in {named(k) for k in (13, 14, 15)}
+    assert [standing.releases for standing in ranked] == [40, 12, 12, 12, *[4] * 12]
+    assert trials.count == 16 * 4 + 4 * 8 + 28
+    assert sorted(standing.choice for standing in ranked) == sorted(rates)
+
+
+def test_a_standing_counts_successes() -> None:
+    trials = Known(lambda _: 0.7)
+    (standing,) = race([named(3)], trials)
+    expected = trials.threshold[: RUNGS[-1][0]] < 0.7
+    assert standing.successes == expected.sum()
+    assert standing.rate == expected.mean()
+    assert standing.mean == pytest.approx(np.where(expected, 1.0, 0.28).mean())
+
+
+def test_equal_ones_stay_in_order() -> None:
+    choices = [named(k) for k in (5, 2, 9)]
+    assert [standing.choice for standing in race(choices, Known(lambda _: 1.0))] == choices
+
+
+GOOD = ("NSSN", "SSNN", "NSNS")
+
+
+def likeness(choice: Choice) -> float:
+    """Return the share of faces as in GOOD, and less for speeds far from 0.1 m/s."""
+    pairs = zip("".join(choice.sequence), "".join(GOOD), strict=True)
+    alike = np.mean([a == b for a, b in pairs])
+    if choice.speed is None:
+        return float(alike)
+    return float(alike * np.exp(-0.5 * np.log(choice.speed / 0.1) ** 2))
+
+
+@pytest.mark.parametrize("speeds", [(), (0.01, 0.5)])
+def test_cross_entropy_finds_what_nothing_points_to(speeds: tuple[float, ...]) -> None:
+    rng = np.random.default_rng(0)
+    found = cross_entropy(Known(likeness), 12, speeds, rng, budget=6000)
+    assert found[0].choice.sequence == GOOD
+    if speeds:
+        speed = found[0].choice.speed
+        assert speed is not None
+        assert 0.05 < speed < 0.2
+
+
+def test_cross_entropy_keeps_to_its_budget_and_its_speeds() -> None:
+    trials = Known(lambda _: 0.5)
+    found = cross_entropy(trials, 8, (0.02, 0.3), np.random.default_rng(1), budget=600)
+    one = POPULATION * RELEASES + ELITE * 40
+    assert 600 - POPULATION * RELEASES < trials.count < 600 + one
+    assert all(0.02 <= (standing.choice.speed or 0.0) <= 0.3 for standing in found)
+
+
+def test_cross_entropy_ends_at_its_goal() -> None:
+    trials = Known(lambda _: 0.99)
+    found = cross_entropy(trials, 8, (), np.random.default_rng(1), budget=100_000, goal=0.9)
+    assert found[0].rate >= 0.9
+    assert trials.count < 2 * POPULATION * RELEASES
+
+
+def test_cross_entropy_begins_where_it_is_told() -> None:
+    first = Choice(("NSSN", "NNSS"), 0.1)
+    trials = Known(lambda _: 1.0)
+    cross_entropy(trials, 8, (0.01, 1.0), np.random.default_rng(1), budget=240, first=first)
+    drawn = {choice for choice, _ in trials.asked}
+    alike = np.mean(
+        [[a == b for a, b in zip("".join(c.sequence), "NSSNNNSS", strict=True)] for c in drawn]
+    )
+    assert alike > 0.75
