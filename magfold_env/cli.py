@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, cast
 
 import typer
 from rich.console import Console
 
+from magfold_env.cli_bench import bench
+from magfold_env.cli_errors import errors_in_one_line as _errors_in_one_line
 from magfold_env.cli_report import (
     decisions_table,
     fold_table,
@@ -36,7 +38,6 @@ app = typer.Typer(
     rich_markup_mode=None,  # plain messages, so that a wrong option is told in one line
     pretty_exceptions_enable=False,
 )
-bench = typer.Typer(help="Measure this machine and this version.", no_args_is_help=True)
 app.add_typer(bench, name="bench")
 
 _FRAME_RATE = 240.0  # the paper's camera [1/s]
@@ -44,10 +45,6 @@ _FRAME_RATE = 240.0  # the paper's camera [1/s]
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
 Png = Annotated[Path | None, typer.Option(help="Draw the result as a picture.")]
 Json = Annotated[Path | None, typer.Option(help="Write the result as JSON.")]
-Quick = Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")]
-Out = Annotated[
-    Path | None, typer.Option(help="Folder for CSV, JSON and PNG files; made if need be.")
-]
 
 
 @app.command()
@@ -177,78 +174,6 @@ def scenes() -> None:
     Console().print(scenes_table(loaded))
 
 
-@bench.command()
-def dynamics(
-    *,
-    quick: Quick = False,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="A part: scaling, smooth, restarts, contact, folds, features; may repeat."
-        ),
-    ] = None,
-    out: Out = None,
-) -> None:
-    """Measure the engine: run time against error, and what each feature costs."""
-    from magfold_env.benchmarks.dynamics import command  # noqa: PLC0415 - much to import
-
-    with _errors_in_one_line():
-        command.run(only or [], quick, out)
-
-
-@bench.command()
-def magnets(
-    *,
-    quick: Quick = False,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="A part: accuracy, points, far, scaling, devices, fold, peers; may repeat."
-        ),
-    ] = None,
-    out: Out = None,
-) -> None:
-    """Measure the magnets: time against error, growth with length, folds, magpylib beside them."""
-    from magfold_env.benchmarks.magnets import command  # noqa: PLC0415 - much to import
-
-    with _errors_in_one_line():
-        command.run(only or [], quick, out)
-
-
-@bench.command()
-def energy(
-    *,
-    quick: Quick = False,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(help="A part: scan, ground-states, predictors; may repeat."),
-    ] = None,
-    out: Out = None,
-) -> None:
-    """Measure the predictors by energy: scans, proofs of ground states, how often they agree."""
-    from magfold_env.benchmarks.energy import command  # noqa: PLC0415 - much to import
-
-    with _errors_in_one_line():
-        command.run(only or [], quick, out)
-
-
-@bench.command()
-def predict(
-    *,
-    quick: Quick = False,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(help="A part: experiment, predictors, scaling; may repeat."),
-    ] = None,
-    out: Out = None,
-) -> None:
-    """Repeat the paper's experiment, and count how often each predictor names its result."""
-    from magfold_env.benchmarks.predict import command  # noqa: PLC0415 - much to import
-
-    with _errors_in_one_line():
-        command.run(only or [], quick, out)
-
-
 def _feeds(scene: Scene) -> list[Minimum]:
     """Return the component-by-component searches that reach an end."""
     found: list[Minimum] = []
@@ -292,17 +217,6 @@ def _check_outputs(paths: Mapping[str, Path | None]) -> None:
             raise ValueError(f"{option}: {str(path)!r} is not allowed; its folder must exist")
         if path is not None and path.is_dir():
             raise ValueError(f"{option}: {str(path)!r} is not allowed; must not be a folder")
-
-
-@contextmanager
-def _errors_in_one_line() -> Generator[None]:
-    """Tell what the user got wrong on one line of stderr and end with exit code 2."""
-    try:
-        yield
-    except (ValueError, OSError, ImportError) as error:
-        message = "; ".join(str(error).splitlines())
-        typer.echo(f"error: {message}", err=True)
-        raise typer.Exit(2) from None
 
 
 def _busy(what: str) -> Any:

@@ -11,6 +11,9 @@ Row = dict[str, Cell]
 Progress = Callable[[float, str], None]
 """Is told the finished share of a part, 0 to 1, and what is going on."""
 
+Tick = Callable[[float], None]
+"""Is told the finished share of one of a part's cases, 0 to 1."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -32,3 +35,13 @@ class Part:
     """What of it is worth reading."""
     findings: list[str] = field(default_factory=list[str])
     """Requirements and how they are met, a sentence each."""
+
+
+def begin_case(progress: Progress, k: int, count: int, what: str) -> Tick:
+    """Tell that the k-th of ``count`` cases begins, and return what takes its progress."""
+
+    def tick(share: float) -> None:
+        progress((k + share) / count, what)
+
+    tick(0.0)
+    return tick

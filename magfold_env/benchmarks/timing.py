@@ -34,6 +34,14 @@ class Spread:
     def __str__(self) -> str:
         return f"{self.median:.3g} ({self.low:.3g} to {self.high:.3g})"
 
+    def time_cells(self, unit: str, scale: float = 1.0) -> dict[str, float]:
+        """Return the cells of a table's row that hold times, ``scale`` times these in ``unit``."""
+        return {
+            f"time [{unit}]": scale * self.median,
+            f"lower quartile [{unit}]": scale * self.low,
+            f"upper quartile [{unit}]": scale * self.high,
+        }
+
 
 @dataclass(frozen=True, eq=False)
 class Timing:

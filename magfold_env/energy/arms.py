@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.energy.couplings import FACES, couplings
+from magfold_env.energy.couplings import couplings
+from magfold_env.energy.face_pairs import FACES
 from magfold_env.energy.lattice import HEADINGS, ORDER, TURNS, Ints
 from magfold_env.engine.state import Array, IntArray
 from magfold_env.scene import Scene

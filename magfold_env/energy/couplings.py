@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.energy.lattice import HEADINGS, Ints
+from magfold_env.energy.face_pairs import FACES, pair_charges, pair_places
+from magfold_env.energy.lattice import Ints
 from magfold_env.engine.jit import allocating_kernel
 from magfold_env.engine.magnets import energy
 from magfold_env.engine.pack import pack_magnets
@@ -22,8 +23,6 @@ from magfold_env.engine.workspace import new_nodes
 from magfold_env.scene import Scene
 from magfold_env.scene_parts import Casing
 from magfold_env.scene_parts import Magnets as MagnetsPart
-
-FACES = 4
 
 
 class Couplings:
@@ -42,7 +41,7 @@ class Couplings:
         scene = Scene(sequence=("NNNN",), casing=Casing(side=side), magnets=magnets)
         self._charge = magnets.charge if magnets is not None else 0.0
         self._magnets = pack_magnets(scene)
-        self._half_length = side / np.sqrt(2.0)
+        self._side = side
         self._known: dict[tuple[int, int, int], Array] = {}
 
     def at(self, poses: Ints) -> NDArray[np.float64]:
@@ -76,11 +75,9 @@ class Couplings:
     def _compute(self, keys: list[tuple[int, int, int]]) -> NDArray[np.float64]:
         out = np.zeros((len(keys), FACES, FACES))
         if keys and self._charge:
-            poses = np.array(keys)
-            centres = poses[:, :2] * self._half_length
-            headings = HEADINGS[poses[:, 2]].astype(np.float64)
+            places = pair_places(np.array(keys), self._side)
             nodes = new_nodes(self._magnets, 2)
-            _pairs(self._magnets, self._charge, centres, headings, nodes, out)
+            _energies(self._magnets, places, pair_charges(self._charge), nodes, out)
         return out
 
 
@@ -100,22 +97,10 @@ def _shared(fields: tuple[tuple[str, Any], ...] | None, side: float) -> Coupling
 
 
 @allocating_kernel
-def _pairs(
-    magnets: Magnets, unit: float, centres: Array, headings: Array, nodes: Nodes, out: Array
-) -> None:
-    """Fill ``out`` (m, 4, 4) with the energies of single faces of charge ``unit`` [A·m].
-
-    ``centres`` (m, 2) [m] and ``headings`` (m, 2), as unit vectors, place the second component.
-    """
-    cos, sin, x, y = np.ones(2), np.zeros(2), np.zeros(2), np.zeros(2)
-    pose = Pose(cos, sin, x, y)
-    charge = np.zeros((2, 4))
+def _energies(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, out: Array) -> None:
+    """Fill ``out`` (m, 4, 4) [J]; see `pair_places` and `pair_charges`."""
     for p in range(out.shape[0]):
-        x[1], y[1] = centres[p, 0], centres[p, 1]
-        cos[1], sin[1] = headings[p, 0], headings[p, 1]
+        pose = Pose(places.cos[p], places.sin[p], places.x[p], places.y[p])
         for a in range(4):
             for b in range(4):
-                charge[:] = 0.0
-                charge[0, a] = unit
-                charge[1, b] = unit
-                out[p, a, b] = energy(0, magnets, charge, pose, nodes)
+                out[p, a, b] = energy(0, magnets, charge[a, b], pose, nodes)

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.energy.couplings import FACES, couplings
+from magfold_env.energy.couplings import couplings
+from magfold_env.energy.face_pairs import FACES
 from magfold_env.energy.lattice import Lattice
 from magfold_env.scene import SIGNS, Scene
 

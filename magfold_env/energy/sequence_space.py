@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.energy.couplings import FACES
 from magfold_env.energy.every_sequence import (
     WordIndices,
     best_for_every_sequence,
     word_for_every_sequence,
 )
+from magfold_env.energy.face_pairs import FACES
 from magfold_env.engine.state import Array
 
 LONGEST_OF_ALL = 6

@@ -1,7 +1,6 @@
-"""The magnets benchmark: its reference, its poses, its parts and their report."""
+"""The magnets benchmark: what is measured, its parts and their report."""
 
 import json
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -25,115 +24,18 @@ from magfold_env.benchmarks.magnets import (
 from magfold_env.benchmarks.magnets.casings import Sums, sample_of
 from magfold_env.benchmarks.magnets.chains import Chain, joint_torques, pinned_states
 from magfold_env.benchmarks.magnets.kernels import Loads
-from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB, Peer, installed
+from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB, installed
 from magfold_env.scene_parts import Magnets
-from magfold_env.shapes import angles_to_word, centres, is_fully_folded, overlaps
-from tests.engine import reference as engine_reference
-
-SIDE = 0.0125
+from magfold_env.shapes import centres
+from tests.benchmarks.magnet_pairs import SIDE, alike
 
 
 def silent(share, what):
     pass
 
 
-def pair(seed):
-    rng = np.random.default_rng(seed)
-    return poses.random_scene(rng, 2), poses.random_pair(rng, SIDE)
-
-
-# --- the reference ----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("aside", [0.0, 0.0015, 0.009])
-@pytest.mark.parametrize("gap", [0.001, 0.006, 0.02])
-def test_two_parallel_faces_meet_the_closed_form(aside, gap):
-    size = np.array([[0.006, 0.005]])
-    offset = np.array([[aside, gap]])
-    pull, _ = reference.rectangle_pull(offset, np.zeros(1), size, size, *reference.RULES[0][1:])
-    closed = engine_reference.akoun_yonnet(offset[0], *size[0])
-    np.testing.assert_allclose(pull[0], closed, rtol=0, atol=1e-10 * np.abs(closed).max())
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_more_nodes_do_not_change_the_reference(seed, monkeypatch):
-    scene, pose = pair(seed)
-    before = reference.forces(scene, *pose)
-    finer = tuple((start, 2 * m, 2 * k) for start, m, k in reference.RULES)
-    monkeypatch.setattr(reference, "RULES", finer)
-    after = reference.forces(scene, *pose)
-    unit = reference.flush_force(scene)
-    np.testing.assert_allclose(before[0], after[0], rtol=0, atol=1e-9 * unit)
-    np.testing.assert_allclose(before[1], after[1], rtol=0, atol=1e-9 * unit * SIDE)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_the_reference_is_what_many_strips_converge_to(seed):
-    scene, pose = pair(seed)
-    force, torque = reference.forces(scene, *pose)
-    summed, turning, _ = engine_reference.magnet_forces(*pose, scene, 60)
-    unit = reference.flush_force(scene)
-    np.testing.assert_allclose(force, summed, rtol=0, atol=1e-9 * unit)
-    np.testing.assert_allclose(torque, turning, rtol=0, atol=1e-9 * unit * SIDE)
-
-
-@pytest.mark.skipif(not installed(), reason="magpylib is not installed")
-@pytest.mark.parametrize("seed", range(3))
-def test_magpylib_converges_to_the_reference(seed):
-    scene, pose = pair(seed)
-    sample = sample_of([scene], [pose])
-    peer = Peer(scene, *pose)
-    coarse, fine = (sample.errors(peer.loads(mesh))[0] for mesh in ((2, 4, 4), (6, 12, 12)))
-    # Cells are a third as wide: of second order the error is a ninth.
-    assert fine < 0.16 * coarse
-    assert fine < 5e-3
-
-
-# --- the poses --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("seed", range(40))
-def test_random_pairs_do_not_overlap(seed):
-    _, (places, headings) = pair(seed)
-    squares = [
-        engine_reference.square(place, heading, SIDE / 2)
-        for place, heading in zip(places, headings, strict=True)
-    ]
-    found = engine_reference.separation(*squares)
-    assert found == pytest.approx(poses.separation(places, headings, SIDE), abs=1e-12)
-    assert found > -1e-12
-
-
-def test_many_random_pairs_touch():
-    gaps = [poses.separation(*pair(seed)[1], SIDE) for seed in range(60)]
-    assert sum(gap < 1e-12 for gap in gaps) > 15
-    assert sum(gap > 1e-3 for gap in gaps) > 5
-
-
-@pytest.mark.parametrize("n", [2, 6, 20, 61, 1000])
-def test_folded_chains_of_any_length_are_compact_and_do_not_overlap(n):
-    headings = poses.folded(n)
-    word = angles_to_word(np.diff(headings))
-    assert is_fully_folded(word)
-    assert not overlaps(word)
-    np.testing.assert_allclose(np.abs(np.diff(headings)), np.pi / 2, rtol=0, atol=1e-12)
-    # A square of n casings is √n sides long; staircases lie at 45 degrees to their bounds.
-    assert np.ptp(centres(headings, SIDE), axis=0).max() <= 2.5 * np.sqrt(n) * SIDE
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_random_shapes_do_not_overlap(seed):
-    headings = poses.random_shape(np.random.default_rng(seed), 6, SIDE)
-    places = centres(headings, SIDE)
-    for k in combinations(range(6), 2):
-        assert poses.separation(places[list(k)], headings[list(k)], SIDE) > -1e-9 * SIDE
-
-
-# --- what is measured -------------------------------------------------------------------------
-
-
 def test_errors_are_of_forces_and_of_torques_over_the_side():
-    scene, pose = pair(1)
+    scene, pose = alike(1)
     sample = sample_of([scene], [pose])
     unit = reference.flush_force(scene)
     exact = Loads(sample.force[..., 0], sample.force[..., 1], sample.torque)
@@ -146,7 +48,7 @@ def test_errors_are_of_forces_and_of_torques_over_the_side():
 
 
 def test_more_nodes_err_less_and_points_never_converge():
-    drawn = [pair(seed) for seed in range(10)]
+    drawn = [alike(seed) for seed in range(10)]
     sample = sample_of([scene for scene, _ in drawn], [pose for _, pose in drawn])
     strips = [sample.errors(Sums(sample, Magnets(nodes=k)).loads()).max() for k in (2, 6, 20)]
     assert strips[0] > 10 * strips[1] > 100 * strips[2]
@@ -312,9 +214,6 @@ def test_an_absent_peer_is_reported(monkeypatch):
     part = peers.run(quick=True, progress=silent)
     assert part.rows == []
     assert "magpylib is absent" in part.findings[0]
-
-
-# --- parts, diagrams and the command ----------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", list(command.PARTS))

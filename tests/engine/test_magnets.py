@@ -1,4 +1,4 @@
-"""Magnets: the gradient of the energy, Newton's third law and the laws between nodes."""
+"""Magnets: the gradient of the energy, Newton's third law and the sum over nodes."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.engine import magnet_laws, magnets, near_faces
+from magfold_env.engine import magnets, near_faces
 from magfold_env.engine.pack import pack
 from magfold_env.engine.state import Pose
 from magfold_env.engine.workspace import new_work
@@ -139,6 +139,13 @@ def gradient(casings, places, headings):
     return force, torque
 
 
+def assert_gradient(casings, places, headings, expected):
+    assert expected is not None
+    force, torque = casings.forces(places, headings)
+    np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
+    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * SIDE * np.abs(force).max())
+
+
 @pytest.mark.laws
 @pytest.mark.parametrize("model", sorted(MODELS))
 def test_force_and_torque_are_the_energys_gradient(model):
@@ -170,11 +177,7 @@ def test_gradient_holds_between_two_levels(level, share):
     places = np.array([[0.0, 0.0], [0.0, SIDE - 0.001 + distance]])
     headings = np.array([np.pi / 4, np.pi / 4])
     assert casings.blended(places, headings) > 0
-    expected = gradient(casings, places, headings)
-    assert expected is not None
-    force, torque = casings.forces(places, headings)
-    np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
-    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * SIDE * np.abs(force).max())
+    assert_gradient(casings, places, headings, gradient(casings, places, headings))
 
 
 @pytest.mark.laws
@@ -193,9 +196,7 @@ def test_gradient_holds_between_two_ranks(rank, share):
         expected = gradient(casings, places, headings)
         if expected is not None:
             break
-    force, torque = casings.forces(places, headings)
-    np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
-    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * SIDE * np.abs(force).max())
+    assert_gradient(casings, places, headings, expected)
 
 
 @pytest.mark.laws
@@ -207,11 +208,7 @@ def test_gradient_holds_where_casings_begin_to_be_expanded(share):
     bearing = rng.uniform(-np.pi, np.pi)
     places = distance * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]])
     headings = rng.uniform(-np.pi, np.pi, 2)
-    expected = gradient(casings, places, headings)
-    assert expected is not None
-    force, torque = casings.forces(places, headings)
-    np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
-    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * SIDE * np.abs(force).max())
+    assert_gradient(casings, places, headings, gradient(casings, places, headings))
 
 
 @pytest.mark.laws
@@ -299,53 +296,3 @@ def test_like_faces_repel_and_unlike_faces_attract(model):
     assert like == pytest.approx(-unlike)
     apart = np.array([1.0, 1.0]) / np.sqrt(2)  # from the first casing's front-left face
     assert mf.forces(scene, angles)[0][1] @ apart > 0
-
-
-@given(
-    height=st.floats(1e-3, 1e-2),
-    share=st.sampled_from([0.05, 0.5, 0.9, 1.0]),
-    exponent=st.floats(-3.5, -1.0),
-    strips=st.booleans(),
-)
-def test_node_force_is_the_node_energys_derivative(height, share, exponent, strips):
-    r, even = 10**exponent, share == 1.0
-    sum2, difference2 = ((1 + share) / 2 * height) ** 2, ((1 - share) / 2 * height) ** 2
-    slope = reference.derivative(
-        lambda t: magnet_laws.node_law(strips, even, sum2, difference2, (r + t) ** 2)[1], 1e-2 * r
-    )
-    force = magnet_laws.node_force(strips, sum2, difference2, r * r)
-    found = magnet_laws.node_law(strips, even, sum2, difference2, r * r)[0]
-    assert -slope == pytest.approx(force * r, rel=1e-8)
-    assert found == pytest.approx(force, rel=1e-14)
-
-
-@given(height=st.floats(1e-3, 1e-2), share=st.floats(0.1, 0.999), exponent=st.floats(-3.5, -1.0))
-def test_nodes_of_unequal_heights_are_lines_of_charge(height, share, exponent):
-    # Both lines as many charges, midpoints of equal parts.
-    r, other, count = 10**exponent, share * height, 4000
-    z = height * ((np.arange(count) + 0.5) / count - 0.5)
-    # The field of the other line, in the plane's direction, is closed.
-    top, bottom = other / 2 - z, -other / 2 - z
-    field = (top / np.hypot(top, r) - bottom / np.hypot(bottom, r)) / (r * other)
-    sum2, difference2 = ((height + other) / 2) ** 2, ((height - other) / 2) ** 2
-    force = magnet_laws.node_force(True, sum2, difference2, r * r) * r
-    assert force == pytest.approx(field.mean(), rel=1e-5)
-    even = magnet_laws.node_law(True, True, sum2, 0.0, r * r)
-    uneven = magnet_laws.node_law(True, False, sum2, 0.0, r * r)
-    np.testing.assert_allclose(uneven, even, rtol=1e-13)
-
-
-@given(exponent=st.floats(-12.0, 8.0))
-def test_logarithm_is_exact_to_rounding(exponent):
-    z = 10**exponent
-    assert magnet_laws.log1p(z) == pytest.approx(np.log1p(z), rel=4e-16)
-
-
-@pytest.mark.parametrize("ratio", np.linspace(0.98, 1.12, 29))
-def test_blend_has_the_derivative_it_states(ratio):
-    weight, slope = magnet_laws.step_down(ratio, near_faces.BLEND)
-    assert 0.0 <= weight <= 1.0
-    measured = reference.derivative(
-        lambda t: magnet_laws.step_down(ratio + t, near_faces.BLEND)[0], 1e-6
-    )
-    assert slope == pytest.approx(measured, abs=1e-6)

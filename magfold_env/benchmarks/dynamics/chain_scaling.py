@@ -9,7 +9,7 @@ own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from magfold_env.benchmarks.dynamics.chain_contenders import (
     missing,
 )
 from magfold_env.benchmarks.dynamics.chain_problem import random_problem
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
+from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
 from magfold_env.benchmarks.timing import Spread, Task, spread_of, take_turns
 from magfold_env.engine.state import Array
 
@@ -64,16 +64,12 @@ def run(quick: bool, progress: Progress) -> Part:
     absent = missing()
     rows: list[Row] = []
     for k, n in enumerate(lengths):
-
-        def tick(share: float, k: int = k, n: int = n) -> None:
-            progress((k + share) / len(lengths), f"n = {n}")
-
-        tick(0.0)
+        tick = begin_case(progress, k, len(lengths), f"n = {n}")
         rows += _measure(n, rounds, absent, tick)
     return Part(NAME, rows, _tables(rows), [*_findings(rows), *(f"{a} is absent" for a in absent)])
 
 
-def _measure(n: int, rounds: int, absent: list[str], tick: Callable[[float], None]) -> list[Row]:
+def _measure(n: int, rounds: int, absent: list[str], tick: Tick) -> list[Row]:
     """Rows of all contenders that can do n components."""
     names = [name for name in BUILDS if name not in absent and n <= LONGEST.get(name, n)]
     problem = random_problem(n)
@@ -117,9 +113,7 @@ def _row(name: str, n: int, samples: Array, ours: Array, apart: float) -> Row:
     return {
         "contender": name,
         "n": n,
-        "time [µs]": spread.median,
-        "lower quartile [µs]": spread.low,
-        "upper quartile [µs]": spread.high,
+        **spread.time_cells("µs"),
         "times one chain's": ratio.median,
         "lower quartile": ratio.low,
         "upper quartile": ratio.high,

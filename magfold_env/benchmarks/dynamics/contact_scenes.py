@@ -132,9 +132,7 @@ def measure(name: str, kind: str, scene: Scene, effort: Effort) -> list[Row]:
                 "same word": int(end.word == exact.word),
                 "steps": end.steps,
                 "evaluations": end.evaluations,
-                "time [ms]": 1e3 * taken.median,
-                "lower quartile [ms]": 1e3 * taken.low,
-                "upper quartile [ms]": 1e3 * taken.high,
+                **taken.time_cells("ms", 1e3),
             }
         )
     return rows

@@ -21,7 +21,7 @@ from magfold_env.benchmarks.magnets.poses import (
     random_shape,
     unfolded,
 )
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
+from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
 from magfold_env.benchmarks.timing import Task, take_turns
 from magfold_env.engine.state import Array
 from magfold_env.scene import Scene
@@ -77,11 +77,7 @@ def run(quick: bool, progress: Progress) -> Part:
         LONG: [draw_long(rng, unfolded if k % 2 else folded) for k in range(effort.long)],
     }
     for k, (name, drawn) in enumerate(sets.items()):
-
-        def tick(share: float, k: int = k, name: str = name) -> None:
-            progress((k + share) / len(sets), name)
-
-        tick(0.0)
+        tick = begin_case(progress, k, len(sets), name)
         sample = sample_of([scene for scene, _ in drawn], [pose for _, pose in drawn])
         rows = measure(name, sample, effort, tick)
         part.rows.extend(rows)
@@ -124,7 +120,7 @@ def settings(effort: Effort) -> dict[tuple[str, float], Magnets]:
     return found
 
 
-def measure(name: str, sample: Sample, effort: Effort, tick: Callable[[float], None]) -> list[Row]:
+def measure(name: str, sample: Sample, effort: Effort, tick: Tick) -> list[Row]:
     """Return a row a setting."""
     sums = {key: Sums(sample, magnets) for key, magnets in settings(effort).items()}
     errors = {key: sample.errors(each.loads()) for key, each in sums.items()}
@@ -141,9 +137,7 @@ def measure(name: str, sample: Sample, effort: Effort, tick: Callable[[float], N
                 "setting": key[1],
                 "worst error": float(errors[key].max()),
                 "median error": float(np.median(errors[key])),
-                "time [µs]": unit * taken.median,
-                "lower quartile [µs]": unit * taken.low,
-                "upper quartile [µs]": unit * taken.high,
+                **taken.time_cells("µs", unit),
             }
         )
     return rows

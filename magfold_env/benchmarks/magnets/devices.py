@@ -7,14 +7,12 @@ to show the noise.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from magfold_env.benchmarks.magnets.chains import Chain, pinned_states
 from magfold_env.benchmarks.magnets.poses import random_scene
 from magfold_env.benchmarks.magnets.scaling import AT_STOPS, FOLDED, UNFOLDED, shapes
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
+from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
 from magfold_env.benchmarks.timing import Timing, ratio, take_turns
 from magfold_env.scene import Scene
 
@@ -41,11 +39,7 @@ def run(quick: bool, progress: Progress) -> Part:
     part = Part(NAME, [])
     cases = [(n, shape) for n in lengths for shape in (UNFOLDED, FOLDED)]
     for k, (n, shape) in enumerate(cases):
-
-        def tick(share: float, k: int = k, what: str = f"n = {n}, {shape}") -> None:
-            progress((k + share) / len(cases), what)
-
-        tick(0.0)
+        tick = begin_case(progress, k, len(cases), f"n = {n}, {shape}")
         part.rows.extend(_measure(n, shape, rounds, tick))
     part.tables.extend(_table(n, part.rows) for n in lengths)
     part.findings.extend(_findings(part.rows))
@@ -90,7 +84,7 @@ def features(n: int) -> dict[str, Scene]:
     }
 
 
-def _measure(n: int, shape: str, rounds: int, tick: Callable[[float], None]) -> list[Row]:
+def _measure(n: int, shape: str, rounds: int, tick: Tick) -> list[Row]:
     """Rows of all features in one shape; joints at their stops belong to the folded one."""
     scenes, headings = features(n), shapes(n)
     side = scenes[DEFAULT].casing.side
@@ -108,9 +102,7 @@ def _measure(n: int, shape: str, rounds: int, tick: Callable[[float], None]) -> 
                 "n": n,
                 "shape": shape,
                 "feature": name,
-                "time [µs]": 1e6 * spread.median,
-                "lower quartile [µs]": 1e6 * spread.low,
-                "upper quartile [µs]": 1e6 * spread.high,
+                **spread.time_cells("µs", 1e6),
                 "time / default": share.median,
                 "time / default, lower quartile": share.low,
                 "time / default, upper quartile": share.high,

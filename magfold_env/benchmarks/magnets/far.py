@@ -11,7 +11,6 @@ pairs are summed or expanded: nothing is looked up or kept.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +18,7 @@ import numpy as np
 from magfold_env.benchmarks.magnets.casings import Sample, Sums
 from magfold_env.benchmarks.magnets.poses import random_scene
 from magfold_env.benchmarks.magnets.scaling import FOLDED, UNFOLDED, shapes
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
+from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
 from magfold_env.benchmarks.timing import Task, Timing, ratio, take_turns
 from magfold_env.engine.quadrature import Rule, choose_rule
 from magfold_env.scene_parts import Magnets
@@ -70,11 +69,7 @@ def run(quick: bool, progress: Progress) -> Part:
     part = Part(NAME, [])
     cases = [(n, shape) for n in effort.lengths for shape in (UNFOLDED, FOLDED)]
     for k, (n, shape) in enumerate(cases):
-
-        def tick(share: float, k: int = k, what: str = f"n = {n}, {shape}") -> None:
-            progress((k + share) / len(cases), what)
-
-        tick(0.0)
+        tick = begin_case(progress, k, len(cases), f"n = {n}, {shape}")
         rows = _measure(n, shape, effort, tick)
         part.rows.extend(rows)
         part.tables.append(_table(n, shape, rows))
@@ -112,7 +107,7 @@ def _sums(sample: Sample, bound: float, order: int, radius: float) -> Sums:
     return Sums(sample, Magnets(accuracy=bound), rule)
 
 
-def _measure(n: int, shape: str, effort: Effort, tick: Callable[[float], None]) -> list[Row]:
+def _measure(n: int, shape: str, effort: Effort, tick: Tick) -> list[Row]:
     """Rows of one chain: all settings with the nodes of every bound."""
     sample = states_of(n, shape, effort.states)
     errors = {(NONE, math.inf): 0.0, **errors_of(sample, effort.radii)}
@@ -133,9 +128,7 @@ def _measure(n: int, shape: str, effort: Effort, tick: Callable[[float], None]) 
                 "order": order,
                 "radius [diagonals]": radius,
                 "error": errors[order, radius],
-                "time [µs]": 1e6 * spread.median,
-                "lower quartile [µs]": 1e6 * spread.low,
-                "upper quartile [µs]": 1e6 * spread.high,
+                **spread.time_cells("µs", 1e6),
                 "times faster": faster.median,
                 "times faster, lower quartile": faster.low,
                 "times faster, upper quartile": faster.high,

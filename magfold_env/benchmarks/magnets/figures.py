@@ -54,6 +54,7 @@ def draw_accuracy(rows: list[Row]) -> Any:
                     color=COLOURS[(2, 1, 3)[k % 3]],
                 )
         axis.set_title(name, fontsize=11)
+        axis.margins(x=0.13)  # room for the settings beside the outermost points
         axis.set_xlabel("time of a state [µs]")
         axis.set_ylim(SMALLEST / 2.0, 100.0)
     axes[0].set_ylabel(f"worst error / {FLUSH}")

@@ -8,7 +8,6 @@ fold. Beside it, every pair summed. Errors are of the torques at the joints.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +16,7 @@ from magfold_env.benchmarks.dynamics_laws.stepping import SteppedSession
 from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.chains import Chain, joint_torques
 from magfold_env.benchmarks.magnets.kernels import Loads, States
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
+from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
 from magfold_env.benchmarks.timing import take_turns
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.pack import pack
@@ -72,11 +71,7 @@ def run(quick: bool, progress: Progress) -> Part:
     part = Part(NAME, [])
     scenes = folds(effort)
     for k, (name, scene) in enumerate(scenes.items()):
-
-        def tick(share: float, k: int = k, name: str = name) -> None:
-            progress((k + share) / len(scenes), name)
-
-        tick(0.0)
+        tick = begin_case(progress, k, len(scenes), name)
         part.rows.extend(_measure(name, scene, effort, tick))
     hidden = ("lower quartile [µs]", "upper quartile [µs]")
     shown = [{key: row[key] for key in row if key not in hidden} for row in part.rows]
@@ -127,7 +122,7 @@ def placed(scene: Scene, q: Array, los: IntArray) -> States:
     return States(first, los, q, poses)
 
 
-def _measure(name: str, scene: Scene, effort: Effort, tick: Callable[[float], None]) -> list[Row]:
+def _measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> list[Row]:
     """Return a row an accuracy."""
     states = states_of(scene)
     magnets = {bound: scene.replace(magnets={"accuracy": bound}) for bound in BOUNDS}
@@ -146,9 +141,7 @@ def _measure(name: str, scene: Scene, effort: Effort, tick: Callable[[float], No
                 "fold": name,
                 "accuracy": bound,
                 "evaluations": states.first.size,
-                "time [µs]": each * taken.median,
-                "lower quartile [µs]": each * taken.low,
-                "upper quartile [µs]": each * taken.high,
+                **taken.time_cells("µs", each),
                 "all pairs summed [µs]": 1e6 * sums.median / summed[bound].evaluations,
                 "worst error": errors[bound],
             }

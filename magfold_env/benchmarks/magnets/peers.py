@@ -21,7 +21,7 @@ from magfold_env.benchmarks.magnets.kernels import Loads
 from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB, Mesh, Peer, installed
 from magfold_env.benchmarks.magnets.poses import random_scene
 from magfold_env.benchmarks.magnets.scaling import FOLDED, UNFOLDED, shapes
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
+from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
 from magfold_env.benchmarks.timing import Spread, Task, Timing, ratio, take_turns
 from magfold_env.engine.state import Array
 from magfold_env.scene_parts import Magnets
@@ -82,11 +82,7 @@ def run(quick: bool, progress: Progress) -> Part:
     part = Part(NAME, [])
     cases = [(n, shape) for n in effort.meshes for shape in (UNFOLDED, FOLDED)]
     for k, (n, shape) in enumerate(cases):
-
-        def tick(share: float, k: int = k, what: str = f"n = {n}, {shape}") -> None:
-            progress((k + share) / len(cases), what)
-
-        tick(0.0)
+        tick = begin_case(progress, k, len(cases), f"n = {n}, {shape}")
         part.rows.extend(measure(n, shape, effort, tick))
     part.tables.append(_table(part.rows))
     part.findings.extend(_findings(part.rows))
@@ -100,7 +96,7 @@ def chain_sample(n: int, shape: str) -> Sample:
     return sample_of([scene], [(centres(headings, scene.casing.side), headings)])
 
 
-def measure(n: int, shape: str, effort: Effort, tick: Callable[[float], None]) -> list[Row]:
+def measure(n: int, shape: str, effort: Effort, tick: Tick) -> list[Row]:
     """Return a row a contender."""
     sample = chain_sample(n, shape)
     peer = Peer(sample.scenes[0], sample.places[0], sample.headings[0])
@@ -179,9 +175,7 @@ def _row(
         "mesh or bound": each.setting,
         "force error": each.force_error,
         "joint error": each.joint_error,
-        "time [µs]": 1e6 * taken.median,
-        "lower quartile [µs]": 1e6 * taken.low,
-        "upper quartile [µs]": 1e6 * taken.high,
+        **taken.time_cells("µs", 1e6),
     }
     for by in (SUMS, DYNAMICS):
         fast = fastest(contenders, times, each, by) if each.by == MAGPYLIB else ""

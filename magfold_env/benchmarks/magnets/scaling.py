@@ -10,7 +10,6 @@ nodes.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import product
 
 import numpy as np
@@ -18,7 +17,7 @@ import numpy as np
 from magfold_env.benchmarks.magnets.chains import Chain, pinned_states
 from magfold_env.benchmarks.magnets.poses import folded, random_sequence, unfolded
 from magfold_env.benchmarks.magnets.reference import FACES
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
+from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
 from magfold_env.benchmarks.timing import take_turns
 from magfold_env.engine.state import Array
 from magfold_env.scene import Scene
@@ -44,11 +43,7 @@ def run(quick: bool, progress: Progress) -> Part:
     rows: list[Row] = []
     lengths, rounds = (QUICK_LENGTHS, 2) if quick else (LENGTHS, 7)
     for k, n in enumerate(lengths):
-
-        def tick(share: float, k: int = k, n: int = n) -> None:
-            progress((k + share) / (len(lengths) + 1), f"n = {n}")
-
-        tick(0.0)
+        tick = begin_case(progress, k, len(lengths) + 1, f"n = {n}")
         rows += _measure(n, rounds, tick)
     progress(len(lengths) / (len(lengths) + 1), "pairs of nodes")
     fixed = measure_nodes(NODES_AT, rounds)
@@ -66,7 +61,7 @@ def shapes(n: int) -> dict[str, Array]:
     }
 
 
-def _measure(n: int, rounds: int, tick: Callable[[float], None]) -> list[Row]:
+def _measure(n: int, rounds: int, tick: Tick) -> list[Row]:
     """Rows of all shapes and accuracies at one length."""
     rng = np.random.default_rng(SEED)
     scene = Scene(sequence=random_sequence(rng, n), magnets=Magnets(), friction=0.0)
@@ -100,7 +95,7 @@ def _time(
     n: int,
     chains: dict[tuple[str, str], Chain],
     rounds: int,
-    tick: Callable[[float], None],
+    tick: Tick,
 ) -> list[Row]:
     """Time chains by shape and magnets, in turns."""
     tasks = {f"{shape}; {magnets}": chain.task() for (shape, magnets), chain in chains.items()}
@@ -114,9 +109,7 @@ def _time(
                 "shape": shape,
                 "magnets": magnets,
                 "n": n,
-                "time [µs]": each * taken.median,
-                "lower quartile [µs]": each * taken.low,
-                "upper quartile [µs]": each * taken.high,
+                **taken.time_cells("µs", each),
                 "ns a pair": 1e3 * each * taken.median / (n * (n - 1) / 2),
                 "ns a pair of nodes": float("nan"),
             }

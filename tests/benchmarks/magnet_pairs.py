@@ -1,0 +1,28 @@
+"""Random pairs of casings that the tests of the magnets benchmark share."""
+
+import numpy as np
+
+from magfold_env.benchmarks.magnets import poses
+from magfold_env.scene import Scene
+
+SIDE = 0.0125
+
+
+def alike(seed):
+    """Two components of the default magnets, and where they are."""
+    rng = np.random.default_rng(seed)
+    return poses.random_scene(rng, 2), poses.random_pair(rng, SIDE)
+
+
+def unequal(seed):
+    """Two components of random magnets, some faces empty, and where they are."""
+    rng = np.random.default_rng(seed)
+    magnets = {
+        "remanence": rng.uniform(0.2, 1.4, (2, 4)),
+        "width": rng.uniform(0.003, 0.006, 4),
+        "height": rng.uniform(0.003, 0.008, 4),
+        "thickness": rng.uniform(0.001, 0.002, 4),
+        "inset": rng.uniform(0.0004, 0.001, 4),
+    }
+    sequence = tuple("".join(row) for row in rng.choice([*"NNSS-"], (2, 4)))
+    return Scene(sequence=sequence).replace(magnets=magnets), poses.random_pair(rng, SIDE)

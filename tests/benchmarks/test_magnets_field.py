@@ -1,0 +1,118 @@
+"""The exact reference of the magnets benchmark in an external field."""
+
+import numpy as np
+import pytest
+
+from magfold_env.benchmarks.magnets import reference
+from magfold_env.scene import Scene
+from magfold_env.scene_parts import MU0, Field, FixedMagnet
+from tests.benchmarks.magnet_pairs import SIDE, unequal
+
+FIXED = FixedMagnet(
+    position=(0.03, -0.05), heading=0.7, width=0.02, height=0.03, thickness=0.01, remanence=1.3
+)
+
+
+def in_field(seed, **field):
+    scene, pose = unequal(seed)
+    return scene.replace(field=Field(**field)), pose
+
+
+def density(points, z, faces):
+    """Flux density (m, 2) [T] of the fixed magnet at m points: its faces as sums of charges."""
+    node, weight = np.polynomial.legendre.leggauss(24)
+    total = np.zeros((len(points), 2))
+    for centre, along, size, charge in zip(
+        faces.centre, faces.along, faces.size, faces.charge, strict=True
+    ):
+        s, height = node * size[0] / 2, node * size[1] / 2
+        away = points[:, None] - centre - s[:, None] * along
+        r2 = np.sum(away**2, axis=2)[:, :, None] + (z[:, None, None] - height) ** 2
+        share = charge * np.outer(weight, weight) / 4
+        total += MU0 / (4 * np.pi) * np.einsum("msh,msd->md", share / r2**1.5, away)
+    return total
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_magpylib_agrees_about_the_field_of_a_fixed_magnet(seed):
+    magpylib = pytest.importorskip("magpylib")
+    rng = np.random.default_rng(seed)
+    cuboid = magpylib.magnet.Cuboid(
+        dimension=(FIXED.thickness, FIXED.width, FIXED.height),
+        polarization=(FIXED.remanence, 0.0, 0.0),
+        position=(*FIXED.position, 0.0),
+    )
+    cuboid.rotate_from_angax(np.degrees(FIXED.heading), "z")
+    points, z = rng.uniform(-0.02, 0.02, (5, 2)), rng.uniform(-0.003, 0.003, 5)
+    expected = cuboid.getB(np.column_stack([points, z]))[:, :2]
+    found = density(points, z, reference.faces_of_fixed(FIXED))
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_no_field_no_force():
+    scene, pose = unequal(0)
+    for changed in (scene, scene.replace(field={})):
+        force, torque = reference.field_forces(changed, *pose)
+        assert not force.any()
+        assert not torque.any()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_even_field_turns_the_moments_of_the_magnets(seed):
+    field = np.array([0.02, -0.05])
+    scene, (places, headings) = in_field(seed, uniform=tuple(field))
+    force, torque = reference.field_forces(scene, places, headings)
+    assert not force.any()
+    assert scene.magnets is not None
+    moment = scene.charges * scene.magnets.by_face("thickness")  # outwards
+    angle = headings[:, None] + reference.FACE_NORMALS
+    x, y = (moment * np.cos(angle)).sum(axis=1), (moment * np.sin(angle)).sum(axis=1)
+    np.testing.assert_allclose(torque, x * field[1] - y * field[0], rtol=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_fixed_magnet_acts_as_two_more_pole_faces(seed):
+    scene, (places, headings) = in_field(seed, magnet=FIXED)
+    force, torque = reference.field_forces(scene, places, headings)
+    here = reference.faces_of(scene, places, headings)
+    there = reference.faces_of_fixed(FIXED)
+    expected, turning = np.zeros((2, 2)), np.zeros(2)
+    node, weight = np.polynomial.legendre.leggauss(12)
+    for centre, along, size, charge, casing in zip(
+        here.centre, here.along, here.size, here.charge, np.arange(16) // 8, strict=True
+    ):
+        s, z = np.meshgrid(node * size[0] / 2, node * size[1] / 2, indexing="ij")
+        points = centre + s.ravel()[:, None] * along
+        q = charge * np.outer(weight, weight).ravel() / 4
+        pull = q[:, None] * density(points, z.ravel(), there)
+        expected[casing] += pull.sum(axis=0)
+        arm = points - places[casing]
+        turning[casing] += np.sum(arm[:, 0] * pull[:, 1] - arm[:, 1] * pull[:, 0])
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(force, expected, rtol=0, atol=1e-9 * scale)
+    np.testing.assert_allclose(torque, turning, rtol=0, atol=1e-9 * scale * SIDE)
+
+
+def test_a_far_fixed_magnet_is_a_dipole():
+    far = FIXED.model_copy(update={"position": (2.0, 0.0), "heading": 0.0})
+    scene, (places, headings) = in_field(1, magnet=far)
+    moment = FIXED.charge * FIXED.thickness
+    even = MU0 / (4 * np.pi) * 2 * moment / 2.0**3  # on its axis
+    _, torque = reference.field_forces(scene, places, headings)
+    alike = scene.replace(field=Field(uniform=(even, 0.0)))
+    _, expected = reference.field_forces(alike, places, headings)
+    np.testing.assert_allclose(torque, expected, rtol=0, atol=0.05 * np.abs(expected).max())
+
+
+def test_the_fixed_magnets_north_pole_lies_ahead():
+    """Behind a casing with south poles at its back, it attracts by its north pole."""
+    scene = Scene(sequence=("NSSN",))
+    pulls = []
+    for heading in (0.0, np.pi):
+        size = {"width": 0.02, "height": 0.02, "thickness": 0.01}
+        magnet = FixedMagnet(position=(-0.06, 0.0), heading=heading, **size)
+        behind = scene.replace(field=Field(magnet=magnet))
+        force, _ = reference.field_forces(behind, np.zeros((1, 2)), np.zeros(1))
+        pulls.append(force[0, 0])
+    assert pulls[0] < 0 < pulls[1]
+    assert pulls[0] == pytest.approx(-pulls[1])

@@ -1,0 +1,126 @@
+"""The exact reference of the magnets benchmark, for equal faces and for unequal ones."""
+
+import numpy as np
+import pytest
+
+from magfold_env.benchmarks.dynamics import dense
+from magfold_env.benchmarks.magnets import reference
+from magfold_env.benchmarks.magnets.casings import sample_of
+from magfold_env.benchmarks.magnets.magpylib_peer import Peer, installed
+from magfold_env.scene import Scene
+from magfold_env.scene_parts import Magnets
+from magfold_env.shapes import centres
+from tests.benchmarks.magnet_pairs import SIDE, alike, unequal
+from tests.engine import reference as engine_reference
+
+of_equal_and_unequal_faces = pytest.mark.parametrize("pair", [alike, unequal])
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.0015, 0.009])
+@pytest.mark.parametrize("gap", [0.001, 0.006, 0.02])
+def test_two_parallel_faces_meet_the_closed_form(aside, gap):
+    size = np.array([[0.006, 0.005]])
+    offset = np.array([[aside, gap]])
+    pull, _ = reference.rectangle_pull(offset, np.zeros(1), size, size, *reference.RULES[0][1:])
+    closed = engine_reference.akoun_yonnet(offset[0], *size[0])
+    np.testing.assert_allclose(pull[0], closed, rtol=0, atol=1e-10 * np.abs(closed).max())
+
+
+@of_equal_and_unequal_faces
+@pytest.mark.parametrize("seed", range(12))
+def test_more_nodes_do_not_change_the_reference(pair, seed, monkeypatch):
+    scene, pose = pair(seed)
+    before = reference.forces(scene, *pose)
+    finer = tuple((start, 2 * m, 2 * k) for start, m, k in reference.RULES)
+    monkeypatch.setattr(reference, "RULES", finer)
+    after = reference.forces(scene, *pose)
+    unit = reference.flush_force(scene)
+    np.testing.assert_allclose(before[0], after[0], rtol=0, atol=1e-9 * unit)
+    np.testing.assert_allclose(before[1], after[1], rtol=0, atol=1e-9 * unit * SIDE)
+
+
+@of_equal_and_unequal_faces
+@pytest.mark.parametrize("seed", range(6))
+def test_the_reference_is_what_many_strips_converge_to(pair, seed):
+    scene, (places, headings) = pair(seed)
+    force, torque = reference.forces(scene, places, headings)
+    summed, turning, _ = engine_reference.magnet_forces(places, headings, scene, 60)
+    bound = 1e-9 * reference.flush_force(scene)
+    np.testing.assert_allclose(force, summed, rtol=0, atol=bound)
+    np.testing.assert_allclose(torque, turning, rtol=0, atol=bound * SIDE)
+
+
+@pytest.mark.skipif(not installed(), reason="magpylib is not installed")
+@of_equal_and_unequal_faces
+@pytest.mark.parametrize("seed", range(3))
+def test_magpylib_converges_to_the_reference(pair, seed):
+    scene, pose = pair(seed)
+    sample = sample_of([scene], [pose])
+    peer = Peer(scene, *pose)
+    coarse, fine = (sample.errors(peer.loads(mesh))[0] for mesh in ((2, 4, 4), (6, 12, 12)))
+    # Cells are a third as wide: of second order the error is a ninth.
+    assert fine < 0.16 * coarse
+    assert fine < 5e-3
+
+
+def test_two_unequal_faces_meet_a_sum_over_point_charges():
+    """Both rectangles as Gauss nodes in both directions: Coulomb's law and nothing else."""
+    size, source = np.array([[0.004, 0.007]]), np.array([[0.006, 0.003]])
+    offset, turn = np.array([[0.001, 0.003]]), np.array([0.4])
+    pull, moment = reference.rectangle_pull(offset, turn, size, source, 40, 20)
+
+    def charges(size, centre, angle):
+        node, weight = np.polynomial.legendre.leggauss(40)
+        s, z = np.meshgrid(node * size[0] / 2, node * size[1] / 2, indexing="ij")
+        places = np.stack([centre[0] + np.cos(angle) * s, centre[1] + np.sin(angle) * s, z], -1)
+        return places.reshape(-1, 3), np.outer(weight, weight).ravel() / 4
+
+    here, q = charges(size[0], offset[0], turn[0])
+    there, p = charges(source[0], np.zeros(2), 0.0)
+    apart = here[:, None] - there
+    forces = np.einsum("k,l,kld->kd", q, p, apart / np.linalg.norm(apart, axis=2)[..., None] ** 3)
+    arm = here - np.append(offset[0], 0.0)
+    np.testing.assert_allclose(pull[0], forces.sum(axis=0)[:2], rtol=1e-9)
+    assert moment[0] == pytest.approx(np.cross(arm, forces).sum(axis=0)[2], rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_the_dense_equations_sum_over_the_same_unequal_strips(seed):
+    scene, _ = unequal(seed)
+    scene = scene.replace(magnets={"nodes": 5})
+    angles = np.array([0.2, -0.3])
+    found = dense.magnet_forces(scene, angles)
+    expected = engine_reference.magnet_forces(centres(angles, SIDE), angles, scene, 5)
+    for mine, theirs in zip(found, expected, strict=False):
+        np.testing.assert_allclose(mine, theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
+
+
+def test_the_flush_force_is_the_strongest_faces():
+    def flush(**changes):
+        return reference.flush_force(Scene(sequence=("NNNN", "SSSS"), magnets=Magnets(**changes)))
+
+    unit = flush()
+    assert flush(remanence=(0.6, 0.6, 1.2, 0.6)) == pytest.approx(4 * unit)
+    rows = ((0.6, 0.6, 0.6, 0.6), (0.6, 1.8, 0.6, 0.6))
+    assert flush(remanence=rows) == pytest.approx(9 * unit)
+    deep = {"inset": (0.0005, 0.001, 0.001, 0.001), "thickness": 0.002}
+    assert flush(**deep) == pytest.approx(unit)
+    assert flush(inset=0.001, thickness=0.002) < 0.9 * unit
+    scene, _ = unequal(4)
+    assert reference.flush_force(scene) == pytest.approx(engine_reference.flush_force(scene))
+
+
+def test_empty_faces_are_not_there():
+    scene, pose = unequal(3)
+    none = scene.replace(sequence=("----", "NSNS"))
+    force, torque = reference.forces(none, *pose)
+    assert not force.any()
+    assert not torque.any()
+    # Letter by letter: forces are bilinear in the charges of two components.
+    whole = reference.forces(scene.replace(sequence=("NS--", "SSNS")), *pose)
+    parts = [
+        reference.forces(scene.replace(sequence=(faces, "SSNS")), *pose)
+        for faces in ("N---", "-S--")
+    ]
+    for k in range(2):
+        np.testing.assert_allclose(whole[k], parts[0][k] + parts[1][k], rtol=1e-12)

@@ -1,0 +1,132 @@
+"""Pictures and animations of folds: what the files are."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import magfold_env as mf
+from magfold_env import shapes
+from magfold_env.render import draw_states, save_gif, save_png, style
+
+FREE = mf.load_scene("paper/sequence-3")
+
+
+def _count(picture: np.ndarray, colour: style.Colour) -> int:
+    return int((picture == np.array(colour[:3])).all(axis=-1).sum())
+
+
+def _recorded(word: str, frames: int = 30, time: float = 0.5) -> mf.Fold:
+    share = np.linspace(0.0, 1.0, frames)
+    angles = np.array([shapes.headings(shapes.word_to_angles(word) * s, first=s) for s in share])
+    base = np.stack([0.02 * share, -0.01 * share], axis=1)
+    motion = mf.Trajectory(share * time, angles, base, 0 * angles, np.full(frames, FREE.n))
+    return mf.Fold(
+        scene=FREE,
+        status=mf.FoldStatus.FOLDED,
+        message="settled",
+        word=word,
+        angles=angles[-1],
+        base=base[-1],
+        energy=-1e-2,
+        time=time,
+        steps=1,
+        evaluations=1,
+        trajectory=motion,
+    )
+
+
+def test_png_of_a_fold(tmp_path: Path) -> None:
+    path = tmp_path / "fold.png"
+    save_png(_recorded("LRLLL"), path, target="LRLLL", size=(400, 300))
+    with Image.open(path) as image:
+        assert image.size == (400, 300)
+        assert _count(np.asarray(image.convert("RGB")), style.NORTH) > 500
+    assert [entry.name for entry in tmp_path.iterdir()] == ["fold.png"]
+
+
+def test_gif_of_a_fold_plays_as_long_as_asked_and_is_small(tmp_path: Path) -> None:
+    path = tmp_path / "fold.gif"
+    save_gif(_recorded("LRLLL"), path, fps=10, seconds=2.0, hold=1.0, targets=["LRLLL"])
+    with Image.open(path) as image:
+        assert image.size == (640, 480)
+        durations: list[int] = []
+        for k in range(getattr(image, "n_frames", 1)):
+            image.seek(k)
+            durations.append(image.info["duration"])
+        assert image.info["loop"] == 0
+    assert sum(durations) == pytest.approx(3000, abs=20)
+    assert durations[-1] >= 1000
+    assert path.stat().st_size < 2e6
+
+
+def test_gif_of_several_folds_is_one_sheet(tmp_path: Path) -> None:
+    path = tmp_path / "folds.gif"
+    folds = [_recorded("LRLLL"), _recorded("LRLRL", frames=5, time=0.1), _recorded("LLRLL")]
+    save_gif(folds, path, fps=5, seconds=1.0, size=(600, 200))
+    with Image.open(path) as image:
+        assert image.size == (600, 200)
+        image.seek(getattr(image, "n_frames", 1) - 1)
+        last = np.asarray(image.convert("RGB"))
+    # All three have chains in their own third.
+    reds = [(last[:, k : k + 200, 0] > last[:, k : k + 200, 2] + 80).sum() for k in (0, 200, 400)]
+    assert min(reds) > 100
+    assert path.stat().st_size < 2e6
+
+
+def test_wrong_arguments_of_a_gif_are_named(tmp_path: Path) -> None:
+    fold = _recorded("LRLLL", frames=2)
+    still = mf.Fold(**{**vars(fold), "trajectory": None})
+    path = tmp_path / "fold.gif"
+    with pytest.raises(ValueError, match=r"folds: \[\] is not allowed"):
+        save_gif([], path)
+    with pytest.raises(ValueError, match="simulate it with a frame_rate"):
+        save_gif(still, path)
+    with pytest.raises(ValueError, match="fps: 0 is not allowed; must be between 1 and 50"):
+        save_gif(fold, path, fps=0)
+    with pytest.raises(ValueError, match="seconds, hold: nan"):
+        save_gif(fold, path, seconds=float("nan"))
+    with pytest.raises(ValueError, match=r"targets: .* must have 1 words"):
+        save_gif(fold, path, targets=["LRLLL", "LRLLL"])
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_fold_that_broke_down_is_shown_up_to_there(tmp_path: Path) -> None:
+    fold = _recorded("LRLLL", frames=10)
+    assert fold.trajectory is not None
+    fold.trajectory.angles[6:] = np.nan
+    fold.angles[:] = np.nan
+    path = tmp_path / "fold.gif"
+    save_gif(fold, path, seconds=1.0)
+    assert path.stat().st_size > 1000
+    with pytest.raises(ValueError, match="cannot be drawn; must be finite"):
+        save_png(fold, tmp_path / "fold.png")
+    fold.trajectory.base[0] = np.inf
+    with pytest.raises(ValueError, match="without a finite frame"):
+        save_gif(fold, path)
+
+
+@dataclass(frozen=True)
+class _State:
+    word: str
+    energy: float
+    conflicts: tuple[tuple[int, int], ...]
+    stable: bool
+
+
+def test_a_sheet_of_states_rings_conflicts_alone(tmp_path: Path) -> None:
+    def drawn(conflicts: tuple[tuple[int, int], ...]) -> np.ndarray:
+        states = [_State("LRLLL", -1e-2, conflicts, not conflicts), _State("SSSSS", 0.0, (), False)]
+        draw_states(FREE, states, tmp_path / "states.png")
+        with Image.open(tmp_path / "states.png") as image:
+            return np.asarray(image.convert("RGB"))
+
+    assert drawn(()).shape == (260, 520, 3)
+    assert _count(drawn(()), style.CONFLICT) == 0
+    one, two = (_count(drawn(pairs), style.CONFLICT) for pairs in (((4, 5),), ((4, 5), (1, 2))))
+    assert one > 20
+    assert two == pytest.approx(2 * one, rel=0.2)
+    with pytest.raises(ValueError, match=r"states: \[\] is not allowed"):
+        draw_states(FREE, [], tmp_path / "none.png")

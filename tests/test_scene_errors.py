@@ -1,0 +1,155 @@
+"""Scenes: what is said about what is not allowed."""
+
+import math
+from typing import Any
+
+import pytest
+
+import magfold_env as mf
+
+SEQUENCE = ("NSNN", "NSSN", "SNSS")
+FIXED: dict[str, Any] = {"position": (0.05, 0.05), "width": 0.02, "height": 0.02, "thickness": 0.01}
+
+WRONG: list[tuple[dict[str, Any], str]] = [
+    ({"colour": "red"}, "colour: 'red' is not allowed; unknown key, must be one of sequence"),
+    (
+        {"casing": {"weight": 3}},
+        "casing.weight: 3 is not allowed; unknown key, must be one of side",
+    ),
+    ({"casing": {"mass": -1.0}}, "casing.mass: -1.0 is not allowed; must be greater than 0"),
+    ({"casing": {"mass": [1, -2, 1]}}, "casing.mass[1]: -2 is not allowed; must be greater than 0"),
+    ({"casing": {"mass": [1, 1]}}, "casing.mass: (1.0, 1.0) is not allowed; must have 3 numbers"),
+    ({"casing": {"inertia": [1]}}, "casing.inertia: (1.0,) is not allowed; must have 3 numbers"),
+    ({"casing": {"side": 0}}, "casing.side: 0 is not allowed; must be greater than 0"),
+    ({"casing": {"hinge": "face"}}, "casing.hinge: 'face' is not allowed; must be 'corner'"),
+    ({"casing": 3}, "casing: 3 is not allowed; must be"),
+    (
+        {"sequence": ["NSNSN"]},
+        "sequence[0]: 'NSNSN' is not allowed; must be four letters N, S or -",
+    ),
+    ({"sequence": ["NSNS", "nsns"]}, "sequence[1]: 'nsns' is not allowed; must be four letters"),
+    ({"sequence": []}, "sequence: [] is not allowed; must have at least one component"),
+    ({"sequence": "NSNS"}, "sequence: 'NSNS' is not allowed; must be"),
+    (
+        {"feed": {"speed": [0.1] * 4}},
+        "feed.speed: (0.1, 0.1, 0.1, 0.1) is not allowed; must have 3",
+    ),
+    ({"feed": {"speed": 0.0}}, "feed.speed: 0.0 is not allowed; must be greater than 0"),
+    ({"feed": {"bore": 0.01}}, "feed.bore: 0.01 is not allowed; must be at least the casing's"),
+    ({"start_angles": [0.0] * 3}, "start_angles: (0.0, 0.0, 0.0) is not allowed; must have 2"),
+    ({"start_angles": [0.0, 2.0]}, "start_angles[1]: 2.0 is not allowed; must be less than or"),
+    ({"start_angle_spread": 0.6}, "start_angle_spread: 0.6 is not allowed; must be less than or"),
+    ({"magnets": {"width": 0.01}}, "magnets.width: 0.01 is not allowed; the magnets of a casing"),
+    ({"magnets": {"inset": 0.01}}, "magnets.width: 0.006 is not allowed; the magnets of a casing"),
+    ({"magnets": {"remanence": None}}, "magnets.remanence: None is not allowed; must be given, or"),
+    (
+        {"magnets": {"remanence": 0.6, "pole_charge": 8.0}},
+        "magnets.pole_charge: 8.0 is not allowed; must be left out when remanence (0.6) is given",
+    ),
+    (
+        {"magnets": {"width": [0.006, 0.006, 0.006]}},
+        "magnets.width: [0.006, 0.006, 0.006] is not allowed; must be one number, or four, one a "
+        "face (front-left, back-left, back-right, front-right)",
+    ),
+    ({"magnets": {"width": []}}, "magnets.width: [] is not allowed; must be one number, or four"),
+    ({"magnets": {"inset": [0, 0, 0, -1]}}, "magnets.inset[3]: -1 is not allowed; must be greater"),
+    ({"magnets": {"height": [[1] * 4]}}, "magnets.height[0]: [1, 1, 1, 1] is not allowed; must be"),
+    (
+        {"magnets": {"remanence": [1.0, 1.0]}},
+        "magnets.remanence: [1.0, 1.0] is not allowed; must be one number, or four, one a face",
+    ),
+    (
+        {"magnets": {"remanence": [[1.0] * 4] * 2}},
+        "magnets.remanence: ((1.0, 1.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0)) is not allowed; must "
+        "have 3 rows of four, the scene has 3 components",
+    ),
+    (
+        {"magnets": {"pole_charge": [[1.0] * 4, [1.0] * 3, [1.0] * 4]}},
+        "magnets.pole_charge[1]: [1.0, 1.0, 1.0] is not allowed; must be four numbers, one a face",
+    ),
+    (
+        {"magnets": {"pole_charge": [[1.0] * 4, [1.0, 0.0, 1.0, 1.0], [1.0] * 4]}},
+        "magnets.pole_charge[1][1]: 0.0 is not allowed; must be greater than 0",
+    ),
+    (
+        {"magnets": {"pole_charge": [[1.0] * 4, 1.0, [1.0] * 4]}},
+        "magnets.pole_charge[1]: 1.0 is not allowed; must be four numbers, one a face",
+    ),
+    (
+        {"magnets": {"remanence": [0.6] * 4, "pole_charge": [8.0] * 4}},
+        "magnets.pole_charge: (8.0, 8.0, 8.0, 8.0) is not allowed; must be left out when remanence",
+    ),
+    (
+        {"magnets": {"width": [0.007, 0.007, 0.006, 0.006]}},
+        "magnets.width: (0.007, 0.007, 0.006, 0.006) is not allowed; the magnets of front-left and "
+        "back-left overlap, front-left's must be at most 0.0065 or back-left's at most 0.0065",
+    ),
+    (
+        {"magnets": {"width": [0.013, 0.001, 0.001, 0.001], "thickness": 0.001}},
+        "magnets.width: (0.013, 0.001, 0.001, 0.001) is not allowed; front-left's must be at most "
+        "the casing's side, 0.0125",
+    ),
+    (
+        {"magnets": {"width": 0.001, "thickness": [0.009, 0.001, 0.004, 0.001]}},
+        "magnets.thickness: (0.009, 0.001, 0.004, 0.001) is not allowed; the magnets of front-left "
+        "and back-right overlap, their insets and thicknesses must add up to at most the casing's",
+    ),
+    ({"field": {"uniform": [0.1]}}, "field.uniform: [0.1] is not allowed; must have a value"),
+    ({"field": {"uniform": 0.1}}, "field.uniform: 0.1 is not allowed; must be"),
+    ({"field": {"magnet": {"width": 0.1}}}, "field.magnet.position: None is not allowed; must be"),
+    (
+        {"field": {"magnet": {**FIXED, "remanence": 0.0}}},
+        "field.magnet.remanence: 0.0 is not allowed; must be greater than 0",
+    ),
+    (
+        {"mount": "tube", "field": {"magnet": {**FIXED, "position": (-0.05, 0.015)}}},
+        "field.magnet.position: (-0.05, 0.015) is not allowed; a fixed external magnet must lie "
+        "outside the tube: nowhere both x < 0 and |y| < bore/2 + wall = 0.0102808",
+    ),
+    ({"magnets": {"nodes": 2.5}}, "magnets.nodes: 2.5 is not allowed; must be a valid integer"),
+    ({"mount": "glued"}, "mount: 'glued' is not allowed; must be 'pinned', 'free' or 'tube'"),
+    ({"friction": -0.1}, "friction: -0.1 is not allowed; must be greater than or equal to 0"),
+    ({"friction": math.nan}, "friction: nan is not allowed; must be a finite number"),
+    ({"duration": math.inf}, "duration: inf is not allowed; must be a finite number"),
+    ({"gravity": {"in_plane": [0.0]}}, "gravity.in_plane: [0.0] is not allowed; must have a value"),
+    ({"gravity": {"in_plane": [0, 0, 0]}}, "gravity.in_plane: [0, 0, 0] is not allowed; must have"),
+    ({"friction": True}, "friction: True is not allowed; must be a valid number"),
+    ({"casing": {"mass": [1, True, 1]}}, "casing.mass[1]: True is not allowed; must be a valid nu"),
+    ({"solver": {"max_steps": True}}, "solver.max_steps: True is not allowed; must be a valid int"),
+    ({"friction": "0.3"}, "friction: '0.3' is not allowed; must be a valid number"),
+    ({"contact": 1}, "contact: 1 is not allowed; must be a valid boolean"),
+    ({"spreads": {"mass": 1.0}}, "spreads.mass: 1.0 is not allowed; must be less than 1"),
+    ({"solver": {"method": "paper"}}, "solver.method: 'paper' is not allowed; the paper's solver"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), WRONG, ids=[message[:40] for _, message in WRONG])
+def test_wrong_values_are_named_with_key_value_and_remedy(
+    change: dict[str, Any], message: str
+) -> None:
+    given: dict[str, Any] = {"sequence": SEQUENCE}
+    with pytest.raises(mf.SceneError) as caught:
+        mf.Scene(**given | change)
+    assert str(caught.value).startswith(message)
+    with pytest.raises(mf.SceneError) as again:
+        mf.Scene(**given).replace(**change)
+    assert str(again.value) == str(caught.value)
+
+
+def test_every_problem_has_its_own_line() -> None:
+    with pytest.raises(mf.SceneError) as caught:
+        mf.load_scene("tube-feed").replace(
+            sequence=("N", "NSNS"), casing={"mass": -1.0, "side": -2.0}, friction=True
+        )
+    keys = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert keys == ["sequence[0]", "casing.side", "casing.mass", "friction"]
+
+
+def test_a_missing_sequence_is_named() -> None:
+    with pytest.raises(mf.SceneError, match=r"^sequence: None is not allowed; must be given"):
+        mf.Scene(**{})
+
+
+def test_a_group_alone_is_checked_too() -> None:
+    with pytest.raises(mf.SceneError, match=r"^side: -1.0 is not allowed"):
+        mf.Casing(side=-1.0)

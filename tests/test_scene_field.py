@@ -1,0 +1,54 @@
+"""External fields of a scene, and fixed magnets."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+
+SCENE = mf.Scene(sequence=("NSNN", "NSSN", "SNSS"))
+FIXED: dict[str, Any] = {"position": (0.05, 0.05), "width": 0.02, "height": 0.02, "thickness": 0.01}
+
+
+def test_fields_are_merged_replaced_and_dropped() -> None:
+    given = SCENE.replace(field={"magnet": FIXED})
+    assert given.field == mf.Field(magnet=mf.FixedMagnet(**FIXED))
+    both = given.replace(field={"uniform": (0.0, 1e-3)})
+    assert both.field is not None
+    assert both.field.magnet == mf.FixedMagnet(**FIXED)
+    turned = both.replace(field={"magnet": {"heading": 0.5}})
+    assert turned.field == mf.Field(
+        uniform=(0.0, 1e-3),
+        magnet=mf.FixedMagnet(**{**FIXED, "heading": 0.5}),
+    )
+    alone = turned.replace(field={"magnet": None})
+    assert alone.field == mf.Field(uniform=(0.0, 1e-3))
+    assert mf.Field(uniform=(0.0, 1e-3)).any
+    assert not mf.Field().any
+    assert turned.replace(field=None).field is None
+    assert SCENE.replace(field=mf.Field()).field == mf.Field()
+
+
+def test_the_geometry_of_a_fixed_magnet() -> None:
+    magnet = mf.FixedMagnet(
+        position=(1.0, 2.0), heading=math.pi / 2, width=0.4, height=0.1, thickness=0.2
+    )
+    np.testing.assert_allclose(magnet.poles, [[1.0, 2.1], [1.0, 1.9]])
+    expected = [[1.2, 2.1], [0.8, 2.1], [0.8, 1.9], [1.2, 1.9]]
+    np.testing.assert_allclose(magnet.corners, expected)
+    # 1.2 T over 400 cm².
+    assert magnet.charge == pytest.approx(1.2 * 0.04 / (4e-7 * math.pi))
+
+
+def test_a_fixed_magnet_may_stand_before_or_beside_the_tube() -> None:
+    tube = SCENE.replace(mount="tube")
+    beside = 0.005 + tube.bore / 2 + tube.feed.wall
+    for position in ((0.010, 0.0), (-0.05, beside), (-0.05, -beside - 1e-9), (0.0, 0.05)):
+        size = {"width": 0.01, "height": 0.01, "thickness": 0.02}
+        placed = tube.replace(field={"magnet": {"position": position, **size}})
+        assert placed.field is not None
+    # Without a tube there is none to keep clear of.
+    inside = {"magnet": {**FIXED, "position": (-0.05, 0.0)}}
+    assert SCENE.replace(mount="pinned", field=inside).field is not None
