@@ -104,6 +104,6 @@ def _millijoules(joules: npt.NDArray[np.float64]) -> list[float]:
     return _rounded(_MILLI * joules, digits)
 
 
-def _rounded(values: npt.ArrayLike, digits: int) -> Any:
+def _rounded(values: float | npt.NDArray[np.float64], digits: int) -> Any:
     """Return plain rounded numbers, in lists if there are many; no -0."""
-    return (np.round(values, digits) + 0.0).tolist()
+    return (np.round(np.asarray(values), digits) + 0.0).tolist()

@@ -13,7 +13,15 @@ from magfold_env.fold import Fold
 from magfold_env.replay.data import page_data
 
 # In the order in which they build on each other.
-_SCRIPTS = ("dom.js", "motion.js", "chain.js", "surroundings.js", "camera.js", "plot.js", "player.js")
+_SCRIPTS = (
+    "dom.js",
+    "motion.js",
+    "chain.js",
+    "surroundings.js",
+    "camera.js",
+    "plot.js",
+    "player.js",
+)
 
 
 def write_html(fold: Fold, path: str | Path) -> None:
