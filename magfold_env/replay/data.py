@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.energy.along import energies_along, loaded, turns
-from magfold_env.fold import Fold
+from magfold_env.fold import Fold, Trajectory
 from magfold_env.scene import Scene
 from magfold_env.scene_magnets import Length
 
@@ -27,11 +27,11 @@ def page_data(fold: Fold) -> dict[str, Any]:
     ValueError
         If the fold was not recorded, or broke down at once.
     """
-    if fold.trajectory is None or len(fold.trajectory) == 0:
+    if fold.trajectory is None:
         raise ValueError(
             "fold: a fold without trajectory is not allowed; simulate it with a frame_rate"
         )
-    scene, motion = fold.scene, fold.trajectory.finite()
+    scene, motion = fold.scene, (fold.trajectory if len(fold.trajectory) else _still(fold)).finite()
     energies = energies_along(scene, motion)
     return {
         "word": fold.word,
@@ -53,6 +53,17 @@ def page_data(fold: Fold) -> dict[str, Any]:
         "magnetic": None if scene.magnets is None else _millijoules(energies.magnetic),
         "kinetic": _millijoules(energies.kinetic),
     }
+
+
+def _still(fold: Fold) -> Trajectory:
+    """Return the one frame of a chain that ended where it started."""
+    return Trajectory(
+        time=np.array([fold.time]),
+        angles=fold.angles[None],
+        base=fold.base[None],
+        rates=np.zeros_like(fold.angles)[None],
+        released=np.array([fold.scene.n]),
+    )
 
 
 def _magnets(scene: Scene) -> dict[str, list[float]] | None:

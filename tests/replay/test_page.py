@@ -128,6 +128,15 @@ def test_a_fold_that_was_not_recorded_is_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_a_chain_that_rested_at_once_is_one_frame() -> None:
+    fold = recorded("LRLLL")
+    nothing = {name: value[:0] for name, value in vars(fold.trajectory).items()}
+    data = page_data(replace(fold, trajectory=mf.Trajectory(**nothing), time=0.0))
+    assert data["time"] == [0.0]
+    np.testing.assert_allclose(data["angles"], [fold.angles], atol=1e-4)
+    assert data["kinetic"] == [0.0]
+
+
 def test_a_fold_that_broke_down_is_shown_up_to_there() -> None:
     fold = replace(recorded("LRLLL"), energy=np.nan, angles=np.full(6, np.nan))
     assert fold.trajectory is not None
