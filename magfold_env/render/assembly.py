@@ -14,7 +14,7 @@ from magfold_env.energy import minimise
 from magfold_env.energy.result import Mode
 from magfold_env.fold import Fold
 from magfold_env.render import cards, parts
-from magfold_env.render.cards import FloatArray, Placed, card_scale, draw_card, draw_fold
+from magfold_env.render.cards import FloatArray, card_scale, draw_card, draw_fold
 from magfold_env.render.sheets import MARGIN, Axis, Block, check_suffix, save_pages, text
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings, word_to_angles
@@ -169,7 +169,7 @@ def _folds(axis: Axis, top: float, scene: Scene, expected: list[Outcome]) -> Non
         if outcome.joints is not None:
             bottom = top - _PICTURE - 22.0
             box = (left + 1.0, bottom, cards.WIDTH - 5.0, _PICTURE - lower)
-            draw_fold(axis, box, Placed(scene, headings(outcome.joints, first=_UPRIGHT)))
+            draw_fold(axis, box, scene, headings(outcome.joints, first=_UPRIGHT))
 
 
 def _cards(axis: Axis, top: float, scene: Scene, labels: dict[int, list[str]]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,14 +26,6 @@ _DIAGONAL = 36.0  # longest of a casing on a card [mm]
 _NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # of the faces, from the heading
 _FAINT = "#5f656d"
 _POINT = 25.4 / 72.0  # [mm]
-
-
-class Placed(NamedTuple):
-    """A chain to be drawn."""
-
-    scene: Scene
-    angles: FloatArray
-    """Headings [rad], shape (n,)."""
 
 
 def card_scale(scene: Scene) -> float:
@@ -103,7 +95,9 @@ def _draw_feed(axis: Axis, scene: Scene, x: float, y: float) -> None:
     text(axis, x - 5.0 * way, y, "feed", 6.5, va="center", ha="right" if way > 0 else "left")
 
 
-def draw_fold(axis: Axis, box: tuple[float, float, float, float], chain: Placed) -> None:
+def draw_fold(
+    axis: Axis, box: tuple[float, float, float, float], scene: Scene, angles: FloatArray
+) -> None:
     """Draw a whole chain as large as a box allows.
 
     Parameters
@@ -112,18 +106,19 @@ def draw_fold(axis: Axis, box: tuple[float, float, float, float], chain: Placed)
         In mm.
     box
         Left, bottom, width and height [mm].
-    chain
-        What to draw.
+    scene
+        The chain.
+    angles
+        Its headings [rad], shape (n,).
     """
     left, bottom, width, height = box
-    side, angles = chain.scene.casing.side, chain.angles
-    middles = centres(angles, side=side)
-    extent = np.ptp(middles, axis=0) + chain.scene.casing.diagonal
-    scale = min(width / extent[0], height / extent[1], 1e3 * card_scale(chain.scene))
+    middles = centres(angles, side=scene.casing.side)
+    extent = np.ptp(middles, axis=0) + scene.casing.diagonal
+    scale = min(width / extent[0], height / extent[1], 1e3 * card_scale(scene))
     shift = (middles.min(axis=0) + middles.max(axis=0)) / 2.0
     places = (middles - shift) * scale + [left + width / 2.0, bottom + height / 2.0]
     for k, place in enumerate(places):
-        _draw_component(axis, chain.scene, k, float(angles[k]), place, scale)
+        _draw_component(axis, scene, k, float(angles[k]), place, scale)
 
 
 def _draw_component(

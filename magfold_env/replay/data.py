@@ -104,7 +104,7 @@ def _facts(fold: Fold) -> list[list[str]]:
     facts["Casing"] = f"{_MILLI * scene.casing.side:.4g} mm"
     facts["Friction"] = f"{scene.friction:.4g}"
     if np.isfinite(fold.energy):
-        facts["Magnetic energy at the end"] = f"{_MILLI * fold.energy:.4f} mJ"
+        facts["Magnetic energy at the end"] = f"{_MILLI * fold.energy:.4f} mJ".replace("-", "−")
     facts["Simulated time"] = f"{fold.time:.4f} s"
     return [[name, value] for name, value in facts.items()]
 

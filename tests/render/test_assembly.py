@@ -13,7 +13,7 @@ from magfold_env.energy import minimise
 from magfold_env.plotting import figure_class
 from magfold_env.render import save_sheet, style
 from magfold_env.render.assembly import LONGEST, predicted, simulated
-from magfold_env.render.cards import HEIGHT, WIDTH, Placed, card_scale, draw_card, draw_fold
+from magfold_env.render.cards import HEIGHT, WIDTH, card_scale, draw_card, draw_fold
 from magfold_env.shapes import headings, word_to_angles
 
 pytest.importorskip("matplotlib.figure")
@@ -105,7 +105,7 @@ def test_magnets_and_casings_are_true_to_scale() -> None:
 def test_a_fold_is_drawn_inside_its_box() -> None:
     axis = _axis()
     box = (10.0, 20.0, 50.0, 40.0)
-    draw_fold(axis, box, Placed(FREE, headings(word_to_angles("LRLLS"), first=0.7)))
+    draw_fold(axis, box, FREE, headings(word_to_angles("LRLLS"), first=0.7))
     corners = np.concatenate([p.get_xy() for p in axis.patches if hasattr(p, "get_closed")])
     assert (corners >= [10.0, 20.0]).all()
     assert (corners <= [60.0, 60.0]).all()
