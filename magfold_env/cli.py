@@ -11,7 +11,6 @@ from typing import Annotated, Any, cast
 import typer
 from rich.console import Console
 
-from magfold_env import cli_fold
 from magfold_env.cli_report import (
     decisions_table,
     fold_table,
@@ -69,6 +68,8 @@ def fold(  # noqa: PLR0913 - one parameter an option
     json: Json = None,
 ) -> None:
     """Simulate one fold and print how it ended; exit code 1 if the simulation failed."""
+    from magfold_env import cli_fold  # noqa: PLC0415 - for this command only
+
     files = cli_fold.Files(gif, png, html, sheet, json)
     with _errors_in_one_line(), _busy("simulating"):
         _check_outputs(files.options)
