@@ -24,7 +24,7 @@ from magfold_env.cli_report import (
 from magfold_env.energy import Minimum, minimise
 from magfold_env.energy.result import Among, Mode
 from magfold_env.files import write_text
-from magfold_env.fold import Fold, FoldStatus
+from magfold_env.fold import FoldStatus
 from magfold_env.parallel import Backend, Workers
 from magfold_env.plotting import figure_class
 from magfold_env.scene import Scene
@@ -39,8 +39,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(bench, name="bench")
-
-_FRAME_RATE = 240.0  # the paper's camera [1/s]
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
 Png = Annotated[Path | None, typer.Option(help="Draw the result as a picture.")]
@@ -58,11 +56,20 @@ def fold(  # noqa: PLR0913 - one parameter an option
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
     gif: Annotated[Path | None, typer.Option(help="Write the motion as an animated GIF.")] = None,
     png: Png = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Write a page that plays the motion in any browser.")
+    ] = None,
+    sheet: Annotated[
+        Path | None, typer.Option(help="Write a printable assembly sheet, PDF or PNG.")
+    ] = None,
     json: Json = None,
 ) -> None:
     """Simulate one fold and print how it ended; exit code 1 if the simulation failed."""
+    from magfold_env import cli_fold  # noqa: PLC0415 - for this command only
+
+    files = cli_fold.Files(gif, png, html, sheet, json)
     with _errors_in_one_line(), _busy("simulating"):
-        _check_outputs({"--gif": gif, "--png": png, "--json": json})
+        _check_outputs(files.options)
         feed = {"direction": direction, "speed": speed}
         changes = {
             "mount": mount,
@@ -71,17 +78,16 @@ def fold(  # noqa: PLR0913 - one parameter an option
         }
         given = {key: value for key, value in changes.items() if value is not None}
         changed = load_scene(scene).replace(**given)
-        if gif is not None or png is not None:
+        if files.drawn:
             _need_render()
+        files.check_sheet()
         begun = time.perf_counter()
-        result = simulate(changed, seed=seed, frame_rate=_FRAME_RATE if gif is not None else None)
+        result = simulate(changed, seed=seed, frame_rate=files.frame_rate)
         taken = time.perf_counter() - begun
     Console().print(fold_table(result, taken))
     with _errors_in_one_line(), _busy("drawing"):
-        _draw(result, gif, png)
-        if json is not None:
-            result.to_json(json)
-    _say_written(gif, png, json)
+        cli_fold.write(files, changed, scene, result)
+    _say_written(*files)
     if result.status is FoldStatus.FAILED:
         raise typer.Exit(1)
 
@@ -183,17 +189,6 @@ def _feeds(scene: Scene) -> list[Minimum]:
         with suppress(ValueError):
             found.append(minimise(scene, mode))
     return found
-
-
-def _draw(result: Fold, gif: Path | None, png: Path | None) -> None:
-    if gif is None and png is None:
-        return
-    from magfold_env.render import save_gif, save_png  # noqa: PLC0415 - an extra
-
-    if png is not None:
-        save_png(result, png)
-    if gif is not None:
-        save_gif(result, gif)
 
 
 def _say_written(*paths: Path | None) -> None:

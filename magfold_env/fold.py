@@ -51,6 +51,21 @@ class Trajectory:
         """Return the number of frames."""
         return len(self.time)
 
+    def finite(self) -> Trajectory:
+        """Return the frames before numbers broke down: all of them, if none did.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        arrays = (self.time[:, None], self.angles, self.base, self.rates)
+        sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
+        count = len(self) if sound.all() else int(sound.argmin())
+        if count == 0:
+            raise ValueError("folds: a trajectory without a finite frame is not allowed")
+        return Trajectory(**{name: value[:count] for name, value in vars(self).items()})
+
 
 @dataclass(frozen=True, eq=False)
 class Fold:
@@ -111,6 +126,13 @@ class Fold:
     def to_json(self, path: str | Path) -> None:
         """Write `to_dict` to a file, under a temporary name first."""
         write_text(path, json.dumps(self.to_dict(), indent=2, allow_nan=False) + "\n")
+
+    def to_html(self, path: str | Path) -> None:
+        """Write a page that plays the fold: see `magfold_env.replay.write_html`."""
+        # Above this module: the page shows energies along the way.
+        from magfold_env.replay import write_html  # noqa: PLC0415
+
+        write_html(self, path)
 
 
 def _finite(value: Any) -> Any:

@@ -65,6 +65,17 @@ def test_json_holds_the_scene_and_the_trajectory(tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ["fold.json"]
 
 
+def test_a_motion_is_finite_up_to_where_numbers_broke_down() -> None:
+    angles = np.zeros((4, 3))
+    arrays = (np.arange(4.0), angles, np.zeros((4, 2)), np.zeros((4, 3)), np.full(4, 3))
+    assert len(mf.Trajectory(*arrays).finite()) == 4
+    angles[2, 1] = np.nan
+    assert mf.Trajectory(*arrays).finite().time.tolist() == [0.0, 1.0]
+    angles[0, 0] = np.inf
+    with pytest.raises(ValueError, match="without a finite frame"):
+        mf.Trajectory(*arrays).finite()
+
+
 def test_numbers_that_broke_down_are_null(tmp_path: Path) -> None:
     _fold("LR", energy=np.nan).to_json(tmp_path / "fold.json")
     assert json.loads((tmp_path / "fold.json").read_text(encoding="utf-8"))["energy"] is None

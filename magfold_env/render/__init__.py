@@ -1,8 +1,8 @@
 """Pictures of chains: single frames, PNG, GIF and sheets of ranked shapes.
 
 Drawn with Pillow, without a display or a plotting library, so that a frame costs milliseconds and
-is the same on every machine; only bar charts of ensembles are matplotlib's. Needs the `render`
-extra.
+is the same on every machine; only bar charts of ensembles and assembly sheets are matplotlib's.
+Needs the `render` extra. The replay page, `magfold_env.replay`, does not.
 """
 
 try:
@@ -13,8 +13,9 @@ except ImportError as error:
     ) from error
 
 from magfold_env.render.animation import save_gif
+from magfold_env.render.assembly import save_sheet
 from magfold_env.render.ensembles import draw_ensemble
 from magfold_env.render.frames import frame, save_png
 from magfold_env.render.states import draw_states
 
-__all__ = ["draw_ensemble", "draw_states", "frame", "save_gif", "save_png"]
+__all__ = ["draw_ensemble", "draw_states", "frame", "save_gif", "save_png", "save_sheet"]

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from magfold_env.files import replacing
-from magfold_env.fold import Fold, Trajectory
+from magfold_env.fold import Fold
 from magfold_env.render.canvas import Size, View
 from magfold_env.render.frames import chain_view, picture
 from magfold_env.render.style import FLOOR
@@ -87,7 +87,7 @@ class _Panel:
                 "folds: a fold without trajectory is not allowed; simulate it with a frame_rate"
             )
         self._fold, self._target, self._size = fold, target, size
-        self._motion = motion = _sound(fold.trajectory)
+        self._motion = motion = fold.trajectory.finite()
         self._view: View = chain_view(fold.scene, motion.angles, motion.base, motion.released)
         self._drawn: tuple[int, Image.Image] | None = None
         self.duration = float(motion.time[-1] - motion.time[0])
@@ -115,21 +115,6 @@ class _Panel:
             caption,
             self._size,
         )
-
-
-def _sound(motion: Trajectory) -> Trajectory:
-    """Return a motion up to where its numbers broke down, if they did.
-
-    Raises
-    ------
-    ValueError
-        If not even the first frame can be drawn.
-    """
-    drawable = np.isfinite(motion.angles).all(axis=1) & np.isfinite(motion.base).all(axis=1)
-    count = len(motion) if drawable.all() else int(drawable.argmin())
-    if count == 0:
-        raise ValueError("folds: a trajectory without a finite frame is not allowed")
-    return Trajectory(**{name: value[:count] for name, value in vars(motion).items()})
 
 
 def _columns(count: int, size: Size) -> int:

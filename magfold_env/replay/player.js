@@ -1,0 +1,187 @@
+// Everything together: time, buttons and keys.
+
+const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2]; // of simulated time
+const PLAYED = 5; // how long the first play takes at least [s]
+const MOST_VALUES = 40; // joints whose diagram is worth drawing
+const PAN = 40; // of an arrow key [px]
+
+class Player {
+  constructor(motion) {
+    this.motion = motion;
+    this.time = motion.start;
+    const drawing = byId("drawing");
+    drawSurroundings(drawing, motion);
+    this.chain = new Chain(drawing, motion);
+    this.camera = new Camera(drawing, wholeView(motion), byId("ruler"));
+    this.plots = makePlots(motion, (time) => this.seek(time));
+    this.#fillSpeeds();
+    this.#listen();
+    this.seek(motion.start);
+  }
+
+  get playing() {
+    return this.began !== undefined;
+  }
+
+  play() {
+    if (this.time >= this.motion.end) this.time = this.motion.start;
+    this.began = { clock: performance.now(), time: this.time };
+    this.#mark();
+    requestAnimationFrame(() => this.#step());
+  }
+
+  pause() {
+    this.began = undefined;
+    this.#mark();
+    this.#tell();
+  }
+
+  /** Show a time [s]; a film that is playing goes on from there. */
+  seek(time) {
+    this.#show(time);
+    if (this.playing) this.began = { clock: performance.now(), time: this.time };
+    else this.#tell();
+  }
+
+  /** Move by frames. */
+  jump(frames) {
+    const { motion } = this, frame = motion.nearest(this.time) + frames;
+    this.seek(motion.data.time[clamp(frame, 0, motion.last)]);
+  }
+
+  changeSpeed(by) {
+    const choice = byId("speed");
+    choice.selectedIndex = clamp(choice.selectedIndex + by, 0, SPEEDS.length - 1);
+    if (this.playing) this.seek(this.time);
+  }
+
+  get speed() {
+    return Number(byId("speed").value);
+  }
+
+  #step() {
+    if (!this.playing) return;
+    const gone = (performance.now() - this.began.clock) / 1000;
+    this.#show(this.began.time + gone * this.speed);
+    if (this.time >= this.motion.end) this.pause();
+    else requestAnimationFrame(() => this.#step());
+  }
+
+  #show(time) {
+    const { motion } = this;
+    this.time = clamp(time, motion.start, motion.end);
+    const frame = motion.nearest(this.time);
+    this.chain.draw(motion.at(this.time));
+    byId("time").value = frame;
+    byId("clock").textContent = `${this.time.toFixed(3)} / ${motion.end.toFixed(3)} s`;
+    byId("now").textContent = motion.description(frame);
+    for (const plot of this.plots) plot.show(this.time, frame);
+  }
+
+  /** Say in words, for those who do not see it, what is shown. */
+  #tell() {
+    const text = this.motion.description(this.motion.nearest(this.time));
+    byId("drawing").setAttribute("aria-label", `Drawing of the chain: ${text}`);
+    byId("time").setAttribute("aria-valuetext", text);
+    byId("live").textContent = text;
+  }
+
+  #mark() {
+    const button = byId("play");
+    button.toggleAttribute("data-playing", this.playing);
+    button.setAttribute("aria-label", this.playing ? "Pause" : "Play");
+  }
+
+  #fillSpeeds() {
+    const slow = (this.motion.end - this.motion.start) / PLAYED;
+    const usual = SPEEDS.findLast((each) => each <= Math.min(slow, 1)) ?? SPEEDS[0];
+    for (const each of SPEEDS) {
+      const option = write("option", each < 1 ? `1/${Math.round(1 / each)}` : `${each}×`, byId("speed"));
+      option.value = each;
+      option.selected = each === usual;
+    }
+  }
+
+  #listen() {
+    const slider = byId("time");
+    slider.max = this.motion.last;
+    slider.addEventListener("input", () => this.seek(this.motion.data.time[slider.value]));
+    byId("play").addEventListener("click", () => (this.playing ? this.pause() : this.play()));
+    byId("speed").addEventListener("change", () => this.changeSpeed(0));
+    const zooms = {
+      in: () => this.camera.zoom(ZOOM), out: () => this.camera.zoom(1 / ZOOM), fit: () => this.camera.fit(),
+    };
+    for (const button of document.querySelectorAll("[data-zoom]")) {
+      button.addEventListener("click", zooms[button.dataset.zoom]);
+    }
+    document.addEventListener("keydown", (event) => this.#key(event, zooms));
+  }
+
+  #key(event, zooms) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const on = event.target, many = event.shiftKey ? 10 : 1;
+    const keys = {
+      " ": () => byId("play").click(),
+      ArrowLeft: () => this.jump(-many), ArrowRight: () => this.jump(many),
+      Home: () => this.seek(this.motion.start), End: () => this.seek(this.motion.end),
+      "[": () => this.changeSpeed(-1), "]": () => this.changeSpeed(1),
+      "+": zooms.in, "=": zooms.in, "-": zooms.out, 0: zooms.fit,
+    };
+    if (on.id === "drawing") {
+      Object.assign(keys, {
+        ArrowLeft: () => this.camera.pan(PAN, 0), ArrowRight: () => this.camera.pan(-PAN, 0),
+        ArrowUp: () => this.camera.pan(0, PAN), ArrowDown: () => this.camera.pan(0, -PAN),
+      });
+    }
+    // A button, a list and a summary know what the space bar and the arrows mean to them.
+    const own = on.matches("button, select, summary") && (event.key === " " || on.matches("select"));
+    if (own || !keys[event.key]) return;
+    event.preventDefault();
+    keys[event.key]();
+  }
+}
+
+function makePlots(motion, seek) {
+  const { data } = motion;
+  const energies = [["magnetic", data.magnetic], ["kinetic", data.kinetic]]
+    .filter(([, values]) => values)
+    .map(([name, values]) => ({ name, values, unit: " mJ" }));
+  const plots = [new Plot(byId("energies"), data.time, energies, { digits: 3, seek })];
+  const joints = motion.count - 1;
+  if (joints < 1 || joints > MOST_VALUES) {
+    byId("joints").remove();
+    return plots;
+  }
+  const rows = data.time.map((_, frame) => motion.joints(frame));
+  const lines = rows[0].map((_, k) => ({ name: `${k + 1}`, values: rows.map((row) => row[k]), unit: "°" }));
+  const ticks = [-90, -45, 0, 45, 90];
+  return [...plots, new Plot(byId("joints"), data.time, lines, { ticks, digits: 1, seek })];
+}
+
+function fillTexts(data) {
+  byId("word").textContent = data.word || "(one component)";
+  byId("status").textContent = data.status;
+  byId("status").dataset.status = data.status;
+  byId("message").textContent = data.message;
+  for (const [name, value] of data.facts) {
+    write("dt", name, byId("facts"));
+    write("dd", value, byId("facts"));
+  }
+  const [x, y] = data.field?.uniform ?? [0, 0];
+  if (x || y) {
+    const arrow = byId("arrow");
+    arrow.hidden = false;
+    arrow.querySelector("svg").style.transform = `rotate(${-Math.atan2(y, x)}rad)`;
+    arrow.querySelector("span").textContent = `field ${Number(Math.hypot(x, y).toPrecision(3))} mT`;
+  }
+}
+
+byId("theme").addEventListener("click", () => {
+  const root = document.documentElement.style, dark = matchMedia("(prefers-color-scheme: dark)").matches;
+  const shown = root.colorScheme || (dark ? "dark" : "light");
+  root.colorScheme = shown === "dark" ? "light" : "dark";
+});
+
+const data = JSON.parse(byId("fold").textContent);
+fillTexts(data);
+new Player(new Motion(data));

@@ -1,0 +1,158 @@
+"""Assembly sheets: what is drawn on them, where, and the files."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import magfold_env as mf
+from magfold_env.energy import minimise
+from magfold_env.plotting import figure_class
+from magfold_env.render import save_sheet, style
+from magfold_env.render.assembly import LONGEST, predicted, simulated
+from magfold_env.render.cards import HEIGHT, WIDTH, card_scale, draw_card, draw_fold
+from magfold_env.shapes import headings, word_to_angles
+
+pytest.importorskip("matplotlib.figure")
+
+FREE = mf.load_scene("paper/sequence-3")
+ANCHOR = mf.load_scene("anchor")
+
+
+def _fold(scene: mf.Scene, word: str) -> mf.Fold:
+    return mf.Fold(
+        scene=scene,
+        status=mf.FoldStatus.FOLDED,
+        message="folded at t = 0.1 s",
+        word=word,
+        angles=headings(word_to_angles(word), first=0.3),
+        base=np.zeros(2),
+        energy=-1e-3,
+        time=0.1,
+        steps=1,
+        evaluations=1,
+    )
+
+
+def _axis() -> Any:
+    return figure_class()().add_axes((0.0, 0.0, 1.0, 1.0))
+
+
+def _colour(colour: style.Colour) -> tuple[float, ...]:
+    return tuple(channel / 255 for channel in colour)
+
+
+def _pages(path: Path) -> int:
+    return path.read_bytes().count(b"/Type /Page ")
+
+
+@pytest.mark.parametrize("k", range(ANCHOR.n))
+def test_a_card_tells_which_pole_faces_out_on_which_face(k: int) -> None:
+    axis = _axis()
+    draw_card(axis, (0.0, HEIGHT), ANCHOR, k, ["A", "B", "B", "A"])
+    places = {"N": style.NORTH, "S": style.SOUTH, "–": style.FAINT}
+    signs = [text for text in axis.texts if text.get_text() in places]
+    middle = np.array([WIDTH / 2, HEIGHT / 2])
+    # Heading to the right: front is right, left is up.
+    for pole, (x, y) in zip(ANCHOR.sequence[k], [(1, 1), (-1, 1), (-1, -1), (1, -1)], strict=True):
+        (sign,) = [
+            t for t in signs if (np.sign(np.subtract(t.get_position(), middle)) == (x, y)).all()
+        ]
+        assert sign.get_text() == pole.replace("-", "–")
+        assert sign.get_color() == _colour(places[sign.get_text()])
+    fills = [patch.get_facecolor()[:3] for patch in axis.patches]
+    for pole, colour in (("N", style.NORTH), ("S", style.SOUTH)):
+        assert fills.count(_colour(colour)) == ANCHOR.sequence[k].count(pole)
+    words = {text.get_text() for text in axis.texts}
+    assert {str(k + 1), ANCHOR.sequence[k], "feed"} <= words
+    assert ("back-left empty" in words) == (ANCHOR.sequence[k][1] == "-")
+    assert ("hinge\nto 1" in words) == (k == 1)
+
+
+@pytest.mark.parametrize(("direction", "way"), [("forward", -1), ("backward", 1)])
+def test_the_arrow_points_where_the_feed_goes(direction: str, way: int) -> None:
+    axis = _axis()
+    scene = ANCHOR.replace(feed={"direction": direction})
+    draw_card(axis, (0.0, HEIGHT), scene, 0, [""] * 4)
+    (arrow,) = [text for text in axis.texts if getattr(text, "arrow_patch", None) is not None]
+    assert np.sign(arrow.xy[0] - arrow.get_position()[0]) == way
+    still = _axis()
+    draw_card(still, (0.0, HEIGHT), scene.replace(mount="free", field=None), 0, [""] * 4)
+    assert "feed" not in {text.get_text() for text in still.texts}
+
+
+def test_magnets_and_casings_are_true_to_scale() -> None:
+    axis = _axis()
+    draw_card(axis, (0.0, HEIGHT), ANCHOR, 0, [""] * 4)
+    scale = 1e3 * card_scale(ANCHOR)
+    assert card_scale(ANCHOR) == 2.0
+    casing, *magnets = [patch for patch in axis.patches if hasattr(patch, "get_closed")]
+    edges = np.linalg.norm(np.diff(casing.get_xy(), axis=0), axis=1)
+    np.testing.assert_allclose(edges, scale * ANCHOR.casing.side)
+    assert ANCHOR.magnets is not None
+    for f, magnet in enumerate(magnets):
+        sides = np.linalg.norm(np.diff(magnet.get_xy(), axis=0), axis=1)[:2]
+        expected = [ANCHOR.magnets.by_face(name)[f] for name in ("width", "thickness")]
+        np.testing.assert_allclose(sides, scale * np.array(expected))
+    for side in (0.001, 0.3):
+        small = mf.Scene(sequence=("----",)).replace(casing={"side": side}, magnets=None)
+        assert 1e3 * small.casing.diagonal * card_scale(small) <= 36.0
+
+
+def test_a_fold_is_drawn_inside_its_box() -> None:
+    axis = _axis()
+    box = (10.0, 20.0, 50.0, 40.0)
+    draw_fold(axis, box, FREE, headings(word_to_angles("LRLLS"), first=0.7))
+    corners = np.concatenate([p.get_xy() for p in axis.patches if hasattr(p, "get_closed")])
+    assert (corners >= [10.0, 20.0]).all()
+    assert (corners <= [60.0, 60.0]).all()
+    assert [text.get_text() for text in axis.texts] == list("123456")
+
+
+def test_predictions_stand_beside_the_simulation() -> None:
+    tube = FREE.replace(mount="tube", feed={"direction": "backward"})
+    free, one_by_one = predicted(tube, "LRLLL")
+    assert free.word == minimise(tube, "free").best.word
+    assert one_by_one.word == minimise(tube, "backward").best.word
+    assert free.note.startswith("as simulated; −11.")
+    assert predicted(FREE, "LLLLL")[0].note.startswith("not what was simulated")
+    assert len(predicted(FREE, "LRLLL")) == 1
+    for outcome in predicted(ANCHOR, "LRRLL"):
+        assert outcome.joints is None
+        assert "field" in outcome.note
+    long = FREE.replace(sequence=("NSNS",) * (LONGEST + 1))
+    assert "more than 24 components" in predicted(long, "")[0].note
+
+
+def test_a_fold_that_broke_down_is_told_and_not_drawn() -> None:
+    broken = replace(_fold(FREE, "LRLLL"), status=mf.FoldStatus.FAILED, angles=np.full(6, np.nan))
+    outcome = simulated(broken)
+    assert outcome.joints is None
+    assert outcome.note.startswith("failed: ")
+
+
+@pytest.mark.parametrize(("count", "pages"), [(1, 1), (6, 1), (14, 2)])
+def test_long_chains_flow_onto_more_pages(count: int, pages: int, tmp_path: Path) -> None:
+    scene = ANCHOR.replace(sequence=(ANCHOR.sequence * 3)[:count])
+    fold = _fold(scene, "LR" * 7 if count > 14 else ("LR" * 7)[: count - 1])
+    pdf, png = tmp_path / "sheet.pdf", tmp_path / "sheet.PNG"
+    save_sheet(scene, fold, pdf, "anchor")
+    assert _pages(pdf) == pages
+    once = pdf.read_bytes()
+    save_sheet(scene, fold, pdf, "anchor")
+    assert pdf.read_bytes() == once
+    save_sheet(scene, fold, png)
+    with Image.open(png) as image:
+        width, height = image.size
+        assert height == pytest.approx(pages * width * 297 / 210, abs=2 * pages)
+        assert np.asarray(image)[-10:].min() > 200  # a margin
+    assert {entry.name for entry in tmp_path.iterdir()} == {"sheet.pdf", "sheet.PNG"}
+
+
+def test_a_sheet_is_a_pdf_or_a_png(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"sheet.txt' is not allowed; must end in .pdf or .png"):
+        save_sheet(FREE, _fold(FREE, "LRLLL"), tmp_path / "sheet.txt")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,177 @@
+"""The replay page as a file: what it holds, and that it is whole by itself."""
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.energy.along import energies_along
+from magfold_env.replay import write_html
+from magfold_env.replay.data import page_data
+from tests.replay.folds import FREE, recorded
+
+TUBE = mf.load_scene("tube-feed")
+
+
+class _Reader(HTMLParser):
+    """Scripts of a page, and every attribute that could make a browser fetch something."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.inside = ""
+        self.scripts: dict[str, str] = {}
+        self.addresses: list[str] = []
+        self.title = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.inside = str(given.get("type")) if tag == "script" else tag
+        names = ("src", "href", "action", "srcset", "data", "poster")
+        self.addresses += [value for name in names if (value := given.get(name))]
+
+    def handle_endtag(self, tag: str) -> None:
+        self.inside = ""
+
+    def handle_data(self, data: str) -> None:
+        if self.inside == "title":
+            self.title += data
+        elif self.inside in ("application/json", "module"):
+            self.scripts[self.inside] = self.scripts.get(self.inside, "") + data
+
+
+def _read(path: Path) -> _Reader:
+    reader = _Reader()
+    reader.feed(path.read_text(encoding="utf-8"))
+    return reader
+
+
+def _page(fold: mf.Fold, folder: Path) -> tuple[_Reader, dict[str, Any]]:
+    fold.to_html(folder / "fold.html")
+    reader = _read(folder / "fold.html")
+    return reader, json.loads(reader.scripts["application/json"])
+
+
+def test_a_page_holds_the_recorded_motion(tmp_path: Path) -> None:
+    fold = recorded("LRLLL")
+    motion = fold.trajectory
+    assert motion is not None
+    reader, data = _page(fold, tmp_path)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["fold.html"]
+    assert (data["word"], data["status"], data["message"]) == ("LRLLL", "folded", fold.message)
+    assert reader.title == "Fold LRLLL, folded"
+    assert data["sequence"] == list(FREE.sequence)
+    np.testing.assert_allclose(data["time"], motion.time, atol=1e-6)
+    np.testing.assert_allclose(data["angles"], motion.angles, atol=1e-4)
+    np.testing.assert_allclose(np.array(data["base"]) / 1e3, motion.base, atol=1e-7)
+    energies = energies_along(FREE, motion)
+    for name in ("magnetic", "kinetic"):
+        expected = 1e3 * getattr(energies, name)
+        np.testing.assert_allclose(data[name], expected, atol=1e-4 * np.abs(expected).max())
+    assert data["tube"] is data["field"] is None
+
+
+def test_a_page_asks_for_nothing_outside_itself(tmp_path: Path) -> None:
+    reader, _ = _page(recorded("LRLLL"), tmp_path)
+    assert [each for each in reader.addresses if not each.startswith("data:")] == []
+    text = (tmp_path / "fold.html").read_text(encoding="utf-8")
+    # The one address is the name of SVG's elements, which nothing is fetched from.
+    assert set(re.findall(r"https?://[^\"' ]+", text)) == {"http://www.w3.org/2000/svg"}
+    assert "@import" not in text
+    assert "default-src 'none'" in text
+
+
+@pytest.mark.parametrize(
+    "text", ["</script><script>alert(1)</script>", "<!-- <script>", "\u2028 & $x"]
+)
+def test_no_text_of_a_fold_can_end_its_script(text: str, tmp_path: Path) -> None:
+    fold = recorded("LRLLL")
+    plain, _ = _page(fold, tmp_path)
+    reader, data = _page(replace(fold, message=text), tmp_path)
+    assert data["message"] == text
+    assert reader.scripts["module"] == plain.scripts["module"]
+
+
+def test_what_surrounds_a_chain_is_on_the_page() -> None:
+    magnet = mf.FixedMagnet(position=(0.05, 0.1), width=0.04, height=0.04, thickness=0.02)
+    scene = TUBE.replace(field={"uniform": (0.0, 2e-5), "magnet": magnet.model_dump()})
+    data = page_data(recorded("LRLLL", scene))
+    assert data["tube"] == {"bore": round(1e3 * scene.bore, 4), "wall": 1.0}
+    np.testing.assert_allclose(np.array(data["field"]["corners"]) / 1e3, magnet.corners, atol=1e-7)
+    assert data["field"]["uniform"] == pytest.approx([0.0, 0.02])
+    assert data["order"] == [0, 1, 2, 3, 4, 5]
+    # Loaded at the mouth: one more than has left it.
+    assert data["loaded"] == [min(out + 1, 6) for out in data["released"]]
+    backward = recorded("LRLLL", scene.replace(feed={"direction": "backward"}))
+    assert page_data(backward)["order"] == [5, 4, 3, 2, 1, 0]
+    bare = page_data(recorded("LRLLL", FREE.replace(magnets=None, mount="pinned")))
+    assert bare["magnets"] is bare["magnetic"] is None
+    assert bare["pinned"]
+
+
+def test_a_single_component_has_a_page(tmp_path: Path) -> None:
+    reader, data = _page(recorded("", mf.Scene(sequence=("NSNS",))), tmp_path)
+    assert reader.title == "Fold (one component), folded"
+    assert len(data["angles"][0]) == 1
+
+
+def test_a_fold_that_was_not_recorded_is_refused(tmp_path: Path) -> None:
+    still = replace(recorded("LRLLL"), trajectory=None)
+    with pytest.raises(ValueError, match="simulate it with a frame_rate"):
+        write_html(still, tmp_path / "fold.html")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_chain_that_rested_at_once_is_one_frame() -> None:
+    fold = recorded("LRLLL")
+    nothing = {name: value[:0] for name, value in vars(fold.trajectory).items()}
+    data = page_data(replace(fold, trajectory=mf.Trajectory(**nothing), time=0.0))
+    assert data["time"] == [0.0]
+    np.testing.assert_allclose(data["angles"], [fold.angles], atol=1e-4)
+    assert data["kinetic"] == [0.0]
+
+
+def test_a_fold_that_broke_down_is_shown_up_to_there() -> None:
+    fold = replace(recorded("LRLLL"), energy=np.nan, angles=np.full(6, np.nan))
+    assert fold.trajectory is not None
+    fold.trajectory.angles[20:] = np.nan
+    data = page_data(fold)
+    assert len(data["time"]) == len(data["angles"]) == len(data["magnetic"]) == 20
+    assert json.dumps(data, allow_nan=False)
+    fold.trajectory.base[0] = np.inf
+    with pytest.raises(ValueError, match="without a finite frame"):
+        page_data(fold)
+
+
+def test_the_page_has_the_colours_of_the_pictures() -> None:
+    pytest.importorskip("PIL")
+    style = import_module("magfold_env.render.style")
+    css = (Path(mf.__file__).parent / "replay" / "page.css").read_text(encoding="utf-8")
+    by_day = dict(re.findall(r"--([a-z-]+): light-dark\(#([0-9a-f]{6}),", css))
+    names = (
+        "north",
+        "south",
+        "casing",
+        "casing-edge",
+        "tube",
+        "bore",
+        "empty",
+        "field",
+        "ink",
+        "good",
+    )
+    for name in names:
+        red, green, blue = getattr(style, name.replace("-", "_").upper())
+        assert by_day[name] == f"{red:02x}{green:02x}{blue:02x}", name
+
+
+def test_every_file_of_the_page_is_in_it(tmp_path: Path) -> None:
+    reader, _ = _page(recorded("LRLLL"), tmp_path)
+    for path in (Path(mf.__file__).parent / "replay").glob("*.js"):
+        assert path.read_text(encoding="utf-8") in reader.scripts["module"], path.name
