@@ -1,4 +1,4 @@
-"""The `magfold` command: simulate folds, rank their energies, list the shipped scenes, measure."""
+"""The `magfold` command: simulate folds, rank their energies, design sequences, measure."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from magfold_env.cli_report import (
     searches_to_json,
     states_table,
 )
+from magfold_env.design.result import Objective, Search
 from magfold_env.energy import Minimum, minimise
 from magfold_env.energy.result import Among, Mode
 from magfold_env.files import write_text
@@ -43,6 +44,11 @@ app.add_typer(bench, name="bench")
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
 Png = Annotated[Path | None, typer.Option(help="Draw the result as a picture.")]
 Json = Annotated[Path | None, typer.Option(help="Write the result as JSON.")]
+WorkerCount = Annotated[int | None, typer.Option(help="Runs at a time; all cores if left out.")]
+BackendName = Annotated[
+    str | None, typer.Option(help="threads, processes or ray; what suits if left out.")
+]
+Address = Annotated[str | None, typer.Option(help="Address of a Ray cluster.")]
 
 
 @app.command()
@@ -142,13 +148,9 @@ def ensemble_command(  # noqa: PLR0913 - one parameter an option
         list[str] | None,
         typer.Option(help="NAME=WIDTH: start_angles [rad], or one of the scene's spreads."),
     ] = None,
-    workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores if left out.")] = (
-        None
-    ),
-    backend: Annotated[
-        str | None, typer.Option(help="threads, processes or ray; what suits if left out.")
-    ] = None,
-    address: Annotated[str | None, typer.Option(help="Address of a Ray cluster.")] = None,
+    workers: WorkerCount = None,
+    backend: BackendName = None,
+    address: Address = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for JSON, CSV and PNG files; a killed command goes on in it."),
@@ -170,6 +172,61 @@ def ensemble_command(  # noqa: PLR0913 - one parameter an option
         made = cli_ensemble.make(changed, runs, seed, team, out)
         cli_ensemble.show(made)
         _say_written(*cli_ensemble.write(made, out, png))
+
+
+@app.command(name="design")
+def design_command(  # noqa: PLR0913 - one parameter an option
+    target: Annotated[str, typer.Argument(help="Word over L, S and R, one letter a joint.")],
+    *,
+    scene: Annotated[
+        str | None,
+        typer.Option(help="Scene whose casing, magnets, friction and spreads count."),
+    ] = None,
+    mode: Annotated[str, typer.Option(help="free, forward or backward.")] = "forward",
+    objective: Annotated[
+        str, typer.Option(help="probability, ground, unique, gap or sensitivity.")
+    ] = "probability",
+    search: Annotated[
+        str | None, typer.Option(help="exhaustive, annealing or cross-entropy.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
+    speed: Annotated[
+        list[float] | None, typer.Option(help="Feed speed to try [m/s]; may repeat.")
+    ] = None,
+    budget: Annotated[int, typer.Option(help="Releases of the search, about.")] = 2000,
+    goal: Annotated[float, typer.Option(help="Probability that is enough.")] = 0.9,
+    runs: Annotated[int, typer.Option(help="Releases that judge the result.")] = 100,
+    workers: WorkerCount = None,
+    backend: BackendName = None,
+    address: Address = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for JSON and the scene; a killed command goes on in it."),
+    ] = None,
+    json: Json = None,
+) -> None:
+    """Search for magnets and a feed speed that fold into a word; exit code 1 if none are found."""
+    from magfold_env import cli_design  # noqa: PLC0415 - for this command only
+    from magfold_env.design import design  # noqa: PLC0415
+
+    with _errors_in_one_line():
+        _check_outputs({"--json": json})
+        with cli_design.progress_bar() as progress:
+            found = design(
+                target,
+                None if scene is None else load_scene(scene),
+                cast("Mode", mode),
+                cast("Objective", objective),
+                search=cast("Search | None", search), seed=seed, speeds=speed or None,
+                budget=budget, goal=goal, runs=runs,
+                workers=workers, backend=cast("Backend | None", backend), address=address,
+                state=None if out is None else out / "state",
+                progress=progress,
+            )  # fmt: skip
+        cli_design.show(found)
+        _say_written(*cli_design.write(found, out, json))
+    if not found.reached:
+        raise typer.Exit(1)
 
 
 @app.command()

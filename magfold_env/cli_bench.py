@@ -49,6 +49,11 @@ BENCHMARKS = (
         "Repeat the paper's experiment, and count how often each predictor names its result.",
         "experiment, predictors, scaling",
     ),
+    Benchmark(
+        "design",
+        "Measure design: successes by target and mode, searches side by side, longer chains.",
+        "targets, searches, lengths, friction",
+    ),
 )
 
 

@@ -1,0 +1,22 @@
+"""The parts of the design benchmark."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from magfold_env.benchmarks import runner
+from magfold_env.benchmarks.design import friction, lengths, searches, targets
+from magfold_env.benchmarks.runner import Runner
+
+PARTS: dict[str, Runner] = {
+    "targets": targets.run,
+    "searches": searches.run,
+    "lengths": lengths.run,
+    "friction": friction.run,
+}
+
+
+def run(only: Sequence[str], quick: bool, out: Path | None) -> None:
+    """Measure, print, and write tables, as `runner.run` says."""
+    runner.run(runner.Benchmark("design", PARTS, {}), only, quick, out)
