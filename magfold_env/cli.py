@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from magfold_env.cli_bench import bench
-from magfold_env.cli_errors import errors_in_one_line as _errors_in_one_line
+from magfold_env.cli_errors import errors_in_one_line
 from magfold_env.cli_report import (
     decisions_table,
     fold_table,
@@ -74,7 +74,7 @@ def fold(  # noqa: PLR0913 - one parameter an option
     from magfold_env import cli_fold  # noqa: PLC0415 - for this command only
 
     files = cli_fold.Files(gif, png, html, sheet, json)
-    with _errors_in_one_line(), _busy("simulating"):
+    with errors_in_one_line(), _busy("simulating"):
         _check_outputs(files.options)
         feed = {"direction": direction, "speed": speed}
         changes = {
@@ -91,7 +91,7 @@ def fold(  # noqa: PLR0913 - one parameter an option
         result = simulate(changed, seed=seed, frame_rate=files.frame_rate)
         taken = time.perf_counter() - begun
     Console().print(fold_table(result, taken))
-    with _errors_in_one_line(), _busy("drawing"):
+    with errors_in_one_line(), _busy("drawing"):
         cli_fold.write(files, changed, scene, result)
     _say_written(*files)
     if result.status is FoldStatus.FAILED:
@@ -110,7 +110,7 @@ def minimise_command(
     json: Json = None,
 ) -> None:
     """Rank the states of a chain by magnetic energy, and search it component by component."""
-    with _errors_in_one_line(), _busy("searching"):
+    with errors_in_one_line(), _busy("searching"):
         _check_outputs({"--png": png, "--json": json})
         loaded = load_scene(scene)
         if png is not None:
@@ -123,7 +123,7 @@ def minimise_command(
     if found.decisions:
         console.print(decisions_table(found))
     console.print(one_by_one_table(loaded, feeds))
-    with _errors_in_one_line(), _busy("drawing"):
+    with errors_in_one_line(), _busy("drawing"):
         if png is not None:
             from magfold_env.render import draw_states  # noqa: PLC0415
 
@@ -160,7 +160,7 @@ def ensemble_command(  # noqa: PLR0913 - one parameter an option
     """Release a chain many times and show the probability of every word and status."""
     from magfold_env import cli_ensemble  # noqa: PLC0415 - for this command only
 
-    with _errors_in_one_line():
+    with errors_in_one_line():
         _check_outputs({"--png": png})
         if out is not None or png is not None:
             _need_render()
@@ -232,7 +232,7 @@ def design_command(  # noqa: PLR0913 - one parameter an option
 @app.command()
 def scenes() -> None:
     """List the shipped scenes."""
-    with _errors_in_one_line():
+    with errors_in_one_line():
         loaded: dict[str, Scene] = {name: load_scene(name) for name in scene_names()}
     Console().print(scenes_table(loaded))
 

@@ -1,6 +1,7 @@
 """The magnets benchmark: what is measured, its parts and their report."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -216,27 +217,39 @@ def test_an_absent_peer_is_reported(monkeypatch):
     assert "magpylib is absent" in part.findings[0]
 
 
-@pytest.mark.parametrize("name", list(command.PARTS))
-def test_every_part_runs_and_draws(name, tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """Function that has the command measure a part, once, and returns it and its files' names."""
     pytest.importorskip("matplotlib.figure")
+
+    @cache
+    def measure(name):
+        out = tmp_path_factory.mktemp(name) / "out"
+        arguments = ["bench", "magnets", "--quick", "--only", name, "--out", str(out)]
+        result = CliRunner().invoke(cli.app, arguments)
+        assert result.exit_code == 0, result.stderr
+        data = json.loads((out / "magnets.json").read_text(encoding="utf-8"))
+        return data["parts"][name], {path.name for path in out.iterdir()}
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scaling, "QUICK_LENGTHS", (2, 60, 80))
+        patch.setattr(scaling, "NODES_AT", 4)
+        yield measure
+
+
+@pytest.mark.parametrize("name", list(command.PARTS))
+def test_every_part_runs_and_draws(name, measured):
     if name == "peers" and not installed():
         pytest.skip(f"{MAGPYLIB} is not installed")
-    monkeypatch.setattr(scaling, "QUICK_LENGTHS", (2, 60, 80))
-    monkeypatch.setattr(scaling, "NODES_AT", 4)
-    out = tmp_path / "out"
-    arguments = ["bench", "magnets", "--quick", "--only", name, "--out", str(out)]
-    result = CliRunner().invoke(cli.app, arguments)
-    assert result.exit_code == 0, result.stderr
-    data = json.loads((out / "magnets.json").read_text(encoding="utf-8"))
-    assert data["parts"][name]["rows"]
-    assert data["parts"][name]["findings"]
-    names = {path.name for path in out.iterdir()}
-    assert names == {"magnets.json", f"{name}.csv", f"{name}.png"}
+    part, files = measured(name)
+    assert part["rows"]
+    assert part["findings"]
+    assert files == {"magnets.json", f"{name}.csv", f"{name}.png"}
 
 
-def test_bounds_hold_in_the_quick_measurement():
-    part = accuracy.run(quick=True, progress=silent)
-    bounded = [row for row in part.rows if row["model"] == accuracy.BOUND]
+def test_bounds_hold_in_the_quick_measurement(measured):
+    part, _ = measured("accuracy")
+    bounded = [row for row in part["rows"] if row["model"] == accuracy.BOUND]
     assert {row["states"] for row in bounded} == {accuracy.PAIRS, accuracy.FOLDS, accuracy.LONG}
     for row in bounded:
         assert float(row["worst error"]) <= float(row["setting"])

@@ -94,7 +94,7 @@ def simulate(scene: Scene, *, step: float = 1e-5, after: float = 0.6, walls: boo
     return Run(times, angles, angles_to_word(np.diff(angles[-1])), left)
 
 
-@njit
+@njit(cache=True)
 def _centres(q, n, lo, d):
     x, y = np.zeros(n), np.zeros(n)
     hx, hy = q[n], q[n + 1]
@@ -110,7 +110,7 @@ def _centres(q, n, lo, d):
     return x, y
 
 
-@njit(fastmath=True, error_model="numpy")
+@njit(cache=True, fastmath=True, error_model="numpy")
 def _magnet_forces(q, x, y, nodes, charges, height):
     n, m = charges.shape
     force = np.zeros((n, 3))
@@ -144,7 +144,7 @@ def _magnet_forces(q, x, y, nodes, charges, height):
     return force
 
 
-@njit
+@njit(cache=True)
 def _point_row(row, q, n, lo, d, x, y, i, px, py, nx, ny):
     """Add the velocity along (nx, ny) of the point (px, py) of component i to a Jacobian row."""
     row[n] += nx
@@ -157,7 +157,7 @@ def _point_row(row, q, n, lo, d, x, y, i, px, py, nx, ny):
         row[i] += hx * ny - hy * nx
 
 
-@njit
+@njit(cache=True)
 def _inside(cx, cy, c, s, a, b, px, py):
     """Depth of a point in a box and the outward normal of its nearest face."""
     u = c * (px - cx) + s * (py - cy)
@@ -172,7 +172,7 @@ def _inside(cx, cy, c, s, a, b, px, py):
     return dw, -e * s, e * c
 
 
-@njit
+@njit(cache=True)
 def _rows(q, n, lo, d, side, x, y, half_bore, wall, rows, depth, kind):
     """Rows of everything that touches; returns their number."""
     count = 0
@@ -231,7 +231,7 @@ def _rows(q, n, lo, d, side, x, y, half_bore, wall, rows, depth, kind):
     return count
 
 
-@njit
+@njit(cache=True)
 def _run(
     q, lo, speed, masses, inertias, side, nodes, charges, height, grip, arm, half_bore, wall,
     step, after,
