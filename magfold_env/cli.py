@@ -209,7 +209,7 @@ def design_command(  # noqa: PLR0913 - one parameter an option
     from magfold_env import cli_design  # noqa: PLC0415 - for this command only
     from magfold_env.design import design  # noqa: PLC0415
 
-    with _errors_in_one_line():
+    with errors_in_one_line():
         _check_outputs({"--json": json})
         with cli_design.progress_bar() as progress:
             found = design(
