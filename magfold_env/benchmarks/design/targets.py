@@ -26,6 +26,8 @@ WANTED = 0.9
 def run(quick: bool, progress: Progress) -> Part:
     """Design for each target, and count successes on releases that no search has seen."""
     scene = load_scene("design")
+    if quick:
+        scene = scene.replace(sequence=scene.sequence[:4])
     words = folded_words(scene.n)[: 2 if quick else None]
     runs = 10 if quick else RUNS
     by_energy = gap_designs(scene, words)

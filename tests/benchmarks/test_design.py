@@ -1,0 +1,66 @@
+"""`magfold bench design`: its parts, on few targets."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import magfold_env as mf
+from magfold_env import cli
+from magfold_env.benchmarks.design import friction, lengths, searches, targets
+from magfold_env.design import gap_designs
+from magfold_env.ensembles import release
+
+
+def _silent(share: float, what: str) -> None:
+    pass
+
+
+def test_targets_are_judged_beside_the_minimiser(tmp_path: Path) -> None:
+    command = ["bench", "design", "--quick", "--only", "targets", "--out", str(tmp_path)]
+    result = CliRunner().invoke(cli.app, command)
+    assert result.exit_code == 0, result.output
+    rows = json.loads((tmp_path / "design.json").read_text())["parts"]["targets"]["rows"]
+    assert {row["mode"] for row in rows} == {"free", "forward", "backward"}
+    row = next(row for row in rows if row["mode"] == "forward")
+    scene = release(mf.load_scene("design"), "forward", row["speed [m/s]"])
+    assert len(row["target"]) == 3
+    found = mf.design(row["target"], runs=10)
+    assert found.scene == scene.replace(sequence=row["sequence"].split())
+    assert found.probability is not None
+    assert row["successes"] == found.probability.successes
+    assert "mean" in result.output
+
+
+def test_the_minimiser_takes_the_speed_at_which_it_does_best() -> None:
+    scene = mf.load_scene("design").replace(sequence=("NNNN",) * 4)
+    by_energy = gap_designs(scene, ["LRR"])
+    choice = targets.minimisers_choice(scene, "LRR", "backward", by_energy, seed=3)
+    assert choice is not None
+    assert by_energy["LRR"] is not None
+    assert choice.sequence == by_energy["LRR"].sequence
+    assert choice.speed in targets.SPEEDS
+    free = targets.minimisers_choice(scene, "LRR", "free", by_energy, seed=3)
+    assert free is not None
+    assert free.speed is None
+    assert targets.minimisers_choice(scene, "LRR", "free", {"LRR": None}, seed=3) is None
+
+
+def test_lengths_and_friction() -> None:
+    part = lengths.run(True, _silent)
+    assert [row["components"] for row in part.rows] == [8, 8]
+    assert all(0.0 <= float(row["success"]) <= 1.0 for row in part.rows)
+    part = friction.run(True, _silent)
+    assert {row["friction"] for row in part.rows} == set(friction.FRICTIONS)
+    assert all(0.0 <= float(row["success"]) <= 1.0 for row in part.rows)
+
+
+@pytest.mark.slow
+def test_searches_are_held_against_proven_optima() -> None:
+    part = searches.run(True, _silent)
+    of_best = [float(row["of the optimum"]) for row in part.rows if row["of the optimum"] != ""]
+    assert of_best
+    assert all(share <= 1.0 + 1e-9 for share in of_best)
+    proved = [row for row in part.rows if row["search"] == "exhaustive"]
+    assert all(row["of the optimum"] in ("", pytest.approx(1.0)) for row in proved)
