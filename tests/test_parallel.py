@@ -15,7 +15,7 @@ from joblib.parallel import ThreadingBackend, register_parallel_backend
 
 from magfold_env import parallel
 from magfold_env.errors import SceneError
-from magfold_env.parallel import LOSSES, Workers, finished
+from magfold_env.parallel import LOSSES, Workers, connected, finished
 
 
 def square(x: int) -> int:
@@ -114,14 +114,18 @@ class FakeCluster:
         ray = ModuleType("ray")
         ray.__dict__.update(
             is_initialized=lambda: self.running,
-            init=lambda **options: self.calls.append(("init", options["address"])),
-            shutdown=lambda: self.calls.append(("shutdown", None)),
+            init=lambda **options: self._turn(True, "init", options["address"]),
+            shutdown=lambda: self._turn(False, "shutdown", None),
             exceptions=SimpleNamespace(RayError=LostError),
         )
         backend = ModuleType("ray.util.joblib")
         backend.__dict__["register_ray"] = lambda: register_parallel_backend("ray", self._backend)
         for module in (ray, ModuleType("ray.util"), backend):
             monkeypatch.setitem(sys.modules, module.__name__, module)
+
+    def _turn(self, running: bool, *call: Any) -> None:
+        self.running = running
+        self.calls.append(call)
 
     def _backend(self, *, ray_remote_args: dict[str, Any], **options: Any) -> Any:
         self.calls.append(("options", ray_remote_args))
@@ -151,6 +155,18 @@ def test_ray_is_started_where_it_is_not_running(
     assert ("options", again) in cluster.calls
     outer = [call for call in cluster.calls if call[0] != "options"]
     assert outer == ([] if running else [("init", "there:1"), ("shutdown", None)])
+
+
+def test_a_connection_lasts_from_call_to_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    cluster = FakeCluster(monkeypatch)
+    workers = Workers(2, "ray", "there:1")
+    with connected(workers):
+        for _ in range(3):
+            assert len(list(finished(square, range(9), workers))) == 9
+    outer = [call for call in cluster.calls if call[0] != "options"]
+    assert outer == [("init", "there:1"), ("shutdown", None)]
+    with connected(Workers(2)):  # nothing to connect to
+        assert not cluster.running
 
 
 def test_tasks_of_a_lost_node_are_run_again(monkeypatch: pytest.MonkeyPatch) -> None:
