@@ -19,6 +19,8 @@ import numba
 import platformdirs
 from numba.core import config
 
+from magfold_env.engine.drafts import hand_drafts
+
 # Numba fills its settings in at run time, unseen by type checkers.
 numba_config = cast("Any", config)
 
@@ -101,16 +103,19 @@ def _compile(
     # in the same process keep their own.
     previous = numba_config.CACHE_DIR
     numba_config.CACHE_DIR = _CACHE_DIRECTORY
+    options = {
+        "error_model": "numpy",
+        "parallel": parallel,
+        "forceinline": forceinline,
+        "inline": inline,
+        "nogil": True,
+        "_nrt": parallel or allocates,
+    }
     try:
         # One of the options is not in the signature that type checkers see.
-        return cast("Any", numba.njit)(
-            error_model="numpy",
-            cache=True,
-            parallel=parallel,
-            forceinline=forceinline,
-            inline=inline,
-            nogil=True,
-            _nrt=parallel or allocates,
-        )(function)
+        compiled = cast("Any", numba.njit)(cache=True, no_cfunc_wrapper=True, **options)(function)
     finally:
         numba_config.CACHE_DIR = previous
+    if not parallel:
+        hand_drafts(compiled, **options)
+    return compiled
