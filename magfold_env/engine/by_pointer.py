@@ -1,3 +1,6 @@
+# Numba's own modules know no types.
+# pyright: basic
+
 """NamedTuples that kernels see through one pointer.
 
 Numba passes a tuple on field by field, and an array as seven numbers: with a model and its scratch
@@ -13,7 +16,7 @@ from __future__ import annotations
 import struct
 import zlib
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from llvmlite import ir
@@ -57,7 +60,7 @@ class _Packed:
 def by_pointer(cls: type[T]) -> type[T]:
     """Mark a NamedTuple of numbers, C-contiguous arrays and others of its kind."""
     body = {name: getattr(cls, name) for name in ("__doc__", "__module__", "__qualname__")}
-    return type(cls.__name__, (_Packed, cls), body)
+    return cast("type[T]", type(cls.__name__, (_Packed, cls), body))
 
 
 def _write(packed: Any, codes: list[str], values: list[float]) -> None:
@@ -119,7 +122,7 @@ def _typeof(value: Any, context: Any) -> PackedType:
 
 
 def _typeof_field(name: str, value: Any, context: Any) -> types.Type:
-    found = typeof_impl(value, context)
+    found: Any = typeof_impl(value, context)
     if isinstance(found, types.Array):
         if found.layout != "C":
             msg = f"{name}: kernels take C-contiguous arrays only"
@@ -158,9 +161,9 @@ def _getattr(context: Any, builder: ir.IRBuilder, typ: PackedType, value: Any, a
     made = context.make_array(field)(context, builder)
     item = context.get_abi_sizeof(context.get_data_type(field.dtype))
     shape = [_load(builder, value, begin + 1 + k, ir.IntType(64)) for k in range(field.ndim)]
-    strides = [ir.IntType(64)(item)]
+    strides: list[Any] = [ir.IntType(64)(item)]
     for extent in reversed(shape[1:]):
-        strides.insert(0, builder.mul(strides[0], extent, flags=["nsw"]))
+        strides.insert(0, builder.mul(strides[0], extent))
     populate_array(
         made,
         data=_load(builder, value, begin, context.get_data_type(field.dtype).as_pointer()),
