@@ -31,6 +31,7 @@ def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
 
     Faces without charge have no nodes.
     """
+    # Loaded here, not at every turn of the loops.
     body, charged, per_face = nodes.segments.body, nodes.segments.charged, nodes.faces
     along, across, strength, half = nodes.along, nodes.across, nodes.q, nodes.half
     node_x, node_y, share = magnets.node_x, magnets.node_y, magnets.node_weight
@@ -133,7 +134,7 @@ def far_pair(
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """As `casing_pair` without near faces' corrections.
 
-    Hot kernels take the arrays they need: tuples of arrays are slow to pass on.
+    Hot kernels take the arrays they need: fields of tuples may be loaded anew within loops.
     """
     ex, ey = x[i] - x[j], y[i] - y[j]
     distance = math.sqrt(ex * ex + ey * ey)
