@@ -34,6 +34,7 @@ from numba.extending import (
 from numba.np.arrayobj import populate_array
 
 WORD = 8  # bytes
+NUMBERS = (types.boolean, types.int64, types.float64)
 
 T = TypeVar("T", bound=tuple[Any, ...])
 
@@ -128,6 +129,9 @@ def _typeof_field(name: str, value: Any, context: Any) -> types.Type:
             msg = f"{name}: kernels take C-contiguous arrays only"
             raise TypeError(msg)
         return types.Array(found.dtype, found.ndim, "C")
+    if found not in NUMBERS and not isinstance(found, PackedType):
+        msg = f"{name}: must be a bool, an int, a float, an array or by_pointer, not {found}"
+        raise TypeError(msg)
     return found
 
 

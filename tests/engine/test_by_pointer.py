@@ -105,6 +105,12 @@ def test_arrays_with_gaps_are_refused():
         scale_row(outer)
 
 
+def test_other_fields_are_refused():
+    outer = an_outer()._replace(size="seven")
+    with pytest.raises(TypeError, match="size: must be a bool, an int, a float, an array"):
+        read(outer, 0)
+
+
 def test_an_array_that_a_kernel_returns_lives_as_long_as_its_tuple():
     outer = an_outer()
     row = row_of(outer)
