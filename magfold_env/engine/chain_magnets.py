@@ -5,7 +5,8 @@ pairs are summed. Where every joint between two components is at its stop their 
 fixed, and what they do to each other is found once and kept. The forces are the gradient of
 `chain_energy`, which is that of ``engine.magnets`` to within the splines' error.
 
-What runs at every evaluation takes arrays one by one: kernels pass tuples of arrays on slowly.
+What runs at every evaluation takes arrays one by one: fields of tuples may be loaded anew within
+loops.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from magfold_env.engine import boxes, chain, contact
 from magfold_env.engine.complementarity import solve_equalities
 from magfold_env.engine.dynamics import apply_multipliers, fill_rows, project, rate_of
 from magfold_env.engine.feed import place_all
-from magfold_env.engine.jit import inlined, kernel, merged
+from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import EVENTS, LO, Array, IntArray, Model, State, Work
 
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
@@ -127,7 +127,7 @@ def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
     return rows
 
 
-@merged
+@kernel
 def collect_stops(lo: int, model: Model, state: State, work: Work) -> None:
     """Rows for the joints at their stops, but not for those on their way out."""
     row = 0

@@ -13,7 +13,7 @@ from magfold_env.engine import boxes, chain, chain_magnets, contact, friction, o
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.friction_solver import solve_with_friction
-from magfold_env.engine.jit import inlined, kernel, merged
+from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
 
 SLACK = 0.01  # share of µ g by which a step may end beyond what friction can hold
@@ -159,7 +159,7 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
     return solved
 
 
-@merged
+@kernel
 def fill_friction(lo: int, model: Model, work: Work) -> None:
     """Rows of the components that friction may hold."""
     rows, count = work.row_count[1], work.row_count[2]
@@ -218,7 +218,7 @@ def acceleration_left(count: int, work: Work, r: int) -> float:
     return math.sqrt(total)
 
 
-@merged
+@kernel
 def within_grip(model: Model, work: Work) -> bool:
     """Whether friction can supply all the forces that would hold the candidates."""
     lam = work.multiplier
@@ -229,7 +229,7 @@ def within_grip(model: Model, work: Work) -> bool:
     return True
 
 
-@merged
+@kernel
 def torn_loose(model: Model, work: Work) -> bool:
     """Whether friction can no longer hold, at the end of a step, all it held in it.
 
@@ -247,7 +247,7 @@ def torn_loose(model: Model, work: Work) -> bool:
     return False
 
 
-@merged
+@kernel
 def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bool:
     """Moreau's impact: replace ``v`` by the nearest velocity that no row forbids.
 

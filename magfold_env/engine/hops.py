@@ -16,7 +16,7 @@ from magfold_env.engine.constraints import (
 )
 from magfold_env.engine.dynamics import apply_multipliers, rate_of
 from magfold_env.engine.feed import place_all
-from magfold_env.engine.jit import inlined, kernel, merged
+from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import LO, Array, Model, State, Work
 
 HOP = 0.05  # share of the tolerance by which something may part and touch again unseen
@@ -71,7 +71,7 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
     return IMPACT if solved else UNSOLVED
 
 
-@merged
+@kernel
 def mark_hopping_contacts(
     lo: int, model: Model, state: State, work: Work, acceleration: Array
 ) -> bool:

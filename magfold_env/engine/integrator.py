@@ -27,7 +27,7 @@ from magfold_env.engine.dynamics import first_accelerations, torn_loose
 from magfold_env.engine.events import STALLED, first_touch, interpolate
 from magfold_env.engine.feed import is_free
 from magfold_env.engine.hops import end_hops
-from magfold_env.engine.jit import kernel, merged
+from magfold_env.engine.jit import kernel
 from magfold_env.engine.moreau import moreau_step
 from magfold_env.engine.outcomes import (
     ACCEPTED,
@@ -130,7 +130,7 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
     return REACHED
 
 
-@merged
+@kernel
 def fresh_accelerations(model: Model, state: State, work: Work) -> bool:
     """Accelerations of the state into ``work.slope_v[0]``; ends hops. False if not found."""
     # Every round holds something more.
@@ -145,7 +145,7 @@ def fresh_accelerations(model: Model, state: State, work: Work) -> bool:
     return first_accelerations(model, state, work, work.slope_v[0])
 
 
-@merged
+@kernel
 def runs_away(model: Model, state: State) -> bool:
     """Whether something turns faster than it can: a feed drives parts that cannot give way.
 
@@ -160,7 +160,7 @@ def runs_away(model: Model, state: State) -> bool:
     return False
 
 
-@merged
+@kernel
 def resting(lo: int, state: State) -> bool:
     """Whether friction held any component in the last step."""
     for i in range(lo, state.stuck.size):
@@ -230,7 +230,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     return ACCEPTED
 
 
-@merged
+@kernel
 def settle_held(lo: int, model: Model, state: State, work: Work) -> None:
     """Undo the rounding of a step on components that friction holds."""
     for i in range(lo, model.n):

@@ -4,60 +4,31 @@ No fast-math flag is set: with them a kernel's last bits depend on where it was 
 what else a process has compiled. Loops that must vectorise add into arrays, lane by lane, which
 strict arithmetic allows. With ``error_model="numpy"`` a division is no branch. Serial kernels
 allocate nothing and are compiled without a runtime for memory, which makes an allocation an error
-and lets tuples of arrays be passed on without counting references.
+and lets arrays be passed on without counting references.
 """
 
 from __future__ import annotations
 
-import hashlib
-import os
 from collections.abc import Callable
-from pathlib import Path
+from functools import partial
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
-import platformdirs
-from numba.core import config
+from numba.core import config, event
 
-# Numba fills its settings in at run time, unseen by type checkers.
-numba_config = cast("Any", config)
+from magfold_env.engine.drafts import hand_drafts
+from magfold_env.engine.first_use import FirstUse
+from magfold_env.engine.kernel_cache import cache_directory, mark_used, remove_unused
 
-# They hand arrays to kernels; no kernel sees anything of them.
-WITHOUT_KERNELS = {
-    "energies.py",
-    "frames.py",
-    "pack.py",
-    "pack_field.py",
-    "quadrature.py",
-    "session.py",
-    "workspace.py",
-}
+# Type checkers see neither the settings, which numba fills in at run time, nor some options.
+numba_config, njit, events = (cast("Any", each) for each in (config, numba.njit, event))
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-
-def source_fingerprint() -> str:
-    """Hash of the engine's sources.
-
-    Numba's on-disk cache notices edits in a kernel's own file but not in the files of the kernels
-    it calls, so the cache directory is named after all of them.
-    """
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        if path.name not in WITHOUT_KERNELS:
-            digest.update(path.name.encode())
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def cache_directory() -> Path:
-    """Directory for compiled kernels; ``NUMBA_CACHE_DIR`` moves its root."""
-    root = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("magfold_env")
-    return Path(root) / f"kernels-{source_fingerprint()}"
-
-
-_CACHE_DIRECTORY = str(cache_directory())
+_CACHE_DIRECTORY = cache_directory()
+mark_used(_CACHE_DIRECTORY)
+events.register("numba:compile", FirstUse(partial(remove_unused, _CACHE_DIRECTORY)))
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -75,42 +46,28 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
     return _compile(function, parallel=False, forceinline=True)
 
 
-def merged(function: Callable[P, R]) -> Callable[P, R]:
-    """Make a kernel part of its caller, for kernels that are called at one place.
-
-    Every kernel is optimised again within each of its callers, so fewer kernels on the way compile
-    the innermost loops fewer times.
-    """
-    return _compile(function, parallel=False, inline="always")
-
-
 def parallel_kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel whose ``numba.prange`` loops run on all threads."""
     return _compile(function, parallel=True)
 
 
 def _compile(
-    function: Callable[P, R],
-    *,
-    parallel: bool,
-    forceinline: bool = False,
-    inline: str = "never",
-    allocates: bool = False,
+    function: Callable[P, R], *, parallel: bool, forceinline: bool = False, allocates: bool = False
 ) -> Any:
+    options = {
+        "error_model": "numpy",
+        "forceinline": forceinline,
+        "nogil": True,
+        "_nrt": parallel or allocates,
+    }
     # The setting is read when the decorator runs; it is put back so that other users of numba
     # in the same process keep their own.
     previous = numba_config.CACHE_DIR
-    numba_config.CACHE_DIR = _CACHE_DIRECTORY
+    numba_config.CACHE_DIR = str(_CACHE_DIRECTORY)
     try:
-        # One of the options is not in the signature that type checkers see.
-        return cast("Any", numba.njit)(
-            error_model="numpy",
-            cache=True,
-            parallel=parallel,
-            forceinline=forceinline,
-            inline=inline,
-            nogil=True,
-            _nrt=parallel or allocates,
-        )(function)
+        compiled = njit(cache=True, parallel=parallel, no_cfunc_wrapper=True, **options)(function)
     finally:
         numba_config.CACHE_DIR = previous
+    if not parallel:
+        hand_drafts(compiled, **options)
+    return compiled

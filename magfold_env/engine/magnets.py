@@ -31,18 +31,22 @@ def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
 
     Faces without charge have no nodes.
     """
-    segments = nodes.segments
+    # Loaded here, not at every turn of the loops.
+    body, charged, per_face = nodes.segments.body, nodes.segments.charged, nodes.faces
+    along, across, strength, half = nodes.along, nodes.across, nodes.q, nodes.half
+    node_x, node_y, share = magnets.node_x, magnets.node_y, magnets.node_weight
+    face_half, face_moment = magnets.face_half, magnets.face_moment
     for i in range(charge.shape[0]):
         faces = 0
         for p in range(PARTS):
-            segments.body[i, p] = 0.0
+            body[i, p] = 0.0
         for f in range(4):
             if charge[i, f] != 0.0:
                 faces += 1
                 for p in range(PARTS):
-                    segments.body[i, p] += charge[i, f] * magnets.face_moment[f, p]
-        nodes.faces[i] = faces
-        segments.charged[i] = 1 if faces > 0 else 0
+                    body[i, p] += charge[i, f] * face_moment[f, p]
+        per_face[i] = faces
+        charged[i] = 1 if faces > 0 else 0
         for rank in range(magnets.rank_count.size):
             count = magnets.rank_count[rank]
             k = 0
@@ -51,16 +55,16 @@ def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
                 if q == 0.0:
                     continue
                 for a in range(f * count, (f + 1) * count):
-                    nodes.along[rank, i, k] = magnets.node_x[rank, a]
-                    nodes.across[rank, i, k] = magnets.node_y[rank, a]
-                    nodes.q[rank, i, k] = magnets.node_weight[rank, a] * q
-                    nodes.half[rank, i, k] = magnets.face_half[f]
+                    along[rank, i, k] = node_x[rank, a]
+                    across[rank, i, k] = node_y[rank, a]
+                    strength[rank, i, k] = share[rank, a] * q
+                    half[rank, i, k] = face_half[f]
                     k += 1
             for a in range(k, whole_lanes(k)):
-                nodes.along[rank, i, a] = nodes.along[rank, i, 0]
-                nodes.across[rank, i, a] = nodes.across[rank, i, 0]
-                nodes.q[rank, i, a] = 0.0
-                nodes.half[rank, i, a] = magnets.face_half[0]
+                along[rank, i, a] = along[rank, i, 0]
+                across[rank, i, a] = across[rank, i, 0]
+                strength[rank, i, a] = 0.0
+                half[rank, i, a] = face_half[0]
 
 
 @inlined
@@ -130,7 +134,7 @@ def far_pair(
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """As `casing_pair` without near faces' corrections.
 
-    Hot kernels take the arrays they need: tuples of arrays are slow to pass on.
+    Hot kernels take the arrays they need: fields of tuples may be loaded anew within loops.
     """
     ex, ey = x[i] - x[j], y[i] - y[j]
     distance = math.sqrt(ex * ex + ey * ey)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from magfold_env.engine import chain
-from magfold_env.engine.jit import inlined, kernel, merged
+from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import LO, Array, Model, State, Work
 
 
-@merged
+@kernel
 def outer_force(lo: int, model: Model, work: Work) -> tuple[float, float, float]:
     """Friction and gravity on the whole chain, after `smooth_accelerations`.
 
@@ -39,7 +39,7 @@ def centre_of_mass(lo: int, model: Model, work: Work) -> tuple[float, float, flo
     return x / mass, y / mass, mass
 
 
-@merged
+@kernel
 def held_or_walled(model: Model, work: Work) -> bool:
     """Whether something else from outside acts: friction that is solved for, or a wall."""
     for i in range(model.n):
@@ -51,7 +51,7 @@ def held_or_walled(model: Model, work: Work) -> bool:
     return False
 
 
-@merged
+@kernel
 def keep_momentum(
     model: Model, state: State, work: Work, h: float,
     push_x: float, push_y: float, twist: float,

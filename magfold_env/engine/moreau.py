@@ -27,7 +27,7 @@ from magfold_env.engine.dynamics import (
 )
 from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.friction_solver import solve_with_friction
-from magfold_env.engine.jit import inlined, kernel, merged
+from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.momentum import held_or_walled, keep_momentum, outer_force
 from magfold_env.engine.outcomes import BROKEN, TOUCHED, UNSOLVABLE
 from magfold_env.engine.recorder import record_line
@@ -111,7 +111,7 @@ def moreau_step(
     return TOUCHED
 
 
-@merged
+@kernel
 def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
     """Mark the components at rest, or nearly, whose friction the step solves for; whether any.
 
@@ -132,7 +132,7 @@ def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
     return found
 
 
-@merged
+@kernel
 def velocity_after(model: Model, state: State, work: Work, h: float, old: float) -> bool:
     """Middle of a step of length ``h`` into ``work.stage_q``, its new velocity into ``work.new_v``.
 
@@ -213,7 +213,7 @@ def allowance(model: Model, gap: float, time: float) -> float:
     return PUSH_OUT * gap / max(time, FINEST * model.tolerance / model.rate_scale)
 
 
-@merged
+@kernel
 def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: float) -> int:
     """Rows of all gaps that could close within the step, their allowances in ``work.bias``.
 

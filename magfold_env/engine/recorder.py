@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from magfold_env.engine.arrays import copy
 from magfold_env.engine.events import interpolate
-from magfold_env.engine.jit import kernel, merged
+from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import FRAME_TIME, FRAMES, LO, TIME, Model, Record, State, Work
 
 
-@merged
+@kernel
 def has_room(record: Record, state: State, longest_step: float) -> bool:
     """Whether the frames of one more step fit."""
     if record.interval <= 0.0:
@@ -16,7 +16,7 @@ def has_room(record: Record, state: State, longest_step: float) -> bool:
     return state.counter[FRAMES] + longest_step / record.interval + 2.0 < record.time.size
 
 
-@merged
+@kernel
 def record_step(record: Record, state: State, work: Work, step: float, fraction: float) -> None:
     """Take the frames that fall into the accepted part of a step."""
     if record.interval <= 0.0:
@@ -34,7 +34,7 @@ def record_step(record: Record, state: State, work: Work, step: float, fraction:
         state.clock[FRAME_TIME] += record.interval
 
 
-@merged
+@kernel
 def record_rest(record: Record, model: Model, state: State, until: float) -> bool:
     """Take the frames of a chain that only moves with the base; False if they do not fit."""
     if record.interval <= 0.0:
@@ -54,7 +54,7 @@ def record_rest(record: Record, model: Model, state: State, until: float) -> boo
     return True
 
 
-@merged
+@kernel
 def record_line(record: Record, state: State, work: Work, step: float) -> None:
     """Take the frames of a step of constant velocity, whose end is in ``work.new_q``, ``new_v``."""
     if record.interval <= 0.0:

@@ -10,7 +10,7 @@ from magfold_env.engine.complementarity import solve_equalities
 from magfold_env.engine.constraints import first_joint, prepare
 from magfold_env.engine.dynamics import apply_multipliers, first_accelerations, rate_of, respond
 from magfold_env.engine.feed import is_free, place_all
-from magfold_env.engine.jit import inlined, kernel, merged
+from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import BRAKE, LO, Array, Model, State, Work
 
 # Shares of tolerance times side that a component may still slide by: to be put to rest, and to
@@ -58,7 +58,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> None:
             first_accelerations(model, state, work, out)
 
 
-@merged
+@kernel
 def find_braking(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
     """Sort the components into `work.mark`, and when each would stop into `work.braking` [s]."""
     for i in range(lo, model.n):
@@ -99,7 +99,7 @@ def some_move(lo: int, model: Model, work: Work) -> bool:
     return False
 
 
-@merged
+@kernel
 def drop_unheld(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> bool:
     """Let those go on that friction does not hold, but for those that turn back; whether any.
 
@@ -120,7 +120,7 @@ def drop_unheld(lo: int, model: Model, state: State, work: Work, acceleration: A
     return dropped
 
 
-@merged
+@kernel
 def creeps(model: Model, state: State, work: Work, acceleration: Array) -> bool:
     """Whether a component hardly moves, and what drives it is of the order of its friction.
 
@@ -158,7 +158,7 @@ def any_creeper(lo: int, model: Model, state: State, work: Work) -> bool:
     return False
 
 
-@merged
+@kernel
 def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
     """Stop all components that are marked to be; whether that can be.
 
@@ -191,7 +191,7 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
     return True
 
 
-@merged
+@kernel
 def find_motion(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
     """Velocities and accelerations of the centres, the latter in two parts: ``fx`` and ``ax``."""
     place_all(lo, model, state.q, work.pose)
@@ -256,7 +256,7 @@ def pulled(model: Model) -> bool:
     return model.gravity_x != 0.0 or model.gravity_y != 0.0
 
 
-@merged
+@kernel
 def relative_motion(lo: int, n: int, spins: bool, v: Array, a: Array) -> tuple[float, float]:
     """Largest relative rate [rad/s] and relative angular acceleration [rad/s²] of a joint.
 
@@ -273,7 +273,7 @@ def relative_motion(lo: int, n: int, spins: bool, v: Array, a: Array) -> tuple[f
     return rate, acceleration
 
 
-@merged
+@kernel
 def stops_press(lo: int, model: Model, state: State, work: Work) -> bool:
     """Whether all joints are at stops that press harder than friction on the floor could lift.
 

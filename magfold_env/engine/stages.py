@@ -6,14 +6,14 @@ import math
 
 from magfold_env.engine import dormand_prince as dp
 from magfold_env.engine.dynamics import accelerations
-from magfold_env.engine.jit import merged
+from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import LO, Model, State, Work
 
 LOCAL = 0.1  # share of the tolerance that one step may use up
 SLOW = 0.3  # share of a typical rate below which rates are judged by it
 
 
-@merged
+@kernel
 def stages(model: Model, state: State, work: Work, h: float) -> bool:
     """Fill the slopes of a step and its end in ``work.new_q``, ``work.new_v``."""
     lo, n = state.counter[LO], model.n
@@ -41,7 +41,7 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
     return True
 
 
-@merged
+@kernel
 def step_error(lo: int, model: Model, state: State, work: Work, h: float) -> float:
     """Estimated error of the step over what is allowed.
 

@@ -11,10 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from magfold_env.engine.by_pointer import by_pointer
+
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+@by_pointer
 class Bodies(NamedTuple):
     """The rigid parts of a chain, each array of shape (n,)."""
 
@@ -24,6 +27,7 @@ class Bodies(NamedTuple):
     length: Array  # inner hinge to outer hinge [m]
 
 
+@by_pointer
 class Pose(NamedTuple):
     """Where the components are: heading cosines and centres [m], each of shape (n,)."""
 
@@ -33,6 +37,7 @@ class Pose(NamedTuple):
     y: Array
 
 
+@by_pointer
 class Magnets(NamedTuple):
     """Pole faces of a casing and the quadrature that replaces them.
 
@@ -67,6 +72,7 @@ class Magnets(NamedTuple):
     tables: Tables
 
 
+@by_pointer
 class Field(NamedTuple):
     """What acts on the chain's magnets from outside: an even field, and a fixed magnet.
 
@@ -91,6 +97,7 @@ class Field(NamedTuple):
     half_width: float
 
 
+@by_pointer
 class Tables(NamedTuple):
     """Splines of the energies of casings one and two joints apart, see ``engine.pair_tables``.
 
@@ -103,6 +110,7 @@ class Tables(NamedTuple):
     two: Array  # (knots + 4, (knots + 4)·16)
 
 
+@by_pointer
 class Model(NamedTuple):
     """One chain and its world, without its state."""
 
@@ -130,6 +138,7 @@ class Model(NamedTuple):
     max_steps_per_second: int
 
 
+@by_pointer
 class State(NamedTuple):
     """The moving part; every array is updated in place.
 
@@ -153,6 +162,7 @@ LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, TOUCHY, SECOND_STEPS = range(8)
 TIME, STEP, FRAME_TIME, BRAKE, SECOND, LAST_STEP, LAST_ERROR = range(7)
 
 
+@by_pointer
 class Record(NamedTuple):
     """Frames of a run, taken every ``interval`` seconds; an interval of 0 records nothing."""
 
@@ -163,6 +173,7 @@ class Record(NamedTuple):
     lo: IntArray  # (capacity,)
 
 
+@by_pointer
 class Segments(NamedTuple):
     """Runs of 1, 2, 4, … components and what they feel from each other, see ``engine.segments``.
 
@@ -183,6 +194,7 @@ class Segments(NamedTuple):
     turned: Array  # (4, 10), see `engine.multipoles.expansion`
 
 
+@by_pointer
 class Nodes(NamedTuple):
     """Scratch space of the magnets' sums and splines."""
 
@@ -201,6 +213,7 @@ class Nodes(NamedTuple):
     row: Array  # (96,) rows of a table, combined
 
 
+@by_pointer
 class Rigid(NamedTuple):
     """What pairs do to each other while all joints between them are at their stops."""
 
@@ -214,6 +227,7 @@ class Rigid(NamedTuple):
     nodes: Nodes
 
 
+@by_pointer
 class Newton(NamedTuple):
     """Scratch space of `engine.friction_solver`, where the names are explained."""
 
@@ -231,6 +245,7 @@ class Newton(NamedTuple):
     along: Array  # G step
 
 
+@by_pointer
 class Work(NamedTuple):
     """Scratch space of one run, so that steps allocate nothing.
 

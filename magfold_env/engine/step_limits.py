@@ -7,7 +7,7 @@ import math
 from magfold_env.engine import contact, edges
 from magfold_env.engine import dormand_prince as dp
 from magfold_env.engine.constraints import first_joint
-from magfold_env.engine.jit import inlined, merged
+from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import BRAKE, LAST_ERROR, LAST_STEP, Model, State, Work
 
 LONGEST_STEP = 0.05  # [s]
@@ -16,7 +16,7 @@ SHORTEST_BRAKE = 1e-7  # [s] the shortest step that ends where a component stops
 EASY = 1e-4  # an error that allows the largest growth
 
 
-@merged
+@kernel
 def longest_step(lo: int, model: Model, state: State, work: Work) -> float:
     """How far a step may reach [s], going by the state alone.
 
@@ -32,7 +32,7 @@ def longest_step(lo: int, model: Model, state: State, work: Work) -> float:
     return h
 
 
-@merged
+@kernel
 def time_to_stop(lo: int, model: Model, state: State, work: Work) -> float:
     """Time until the first open joint reaches a stop at its present acceleration [s]."""
     soonest = LONGEST_STEP

@@ -24,7 +24,7 @@ from rich.table import Table
 
 from magfold_env.benchmarks.dynamics_laws.outcomes import Outcome, moved_starts, reference_of
 from magfold_env.benchmarks.dynamics_laws.random_scenes import is_designed, random_scene
-from magfold_env.engine.jit import source_fingerprint
+from magfold_env.engine.kernel_cache import source_fingerprint
 from magfold_env.scene_io import save_scene
 from magfold_env.statistics import share
 

@@ -1,0 +1,187 @@
+# Numba's own modules know no types.
+# pyright: basic
+
+"""NamedTuples that kernels see through one pointer.
+
+Numba passes a tuple on field by field, and an array as seven numbers: with a model and its scratch
+space, more than a thousand arguments at every call, which take seconds to compile, a kernel. So
+what a class marked with `by_pointer` holds is written down once in words of eight bytes, and its
+address is what kernels pass on. A word is a number, the address of an array's data or one of its
+dimensions; tuples within are written in place. The words never change, only what is in the arrays
+does.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from functools import cached_property
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    lower_getattr_generic,
+    models,
+    register_model,
+    typeof_impl,
+    unbox,
+)
+from numba.np.arrayobj import populate_array
+
+WORD = 8  # bytes
+NUMBERS = (types.boolean, types.int64, types.float64)
+
+T = TypeVar("T", bound=tuple[Any, ...])
+
+
+class _Packed:
+    """What a marked class gets besides its fields."""
+
+    @cached_property
+    def _words(self) -> bytes:
+        codes: list[str] = []
+        values: list[float] = []
+        _write(self, codes, values)
+        return struct.pack("".join(codes), *values)
+
+    @cached_property
+    def address(self) -> int:
+        """Where the words begin; they stay there as long as this object exists."""
+        return int(np.frombuffer(self._words, dtype=np.int64).ctypes.data)
+
+    def __getstate__(self) -> None:
+        """Leave the words out of copies, which have other arrays."""
+
+
+def by_pointer(cls: type[T]) -> type[T]:
+    """Mark a NamedTuple of numbers, C-contiguous arrays and others of its kind."""
+    body = {name: getattr(cls, name) for name in ("__doc__", "__module__", "__qualname__")}
+    return cast("type[T]", type(cls.__name__, (_Packed, cls), body))
+
+
+def _write(packed: Any, codes: list[str], values: list[float]) -> None:
+    for value in packed:
+        if isinstance(value, np.ndarray):
+            codes.append("q" * (1 + value.ndim))
+            values += (value.ctypes.data, *value.shape)
+        elif isinstance(value, _Packed):
+            _write(value, codes, values)
+        elif isinstance(value, float):
+            codes.append("d")
+            values.append(value)
+        else:
+            codes.append("q")
+            values.append(int(value))
+
+
+class PackedType(types.Type):
+    """What the compiler knows of a marked class: names and types of the fields, and their places.
+
+    Parameters
+    ----------
+    title
+        Of the class.
+    fields
+        Names and types, in order.
+    """
+
+    def __init__(self, title: str, fields: tuple[tuple[str, types.Type], ...]) -> None:
+        self.title, self.fields = title, fields
+        self.places: dict[str, tuple[int, types.Type]] = {}
+        self.size = 0
+        for name, field in fields:
+            self.places[name] = self.size, field
+            self.size += _size(field)
+        # Names of types are in the names of all kernels: this one is kept short.
+        super().__init__(f"{title}_{zlib.crc32(repr(fields).encode()):08x}")
+
+
+def _size(field: Any) -> int:
+    """Words that a field takes."""
+    if isinstance(field, PackedType):
+        return field.size
+    return 1 + field.ndim if isinstance(field, types.Array) else 1
+
+
+@register_model(PackedType)
+class _Model(models.OpaqueModel):
+    pass
+
+
+@typeof_impl.register(_Packed)
+def _typeof(value: Any, context: Any) -> PackedType:
+    fields = tuple(
+        (name, _typeof_field(name, field, context))
+        for name, field in zip(value._fields, value, strict=True)
+    )
+    return PackedType(type(value).__name__, fields)
+
+
+def _typeof_field(name: str, value: Any, context: Any) -> types.Type:
+    found: Any = typeof_impl(value, context)
+    if isinstance(found, types.Array):
+        if found.layout != "C":
+            msg = f"{name}: kernels take C-contiguous arrays only"
+            raise TypeError(msg)
+        return types.Array(found.dtype, found.ndim, "C")
+    if found not in NUMBERS and not isinstance(found, PackedType):
+        msg = f"{name}: must be a bool, an int, a float, an array or by_pointer, not {found}"
+        raise TypeError(msg)
+    return found
+
+
+@unbox(PackedType)
+def _unbox(_typ: PackedType, value: ir.Value, c: Any) -> NativeValue:
+    pointer = cgutils.alloca_once_value(c.builder, c.context.get_constant_null(types.voidptr))
+    address = c.pyapi.object_getattr_string(value, "address")
+    with cgutils.if_likely(c.builder, cgutils.is_not_null(c.builder, address)):
+        c.builder.store(c.pyapi.long_as_voidptr(address), pointer)
+        c.pyapi.decref(address)
+    return NativeValue(c.builder.load(pointer), is_error=c.pyapi.c_api_error())
+
+
+@infer_getattr
+class _Attributes(AttributeTemplate):
+    key = PackedType
+
+    def generic_resolve(self, value: PackedType, attr: str) -> types.Type | None:
+        return dict(value.fields).get(attr)
+
+
+@lower_getattr_generic(PackedType)
+def _getattr(context: Any, builder: ir.IRBuilder, typ: PackedType, value: Any, attr: str) -> Any:
+    begin, field = typ.places[attr]
+    if isinstance(field, PackedType):
+        return builder.gep(value, [ir.IntType(64)(WORD * begin)])
+    if not isinstance(field, types.Array):
+        word = context.get_value_type(field) if field != types.boolean else ir.IntType(64)
+        loaded = _load(builder, value, begin, word)
+        return builder.trunc(loaded, ir.IntType(1)) if field == types.boolean else loaded
+    made = context.make_array(field)(context, builder)
+    item = context.get_abi_sizeof(context.get_data_type(field.dtype))
+    shape = [_load(builder, value, begin + 1 + k, ir.IntType(64)) for k in range(field.ndim)]
+    strides: list[Any] = [ir.IntType(64)(item)]
+    for extent in reversed(shape[1:]):
+        strides.insert(0, builder.mul(strides[0], extent))
+    populate_array(
+        made,
+        data=_load(builder, value, begin, context.get_data_type(field.dtype).as_pointer()),
+        shape=shape,
+        strides=strides,
+        itemsize=item,
+        meminfo=None,
+    )
+    return made._getvalue()
+
+
+def _load(builder: ir.IRBuilder, pointer: Any, place: int, word: ir.Type) -> Any:
+    """Load a word, and tell the compiler that it never changes."""
+    at = builder.gep(pointer, [ir.IntType(64)(WORD * place)])
+    loaded = builder.load(builder.bitcast(at, word.as_pointer()))
+    loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return loaded
