@@ -9,7 +9,7 @@ id                            action                       observation          
                               one speed
 ``MagFold/TubeFeedGoal-v0``   as ``TubeFeed``              ``Dict`` with goals, −1, or 0 where   n steps
                                                            ``14 n − 1``         the goal is met
-``MagFold/FeedControl-v0``    feed speed, 0 included,      ``Box(20 n − 3)``    score at the     5 s,
+``MagFold/FeedControl-v0``    feed speed, 0 included,      ``Box(20 n − 2)``    score at the     5 s,
                               every 20 ms                                       end              250 steps
 ============================= ============================ ==================== ================ =========
 
@@ -29,6 +29,7 @@ ENTRY_POINTS = {
     "MagFold/TubeFeed-v0": "magfold_env.envs.tube_feed:TubeFeedEnv",
     "MagFold/SequenceDesign-v0": "magfold_env.envs.sequence_design:SequenceDesignEnv",
     "MagFold/TubeFeedGoal-v0": "magfold_env.envs.tube_feed_goal:TubeFeedGoalEnv",
+    "MagFold/FeedControl-v0": "magfold_env.envs.feed_control:FeedControlEnv",
 }
 
 

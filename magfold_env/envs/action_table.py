@@ -99,7 +99,7 @@ class ActionTable:
         ValueError
             If `action` is not in the space.
         """
-        reader: Callable[[Any], tuple[NDArray[np.int64], float] | None] = getattr(
+        reader: Callable[[Any], tuple[NDArray[np.integer], float] | None] = getattr(
             self, f"_read_{self.kind}"
         )
         read = reader(action)
@@ -179,36 +179,36 @@ class ActionTable:
             return f"{4 * self.components + 1} numbers from -1 to 1"
         return f"a mapping of patterns ({patterns}) and speed (one number from -1 to 1)"
 
-    def _read_multidiscrete(self, action: Any) -> tuple[NDArray[np.int64], float] | None:
+    def _read_multidiscrete(self, action: Any) -> tuple[NDArray[np.integer], float] | None:
         # A plain list is promoted as NumPy would, so that [3, 2] works as an action.
-        digits = _integers(action, self._digits)
+        digits = integers(action, self._digits)
         return None if digits is None else (digits[:-1], float(self.speeds[digits[-1]]))
 
-    def _read_discrete(self, action: Any) -> tuple[NDArray[np.int64], float] | None:
-        number = _integers([action], (self._count,))
+    def _read_discrete(self, action: Any) -> tuple[NDArray[np.integer], float] | None:
+        number = integers([action], (self._count,))
         if number is None:
             return None
         digits = np.array(np.unravel_index(number[0], self._digits), dtype=np.int64)
         return digits[:-1], float(self.speeds[digits[-1]])
 
-    def _read_box(self, action: Any) -> tuple[NDArray[np.int64], float] | None:
-        numbers = _numbers(action, 4 * self.components + 1)
+    def _read_box(self, action: Any) -> tuple[NDArray[np.integer], float] | None:
+        numbers = numbers(action, 4 * self.components + 1)
         if numbers is None:
             return None
         south = (numbers[:-1] <= 0.0).reshape(self.components, 4)
         return south @ np.array([8, 4, 2, 1]), speed_at(numbers[-1])
 
-    def _read_dict(self, action: Any) -> tuple[NDArray[np.int64], float] | None:
+    def _read_dict(self, action: Any) -> tuple[NDArray[np.integer], float] | None:
         if not isinstance(action, dict) or set(action) != {"patterns", "speed"}:  # pyright: ignore[reportUnknownArgumentType]
             return None
-        patterns = _integers(action["patterns"], self._digits[:-1])
-        speed = _numbers(action["speed"], 1)
+        patterns = integers(action["patterns"], self._digits[:-1])
+        speed = numbers(action["speed"], 1)
         if patterns is None or speed is None:
             return None
         return patterns, speed_at(speed[0])
 
 
-def _integers(values: Any, sizes: tuple[int, ...]) -> NDArray[np.int64] | None:
+def integers(values: Any, sizes: tuple[int, ...]) -> NDArray[np.integer] | None:
     """Return `values` as integers from 0 to below `sizes`; None if they are no such."""
     try:
         found = np.asarray(values)
@@ -216,11 +216,13 @@ def _integers(values: Any, sizes: tuple[int, ...]) -> NDArray[np.int64] | None:
         return None
     if found.shape != (len(sizes),) or found.dtype.kind not in "iu":
         return None
-    inside = all(0 <= value < size for value, size in zip(found.tolist(), sizes, strict=True))
-    return found.astype(np.int64) if inside else None
+    for value, size in zip(found.tolist(), sizes, strict=True):
+        if not 0 <= value < size:
+            return None
+    return found
 
 
-def _numbers(values: Any, size: int) -> NDArray[np.float64] | None:
+def numbers(values: Any, size: int) -> NDArray[np.float64] | None:
     """Return `values` as `size` numbers from −1 to 1; None if they are no such."""
     try:
         found = np.asarray(values)

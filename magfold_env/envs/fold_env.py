@@ -17,7 +17,7 @@ from magfold_env.envs.episode import Episode
 from magfold_env.envs.goals import Goal
 from magfold_env.envs.observation import ObservationLayout
 from magfold_env.envs.options import FoldOptions
-from magfold_env.envs.rendering import RENDER_MODES, check_render_mode, render_episode
+from magfold_env.envs.rendering import RENDER_MODES, check_render_mode, render_chain
 from magfold_env.envs.task import FoldTask
 from magfold_env.scene import Scene
 
@@ -193,7 +193,13 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
 
     def render(self) -> Any:
         """Return the chain as an image or as text, as `render_mode` says; None without one."""
-        return render_episode(self.render_mode, self._running(), self.target)
+        episode = self._running()
+        scene = episode.scene_so_far
+        caption = f"fed {episode.fed} of {scene.n}, {episode.word}"
+        released = episode.progress.released
+        return render_chain(
+            self.render_mode, scene, episode.state, released, self.target, caption
+        )
 
     def to_scene(self) -> Scene:
         """Return the finished episode as a concrete scene.

@@ -204,6 +204,34 @@ def lay(
     return best
 
 
+@kernel
+def in_line(
+    forward: bool, pitch: float, out: int, turns: Ints, angles: Floats, base: Floats
+) -> None:
+    """Headings (n,) [rad] and component 1's outer hinge (2,) [m] of a chain in a tube.
+
+    The first ``out`` components in the order of feed are out, and the last of these is in line
+    with the tube, its trailing hinge at the mouth. ``turns`` (n − 1,) are the joints' quarter
+    turns, ``pitch`` is the distance of a component's hinges [m].
+    """
+    n = angles.size
+    # Quarter turns are exact, sums of angles are not.
+    quarter = 0
+    for k in range(n):
+        quarter += turns[k - 1] if k > 0 else 0
+        angles[k] = quarter
+    latest = max(out - 1, 0) if forward else n - max(out, 1)
+    level = angles[latest] - (2.0 if forward else 0.0)
+    base[0] = 0.0 if forward else -pitch * (n - out)
+    base[1] = 0.0
+    for k in range(n):
+        angles[k] = (angles[k] - level) * 0.5 * np.pi
+        if forward and k < out:
+            # Everything released lies between component 1's outer hinge and the mouth.
+            base[0] -= pitch * np.cos(angles[k])
+            base[1] -= pitch * np.sin(angles[k])
+
+
 @allocating_kernel
 def energy_of(turns: Ints, turn: int, table: Floats, poles: Floats) -> float:
     """See `LatticeFeed.energy_of`."""

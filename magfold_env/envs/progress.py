@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from magfold_env.envs.actions import PATTERNS, SIGNS, scaled_speed
 from magfold_env.scene import SIGNS as SIGN_OF
 
+_INDEX = {faces: index for index, faces in enumerate(PATTERNS)}
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -36,12 +38,20 @@ class Progress:
         order = tuple(range(n)) if direction == "forward" else tuple(reversed(range(n)))
         return cls(order, np.zeros(n, dtype=np.bool_), np.zeros((n, 4)), np.zeros(n))
 
+    @staticmethod
+    def signs_of(faces: str) -> NDArray[np.float64]:
+        """Return the outward poles of a component, shape (4,)."""
+        if faces in _INDEX:
+            return SIGNS[_INDEX[faces]]
+        return np.array([SIGN_OF[face] for face in faces])
+
     def choose(self, index: int, faces: str, speed: float) -> None:
         """Note the faces of a component and the speed [m/s] that was asked for."""
-        if faces in PATTERNS:
-            self.signs[index] = SIGNS[PATTERNS.index(faces)]
-        else:
-            self.signs[index] = [SIGN_OF[face] for face in faces]
+        self.signs[index] = self.signs_of(faces)
+        self.note_speed(index, speed)
+
+    def note_speed(self, index: int, speed: float) -> None:
+        """Note the speed [m/s] that was asked for a component."""
         self.speeds[index] = scaled_speed(speed)
 
     def release(self, count: int) -> None:

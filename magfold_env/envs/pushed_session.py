@@ -29,11 +29,18 @@ class PushedSession(EnvSession):
         link = self._model.bodies.length[lo - 1] * math.cos(self._state.q[lo - 1])
         return min(max(float(self._state.q[self.n] / link), 0.0), 1.0)
 
-    def push(self, speed: float, seconds: float) -> None:
-        """Feed at a speed [m/s], 0 included, for some time [s] or until the run ends.
+    def push(self, speeds: Array, seconds: float) -> None:
+        """Feed for some time [s] or until the run ends.
 
         A component that passes the mouth meanwhile is released. With none left inside the
         chain folds freely.
+
+        Parameters
+        ----------
+        speeds : array, shape (n,)
+            Speed while each component is in the mouth [m/s], 0 or more, component 1 first.
+        seconds : float
+            For how long.
         """
         model, state = self._model, self._state
         until = float(state.clock[TIME]) + seconds
@@ -44,6 +51,7 @@ class PushedSession(EnvSession):
                 continue
             if self._waiting is not None:
                 model.charge[lo - 1] = self._waiting[lo - 1]
+            speed = float(speeds[self._view.index(lo - 1)])
             feed.change_speed(model, state, self._work, speed)
             release = math.inf
             if speed > 0.0:

@@ -5,15 +5,13 @@ when the component behind it has come out, and then stays as it is.
 """
 
 import copy
-import math
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from magfold_env.energy.landscape import strengths
 from magfold_env.envs.chain_state import ChainState
-from magfold_env.envs.lattice_feed import DEAD_END, LatticeFeed
+from magfold_env.envs.lattice_feed import DEAD_END, LatticeFeed, in_line
 from magfold_env.envs.progress import Progress
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
@@ -79,7 +77,7 @@ class QuasistaticEpisode:
         self._poles = np.zeros((n, 4))
         self._cells = np.zeros((n, 2), dtype=np.int64)
         self._quarters = np.zeros(n, dtype=np.int64)
-        self._turns = np.zeros(n - 1)
+        self._turns = np.zeros(n - 1, dtype=np.int64)
         self.fed = 0
         self._asked: list[float] = [0.0] * n
         self._faces: list[str] = list(rules.scene.sequence)
@@ -174,7 +172,7 @@ class QuasistaticEpisode:
             self._turns[joint] = turn
         self._row = row + 1
         if self._row == rules.n:
-            straight = np.flatnonzero(self._turns == 0.0) + 1
+            straight = np.flatnonzero(self._turns == 0) + 1
             if straight.size == 0:
                 self._end(FoldStatus.FOLDED, "folded")
             else:
@@ -188,20 +186,9 @@ class QuasistaticEpisode:
     def _place(self) -> ChainState:
         """Return the chain with the component released last in line with the tube."""
         rules = self._rules
-        n, out = rules.n, self._row
-        angles = np.empty(n)
-        angles[0] = 0.0
-        np.cumsum(self._turns * (0.5 * math.pi), out=angles[1:])
-        latest = max(out - 1, 0)
-        angles += (math.pi if rules.forward else 0.0) - angles[self.progress.order[latest]]
-        base: NDArray[np.float64] = np.zeros(2)
-        if rules.forward:
-            # Everything released lies between component 1's outer hinge and the mouth.
-            base[0] = -rules.pitch * np.cos(angles[:out]).sum()
-            base[1] = -rules.pitch * np.sin(angles[:out]).sum()
-        else:
-            base[0] = -rules.pitch * (n - out)
-        return ChainState(angles, np.zeros(n), base, np.zeros(2))
+        angles, base = np.empty(rules.n), np.zeros(2)
+        in_line(rules.forward, rules.pitch, self._row, self._turns, angles, base)
+        return ChainState(angles, np.zeros(rules.n), base, np.zeros(2))
 
 
 def fold(scene: Scene) -> QuasistaticEpisode:

@@ -2,7 +2,11 @@
 
 from typing import Any
 
-from magfold_env.envs.episode import Episode
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.envs.chain_state import ChainState
+from magfold_env.scene import Scene
 
 RENDER_MODES = ("rgb_array", "ansi")
 
@@ -23,16 +27,20 @@ def check_render_mode(mode: str | None) -> str | None:
     return mode
 
 
-def render_episode(mode: str | None, episode: Episode, target: str) -> Any:
-    """Return the chain as an image or as text, as `mode` says; None without one."""
+def render_chain(
+    mode: str | None,
+    scene: Scene,
+    state: ChainState,
+    released: NDArray[np.bool_],
+    target: str,
+    caption: str,
+) -> Any:
+    """Return a chain as an image or as text, as `mode` says; None without one."""
     if mode is None:
         return None
-    scene = episode.scene_so_far
-    caption = f"fed {episode.fed} of {scene.n}, {episode.word}"
     if mode == "ansi":
         return f"target {target}, {caption}\n"
     # Drawing needs the `render` extra, simulating does not.
     from magfold_env.render import frame  # noqa: PLC0415
 
-    released = int(episode.progress.released.sum())
-    return frame(scene, episode.state.angles, episode.state.base, released, target, caption)
+    return frame(scene, state.angles, state.base, int(released.sum()), target, caption)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from magfold_env.envs.episode import Episode
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.goals import SUCCESS_TOLERANCE
+from magfold_env.envs.observation import ObservationLayout
 from magfold_env.envs.options import FoldOptions
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
@@ -59,12 +60,17 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
         joints = self.scene.n - 1
         low = np.array([-np.pi] * joints + [0.0], dtype=np.float32)
         high = np.array([np.pi] * joints + [1.0], dtype=np.float32)
-        self._goal_layout = replace(self.layout, words=())
+        self._layout = replace(self.task.layout, words=())
         self.observation_space = spaces.Dict(
-            observation=self._goal_layout.space,
+            observation=self._layout.space,
             achieved_goal=spaces.Box(low, high, dtype=np.float32),
             desired_goal=spaces.Box(low, high, dtype=np.float32),
         )
+
+    @property
+    def layout(self) -> ObservationLayout:
+        """Where each group of entries lies in ``observation``."""
+        return self._layout
 
     def compute_reward(
         self, achieved_goal: NDArray[Any], desired_goal: NDArray[Any], info: object
@@ -106,7 +112,7 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
         nothing = np.zeros(0, dtype=np.float32)
         wanted = np.append(word_to_angles(self._goal.word), 1.0)
         return {
-            "observation": self._goal_layout.observe(episode.state, episode.progress, nothing),
+            "observation": self._layout.observe(episode.state, episode.progress, nothing),
             "achieved_goal": self._achieved(),
             "desired_goal": wanted.astype(np.float32),
         }
