@@ -1,25 +1,25 @@
 """Gymnasium environments, registered under ``MagFold/`` when the package is imported.
 
-============================= ============================ ==================== ================ =========
-id                            action                       observation          reward           horizon
-============================= ============================ ==================== ================ =========
-``MagFold/TubeFeed-v0``       magnets and speed of the     ``Box(17 n − 4)``    score − b at     n steps
-                              next component                                    the end
-``MagFold/SequenceDesign-v0`` magnets of all components,   ``Box(17 n − 4)``    score − b        1 step
-                              one speed
-``MagFold/TubeFeedGoal-v0``   as ``TubeFeed``              ``Dict`` with goals, −1, or 0 where   n steps
-                                                           ``14 n − 1``         the goal is met
-``MagFold/FeedControl-v0``    feed speed, 0 included,      ``Box(20 n − 2)``    score at the     5 s,
-                              every 20 ms                                       end              250 steps
-============================= ============================ ==================== ================ =========
+===================== ========================== ==================== =================== =========
+``MagFold/``          action                     observation          reward              horizon
+===================== ========================== ==================== =================== =========
+``TubeFeed-v0``       magnets and speed of the   ``Box``, 17 n − 4    score − b,          n steps
+                      next component                                  at the end
+``SequenceDesign-v0`` magnets of all components, ``Box``, 17 n − 4    score − b           1 step
+                      one speed
+``TubeFeedGoal-v0``   as ``TubeFeed``            ``Dict``: 14 n − 1,  −1, or 0 where the  n steps
+                                                 and goals of n       goal is achieved
+``FeedControl-v0``    feed speed, 0 included,    ``Box``, 20 n − 2    score, at the end   250 steps
+                      for the next 20 ms                                                  (5 s)
+===================== ========================== ==================== =================== =========
 
 n is the number of components, 6 by default; b what the energy minimiser's own design scores. The
 classes' docstrings and ``docs/environments.md`` say what every entry means.
 
-**Versions.** The number at the end of an id changes whenever the same seed and the same actions no
-longer give the same observations and rewards with default arguments, within rounding: other
-physics, another default, another meaning of an entry. What only adds an option does not change
-it. Baselines and evaluation draws have versions of their own (`baseline_store.PHYSICS_VERSION`,
+**Versions.** The number at the end of an id changes whenever the same seed and actions no longer
+give the same observations and rewards with default arguments, but for rounding: other physics,
+another default, another meaning of an entry. What only adds an option does not change it.
+Baselines and evaluation draws have versions of their own (`baseline_store.PHYSICS_VERSION`,
 `draws.EVALUATION_VERSION`).
 """
 

@@ -25,6 +25,9 @@ from magfold_env.envs.actions import (
 
 ActionKind = Literal["multidiscrete", "discrete", "box", "dict"]
 
+_Read = tuple[NDArray[np.integer], float]
+"""Numbers of patterns, and a speed [m/s]."""
+
 MOST_DISCRETE = 1_000_000
 """Most single actions that a `discrete` space may have."""
 
@@ -99,14 +102,11 @@ class ActionTable:
         ValueError
             If `action` is not in the space.
         """
-        reader: Callable[[Any], tuple[NDArray[np.integer], float] | None] = getattr(
-            self, f"_read_{self.kind}"
-        )
-        read = reader(action)
+        read: _Read | None = getattr(self, f"_read_{self.kind}")(action)
         if read is None:
             raise ValueError(f"action: {action!r} is not allowed; must be {self._allowed}")
         patterns, speed = read
-        return tuple(PATTERNS[self._buildable[p]] for p in patterns.tolist()), speed
+        return tuple(PATTERNS[self._buildable[int(p)]] for p in patterns), speed
 
     def encode(self, faces: Sequence[str], speed: float) -> Any:
         """Return the action nearest to the `faces` of each component and a `speed` [m/s].
@@ -179,36 +179,36 @@ class ActionTable:
             return f"{4 * self.components + 1} numbers from -1 to 1"
         return f"a mapping of patterns ({patterns}) and speed (one number from -1 to 1)"
 
-    def _read_multidiscrete(self, action: Any) -> tuple[NDArray[np.integer], float] | None:
+    def _read_multidiscrete(self, action: Any) -> _Read | None:
         # A plain list is promoted as NumPy would, so that [3, 2] works as an action.
-        digits = integers(action, self._digits)
+        digits = as_integers(action, self._digits)
         return None if digits is None else (digits[:-1], float(self.speeds[digits[-1]]))
 
-    def _read_discrete(self, action: Any) -> tuple[NDArray[np.integer], float] | None:
-        number = integers([action], (self._count,))
+    def _read_discrete(self, action: Any) -> _Read | None:
+        number = as_integers([action], (self._count,))
         if number is None:
             return None
         digits = np.array(np.unravel_index(number[0], self._digits), dtype=np.int64)
         return digits[:-1], float(self.speeds[digits[-1]])
 
-    def _read_box(self, action: Any) -> tuple[NDArray[np.integer], float] | None:
-        numbers = numbers(action, 4 * self.components + 1)
+    def _read_box(self, action: Any) -> _Read | None:
+        numbers = as_numbers(action, 4 * self.components + 1)
         if numbers is None:
             return None
         south = (numbers[:-1] <= 0.0).reshape(self.components, 4)
-        return south @ np.array([8, 4, 2, 1]), speed_at(numbers[-1])
+        return np.packbits(south, axis=1)[:, 0] >> 4, speed_at(numbers[-1])
 
-    def _read_dict(self, action: Any) -> tuple[NDArray[np.integer], float] | None:
+    def _read_dict(self, action: Any) -> _Read | None:
         if not isinstance(action, dict) or set(action) != {"patterns", "speed"}:  # pyright: ignore[reportUnknownArgumentType]
             return None
-        patterns = integers(action["patterns"], self._digits[:-1])
-        speed = numbers(action["speed"], 1)
+        patterns = as_integers(action["patterns"], self._digits[:-1])
+        speed = as_numbers(action["speed"], 1)
         if patterns is None or speed is None:
             return None
         return patterns, speed_at(speed[0])
 
 
-def integers(values: Any, sizes: tuple[int, ...]) -> NDArray[np.integer] | None:
+def as_integers(values: Any, sizes: tuple[int, ...]) -> NDArray[np.integer] | None:
     """Return `values` as integers from 0 to below `sizes`; None if they are no such."""
     try:
         found = np.asarray(values)
@@ -222,7 +222,7 @@ def integers(values: Any, sizes: tuple[int, ...]) -> NDArray[np.integer] | None:
     return found
 
 
-def numbers(values: Any, size: int) -> NDArray[np.float64] | None:
+def as_numbers(values: Any, size: int) -> NDArray[np.float64] | None:
     """Return `values` as `size` numbers from −1 to 1; None if they are no such."""
     try:
         found = np.asarray(values)

@@ -5,8 +5,6 @@ import math
 from collections.abc import Sequence
 from typing import Self
 
-import numpy as np
-
 from magfold_env.envs.actions import SLOWEST
 from magfold_env.envs.dynamic_episode import REFERENCE_SPEED
 from magfold_env.envs.progress import Progress

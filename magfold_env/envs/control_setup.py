@@ -100,7 +100,7 @@ class ControlSetup:
             raise ValueError(
                 f"options['task']: {number!r} is not allowed; must be 0..{len(self.tasks) - 1}"
             )
-        return self.tasks[number]
+        return self.tasks[int(number)]
 
     def begin(self, task: ControlTask, rng: np.random.Generator) -> ControlEpisode:
         """Return a new chain; all that is random about it is drawn here."""

@@ -50,9 +50,7 @@ def read_tasks(tasks: str | Sequence[ControlTask | Mapping[str, Any]]) -> tuple[
         given = yaml.safe_load(path.read_text(encoding="utf-8"))
     else:
         given = tasks
-    found = tuple(
-        each if isinstance(each, ControlTask) else ControlTask(**each) for each in given
-    )
+    found = tuple(each if isinstance(each, ControlTask) else ControlTask(**each) for each in given)
     lengths = sorted({len(task.sequence) for task in found})
     if len(lengths) != 1:
         raise ValueError(

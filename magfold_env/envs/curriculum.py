@@ -122,9 +122,7 @@ def _layout(env: gymnasium.Env[Any, Any]) -> ObservationLayout:
     return cast("ObservationLayout", env.get_wrapper_attr("layout"))
 
 
-def _check_spaces(
-    number: int, env: gymnasium.Env[Any, Any], last: gymnasium.Env[Any, Any]
-) -> None:
+def _check_spaces(number: int, env: gymnasium.Env[Any, Any], last: gymnasium.Env[Any, Any]) -> None:
     """Refuse a stage whose observations or actions do not fit the last stage's."""
     if env.action_space != last.action_space:
         raise ValueError(

@@ -7,7 +7,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.chain_state import ChainState
 from magfold_env.envs.progress import Progress
 from magfold_env.envs.session import EnvSession
 from magfold_env.fold import FoldStatus

@@ -62,7 +62,7 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         For any option that is not allowed; the message names it and what is.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": 4}
+    metadata = {"render_modes": list(RENDER_MODES), "render_fps": 4}  # noqa: RUF012
     at_a_time: ClassVar[Literal["component", "chain"]] = "component"
     default_scene: ClassVar[str] = "tube-feed"
 
@@ -197,9 +197,7 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         scene = episode.scene_so_far
         caption = f"fed {episode.fed} of {scene.n}, {episode.word}"
         released = episode.progress.released
-        return render_chain(
-            self.render_mode, scene, episode.state, released, self.target, caption
-        )
+        return render_chain(self.render_mode, scene, episode.state, released, self.target, caption)
 
     def to_scene(self) -> Scene:
         """Return the finished episode as a concrete scene.

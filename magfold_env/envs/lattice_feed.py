@@ -129,9 +129,7 @@ def step_y(quarter: int) -> int:
 
 
 @kernel
-def pair_energy(
-    i: int, j: int, table: Floats, poles: Floats, cells: Ints, quarters: Ints
-) -> float:
+def pair_energy(i: int, j: int, table: Floats, poles: Floats, cells: Ints, quarters: Ints) -> float:
     """Magnetic energy of rows i and j [J]."""
     c, s = step_x(quarters[i]), step_y(quarters[i])
     dx, dy = cells[j, 0] - cells[i, 0], cells[j, 1] - cells[i, 1]

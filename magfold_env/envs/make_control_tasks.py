@@ -37,7 +37,8 @@ def main(chains: int = 20, seed: int = 0) -> None:
     for number in track(range(chains), "chains with two folds"):
         found: list[Task] = []
         while not found:
-            sequence = tuple(PATTERNS[k] for k in rng.integers(len(PATTERNS), size=scene.n))
+            numbers = rng.integers(len(PATTERNS), size=scene.n)
+            sequence = tuple(PATTERNS[int(number)] for number in numbers)
             direction = ("forward", "backward")[number % 2]
             found = _tasks(scene.replace(sequence=sequence, feed={"direction": direction}))
         tasks += found
@@ -48,8 +49,8 @@ def main(chains: int = 20, seed: int = 0) -> None:
         for share, sequence, direction, target, avoid in tasks
     ]
     head = (
-        "# Chains with two folds, of which the feed speed decides, the easiest first. At the end of\n"
-        "# each line: the share of runs at constant speeds that end in the target.\n"
+        "# Chains with two folds, of which the feed speed decides, the easiest first. At the\n"
+        "# end of each line: the share of runs at constant speeds that end in the target.\n"
         "# Made by `python -m magfold_env.envs.make_control_tasks`.\n"
     )
     path = configs_dir() / "control" / "two-folds-6.yaml"
@@ -64,14 +65,11 @@ def _tasks(scene: Scene) -> list[Task]:
         return []
     nominal = randomised(scene, "nominal")
     counts = {speed: _count(nominal, speed) for speed in CANDIDATE_SPEEDS}
-    return next(
-        (
-            [_task(scene, counts, *pair), _task(scene, counts, *pair[::-1])]
-            for pair in permutations(sorted({word for count in counts.values() for word in count}), 2)
-            if all(_is_reliable(counts, word) for word in pair)
-        ),
-        [],
-    )
+    words = sorted({word for count in counts.values() for word in count})
+    reliable = [word for word in words if _is_reliable(counts, word)]
+    if len(reliable) <= 1:
+        return []
+    return [_task(scene, counts, *pair) for pair in permutations(reliable[:2])]
 
 
 def _task(scene: Scene, counts: Mapping[float, Counter[str]], target: str, avoid: str) -> Task:

@@ -124,7 +124,7 @@ class ObservationLayout:
 
 
 @kernel
-def fill_chain(
+def fill_chain(  # noqa: PLR0913, PLR0917
     side: float,
     released: NDArray[np.bool_],
     signs: NDArray[np.float64],

@@ -11,8 +11,8 @@ from magfold_env.envs.reward import RewardKind, Shaping
 Fidelity = Literal["dynamics", "quasistatic"]
 
 
-class FoldOptions(TypedDict, total=False):
-    """Keyword arguments of the environments; every one may be left out."""
+class ChainOptions(TypedDict, total=False):
+    """What is folded and how it is chosen; every option may be left out."""
 
     components: int | None
     """Chain length; the suite's or the scene's by default."""
@@ -41,6 +41,11 @@ class FoldOptions(TypedDict, total=False):
     catalogue: Sequence[str] | None
     """Components that can be built, such as ``["NSNS", "NNSS"]``; all 16 by default. Others are
     replaced by the nearest that can, and `action_masks` leaves them out."""
+
+
+class FoldOptions(ChainOptions, total=False):
+    """The same, and how it is rewarded."""
+
     reward: RewardKind
     """``relative`` (default), ``score`` or ``sparse``; see `magfold_env.envs.reward`."""
     shaping: bool | Shaping

@@ -42,5 +42,5 @@ def copied(value: Any) -> Any:
         return cast("Any", value.copy())
     if isinstance(value, tuple):
         parts = cast("tuple[Any, ...]", value)
-        return cast("Any", type(value))(*map(copied, parts))
+        return cast("Any", type(parts))(*map(copied, parts))
     return value

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from magfold_env.envs.action_table import ActionKind, integers, numbers
+from magfold_env.envs.action_table import ActionKind, as_integers, as_numbers
 from magfold_env.envs.actions import FASTEST, speed_levels
 
 
@@ -62,7 +62,7 @@ class SpeedTable:
             If `action` is not in the space.
         """
         if self.kind in ("discrete", "multidiscrete"):
-            level = integers([action] if self.kind == "discrete" else action, (self.levels + 1,))
+            level = as_integers([action] if self.kind == "discrete" else action, (self.levels + 1,))
             if level is not None:
                 return float(self.speeds[level[0]])
             wanted = f"an integer, 0..{self.levels}"
@@ -71,7 +71,7 @@ class SpeedTable:
         value = action
         if self.kind == "dict" and isinstance(action, Mapping):
             value = cast("Mapping[str, Any]", action).get("speed")
-        number = numbers(value, 1)
+        number = as_numbers(value, 1)
         if number is None:
             wanted = "one number from -1 to 1"
             wanted = wanted if self.kind == "box" else f"a mapping of speed ({wanted})"

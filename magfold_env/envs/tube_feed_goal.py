@@ -14,7 +14,7 @@ from magfold_env.envs.episode import Episode
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.goals import SUCCESS_TOLERANCE
 from magfold_env.envs.observation import ObservationLayout
-from magfold_env.envs.options import FoldOptions
+from magfold_env.envs.options import ChainOptions, FoldOptions
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, outline, word_to_angles
@@ -48,14 +48,11 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
         scene: str | Path | Scene | None = None,
         *,
         render_mode: str | None = None,
-        **options: Unpack[FoldOptions],
+        **options: Unpack[ChainOptions],
     ) -> None:
-        for key in ("reward", "shaping", "gamma", "baseline"):
+        for key in FoldOptions.__annotations__.keys() - ChainOptions.__annotations__.keys():
             if key in options:
-                raise ValueError(
-                    f"{key}: {options[key]!r} is not allowed; must be left out, "
-                    "the reward is -1 or 0"
-                )
+                raise ValueError(f"{key}: must be left out, rewards are -1 and 0")
         super().__init__(scene, render_mode=render_mode, reward="sparse", baseline=None, **options)
         joints = self.scene.n - 1
         low = np.array([-np.pi] * joints + [0.0], dtype=np.float32)
