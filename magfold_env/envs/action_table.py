@@ -22,6 +22,7 @@ from magfold_env.envs.actions import (
     speed_at,
     speed_levels,
 )
+from magfold_env.envs.checks import one_of
 
 ActionKind = Literal["multidiscrete", "discrete", "box", "dict"]
 
@@ -58,11 +59,7 @@ class ActionTable:
 
     def __post_init__(self) -> None:
         speed_levels(self.levels)
-        if self.kind not in get_args(ActionKind):
-            raise ValueError(
-                f"actions: {self.kind!r} is not allowed; "
-                f"must be one of {', '.join(get_args(ActionKind))}"
-            )
+        one_of("actions", self.kind, ActionKind)
         if self.kind == "discrete" and self._count > MOST_DISCRETE:
             raise ValueError(
                 f"actions: 'discrete' is not allowed for {self.components} components at a time; "

@@ -1,5 +1,6 @@
 """What all episodes of feed control share: tasks, physics, observation and reward."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.actions import FASTEST
+from magfold_env.envs.checks import one_of, share_of
 from magfold_env.envs.control_episode import ControlEpisode
 from magfold_env.envs.control_tasks import ControlTask, read_tasks
 from magfold_env.envs.dynamic_episode import dynamic_template
@@ -57,20 +59,17 @@ class ControlSetup:
     ) -> None:
         if scene.mount != "tube":
             raise ValueError(f"scene.mount: {scene.mount!r} is not allowed; must be 'tube'")
-        if not 0.0 < difficulty <= 1.0:
-            raise ValueError(
-                f"difficulty: {difficulty!r} is not allowed; must be above 0 and at most 1"
-            )
         if push_limit is not None and not push_limit > 0.0:
             raise ValueError(
                 f"push_limit: {push_limit!r} is not allowed; must be above 0, or None for none"
             )
         found = read_tasks(tasks)
-        self.tasks = found[: int(np.ceil(difficulty * len(found) - 1e-9))]
+        share = share_of("difficulty", difficulty)
+        self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
         self.scene = randomised(
             scene.replace(sequence=found[0].sequence, start_angles=None), randomisation
         )
-        self.match: Match = match
+        self.match: Match = one_of("match", match, Match)
         self.rule = rule
         self.push_limit = push_limit
         self.layout = ObservationLayout(

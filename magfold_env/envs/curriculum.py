@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from magfold_env.envs.checks import share_of
 from magfold_env.envs.observation import ObservationLayout
 
 
@@ -50,10 +51,6 @@ class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any]):
     ) -> None:
         if not stages:
             raise ValueError("stages: [] is not allowed; must have one stage or more")
-        if not 0.0 < threshold <= 1.0:
-            raise ValueError(
-                f"threshold: {threshold!r} is not allowed; must be above 0 and at most 1"
-            )
         if window < 1:
             raise ValueError(f"window: {window!r} is not allowed; must be 1 or more")
         self._envs = [gymnasium.make(env_id, **options, **stage) for stage in stages]
@@ -62,7 +59,7 @@ class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any]):
         super().__init__(self._envs[0])
         self.observation_space = self._envs[-1].observation_space
         self.action_space = self._envs[-1].action_space
-        self._threshold = threshold
+        self._threshold = share_of("threshold", threshold)
         self._stage = 0
         self._successes: deque[bool] = deque(maxlen=window)
 

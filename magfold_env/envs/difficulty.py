@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from magfold_env.energy.landscape import strengths
 from magfold_env.envs.actions import SIGNS
+from magfold_env.envs.checks import share_of
 from magfold_env.envs.lattice_feed import LatticeFeed
 from magfold_env.scene import Scene
 
@@ -50,9 +51,7 @@ def easiest(scene: Scene, words: tuple[str, ...], share: float) -> tuple[str, ..
     ValueError
         If `share` is not above 0 and at most 1.
     """
-    if not 0.0 < share <= 1.0:
-        raise ValueError(f"difficulty: {share!r} is not allowed; must be above 0 and at most 1")
-    count = math.ceil(share * len(words) - 1e-9)
+    count = math.ceil(share_of("difficulty", share) * len(words) - 1e-9)
     if count == len(words):
         return words
     hardness = difficulties(scene, words)

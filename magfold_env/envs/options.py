@@ -17,8 +17,9 @@ class ChainOptions(TypedDict, total=False):
     components: int | None
     """Chain length; the suite's or the scene's by default."""
     targets: Sequence[str] | str | None
-    """Words to draw from at reset, or the name of a shipped suite; every fully folded word of the
-    chain by default."""
+    """Words to draw from at reset, or the name or path of a target suite
+    (`magfold_env.design.suites`), whose chain length then is the default; every fully folded word of
+    the chain by default."""
     match: Match
     """``word``: the fold must be the target. ``outline``: it must cover the same cells, in
     whatever order, `magfold_env.shapes.outline`."""

@@ -1,7 +1,8 @@
 """How much the physics varies from episode to episode."""
 
-from typing import Literal, get_args
+from typing import Literal
 
+from magfold_env.envs.checks import one_of
 from magfold_env.scene import Scene
 from magfold_env.scene_parts import Spreads
 
@@ -30,12 +31,7 @@ def randomised(scene: Scene, randomisation: Randomisation) -> Scene:
     """
     if randomisation == "scene":
         return scene
-    if randomisation not in PRESETS:
-        raise ValueError(
-            f"randomisation: {randomisation!r} is not allowed; "
-            f"must be one of {', '.join(get_args(Randomisation))}"
-        )
-    spreads, angle = PRESETS[randomisation]
+    spreads, angle = PRESETS[one_of("randomisation", randomisation, Randomisation)]
     changes = {} if angle == 0.0 else {"start_angles": None}
     return scene.replace(
         spreads=spreads, start_angle_spread=min(angle, clearance_angle(scene)), **changes

@@ -21,6 +21,8 @@ policies as they are (Ng, Harada and Russell 1999). Φ is half of
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from magfold_env.envs.checks import one_of
+
 RewardKind = Literal["relative", "score", "sparse"]
 Shaping = Literal["similarity", "energy"]
 
@@ -52,10 +54,7 @@ class RewardRule:
         ValueError
             If one of them is not allowed.
         """
-        if kind not in get_args(RewardKind):
-            raise ValueError(
-                f"reward: {kind!r} is not allowed; must be one of {', '.join(get_args(RewardKind))}"
-            )
+        one_of("reward", kind, RewardKind)
         if shaping not in (True, False, *get_args(Shaping)):
             raise ValueError(
                 f"shaping: {shaping!r} is not allowed; "

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, cast, get_args
+from typing import Any, cast
 
 import numpy as np
 from gymnasium import spaces
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from magfold_env.envs.action_table import ActionKind, as_integers, as_numbers
 from magfold_env.envs.actions import FASTEST, speed_levels
+from magfold_env.envs.checks import one_of
 
 
 @dataclass(frozen=True)
@@ -32,11 +33,7 @@ class SpeedTable:
 
     def __post_init__(self) -> None:
         speed_levels(self.levels)
-        if self.kind not in get_args(ActionKind):
-            raise ValueError(
-                f"actions: {self.kind!r} is not allowed; "
-                f"must be one of {', '.join(get_args(ActionKind))}"
-            )
+        one_of("actions", self.kind, ActionKind)
 
     @cached_property
     def speeds(self) -> NDArray[np.float64]:

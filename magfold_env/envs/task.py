@@ -8,14 +8,16 @@ from collections.abc import Mapping
 from functools import cached_property
 from itertools import cycle, islice
 from pathlib import Path
-from typing import Any, Literal, TypeVar, Unpack, get_args
+from typing import Any, Literal, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
+from magfold_env.design.suites import Suite, load_suite, suite_names
 from magfold_env.envs.action_table import ActionTable, read_catalogue
 from magfold_env.envs.baseline import Baseline, unknown_baseline
 from magfold_env.envs.baseline_store import BaselineStore
+from magfold_env.envs.checks import one_of
 from magfold_env.envs.difficulty import easiest
 from magfold_env.envs.dynamic_episode import DynamicEpisode, dynamic_template
 from magfold_env.envs.episode import Episode
@@ -25,13 +27,9 @@ from magfold_env.envs.options import Fidelity, FoldOptions
 from magfold_env.envs.quasistatic_episode import QuasistaticEpisode, QuasistaticRules
 from magfold_env.envs.randomisation import randomised
 from magfold_env.envs.reward import RewardRule, energy_potential
-from magfold_env.envs.suites import load_suite
 from magfold_env.envs.targets import pick_target, resolve_targets
 from magfold_env.scene import Scene
 from magfold_env.scene_io import load_scene
-
-T = TypeVar("T")
-
 
 class FoldTask:
     """What is to be folded, and how it is chosen, seen and rewarded.
@@ -63,8 +61,8 @@ class FoldTask:
         targets = options.get("targets")
         components = options.get("components")
         if isinstance(targets, str):
-            suite = load_suite(targets)
-            targets, components = suite.targets, components or suite.components
+            suite = _suite(targets)
+            targets, components = suite.targets, components or suite.n
         given = feedable(lengthened(given, components), at_a_time)
         self.fidelity: Fidelity = one_of("fidelity", options.get("fidelity", "dynamics"), Fidelity)
         self.match: Match = one_of("match", options.get("match", "word"), Match)
@@ -211,19 +209,20 @@ def feedable(scene: Scene, at_a_time: Literal["component", "chain"]) -> Scene:
     return scene
 
 
-def one_of(key: str, value: T, kind: Any) -> T:
-    """Return `value` if it is one of the values of the literal type `kind`.
+def _suite(name: str) -> Suite:
+    """Return the suite that the option `targets` names.
 
     Raises
     ------
     ValueError
-        If it is not.
+        If there is none.
     """
-    if value not in get_args(kind):
-        raise ValueError(
-            f"{key}: {value!r} is not allowed; must be one of {', '.join(get_args(kind))}"
-        )
-    return value
+    if name in suite_names() or Path(name).is_file():
+        return load_suite(name)
+    raise ValueError(
+        f"targets: {name!r} is not allowed; must be a list of fold words, the path of a suite or "
+        f"one of the suites {', '.join(suite_names())}"
+    )
 
 
 def _refuse_unknown(options: Mapping[str, Any]) -> None:

@@ -27,7 +27,8 @@ def variants() -> list[Any]:
                 options: dict[str, Any] = {"actions": kind, "fidelity": fidelity}
                 if env_id == "MagFold/FeedControl-v0" and fidelity == "quasistatic":
                     continue
-                if env_id == "MagFold/SequenceDesign-v0" and kind == "discrete":
+                if env_id != "MagFold/FeedControl-v0":
+                    # Short chains fold fast, and `discrete` cannot have longer sequences.
                     options["components"] = 3
                 if env_id in ("MagFold/TubeFeed-v0", "MagFold/SequenceDesign-v0"):
                     options["baseline"] = None
@@ -68,8 +69,6 @@ def test_both_checkers_pass(env_id: str, options: dict) -> None:
         if options["actions"] == "dict":
             # Stable-Baselines3 has no agent for such actions.
             warnings.filterwarnings("ignore", ".*action space is not based off a numpy array.*")
-        if env_id == "MagFold/FeedControl-v0" and options["actions"] == "box":
-            pass
         sb3_check_env(env)
 
 
@@ -111,7 +110,7 @@ def test_a_state_can_be_returned_to(env_id: str, fidelity: str) -> None:
         said.append(env.step(actions[-1]))
         states.append(env.get_state())
     after = env.reset()
-    for start in reversed(range(len(states))):
+    for start in sorted({len(states) - 1, len(states) // 2, 1, 0}, reverse=True):
         for one in (env, other):
             observation, info = one.set_state(states[start])
             assert same(observation, said[start][0])
