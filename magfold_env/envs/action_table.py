@@ -6,10 +6,10 @@ replaced by the nearest that can, the one with the fewest other faces; `ActionTa
 beforehand which patterns stand for themselves.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast
 
 import numpy as np
 from gymnasium import spaces
@@ -115,7 +115,7 @@ class ActionTable:
         if self.kind == "multidiscrete":
             return np.append(patterns, level)
         if self.kind == "discrete":
-            return np.int64(np.ravel_multi_index((*patterns, level), self._digits))
+            return np.int64(np.ravel_multi_index((*patterns, level), self.sizes))
         scaled = np.array([np.clip(scaled_speed(speed), -1.0, 1.0)], dtype=np.float32)
         if self.kind == "box":
             return np.append(SIGNS[patterns].astype(np.float32).ravel(), scaled)
@@ -150,7 +150,8 @@ class ActionTable:
         )
 
     @property
-    def _digits(self) -> tuple[int, ...]:
+    def sizes(self) -> tuple[int, ...]:
+        """Number of patterns of each component, then number of speed levels."""
         return (*[len(PATTERNS)] * self.components, self.levels)
 
     @cached_property
@@ -178,14 +179,14 @@ class ActionTable:
 
     def _read_multidiscrete(self, action: Any) -> _Read | None:
         # A plain list is promoted as NumPy would, so that [3, 2] works as an action.
-        digits = as_integers(action, self._digits)
+        digits = as_integers(action, self.sizes)
         return None if digits is None else (digits[:-1], float(self.speeds[digits[-1]]))
 
     def _read_discrete(self, action: Any) -> _Read | None:
         number = as_integers([action], (self._count,))
         if number is None:
             return None
-        digits = np.array(np.unravel_index(number[0], self._digits), dtype=np.int64)
+        digits = np.array(np.unravel_index(number[0], self.sizes), dtype=np.int64)
         return digits[:-1], float(self.speeds[digits[-1]])
 
     def _read_box(self, action: Any) -> _Read | None:
@@ -196,10 +197,13 @@ class ActionTable:
         return np.packbits(south, axis=1)[:, 0] >> 4, speed_at(numbers[-1])
 
     def _read_dict(self, action: Any) -> _Read | None:
-        if not isinstance(action, dict) or set(action) != {"patterns", "speed"}:  # pyright: ignore[reportUnknownArgumentType]
+        if not isinstance(action, Mapping):
             return None
-        patterns = as_integers(action["patterns"], self._digits[:-1])
-        speed = as_numbers(action["speed"], 1)
+        given = cast("Mapping[str, Any]", action)
+        if set(given) != {"patterns", "speed"}:
+            return None
+        patterns = as_integers(given["patterns"], self.sizes[:-1])
+        speed = as_numbers(given["speed"], 1)
         if patterns is None or speed is None:
             return None
         return patterns, speed_at(speed[0])
@@ -241,8 +245,9 @@ def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
     """
     if catalogue is None:
         return tuple(range(len(PATTERNS)))
-    wrong = [faces for faces in catalogue if faces not in PATTERNS]
-    if isinstance(catalogue, str) or not catalogue or wrong:
+    text = isinstance(catalogue, str)
+    wrong = [] if text else [faces for faces in catalogue if faces not in PATTERNS]
+    if text or wrong or not catalogue:
         raise ValueError(
             f"catalogue: {(wrong[0] if wrong else catalogue)!r} is not allowed; must be a list "
             "of components of four letters N or S, such as ['NSNS', 'NNSS']"

@@ -1,23 +1,27 @@
 """What all episodes of feed control share: tasks, physics, observation and reward."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.actions import FASTEST
-from magfold_env.envs.checks import one_of, share_of
+from magfold_env.envs.checks import one_of, refuse_unknown, share_of
 from magfold_env.envs.control_episode import ControlEpisode
 from magfold_env.envs.control_tasks import ControlTask, read_tasks
 from magfold_env.envs.dynamic_episode import dynamic_template
 from magfold_env.envs.goals import Goal, Match, goal_of
 from magfold_env.envs.observation import ObservationLayout, squash
+from magfold_env.envs.options import ControlOptions
 from magfold_env.envs.quasistatic_episode import QuasistaticRules
-from magfold_env.envs.randomisation import Randomisation, randomised
+from magfold_env.envs.randomisation import randomised
 from magfold_env.envs.reward import RewardRule, energy_potential
+from magfold_env.envs.speed_table import SpeedTable
 from magfold_env.scene import Scene
+from magfold_env.scene_io import load_scene
 
 FORCE_SCALE = 1.0
 """Push that is shown as one half [N]."""
@@ -34,44 +38,38 @@ class ControlSetup:
 
     Parameters
     ----------
-    scene : Scene
+    scene : str, Path or Scene
         A tube scene; sequence, direction and speeds come from the tasks and the agent.
-    tasks : str or sequence of ControlTask
-        See `read_tasks`.
-    match, difficulty, randomisation
-        As in `magfold_env.envs.options.FoldOptions`; the easiest tasks are the first.
-    rule : RewardRule
-        How an episode is rewarded.
-    push_limit : float or None
-        Largest force of the feed [N].
+    **options
+        See `ControlOptions`.
+
+    Raises
+    ------
+    ValueError
+        For any option that is not allowed; the message names it and what is.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        tasks: str | Sequence[ControlTask | Mapping[str, Any]],
-        *,
-        match: Match,
-        difficulty: float,
-        randomisation: Randomisation,
-        rule: RewardRule,
-        push_limit: float | None,
-    ) -> None:
+    def __init__(self, scene: str | Path | Scene, **options: Unpack[ControlOptions]) -> None:
+        refuse_unknown(options, ControlOptions)
+        _refuse_misplaced(options)
+        scene = scene if isinstance(scene, Scene) else load_scene(scene)
         if scene.mount != "tube":
             raise ValueError(f"scene.mount: {scene.mount!r} is not allowed; must be 'tube'")
-        if push_limit is not None and not push_limit > 0.0:
-            raise ValueError(
-                f"push_limit: {push_limit!r} is not allowed; must be above 0, or None for none"
-            )
-        found = read_tasks(tasks)
-        share = share_of("difficulty", difficulty)
+        found = read_tasks(options.get("tasks", "two-folds-6"))
+        share = share_of("difficulty", options.get("difficulty", 1.0))
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
         self.scene = randomised(
-            scene.replace(sequence=found[0].sequence, start_angles=None), randomisation
+            scene.replace(sequence=found[0].sequence, start_angles=None),
+            options.get("randomisation", "nominal"),
         )
-        self.match: Match = one_of("match", match, Match)
-        self.rule = rule
-        self.push_limit = push_limit
+        self.match: Match = one_of("match", options.get("match", "word"), Match)
+        self.actions = SpeedTable(options.get("speeds", 9), options.get("actions", "discrete"))
+        self.rule = RewardRule.of(
+            options.get("reward", "score"),
+            options.get("shaping", False),
+            options.get("gamma", 1.0),
+        )
+        self.push_limit = options.get("push_limit", 1.0)
         self.layout = ObservationLayout(
             self.scene.n, scene.casing.side, words=("target", "avoid"), extra=FEED
         )
@@ -163,3 +161,20 @@ class ControlSetup:
         if task not in self._rules:
             self._rules[task] = QuasistaticRules(self._template(task))
         return self._rules[task].energy_as(task.target, episode.progress, episode.acting)
+
+
+def _refuse_misplaced(options: Mapping[str, Any]) -> None:
+    """Refuse what the other environments have and this one cannot have."""
+    if options.get("fidelity", "dynamics") != "dynamics":
+        raise ValueError(
+            f"fidelity: {options['fidelity']!r} is not allowed; must be 'dynamics', "
+            "energy minimisation knows of no speed"
+        )
+    if options.get("reward") == "relative":
+        raise ValueError(
+            "reward: 'relative' is not allowed; must be score or sparse, "
+            "there is no baseline for a chain that is given"
+        )
+    limit = options.get("push_limit")
+    if limit is not None and not limit > 0.0:
+        raise ValueError(f"push_limit: {limit!r} is not allowed; must be above 0, or None for none")

@@ -1,28 +1,23 @@
 """``MagFold/FeedControl-v0``: steer a given chain into one of its folds by the feed speed alone."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.action_table import ActionKind
 from magfold_env.envs.chain_state import ChainState
 from magfold_env.envs.control_episode import ControlEpisode
 from magfold_env.envs.control_setup import HORIZON, ControlSetup
 from magfold_env.envs.control_tasks import ControlTask
-from magfold_env.envs.goals import Match
 from magfold_env.envs.observation import ObservationLayout
-from magfold_env.envs.options import Fidelity
-from magfold_env.envs.randomisation import Randomisation
+from magfold_env.envs.options import ControlOptions
 from magfold_env.envs.rendering import RENDER_MODES, check_render_mode, render_chain
-from magfold_env.envs.reward import RewardKind, RewardRule, Shaping
 from magfold_env.envs.speed_table import SpeedTable
 from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
 
 
 @dataclass(frozen=True)
@@ -74,31 +69,10 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
     ----------
     scene : str, Path or Scene
         A tube scene; its sequence, direction and speeds are ignored.
-    tasks : str or sequence
-        Name of a shipped list of tasks, or the tasks (`ControlTask`, or mappings).
-    match : {"word", "outline"}
-        Whether a fold must be the target, or cover its cells.
-    difficulty : float
-        Share of the tasks to draw from, the first ones, which are the easiest.
-    fidelity : {"dynamics"}
-        Energy minimisation knows of no speed.
-    randomisation : {"none", "nominal", "strong", "scene"}
-        Physics drawn at reset.
-    speeds : int
-        Number of speed levels besides standstill.
-    actions : {"discrete", "multidiscrete", "box", "dict"}
-        How actions are written.
-    push_limit : float, optional
-        Largest force with which the feed can push [N]; None for any. The floor's drag on a whole
-        chain of the default scene takes 0.08 N.
-    reward : {"score", "sparse"}
-        The reward at termination.
-    shaping : bool or {"similarity", "energy"}
-        Potential-based shaping.
-    gamma : float
-        Discount of the shaping; must be the agent's own.
     render_mode : {"rgb_array", "ansi"}, optional
         What `render` returns.
+    **options
+        See `magfold_env.envs.options.ControlOptions`.
 
     Raises
     ------
@@ -112,41 +86,12 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
         self,
         scene: str | Path | Scene = "tube-built",
         *,
-        tasks: str | Sequence[ControlTask | Mapping[str, Any]] = "two-folds-6",
-        match: Match = "word",
-        difficulty: float = 1.0,
-        fidelity: Fidelity = "dynamics",
-        randomisation: Randomisation = "nominal",
-        speeds: int = 9,
-        actions: ActionKind = "discrete",
-        push_limit: float | None = 1.0,
-        reward: RewardKind = "score",
-        shaping: bool | Shaping = False,
-        gamma: float = 1.0,
         render_mode: str | None = None,
+        **options: Unpack[ControlOptions],
     ) -> None:
-        if fidelity != "dynamics":
-            raise ValueError(
-                f"fidelity: {fidelity!r} is not allowed; must be 'dynamics', "
-                "energy minimisation knows of no speed"
-            )
-        if reward == "relative":
-            raise ValueError(
-                "reward: 'relative' is not allowed; must be score or sparse, "
-                "there is no baseline for a chain that is given"
-            )
-        self.setup = ControlSetup(
-            scene if isinstance(scene, Scene) else load_scene(scene),
-            tasks,
-            match=match,
-            difficulty=difficulty,
-            randomisation=randomisation,
-            rule=RewardRule.of(reward, shaping, gamma),
-            push_limit=push_limit,
-        )
-        self.actions = SpeedTable(speeds, actions)
+        self.setup = ControlSetup(scene, **options)
         self.render_mode = check_render_mode(render_mode)
-        self.action_space = self.actions.space
+        self.action_space = self.setup.actions.space
         self.observation_space: gymnasium.Space[Any] = self.setup.layout.space
         self._episode: ControlEpisode | None = None
 
@@ -164,6 +109,11 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
     def layout(self) -> ObservationLayout:
         """Where each group of entries lies in an observation."""
         return self.setup.layout
+
+    @property
+    def actions(self) -> SpeedTable:
+        """How actions are read."""
+        return self.setup.actions
 
     @property
     def state(self) -> ChainState:

@@ -17,7 +17,7 @@ from magfold_env.design.suites import Suite, load_suite, suite_names
 from magfold_env.envs.action_table import ActionTable, read_catalogue
 from magfold_env.envs.baseline import Baseline, unknown_baseline
 from magfold_env.envs.baseline_store import BaselineStore
-from magfold_env.envs.checks import one_of
+from magfold_env.envs.checks import one_of, refuse_unknown
 from magfold_env.envs.difficulty import easiest
 from magfold_env.envs.dynamic_episode import DynamicEpisode, dynamic_template
 from magfold_env.envs.episode import Episode
@@ -30,6 +30,7 @@ from magfold_env.envs.reward import RewardRule, energy_potential
 from magfold_env.envs.targets import pick_target, resolve_targets
 from magfold_env.scene import Scene
 from magfold_env.scene_io import load_scene
+
 
 class FoldTask:
     """What is to be folded, and how it is chosen, seen and rewarded.
@@ -56,7 +57,7 @@ class FoldTask:
         at_a_time: Literal["component", "chain"],
         **options: Unpack[FoldOptions],
     ) -> None:
-        _refuse_unknown(options)
+        refuse_unknown(options, FoldOptions)
         given = scene if isinstance(scene, Scene) else load_scene(scene)
         targets = options.get("targets")
         components = options.get("components")
@@ -223,10 +224,3 @@ def _suite(name: str) -> Suite:
         f"targets: {name!r} is not allowed; must be a list of fold words, the path of a suite or "
         f"one of the suites {', '.join(suite_names())}"
     )
-
-
-def _refuse_unknown(options: Mapping[str, Any]) -> None:
-    known = ("scene", *FoldOptions.__annotations__, "render_mode")
-    unknown = sorted(set(options) - set(known))
-    if unknown:
-        raise ValueError(f"{unknown[0]}: unknown option, must be one of {', '.join(known)}")

@@ -50,8 +50,8 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
     [J] (no number if the simulation failed), ``score``, ``baseline``, ``baseline_flagged`` (no
     design is known and b is 0) and ``is_success``.
 
-    Arguments are those of `magfold_env.envs.fold_env.FoldEnv`. The scene needs ``feed.loading`` ``at_mouth``; one in an external field has no baseline and so
-    needs ``baseline=None``.
+    Arguments are those of `magfold_env.envs.fold_env.FoldEnv`. The scene needs ``feed.loading``
+    ``at_mouth``; one in an external field has no baseline and so needs ``baseline=None``.
     """
 
     def _observation(self) -> NDArray[np.float32]:

@@ -83,13 +83,16 @@ def test_default_levels_offer_the_speeds_of_the_baseline() -> None:
             for action in ([16, 0], [0, 9], [-1, 0], [0], [0, 0, 0], 3, [0.5, 1.0], "NS", None)
         ),
         *(("discrete", action, r"an integer, 0\.\.143") for action in (144, -1, 0.5, [1], None)),
-        *(("box", action, "5 numbers from -1 to 1") for action in ([0] * 4, [2.0] * 5, [np.nan] * 5, 1)),
+        *(
+            ("box", action, "5 numbers from -1 to 1")
+            for action in ([0] * 4, [2.0] * 5, [np.nan] * 5, 1)
+        ),
         *(
             ("dict", action, "a mapping of patterns .* and speed")
             for action in ([0, 0], {"patterns": [3]}, {"patterns": [16], "speed": [0.0]})
         ),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_action_is_an_error_that_says_what_is_allowed(
     kind: ActionKind, action: object, allowed: str
 ) -> None:
@@ -150,5 +153,5 @@ def test_the_feed_speed_reaches_from_standstill_to_the_fastest(kind: ActionKind)
     for _ in range(50):
         assert 0.0 <= table.decode(table.space.sample()) <= FASTEST * (1 + 1e-9)
     for wrong in (10, -1, [2.0], {"speed": [1.5]}, None, "fast"):
-        with pytest.raises(ValueError, match="action: .* is not allowed; must be"):
+        with pytest.raises(ValueError, match=r"action: .* is not allowed; must be"):
             table.decode(wrong)

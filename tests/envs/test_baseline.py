@@ -15,8 +15,8 @@ from magfold_env.envs.baseline import (
     unknown_baseline,
 )
 from magfold_env.envs.baseline_store import BaselineStore, baseline_key
-from magfold_env.envs.randomisation import Randomisation, randomised
 from magfold_env.envs.goals import goal_of
+from magfold_env.envs.randomisation import Randomisation, randomised
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.shapes import folded_words
 

@@ -13,7 +13,9 @@ from magfold_env.shapes import folded_words, mirror
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_difficulty_is_how_rare_a_word_is(direction: str) -> None:
-    scene = mf.load_scene("tube-feed").replace(sequence=("NSNS",) * 3, feed={"direction": direction})
+    scene = mf.load_scene("tube-feed").replace(
+        sequence=("NSNS",) * 3, feed={"direction": direction}
+    )
     exact = Counter(
         fold(scene.replace(sequence=sequence)).word for sequence in product(PATTERNS, repeat=3)
     )

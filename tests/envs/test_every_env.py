@@ -149,6 +149,7 @@ def test_rewards_are_sparse_without_shaping(env_id: str) -> None:
         ({"match": "cells"}, "match: 'cells' is not allowed; must be one of word, outline"),
         ({"randomisation": "wild"}, "randomisation: 'wild' is not allowed; must be one of none"),
         ({"render_mode": "video"}, "render_mode: 'video' is not allowed; must be None or one of"),
+        ({"target": "LRLLL"}, "target: unknown option, must be one of scene, "),
         ({"scene": "tube-fed"}, "tube-fed: no such scene"),
         ({"scene": "pendulum-3"}, "scene.mount: 'pinned' is not allowed; must be 'tube'"),
     ],

@@ -129,7 +129,7 @@ def test_a_chain_that_grows_into_a_corner_has_misfolded() -> None:
         while not ended:
             observation, reward, ended, _, info = env.step(rng.integers([16, 9]))
             assert observation in env.observation_space
-            assert np.isfinite(reward)
+            assert np.isfinite(float(reward))
         if info["step"] < 16:
             stuck = True
             assert info["status"] == "misfolded"
@@ -155,5 +155,5 @@ def test_speeds_and_randomisation_change_nothing() -> None:
 
 def test_fields_are_refused() -> None:
     scene = mf.load_scene("tube-feed").replace(field={"uniform": (0.0, 1e-3)})
-    with pytest.raises(ValueError, match="field: .* is not allowed"):
+    with pytest.raises(ValueError, match=r"field: .* is not allowed"):
         gymnasium.make("MagFold/TubeFeed-v0", scene=scene, fidelity="quasistatic")

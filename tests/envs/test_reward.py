@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import pytest
 
 from magfold_env.envs.reward import RewardRule, energy_potential
@@ -13,7 +15,7 @@ def test_the_three_kinds_of_reward() -> None:
 def test_shaping_telescopes() -> None:
     rule = RewardRule(gamma=0.9)
     potentials = [0.1, 0.5, 0.3, 0.0]
-    steps = [rule.step(a, b) for a, b in zip(potentials, potentials[1:], strict=False)]
+    steps = [rule.step(a, b) for a, b in pairwise(potentials)]
     discounted = sum(0.9**k * reward for k, reward in enumerate(steps))
     assert discounted == pytest.approx(0.9**3 * potentials[-1] - potentials[0])
 

@@ -11,7 +11,7 @@ def test_one_step_is_one_simulation(scene: str, seed: int) -> None:
     env = SequenceDesignEnv(scene, baseline=None)
     observation, info = env.reset(seed=seed)
     assert not observation[env.layout.slices["released"]].any()
-    action = np.random.default_rng(seed).integers(env.action_space.nvec)  # pyright: ignore[reportAttributeAccessIssue]
+    action = np.random.default_rng(seed).integers(env.actions.sizes)
     observation, reward, terminated, truncated, info = env.step(action)
     assert terminated
     assert not truncated

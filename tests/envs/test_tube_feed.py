@@ -16,9 +16,7 @@ def play(env: TubeFeedEnv, seed: int, target: str | None = None) -> tuple[list, 
     observation, info = env.reset(seed=seed, options={"target": target} if target else None)
     observations, rewards, terminated = [observation], [], False
     while not terminated:
-        observation, reward, terminated, truncated, info = env.step(
-            rng.integers(env.actions.space.nvec)
-        )
+        observation, reward, terminated, truncated, info = env.step(rng.integers(env.actions.sizes))
         assert not truncated
         observations.append(observation)
         rewards.append(reward)

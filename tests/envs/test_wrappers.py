@@ -65,9 +65,7 @@ def test_success_leads_from_stage_to_stage() -> None:
     env = Curriculum("MagFold/TubeFeed-v0", LENGTHS, threshold=0.01, window=2000, **QUICK)
     env.action_space.seed(0)
     assert env.reset(seed=0)[1]["stage"] == 0
-    stages = []
-    for _ in range(4500):
-        stages.append(play(env)[1]["stage"])
+    stages = [play(env)[1]["stage"] for _ in range(4500)]
     assert stages == sorted(stages)
     assert set(stages) == {0, 1, 2}
     # Not before a whole window of episodes has been seen.
