@@ -105,12 +105,18 @@ class ActionTable:
         patterns, speed = read
         return tuple(PATTERNS[self._buildable[int(p)]] for p in patterns), speed
 
-    def encode(self, faces: Sequence[str], speed: float) -> Any:
-        """Return the action nearest to the `faces` of each component and a `speed` [m/s].
+    def encode(self, faces: str | Sequence[str], speed: float) -> Any:
+        """Return the action nearest to the faces of each component and a speed [m/s].
 
-        Speed levels are nearest on the log scale.
+        Parameters
+        ----------
+        faces : str or sequence of str
+            Four letters for each component; a single component's may stand alone.
+        speed : float
+            The nearest level, on the log scale, is taken.
         """
-        patterns = np.array([PATTERNS.index(each) for each in faces], dtype=np.int64)
+        each = [faces] if isinstance(faces, str) else faces
+        patterns = np.array([PATTERNS.index(letters) for letters in each], dtype=np.int64)
         level = int(np.argmin(np.abs(np.log(self.speeds / speed))))
         if self.kind == "multidiscrete":
             return np.append(patterns, level)

@@ -7,32 +7,33 @@ from typing import Any, cast
 import gymnasium
 import numpy as np
 from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
 from magfold_env.envs.checks import share_of
 from magfold_env.envs.observation import ObservationLayout
 
 
-class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any]):
+class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """Go from one stage of a task to the next when enough of the last episodes succeed.
 
-    A stage is a set of options of the environment, such as ``{"components": 4}`` or
-    ``{"difficulty": 0.25}``. Spaces are those of the last stage. Observations of shorter
-    chains are filled up with zeros: each group's entries come first in the group of the longest
-    chain. All stages must have the same actions. The stage is in ``info["stage"]``.
+    The environment that is wrapped is the last stage, the stages before it are the same but for
+    some options, such as ``{"components": 4}`` or ``{"difficulty": 0.25}``. Spaces are those of
+    the last stage. Observations of shorter chains are filled up with zeros: each group's entries
+    come first in the group of the longest chain. All stages must have the same actions. The
+    stage is in ``info["stage"]``.
 
     Parameters
     ----------
-    env_id : str
-        An environment of this package.
+    env : gymnasium.Env
+        An environment of this package, made by `gymnasium.make`.
     stages : sequence of mapping
-        Options of each stage, the last one the hardest.
+        What is different in each stage before the last, the easiest first.
     threshold : float
         Share of successes that leads to the next stage.
     window : int
         Number of episodes, on one stage, that the share is taken over.
-    **options
-        Options of all stages.
 
     Raises
     ------
@@ -42,26 +43,39 @@ class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any]):
 
     def __init__(
         self,
-        env_id: str,
+        env: gymnasium.Env[Any, Any],
         stages: Sequence[Mapping[str, Any]],
         *,
         threshold: float = 0.8,
         window: int = 100,
-        **options: Any,
     ) -> None:
+        RecordConstructorArgs.__init__(self, stages=stages, threshold=threshold, window=window)
+        spec = env.unwrapped.spec
+        if spec is None:
+            raise ValueError(f"env: {env} is not allowed; must be made by gymnasium.make")
         if not stages:
             raise ValueError("stages: [] is not allowed; must have one stage or more")
         if window < 1:
             raise ValueError(f"window: {window!r} is not allowed; must be 1 or more")
-        self._envs = [gymnasium.make(env_id, **options, **stage) for stage in stages]
-        for number, env in enumerate(self._envs):
-            _check_spaces(number, env, self._envs[-1])
+        easier = [gymnasium.make(spec.id, **{**spec.kwargs, **stage}) for stage in stages]
+        self._envs = [*easier, env]
+        for number, each in enumerate(easier):
+            _check_spaces(number, each, env)
         super().__init__(self._envs[0])
-        self.observation_space = self._envs[-1].observation_space
-        self.action_space = self._envs[-1].action_space
+        self.observation_space = env.observation_space
+        self.action_space = env.action_space
         self._threshold = share_of("threshold", threshold)
         self._stage = 0
         self._successes: deque[bool] = deque(maxlen=window)
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What `gymnasium.make` makes the same curriculum from: it wraps the last stage."""
+        present, self.env = self.env, self._envs[-1]
+        try:
+            return super().spec
+        finally:
+            self.env = present
 
     @property
     def stage(self) -> int:

@@ -4,12 +4,13 @@ from typing import Any, cast
 
 import gymnasium
 import numpy as np
+from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
 from magfold_env.envs.observation import MEASURED, ObservationLayout
 
 
-class SensorNoise(gymnasium.ObservationWrapper[Any, Any, Any]):
+class SensorNoise(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):
     """Add noise to the measured entries of the observation: ``joint`` to ``velocity``.
 
     What the agent knows (target, magnets, speeds, which components are out) stays as it is. So do
@@ -31,6 +32,7 @@ class SensorNoise(gymnasium.ObservationWrapper[Any, Any, Any]):
     """
 
     def __init__(self, env: gymnasium.Env[Any, Any], spread: float) -> None:
+        RecordConstructorArgs.__init__(self, spread=spread)
         super().__init__(env)
         if not spread >= 0.0:
             raise ValueError(f"spread: {spread!r} is not allowed; must be 0 or more")

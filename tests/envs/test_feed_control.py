@@ -146,7 +146,9 @@ def fold_at(env: FeedControlEnv, number: int, level: int) -> tuple[float, dict]:
 
 
 @pytest.mark.parametrize("reward", ["score", "sparse"])
-def test_the_target_is_worth_one_and_the_other_fold_nothing(reward: Literal["score", "sparse"]) -> None:
+def test_the_target_is_worth_one_and_the_other_fold_nothing(
+    reward: Literal["score", "sparse"],
+) -> None:
     env = FeedControlEnv(randomisation="none", reward=reward)
     seen = set()
     for number in (0, len(env.tasks) - 1):

@@ -7,9 +7,14 @@ from gymnasium.utils.env_checker import check_env
 
 from magfold_env.envs.curriculum import Curriculum
 from magfold_env.envs.sensor_noise import SensorNoise
+from magfold_env.envs.tube_feed import TubeFeedEnv
 
 QUICK: dict[str, Any] = {"fidelity": "quasistatic"}
-LENGTHS = ({"components": 3}, {"components": 4}, {"components": 6})
+LENGTHS = ({"components": 3}, {"components": 4})
+
+
+def quick() -> gymnasium.Env:
+    return gymnasium.make("MagFold/TubeFeed-v0", **QUICK)
 
 
 def play(env: gymnasium.Env, seed: int | None = None) -> tuple[list[np.ndarray], dict]:
@@ -62,7 +67,7 @@ def test_a_negative_spread_is_named() -> None:
 
 
 def test_success_leads_from_stage_to_stage() -> None:
-    env = Curriculum("MagFold/TubeFeed-v0", LENGTHS, threshold=0.01, window=2000, **QUICK)
+    env = Curriculum(quick(), LENGTHS, threshold=0.01, window=2000)
     env.action_space.seed(0)
     assert env.reset(seed=0)[1]["stage"] == 0
     stages = [play(env)[1]["stage"] for _ in range(4500)]
@@ -73,13 +78,13 @@ def test_success_leads_from_stage_to_stage() -> None:
 
 
 def test_failure_keeps_the_stage() -> None:
-    env = Curriculum("MagFold/TubeFeed-v0", LENGTHS, threshold=1.0, window=5, **QUICK)
+    env = Curriculum(quick(), LENGTHS, threshold=1.0, window=5)
     env.action_space.seed(0)
     assert {play(env)[1]["stage"] for _ in range(100)} == {0}
 
 
 def test_short_chains_are_shown_as_the_beginning_of_long_ones() -> None:
-    env = Curriculum("MagFold/TubeFeed-v0", LENGTHS, **QUICK)
+    env = Curriculum(quick(), LENGTHS)
     check_wrapped(env)
     short = gymnasium.make("MagFold/TubeFeed-v0", components=3, **QUICK)
     seen, expected = env.reset(seed=3)[0], short.reset(seed=3)[0]
@@ -97,18 +102,34 @@ def test_short_chains_are_shown_as_the_beginning_of_long_ones() -> None:
 
 def test_difficulty_may_be_a_stage_of_any_environment() -> None:
     for env_id in ("MagFold/TubeFeedGoal-v0", "MagFold/SequenceDesign-v0"):
-        env = Curriculum(env_id, ({"difficulty": 0.1}, {"difficulty": 1.0}), **QUICK)
+        env = Curriculum(gymnasium.make(env_id, **QUICK), [{"difficulty": 0.1}])
         assert play(env, 0)[1]["stage"] == 0
 
 
 def test_stages_that_do_not_go_together_are_named() -> None:
+    env = quick()
+    design = gymnasium.make("MagFold/SequenceDesign-v0", **QUICK)
     with pytest.raises(ValueError, match=r"stages: \[\] is not allowed"):
-        Curriculum("MagFold/TubeFeed-v0", [])
+        Curriculum(env, [])
     with pytest.raises(ValueError, match=r"stages\[0\]: the actions .* are not allowed"):
-        Curriculum("MagFold/SequenceDesign-v0", LENGTHS, **QUICK)
+        Curriculum(design, LENGTHS)
     with pytest.raises(ValueError, match=r"stages\[0\]: the observations .* are not allowed"):
-        Curriculum("MagFold/TubeFeed-v0", LENGTHS[::-1], **QUICK)
+        Curriculum(env, [{"components": 7}])
     with pytest.raises(ValueError, match="threshold: 2 is not allowed"):
-        Curriculum("MagFold/TubeFeed-v0", LENGTHS, threshold=2, **QUICK)
+        Curriculum(env, LENGTHS, threshold=2)
     with pytest.raises(ValueError, match="window: 0 is not allowed"):
-        Curriculum("MagFold/TubeFeed-v0", LENGTHS, window=0, **QUICK)
+        Curriculum(env, LENGTHS, window=0)
+    with pytest.raises(
+        ValueError, match=r"env: .* is not allowed; must be made by gymnasium\.make"
+    ):
+        Curriculum(TubeFeedEnv(fidelity="quasistatic"), LENGTHS)
+
+
+def test_wrapped_environments_can_be_made_from_their_specs() -> None:
+    env = SensorNoise(Curriculum(quick(), LENGTHS, window=7), 0.1)
+    assert env.spec is not None
+    again = gymnasium.make(env.spec)
+    env.action_space.seed(0)
+    again.action_space.seed(0)
+    for one, other in zip(play(env, 5)[0], play(again, 5)[0], strict=True):
+        np.testing.assert_array_equal(one, other)
