@@ -1,6 +1,5 @@
 """What an agent decides about a component: the pattern of its magnets and its feed speed."""
 
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -23,22 +22,6 @@ SIGNS: NDArray[np.float64] = np.array(
 
 _MIDDLE = float(np.sqrt(SLOWEST * FASTEST))
 _HALF_RANGE = float(np.log(FASTEST / _MIDDLE))
-
-
-@dataclass(frozen=True)
-class Choice:
-    """One component's settings.
-
-    Attributes
-    ----------
-    faces : str
-        Polarity outward of front-left, back-left, back-right and front-right, as N and S.
-    speed : float
-        Feed speed that was asked for [m/s].
-    """
-
-    faces: str
-    speed: float
 
 
 def speed_levels(levels: int) -> NDArray[np.float64]:

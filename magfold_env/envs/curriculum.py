@@ -78,6 +78,11 @@ class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             self.env = present
 
     @property
+    def layout(self) -> ObservationLayout:
+        """Where each group of entries lies in an observation."""
+        return _layout(self._envs[-1])
+
+    @property
     def stage(self) -> int:
         """Number of the present stage, from 0."""
         return self._stage
