@@ -64,7 +64,7 @@ def _tasks(scene: Scene) -> list[Task]:
     if len(ends - {""}) <= 1:
         return []
     nominal = randomised(scene, "nominal")
-    counts = {speed: _count(nominal, speed) for speed in CANDIDATE_SPEEDS}
+    counts = {speed: count_words(nominal, speed) for speed in CANDIDATE_SPEEDS}
     words = sorted({word for count in counts.values() for word in count})
     reliable = [word for word in words if _is_reliable(counts, word)]
     if len(reliable) <= 1:
@@ -82,8 +82,8 @@ def _is_reliable(counts: Mapping[float, Counter[str]], word: str) -> bool:
     return bool(word) and max(count[word] for count in counts.values()) >= RELIABLE * DRAWS
 
 
-def _count(scene: Scene, speed: float) -> Counter[str]:
-    """Count the words that draws of a scene fold into; the empty one stands for misfolds."""
+def count_words(scene: Scene, speed: float) -> Counter[str]:
+    """Count the words that draws of a scene fold into at a speed [m/s]; misfolds have none."""
     fed = scene.replace(feed={"speed": speed})
     return Counter(_fold(fed.draw(draw_generator("control", index))) for index in range(DRAWS))
 

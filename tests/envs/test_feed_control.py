@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_env.envs.baseline import CANDIDATE_SPEEDS
 from magfold_env.envs.control_episode import INTERVAL, ControlEpisode, replay
 from magfold_env.envs.control_setup import HORIZON
 from magfold_env.envs.control_tasks import ControlTask, read_tasks
 from magfold_env.envs.feed_control import FeedControlEnv
+from magfold_env.envs.make_control_tasks import DRAWS, count_words
 from magfold_env.envs.pushed_session import PushedSession
+from magfold_env.envs.randomisation import randomised
 
 SEQUENCE = ("NNNS", "NSSS", "NNNS", "SSNN", "SNNN", "SSSN")
 
@@ -202,6 +205,17 @@ def test_shipped_tasks_are_chains_with_two_folds() -> None:
     }
     assert len(pairs) == 20
     assert {task.direction for task in tasks} == {"forward", "backward"}
+
+
+@pytest.mark.parametrize("number", [0, -1])
+def test_both_folds_of_a_shipped_task_can_be_had(number: int) -> None:
+    task = read_tasks("two-folds-6")[number]
+    scene = mf.load_scene("tube-built").replace(
+        sequence=task.sequence, feed={"direction": task.direction}
+    )
+    counts = [count_words(randomised(scene, "nominal"), speed) for speed in CANDIDATE_SPEEDS]
+    for word in (task.target, task.avoid):
+        assert max(count[word] for count in counts) >= 0.75 * DRAWS
 
 
 TASK = {"sequence": SEQUENCE, "direction": "forward", "target": "LRLLR", "avoid": "LRRLR"}

@@ -1,6 +1,9 @@
+from pathlib import Path
+
 import pytest
 
 from magfold_env.envs.targets import pick_target, resolve_targets
+from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.shapes import folded_words
 
 
@@ -32,3 +35,25 @@ def test_wrong_targets_are_named(targets: list[str], named: str) -> None:
 def test_a_wrong_option_is_named_with_what_is_allowed() -> None:
     with pytest.raises(ValueError, match=r"options\['target'\]: 'LLRRL' .* one of LRLLL, LRLRL"):
         pick_target("LLRRL", ("LRLLL", "LRLRL"))
+
+
+def test_long_chains_need_a_list() -> None:
+    word = ("LR" * 20)[:29]
+    assert resolve_targets([word], 30) == (word,)
+    with pytest.raises(ValueError, match="targets: None is not allowed with 30 components"):
+        resolve_targets(None, 30)
+    with pytest.raises(ValueError, match="targets: 'LRLR' is not allowed; must be a fully"):
+        resolve_targets(["LRLR"], 30)
+
+
+def test_a_suite_gives_targets_and_length(tmp_path: Path) -> None:
+    path = tmp_path / "few.yaml"
+    path.write_text("scene_name: design\nwords: {LRLR: {}, LLRL: {}}\n")
+    env = TubeFeedEnv(targets=str(path), baseline=None)
+    assert env.targets == ("LRLR", "LLRL")
+    assert env.scene.n == 5
+
+
+def test_a_suite_that_does_not_exist_is_named() -> None:
+    with pytest.raises(ValueError, match="targets: 'LRLLL' is not allowed; must be a list of fold"):
+        TubeFeedEnv(targets="LRLLL")
