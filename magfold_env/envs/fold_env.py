@@ -114,6 +114,7 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
     @property
     def baseline(self) -> Baseline:
         """The energy minimiser's result for the target of this episode."""
+        self._running()
         return self._baseline
 
     def baseline_of(self, target: str) -> Baseline:
