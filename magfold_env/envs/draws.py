@@ -15,7 +15,7 @@ what an environment draws for a seed, which a test holds still."""
 _RESERVED = 1 << 64
 
 
-def stream_seeds(stream: str, count: int) -> list[int]:
+def episode_seeds(stream: str, count: int) -> list[int]:
     """Return the fixed seeds of the named stream.
 
     The first seeds of a long list are the seeds of a short one.
@@ -45,4 +45,4 @@ def evaluation_seeds(count: int, version: int = EVALUATION_VERSION) -> list[int]
     """
     if version != EVALUATION_VERSION:
         raise ValueError(f"version: {version!r} is not allowed; must be {EVALUATION_VERSION}")
-    return stream_seeds("evaluation", count)
+    return episode_seeds("evaluation", count)
