@@ -50,7 +50,8 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
     ----------
     scene : str, Path or Scene, optional
         A tube scene: a shipped name, a path or the scene. Its sequence and feed speeds are the
-        agent's to choose and so are ignored: every face gets a magnet.
+        agent's to choose and so are ignored: every face gets a magnet. By default the scene that
+        the target suite is meant for, or the environment's own.
     render_mode : {"rgb_array", "ansi"}, optional
         What `render` returns.
     **options
@@ -73,8 +74,7 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         render_mode: str | None = None,
         **options: Unpack[FoldOptions],
     ) -> None:
-        scene = self.default_scene if scene is None else scene
-        self.task = FoldTask(scene, self.at_a_time, **options)
+        self.task = FoldTask(scene, self.default_scene, self.at_a_time, **options)
         self.render_mode = check_render_mode(render_mode)
         self.action_space = self.task.actions.space
         self.observation_space: gymnasium.Space[Any] = self.task.layout.space

@@ -37,9 +37,12 @@ class FoldTask:
 
     Parameters
     ----------
-    scene : str, Path or Scene
+    scene : str, Path, Scene or None
         A tube scene: a shipped name, a path or the scene. Its sequence and feed speeds are the
-        agent's to choose and so are ignored: every face gets a magnet.
+        agent's to choose and so are ignored: every face gets a magnet. None takes `usual`, or
+        what the target suite is meant for, fed as `usual` is.
+    usual : str
+        The shipped scene that the environment has by default.
     at_a_time : {"component", "chain"}
         What one action describes.
     **options
@@ -53,17 +56,20 @@ class FoldTask:
 
     def __init__(
         self,
-        scene: str | Path | Scene,
+        scene: str | Path | Scene | None,
+        usual: str,
         at_a_time: Literal["component", "chain"],
         **options: Unpack[FoldOptions],
     ) -> None:
         refuse_unknown(options, FoldOptions)
-        given = scene if isinstance(scene, Scene) else load_scene(scene)
         targets = options.get("targets")
         components = options.get("components")
         if isinstance(targets, str):
             suite = _suite(targets)
             targets, components = suite.targets, components or suite.n
+            scene = _scene_of(suite, load_scene(usual)) if scene is None else scene
+        scene = usual if scene is None else scene
+        given = scene if isinstance(scene, Scene) else load_scene(scene)
         given = feedable(lengthened(given, components), at_a_time)
         self.fidelity: Fidelity = one_of("fidelity", options.get("fidelity", "dynamics"), Fidelity)
         self.match: Match = one_of("match", options.get("match", "word"), Match)
@@ -208,6 +214,15 @@ def feedable(scene: Scene, at_a_time: Literal["component", "chain"]) -> Scene:
             f"scene.sequence: {scene.sequence} is not allowed; must have two components or more"
         )
     return scene
+
+
+def _scene_of(suite: Suite, usual: Scene) -> Scene:
+    """Return the scene of a suite, in the tube, with the loading and work cap of the usual one."""
+    return suite.scene().replace(
+        mount="tube",
+        feed={"loading": usual.feed.loading},
+        solver={"max_steps": usual.solver.max_steps},
+    )
 
 
 def _suite(name: str) -> Suite:

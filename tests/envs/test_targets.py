@@ -1,7 +1,10 @@
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import magfold_env as mf
+from magfold_env.envs.sequence_design import SequenceDesignEnv
 from magfold_env.envs.targets import pick_target, resolve_targets
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.shapes import folded_words
@@ -52,6 +55,23 @@ def test_a_suite_gives_targets_and_length(tmp_path: Path) -> None:
     env = TubeFeedEnv(targets=str(path), baseline=None)
     assert env.targets == ("LRLR", "LLRL")
     assert env.scene.n == 5
+
+
+@pytest.mark.parametrize("make", [TubeFeedEnv, SequenceDesignEnv])
+def test_the_shipped_suite_is_the_default_by_another_name(make: Any) -> None:
+    suite, default = make(targets="n6"), make()
+    assert suite.targets == default.targets
+    for target in ("LRLLL", "RRRLR"):
+        assert suite.baseline_of(target) == default.baseline_of(target)
+
+
+def test_a_suite_brings_its_scene(tmp_path: Path) -> None:
+    path = tmp_path / "slippery.yaml"
+    path.write_text("scene_name: design-long\nwords: {LRLRLRL: {}}\n")
+    env = TubeFeedEnv(targets=str(path), baseline=None)
+    assert env.scene.friction == mf.load_scene("design-long").friction
+    assert env.scene.feed.loading == "at_mouth"
+    assert TubeFeedEnv("tube-feed", targets=str(path), baseline=None).scene.friction == 0.35
 
 
 def test_a_suite_that_does_not_exist_is_named() -> None:
