@@ -11,8 +11,8 @@ from agents.callbacks import progress_bar
 from agents.episodes import Outcome, make_env, play_all
 from agents.gif import save_folds
 from agents.report import results_table, write_results
-from agents.seeds import episode_seeds
 from agents.settings import EnvSettings, load_settings
+from magfold_env.envs.draws import evaluation_seeds
 
 
 def evaluate(
@@ -36,7 +36,7 @@ def evaluate(
     dict
         The outcomes of each policy, by its name.
     """
-    seeds = episode_seeds("evaluation", draws)
+    seeds = evaluation_seeds(draws)
     episodes = [(target, seed) for target in make_env(settings).targets for seed in seeds]
     results: dict[str, list[Outcome]] = {}
     with progress_bar() as bar:

@@ -29,7 +29,7 @@ class RandomPolicy:
         self, env: TubeFeedEnv, observation: NDArray[np.float32], rng: np.random.Generator
     ) -> NDArray[np.int64]:
         """Return a random action."""
-        return rng.integers(env.actions.space.nvec)
+        return rng.integers(env.actions.sizes)
 
 
 class DesignPolicy:

@@ -18,8 +18,8 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv
 from agents.callbacks import EverySteps, ProgressCallback, TimeLimitCallback, save_policy
 from agents.episodes import make_env, play, warm_up
 from agents.policies import TrainedPolicy
-from agents.seeds import episode_seeds
 from agents.settings import TrainSettings, load_settings, save_settings
+from magfold_env.envs.draws import episode_seeds
 from magfold_env.envs.tube_feed import TubeFeedEnv
 
 

@@ -1,15 +1,43 @@
-"""Gymnasium environments, registered under ``MagFold/`` when the package is imported."""
+"""Gymnasium environments, registered under ``MagFold/`` when the package is imported.
+
+===================== ========================== ==================== =================== =========
+``MagFold/``          action                     observation          reward              horizon
+===================== ========================== ==================== =================== =========
+``TubeFeed-v0``       magnets and speed of the   ``Box``, 17 n − 4    score − b,          n steps
+                      next component                                  at the end
+``SequenceDesign-v0`` magnets of all components, ``Box``, 17 n − 4    score − b           1 step
+                      one speed
+``TubeFeedGoal-v0``   as ``TubeFeed``            ``Dict``: 14 n − 1,  −1, or 0 where the  n steps
+                                                 and goals of n       goal is achieved
+``FeedControl-v0``    feed speed, 0 included,    ``Box``, 20 n − 2    score, at the end   250 steps
+                      for the next 20 ms                                                  (5 s)
+===================== ========================== ==================== =================== =========
+
+n is the number of components, 6 by default; b what the energy minimiser's own design scores. The
+classes' docstrings and ``docs/environments.md`` say what every entry means.
+
+**Versions.** The number at the end of an id changes whenever the same seed and actions no longer
+give the same observations and rewards with default arguments, but for rounding: other physics,
+another default, another meaning of an entry. What only adds an option does not change it.
+Baselines and evaluation draws have versions of their own (`baseline_store.PHYSICS_VERSION`,
+`draws.EVALUATION_VERSION`).
+"""
 
 import gymnasium
 
-ENTRY_POINTS = {"MagFold/TubeFeed-v0": "magfold_env.envs.tube_feed:TubeFeedEnv"}
+ENTRY_POINTS = {
+    "MagFold/TubeFeed-v0": "magfold_env.envs.tube_feed:TubeFeedEnv",
+    "MagFold/SequenceDesign-v0": "magfold_env.envs.sequence_design:SequenceDesignEnv",
+    "MagFold/TubeFeedGoal-v0": "magfold_env.envs.tube_feed_goal:TubeFeedGoalEnv",
+    "MagFold/FeedControl-v0": "magfold_env.envs.feed_control:FeedControlEnv",
+}
 
 
 def register_envs() -> None:
     """Register every environment id with Gymnasium; a second call changes nothing."""
     for env_id, entry_point in ENTRY_POINTS.items():
         if env_id not in gymnasium.registry:
-            # The horizon is part of the task (one step a component), so no TimeLimit is added.
+            # The horizon is part of the task, so no TimeLimit is added.
             gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
                 id=env_id, entry_point=entry_point
             )

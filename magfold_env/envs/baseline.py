@@ -13,7 +13,7 @@ import numpy as np
 
 from magfold_env.design.gap import LONGEST, gap_designs
 from magfold_env.envs.actions import FASTEST, SLOWEST
-from magfold_env.envs.reward import is_success, score
+from magfold_env.envs.goals import Goal, Match, goal_of
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
 from magfold_env.simulate import simulate
@@ -73,7 +73,9 @@ def designs(scene: Scene) -> dict[str, tuple[str, ...] | None]:
     return {word: design.sequence if design else None for word, design in found.items()}
 
 
-def evaluate_design(scene: Scene, target: str, sequence: tuple[str, ...] | None) -> Baseline:
+def evaluate_design(
+    scene: Scene, target: str, sequence: tuple[str, ...] | None, match: Match = "word"
+) -> Baseline:
     """Return the baseline that the design `sequence` sets for `target`.
 
     Parameters
@@ -84,28 +86,31 @@ def evaluate_design(scene: Scene, target: str, sequence: tuple[str, ...] | None)
         The word.
     sequence : tuple of str or None
         The design; None gives the flagged baseline.
+    match : {"word", "outline"}
+        What counts as a success.
     """
     if sequence is None:
         return unknown_baseline(target)
+    goal = goal_of(target, match)
     designed = scene.replace(sequence=sequence)
     trials = [
-        _trial(designed, target, speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS
+        _trial(designed, goal, speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS
     ]
     # The slowest of equally good speeds: argmax takes the first.
     speed = CANDIDATE_SPEEDS[int(np.argmax([mean for mean, _ in trials]))]
-    mean, success = _trial(designed, target, speed, "scoring", SCORING_DRAWS)
+    mean, success = _trial(designed, goal, speed, "scoring", SCORING_DRAWS)
     return Baseline(target, sequence, speed, mean, success)
 
 
-def _trial(scene: Scene, target: str, speed: float, stream: str, draws: int) -> tuple[float, float]:
+def _trial(scene: Scene, goal: Goal, speed: float, stream: str, draws: int) -> tuple[float, float]:
     """Return mean score and share of successes over the fixed draws of the stream `stream`."""
     at_speed = scene.replace(feed={"speed": speed})
     folds = [
         simulate(at_speed.draw(draw_generator(stream, index)))
         for index in range(draws if _draws_anything(scene) else 1)
     ]
-    scores = [score(fold.status, fold.joint_angles, target) for fold in folds]
-    successes = [is_success(fold.status, fold.joint_angles, target) for fold in folds]
+    scores = [goal.score(fold.status, fold.joint_angles) for fold in folds]
+    successes = [goal.is_reached(fold.status, fold.joint_angles) for fold in folds]
     return float(np.mean(scores)), float(np.mean(successes))
 
 

@@ -19,6 +19,7 @@ from magfold_env.envs.baseline import (
     designs,
     evaluate_design,
 )
+from magfold_env.envs.goals import Match
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Scene
 
@@ -35,11 +36,14 @@ class BaselineStore:
     ----------
     scene : Scene
         Tube scene with its spreads.
+    match : {"word", "outline"}
+        What counts as a success.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, match: Match = "word") -> None:
         self._scene = scene
-        self._key = baseline_key(scene)
+        self._match: Match = match
+        self._key = baseline_key(scene, match)
         self._known: dict[str, Baseline] = dict(_shipped().get(self._key, {}))
 
     def get(self, target: str) -> Baseline:
@@ -59,15 +63,17 @@ class BaselineStore:
         if path.is_file():
             return _from_dict(json.loads(path.read_text(encoding="utf-8")))
         _log.info("computing the baseline of %s", target)
-        baseline = evaluate_design(self._scene, target, self._designs[target])
+        baseline = evaluate_design(self._scene, target, self._designs[target], self._match)
         path.parent.mkdir(parents=True, exist_ok=True)
         write_text(path, json.dumps(asdict(baseline)) + "\n")
         return baseline
 
 
-def baseline_key(scene: Scene) -> str:
+def baseline_key(scene: Scene, match: Match = "word") -> str:
     """Return a hash of everything that a baseline depends on besides its target."""
     content = scene.model_dump(mode="json")
+    if match != "word":
+        content["match"] = match
     # The agent chooses these, the design replaces them.
     del content["sequence"], content["feed"]["speed"]
     if not (scene.field and scene.field.any):

@@ -12,11 +12,18 @@ from magfold_env.envs.randomisation import Randomisation, randomised
 from magfold_env.envs.targets import resolve_targets
 from magfold_env.scene_io import load_scene
 
-SHIPPED: tuple[tuple[str, Randomisation], ...] = (("tube-feed", "none"), ("tube-feed", "nominal"))
+SHIPPED: tuple[tuple[str, Randomisation], ...] = (
+    ("tube-feed", "none"),
+    ("tube-feed", "nominal"),
+    ("tube-feed", "strong"),
+    ("tube-built", "none"),
+    ("tube-built", "nominal"),
+    ("tube-built", "strong"),
+)
 
 
 def main(workers: int = 2) -> None:
-    """Design, simulate and write the baselines of the default scene, with and without spreads."""
+    """Design, simulate and write the baselines of the default scenes, with and without spreads."""
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
     with Progress() as progress, pool:
         for name, randomisation in SHIPPED:

@@ -1,6 +1,6 @@
 """The flat observation of a chain that is being fed: its layout and how it is filled."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,8 +8,10 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from magfold_env.envs.actions import FASTEST, SLOWEST, Choice
-from magfold_env.shapes import LETTERS, centres
+from magfold_env.engine.jit import kernel
+from magfold_env.envs.chain_state import ChainState
+from magfold_env.envs.progress import Progress
+from magfold_env.shapes import LETTERS
 
 VELOCITY_SCALE = 1.0
 """Velocity that is shown as one half [m/s]."""
@@ -17,38 +19,8 @@ VELOCITY_SCALE = 1.0
 RATE_SCALE = 100.0
 """Angular rate that is shown as one half [rad/s]."""
 
-
-@dataclass(frozen=True)
-class ChainState:
-    """What the engine knows of the chain, component 1 first.
-
-    Attributes
-    ----------
-    angles, rates : array, shape (n,)
-        Headings [rad] and their rates [rad/s].
-    base, base_velocity : array, shape (2,)
-        Outer hinge of component 1 [m], mouth of the tube at the origin, and its velocity [m/s].
-    """
-
-    angles: NDArray[np.float64]
-    rates: NDArray[np.float64]
-    base: NDArray[np.float64]
-    base_velocity: NDArray[np.float64]
-
-    @property
-    def is_finite(self) -> bool:
-        """Whether every number is finite."""
-        return all(np.isfinite(values).all() for values in vars(self).values())
-
-    def centres(self, side: float) -> NDArray[np.float64]:
-        """Return the components' centres [m], shape (n, 2)."""
-        return centres(self.angles, side=side, base=self.base)
-
-    def velocities(self, side: float) -> NDArray[np.float64]:
-        """Return the velocities of the centres [m/s], shape (n, 2)."""
-        turning = np.column_stack((-np.sin(self.angles), np.cos(self.angles)))
-        links = np.sqrt(2.0) * side * self.rates[:, None] * turning
-        return self.base_velocity + np.cumsum(links, axis=0) - links / 2
+MEASURED = ("joint", "heading", "rate", "position", "velocity")
+"""Groups that a camera would have to measure; the others are known."""
 
 
 @dataclass(frozen=True)
@@ -61,17 +33,23 @@ class ObservationLayout:
         Number of components.
     side : float
         Edge length of a casing [m].
+    words : tuple of str
+        Groups of 3 (n − 1) entries that come first, each a word, one-hot over L, S, R.
+    extra : tuple of (str, int)
+        Groups that come last, and their sizes.
     """
 
     n: int
     side: float
+    words: tuple[str, ...] = ("target",)
+    extra: tuple[tuple[str, int], ...] = ()
 
     @cached_property
     def slices(self) -> dict[str, slice]:
         """Slice of each group, by name, in the order in which they lie."""
         n = self.n
         sizes = {
-            "target": 3 * (n - 1),
+            **dict.fromkeys(self.words, 3 * (n - 1)),
             "released": n,
             "magnets": 4 * n,
             "speed": n,
@@ -80,6 +58,7 @@ class ObservationLayout:
             "rate": n,
             "position": 2 * n,
             "velocity": 2 * n,
+            **dict(self.extra),
         }
         ends = np.cumsum(list(sizes.values())).tolist()
         return {
@@ -87,18 +66,32 @@ class ObservationLayout:
             for (name, size), end in zip(sizes.items(), ends, strict=True)
         }
 
+    @cached_property
+    def size(self) -> int:
+        """Number of entries."""
+        return max(group.stop for group in self.slices.values())
+
+    @cached_property
+    def chain(self) -> slice:
+        """Where the chain's own groups lie, `released` to `velocity`."""
+        return slice(self.slices["released"].start, self.slices["velocity"].stop)
+
     @property
-    def space(self) -> spaces.Box[np.float32]:
+    def space(self) -> spaces.Box:
         """The observation space: every entry lies in [−1, 1]."""
-        size = self.slices["velocity"].stop
-        return spaces.Box(-1.0, 1.0, shape=(size,), dtype=np.float32)
+        return spaces.Box(-1.0, 1.0, shape=(self.size,), dtype=np.float32)
+
+    def one_hot(self, words: Sequence[str]) -> NDArray[np.float32]:
+        """Return the entries of the `words`, which stay the same for a whole episode."""
+        rows = [[letter == other for other in LETTERS] for word in words for letter in word]
+        return np.array(rows, dtype=np.float32).ravel()
 
     def observe(
         self,
         state: ChainState,
-        released: NDArray[np.bool_],
-        choices: Mapping[int, Choice],
-        target: str,
+        progress: Progress,
+        words: NDArray[np.float32],
+        extra: Sequence[float] = (),
     ) -> NDArray[np.float32]:
         """Return a new observation.
 
@@ -106,48 +99,83 @@ class ObservationLayout:
         ----------
         state : ChainState
             The chain as it is.
-        released : array of bool, shape (n,)
-            Which components have left the tube.
-        choices : dict
-            Settings of the components fed so far, by index.
-        target : str
-            The word that is wanted.
+        progress : Progress
+            What has left the tube and what has been chosen.
+        words : array
+            The entries of the words, from `one_hot`.
+        extra : sequence of float
+            The entries of the extra groups.
         """
-        length = self.n * np.sqrt(2.0) * self.side
-        joints = np.diff(state.angles)
-        groups = {
-            "target": np.array([[letter == other for other in LETTERS] for letter in target]),
-            "released": released,
-            "magnets": self._magnets(choices),
-            "speed": self._speeds(choices),
-            "joint": np.arctan2(np.sin(joints), np.cos(joints)) / np.pi,
-            "heading": np.column_stack((np.sin(state.angles), np.cos(state.angles))),
-            "rate": squash(state.rates / RATE_SCALE),
-            "position": squash(state.centres(self.side) / length),
-            "velocity": squash(state.velocities(self.side) / VELOCITY_SCALE),
-        }
-        observation = np.empty(self.space.shape, dtype=np.float32)
-        for name, values in groups.items():
-            observation[self.slices[name]] = values.ravel()
-        # Rounding to single precision may leave the interval by one unit in the last place.
-        return np.clip(observation, -1.0, 1.0)
-
-    def _magnets(self, choices: Mapping[int, Choice]) -> NDArray[np.float64]:
-        """Return +1 for N, −1 for S, 0 for not set yet, shape (n, 4)."""
-        magnets = np.zeros((self.n, 4))
-        for index, choice in choices.items():
-            magnets[index] = [1.0 if face == "N" else -1.0 for face in choice.faces]
-        return magnets
-
-    def _speeds(self, choices: Mapping[int, Choice]) -> NDArray[np.float64]:
-        """Return the feed speeds asked for on a log scale over [−1, 1], 0 where not set yet."""
-        speeds = np.zeros(self.n)
-        middle = np.sqrt(SLOWEST * FASTEST)
-        for index, choice in choices.items():
-            speeds[index] = np.log(choice.speed / middle) / np.log(FASTEST / middle)
-        return speeds
+        out = np.empty(self.size, dtype=np.float32)
+        out[: words.size] = words
+        fill_chain(
+            self.side,
+            progress.released,
+            progress.signs,
+            progress.speeds,
+            state.angles,
+            state.rates,
+            state.base,
+            state.base_velocity,
+            out[self.chain],
+        )
+        out[self.chain.stop :] = extra
+        return out
 
 
-def squash(values: NDArray[np.float64]) -> NDArray[np.float64]:
+@kernel
+def fill_chain(  # noqa: PLR0913, PLR0917
+    side: float,
+    released: NDArray[np.bool_],
+    signs: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    rates: NDArray[np.float64],
+    base: NDArray[np.float64],
+    base_velocity: NDArray[np.float64],
+    out: NDArray[np.float32],
+) -> None:
+    """Fill the chain's own groups, (14 n − 1,), from `released` to `velocity`.
+
+    ``speeds`` (n,) are on the log scale from −1 to 1.
+    """
+    n = angles.size
+    pitch = np.sqrt(2.0) * side
+    length = n * pitch
+    joint = 6 * n
+    heading = joint + n - 1
+    rate = heading + 2 * n
+    position = rate + n
+    velocity = position + 2 * n
+    x, y = base[0], base[1]
+    vx, vy = base_velocity[0], base_velocity[1]
+    for i in range(n):
+        out[i] = 1.0 if released[i] else 0.0
+        for face in range(4):
+            out[n + 4 * i + face] = signs[i, face]
+        out[5 * n + i] = speeds[i]
+        sin, cos = np.sin(angles[i]), np.cos(angles[i])
+        if i > 0:
+            turn = angles[i] - angles[i - 1]
+            out[joint + i - 1] = np.arctan2(np.sin(turn), np.cos(turn)) / np.pi
+        out[heading + 2 * i] = sin
+        out[heading + 2 * i + 1] = cos
+        out[rate + i] = squash(rates[i] / RATE_SCALE)
+        half, swing = 0.5 * pitch, 0.5 * pitch * rates[i]
+        out[position + 2 * i] = squash((x + half * cos) / length)
+        out[position + 2 * i + 1] = squash((y + half * sin) / length)
+        out[velocity + 2 * i] = squash((vx - swing * sin) / VELOCITY_SCALE)
+        out[velocity + 2 * i + 1] = squash((vy + swing * cos) / VELOCITY_SCALE)
+        x += pitch * cos
+        y += pitch * sin
+        vx -= 2.0 * swing * sin
+        vy += 2.0 * swing * cos
+    # Rounding to single precision may leave the interval by one unit in the last place.
+    for k in range(out.size):
+        out[k] = min(max(out[k], -1.0), 1.0)
+
+
+@kernel
+def squash(value: float) -> float:
     """Return ``x / (1 + |x|)``: inside (−1, 1), strictly increasing, so nothing is clipped away."""
-    return values / (1.0 + np.abs(values))
+    return value / (1.0 + abs(value))

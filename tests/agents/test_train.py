@@ -8,9 +8,9 @@ from stable_baselines3 import PPO
 from agents.callbacks import save_policy
 from agents.episodes import make_env, play, play_all, warm_up
 from agents.policies import DesignPolicy, RandomPolicy, TrainedPolicy
-from agents.seeds import episode_seeds
 from agents.settings import TrainSettings
 from agents.train import train
+from magfold_env.envs.draws import episode_seeds
 
 SETTINGS = TrainSettings.model_validate(
     {

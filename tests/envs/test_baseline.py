@@ -15,8 +15,8 @@ from magfold_env.envs.baseline import (
     unknown_baseline,
 )
 from magfold_env.envs.baseline_store import BaselineStore, baseline_key
+from magfold_env.envs.goals import goal_of
 from magfold_env.envs.randomisation import Randomisation, randomised
-from magfold_env.envs.reward import score
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.shapes import folded_words
 
@@ -32,7 +32,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("randomisation", ["none", "nominal"])
+@pytest.mark.parametrize("randomisation", ["none", "nominal", "strong"])
 def test_the_default_env_needs_no_computation(randomisation: Randomisation, cache: Path) -> None:
     env = TubeFeedEnv(randomisation=randomisation)
     for target in env.targets:
@@ -68,7 +68,7 @@ def test_the_baseline_is_the_mean_score_at_the_best_speed() -> None:
         scores = []
         for index in range(draws):
             fold = mf.simulate(fed.draw(draw_generator(stream, index)))
-            scores.append(score(fold.status, fold.joint_angles, target))
+            scores.append(goal_of(target, "word").score(fold.status, fold.joint_angles))
         return float(np.mean(scores))
 
     selection = [mean(speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS]

@@ -3,7 +3,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magfold_env.envs.randomisation import randomised
+from magfold_env.envs.randomisation import clearance_angle, randomised
 from magfold_env.scene_io import load_scene
 
 
@@ -18,22 +18,44 @@ def test_none_draws_nothing() -> None:
     assert draws("none", 1)[0].start_angles == (0.0,) * 5
 
 
-def test_nominal_spreads_have_the_stated_widths() -> None:
+@pytest.mark.parametrize(
+    ("randomisation", "friction", "remanence", "jitter", "angle"),
+    [("nominal", 0.1, 0.05, 0.05, 0.03), ("strong", 0.3, 0.1, 0.2, 0.05)],
+)
+def test_presets_have_the_stated_widths(
+    randomisation: str, friction: float, remanence: float, jitter: float, angle: float
+) -> None:
     mean = load_scene("tube-feed")
     magnets = mean.magnets
     assert magnets is not None
-    drawn = draws("nominal")
-    friction = np.array([scene.friction for scene in drawn]) / mean.friction - 1
-    remanence = np.array([scene.magnets.remanence for scene in drawn]) / magnets.remanence - 1
-    speed = np.array([scene.feed.speed for scene in drawn]) / mean.feed.speed - 1
-    angles = np.array([scene.start_angles for scene in drawn])
-    for values, width in ((friction, 0.1), (remanence, 0.05), (speed, 0.05), (angles, 0.03)):
+    drawn = draws(randomisation)
+    for values, width in (
+        (np.array([scene.friction for scene in drawn]) / mean.friction - 1, friction),
+        (np.array([scene.magnets.remanence for scene in drawn]) / magnets.remanence - 1, remanence),
+        (np.array([scene.speeds for scene in drawn]) / mean.feed.speed - 1, jitter),
+        (np.array([scene.start_angles for scene in drawn]), angle),
+    ):
         assert np.abs(values).max() <= width * (1 + 1e-12)
         assert values.min() < -0.9 * width
         assert values.max() > 0.9 * width
 
 
-@pytest.mark.parametrize("randomisation", ["none", "nominal"])
+def test_components_leave_at_speeds_of_their_own() -> None:
+    speeds = draws("nominal", 1)[0].speeds
+    assert len(set(speeds)) == len(speeds)
+
+
+def test_a_wider_tube_leaves_room_for_larger_angles() -> None:
+    scene = load_scene("tube-feed")
+    play = 0.05 * scene.casing.diagonal
+    assert clearance_angle(scene) == pytest.approx(play / scene.casing.diagonal)
+    wide = scene.replace(feed={"bore": 1.5 * scene.casing.diagonal})
+    assert randomised(wide, "strong").start_angle_spread == 0.1
+    tight = scene.replace(feed={"bore": scene.casing.diagonal})
+    assert randomised(tight, "strong").start_angle_spread == 0.0
+
+
+@pytest.mark.parametrize("randomisation", ["none", "nominal", "strong"])
 def test_spreads_of_the_scene_are_replaced(randomisation: str) -> None:
     plain, wide = (
         randomised(load_scene("tube-feed").replace(spreads=spreads), randomisation)  # pyright: ignore[reportArgumentType]

@@ -1,52 +1,48 @@
-import numpy as np
+from itertools import pairwise
+
 import pytest
 
-from magfold_env.envs.reward import SUCCESS_TOLERANCE, is_success, potential, score
-from magfold_env.fold import FoldStatus
-from magfold_env.shapes import folded_words, mirror, similarity, word_to_angles
-
-TARGET = "LRLLL"
+from magfold_env.envs.reward import RewardRule, energy_potential
 
 
-def test_a_settled_target_scores_one() -> None:
-    angles = word_to_angles(TARGET) + SUCCESS_TOLERANCE * np.array([0.9, -0.9, 0, 0.5, -0.5])
-    assert is_success(FoldStatus.FOLDED, angles, TARGET)
-    assert score(FoldStatus.FOLDED, angles, TARGET) == 1.0
+def test_the_three_kinds_of_reward() -> None:
+    assert RewardRule("relative").end(0.4, False, 0.9) == pytest.approx(-0.5)
+    assert RewardRule("score").end(0.4, False, 0.9) == 0.4
+    assert RewardRule("sparse").end(0.4, False, 0.9) == 0.0
+    assert RewardRule("sparse").end(1.0, True, 0.9) == 1.0
 
 
-@pytest.mark.parametrize("joint", range(5))
-def test_one_joint_beyond_the_tolerance_is_no_success(joint: int) -> None:
-    angles = word_to_angles(TARGET)
-    angles[joint] += 1.1 * SUCCESS_TOLERANCE
-    assert not is_success(FoldStatus.FOLDED, angles, TARGET)
-    assert score(FoldStatus.FOLDED, angles, TARGET) < 0.5
+def test_shaping_telescopes() -> None:
+    rule = RewardRule(gamma=0.9)
+    potentials = [0.1, 0.5, 0.3, 0.0]
+    steps = [rule.step(a, b) for a, b in pairwise(potentials)]
+    discounted = sum(0.9**k * reward for k, reward in enumerate(steps))
+    assert discounted == pytest.approx(0.9**3 * potentials[-1] - potentials[0])
 
 
-@pytest.mark.parametrize("status", [FoldStatus.MISFOLDED, FoldStatus.UNSETTLED, None])
-def test_the_right_angles_without_rest_score_half(status: FoldStatus | None) -> None:
-    assert score(status, word_to_angles(TARGET), TARGET) == pytest.approx(0.5)
+def test_energy_is_a_share_of_what_the_target_would_release() -> None:
+    assert energy_potential(-1.0, -2.0) == 0.25
+    assert energy_potential(-2.0, -2.0) == 0.5
+    assert energy_potential(-3.0, -2.0) == 0.5
+    assert energy_potential(1.0, -2.0) == 0.0
+    assert energy_potential(-1.0, 0.0) == 0.0
+    assert energy_potential(-1.0, 2.0) == 0.0
 
 
-def test_a_failure_scores_nothing_even_with_angles_that_are_no_numbers() -> None:
-    assert score(FoldStatus.FAILED, np.full(5, np.nan), TARGET) == 0.0
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("best", False, 1.0), "reward: 'best' is not allowed; must be one of relative, score, sp"),
+        (("score", "speed", 1.0), "shaping: 'speed' is not allowed; must be one of True, False"),
+        (("score", False, 1.5), "gamma: 1.5 is not allowed; must be between 0 and 1"),
+    ],
+)
+def test_wrong_options_are_named(arguments: tuple, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        RewardRule.of(*arguments)
 
 
-def test_another_fold_scores_half_its_similarity() -> None:
-    for word in folded_words(6):
-        if word != TARGET:
-            angles = word_to_angles(word)
-            expected = 0.5 * similarity(angles, word_to_angles(TARGET))
-            assert score(FoldStatus.FOLDED, angles, TARGET) == pytest.approx(expected)
-            assert expected < 0.5
-
-
-def test_the_mirror_image_is_not_the_target() -> None:
-    assert not is_success(FoldStatus.FOLDED, word_to_angles(mirror(TARGET)), TARGET)
-
-
-def test_the_potential_is_largest_at_the_target() -> None:
-    at_target = potential(word_to_angles(TARGET), TARGET)
-    rng = np.random.default_rng(0)
-    others = [potential(rng.uniform(-1.5, 1.5, 5), TARGET) for _ in range(100)]
-    assert at_target == pytest.approx(0.5)
-    assert max(others) < at_target
+def test_shaping_may_be_switched_on_without_a_name() -> None:
+    assert RewardRule.of("score", True, 1.0).shaping == "similarity"
+    assert RewardRule.of("score", False, 1.0).shaping is None
+    assert RewardRule.of("score", "energy", 1.0).shaping == "energy"

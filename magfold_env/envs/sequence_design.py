@@ -1,0 +1,36 @@
+"""``MagFold/SequenceDesign-v0``: choose the whole chain and its speed, then watch one fold."""
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.envs.episode import Episode
+from magfold_env.envs.fold_env import FoldEnv
+
+
+class SequenceDesignEnv(FoldEnv[NDArray[np.float32]]):
+    """Choose the magnets of all ``n`` components and one feed speed; the chain folds once.
+
+    The episode is a single step, a contextual bandit: the target is the context. The default
+    scene is a chain built beforehand (``feed.loading`` ``preloaded``): magnets act inside the
+    tube too. With ``at_mouth`` they act as in ``MagFold/TubeFeed-v0``.
+
+    **Action**: ``MultiDiscrete([16] * n + [speeds])``: the pattern of each component, component 1
+    first, then the speed level, as in `magfold_env.envs.tube_feed.TubeFeedEnv`; the other ways to
+    write it: `magfold_env.envs.action_table`. ``discrete`` is for chains of four at most.
+
+    **Observation, reward, info**: as in `TubeFeedEnv`. The first observation shows the target and
+    the chain in the tube, the last one the chain at rest. One step leaves nothing to shape.
+
+    Arguments are those of `magfold_env.envs.fold_env.FoldEnv`.
+    """
+
+    at_a_time: ClassVar[Literal["component", "chain"]] = "chain"
+    default_scene: ClassVar[str] = "tube-built"
+
+    def _observation(self) -> NDArray[np.float32]:
+        return self.task.observe(self._running(), self._words)
+
+    def _act(self, episode: Episode, faces: tuple[str, ...], speed: float) -> None:
+        episode.run(faces, speed)

@@ -1,0 +1,53 @@
+"""Learners of Stable-Baselines3 take the environments as they are."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from sb3_contrib import MaskablePPO
+from sb3_contrib.common.maskable.utils import get_action_masks
+from stable_baselines3 import DQN, PPO, SAC, HerReplayBuffer
+
+pytestmark = pytest.mark.train
+
+QUICK: dict[str, Any] = {"fidelity": "quasistatic", "components": 3}
+
+
+def test_masks_reach_the_learner_and_are_kept() -> None:
+    built = ["NSNS", "SSNN"]
+    env = gymnasium.make("MagFold/TubeFeed-v0", catalogue=built, **QUICK)
+    model = MaskablePPO("MlpPolicy", env, n_steps=32, batch_size=32, n_epochs=1, seed=0)
+    model.learn(64)
+    observation, _ = env.reset(seed=0)
+    for _ in range(50):
+        masks = get_action_masks(env)
+        action, _ = model.predict(observation, action_masks=masks)
+        assert masks[int(action[0])]
+
+
+def test_hindsight_replay_relabels_goals() -> None:
+    env = gymnasium.make("MagFold/TubeFeedGoal-v0", actions="box", **QUICK)
+    model = SAC(
+        "MultiInputPolicy",
+        env,
+        replay_buffer_class=HerReplayBuffer,
+        learning_starts=60,
+        batch_size=16,
+        seed=0,
+    )
+    model.learn(90)
+    buffer: Any = model.replay_buffer
+    rewards = buffer.sample(512).rewards.numpy()
+    assert set(np.unique(rewards)) == {-1.0, 0.0}
+    # A success is rare in random actions, not among relabelled goals.
+    assert np.mean(rewards == 0.0) > 0.2
+
+
+@pytest.mark.parametrize(
+    ("learner", "kind"), [(PPO, "multidiscrete"), (DQN, "discrete"), (SAC, "box")]
+)
+def test_every_action_variant_has_a_learner(learner: Any, kind: str) -> None:
+    env = gymnasium.make("MagFold/TubeFeed-v0", actions=kind, **QUICK)
+    settings = {PPO: {"n_steps": 32, "batch_size": 32}, DQN: {"learning_starts": 10}}
+    learner("MlpPolicy", env, seed=0, **settings.get(learner, {"learning_starts": 10})).learn(32)
