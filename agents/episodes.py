@@ -53,8 +53,8 @@ def make_env(settings: EnvSettings) -> TubeFeedEnv:
 def warm_up(settings: EnvSettings) -> None:
     """Play an episode at random, so that the engine is compiled before anything else begins.
 
-    The first use after an installation takes minutes: they are neither to count as training time
-    nor to be spent in every process.
+    The first use after an installation takes up to a minute, which is neither to count as training
+    time nor to be spent in every process.
     """
     env = make_env(settings)
     env.reset(seed=0)

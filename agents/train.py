@@ -43,7 +43,7 @@ def train(settings: TrainSettings, folder: Path) -> Path:
     checkpoints = folder / "checkpoints"
     checkpoints.mkdir(parents=True, exist_ok=True)
     save_settings(settings, folder / "settings.yaml")
-    with Console().status("preparing the engine; its first use compiles it, for some minutes"):
+    with Console().status("preparing the engine; its first use compiles it, for up to a minute"):
         warm_up(settings.env)
     env = make_training_envs(settings)
     try:

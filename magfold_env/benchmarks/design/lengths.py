@@ -7,6 +7,7 @@ from typing import get_args
 
 import numpy as np
 
+from magfold_env.benchmarks.design.judged import judged
 from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.design import design
 from magfold_env.design.suites import load_suite
@@ -36,13 +37,13 @@ def run(quick: bool, progress: Progress) -> Part:
             found = design(word, scene, mode, runs=0, workers=1)
             taken = time.process_time() - begun
             # Judged apart, so that the time is the search's.
-            judged = design(word, scene, mode, runs=RUNS)
+            success = judged(found, RUNS)
             rows.append(
                 {
                     "components": n,
                     "target": word,
                     "mode": mode,
-                    "success": judged.score or 0.0,
+                    "success": success,
                     "releases": found.calls["releases"],
                     "time [s]": taken,
                 }

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from magfold_env.benchmarks.design.judged import judged
 from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.design import Design, design
 from magfold_env.scene_io import load_scene
@@ -43,8 +44,7 @@ def run(quick: bool, progress: Progress) -> Part:
             taken = time.process_time() - begun
             rate = found.score
             if objective == "probability":
-                made = design(word, scene, runs=10 if quick else RUNS, workers=1, **kinds)
-                rate = made.score
+                rate = judged(found, 10 if quick else RUNS)
             if search == "exhaustive" and found.bound is not None:
                 bounds[objective, word] = found.bound
             rows.append(_row(found, word, rate, bounds.get((objective, word)), taken))
