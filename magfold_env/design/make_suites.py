@@ -37,6 +37,9 @@ each mode of release a sequence and a feed speed (m/s) with which the suite's sc
 of the releases counted none was used in a search.
 Made by: python -m magfold_env.design.make_suites"""
 
+BUDGET = 600
+"""Releases of a search that is necessary: two generations of cross-entropy at most."""
+
 Witnesses = dict[Kind, Witness]
 
 
@@ -109,7 +112,7 @@ def _released(held: Design, mode: Mode) -> Witness:
 
 
 def _designed(word: str, mode: Mode) -> Witness:
-    found = design(word, mode=mode, runs=RELEASES, workers=1)
+    found = design(word, mode=mode, budget=BUDGET, runs=RELEASES, workers=1)
     if found.scene is None or found.probability is None:
         return _none(found)
     speed = found.speed if isinstance(found.speed, float) else None

@@ -10,8 +10,10 @@ import numpy as np
 from magfold_env.benchmarks.design.judged import judged
 from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.design import design
-from magfold_env.design.suites import load_suite
+from magfold_env.design.make_suites import suite_words
+from magfold_env.design.task import default_scene
 from magfold_env.energy.result import Mode
+from magfold_env.scene_io import load_scene
 
 COUNTS = {8: 15, 10: 15, 12: 50, 16: 9}
 QUICK = {8: 2}
@@ -27,10 +29,10 @@ def run(quick: bool, progress: Progress) -> Part:
     rows: list[Row] = []
     modes: tuple[Mode, ...] = get_args(Mode)
     for n, count in counts.items():
-        suite = load_suite(f"n{n}")
-        scene = suite.scene()
-        design(suite.targets[0], scene, objective="ground", runs=0)  # compiles
-        for k, word in enumerate(suite.targets[:count]):
+        words = suite_words(n)
+        scene = load_scene(default_scene(n))
+        design(words[0], scene, objective="ground", runs=0)  # compiles
+        for k, word in enumerate(words[:count]):
             mode = modes[k % len(modes)]
             progress(len(rows) / total, f"{word}, {mode}")
             begun = time.process_time()
