@@ -32,7 +32,7 @@ BENCHMARKS = (
     Benchmark(
         "dynamics",
         "Measure the engine: run time against error, and what each feature costs.",
-        "scaling, smooth, restarts, contact, folds, features",
+        "scaling, smooth, restarts, contact, folds, features, first-use",
     ),
     Benchmark(
         "magnets",

@@ -11,6 +11,7 @@ from magfold_env.benchmarks.dynamics import (
     contact_scenes,
     features,
     figures,
+    first_use,
     fold_cost,
     restarts,
     smooth,
@@ -25,6 +26,7 @@ PARTS: dict[str, Runner] = {
     "contact": contact_scenes.run,
     "folds": fold_cost.run,
     "features": features.run,
+    "first-use": first_use.run,
 }
 
 
