@@ -5,6 +5,9 @@ import math
 from collections.abc import Sequence
 from typing import Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from magfold_env.envs.actions import SLOWEST
 from magfold_env.envs.dynamic_episode import REFERENCE_SPEED
 from magfold_env.envs.progress import Progress
@@ -65,6 +68,11 @@ class ControlEpisode:
     def time(self) -> float:
         """Time since the beginning [s]."""
         return INTERVAL * len(self.asked)
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which components friction holds, shape (n,)."""
+        return self._session.held
 
     @property
     def out_of_next(self) -> float:

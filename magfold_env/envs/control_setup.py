@@ -13,6 +13,7 @@ from magfold_env.envs.checks import one_of, refuse_unknown, share_of
 from magfold_env.envs.control_episode import ControlEpisode
 from magfold_env.envs.control_tasks import ControlTask, read_tasks
 from magfold_env.envs.dynamic_episode import dynamic_template
+from magfold_env.envs.forecast import Forecast, forecast
 from magfold_env.envs.goals import Goal, Match, goal_of
 from magfold_env.envs.observation import ObservationLayout, squash
 from magfold_env.envs.options import ControlOptions
@@ -115,6 +116,13 @@ class ControlSetup:
             return self.goals(task)[0].potential(episode.state.joint_angles)
         return energy_potential(episode.energy, self._energy_as_target(task, episode))
 
+    def forecast(self, episode: ControlEpisode, task: ControlTask) -> Forecast | None:
+        """Return what energy minimisation says of the whole chain; None in an external field."""
+        if self.scene.field is not None and self.scene.field.any:
+            return None
+        rules = self._rules_of(task)
+        return forecast(rules, task.sequence, episode.progress, self.scene.n, task.target)
+
     def summary(self, episode: ControlEpisode, task: ControlTask) -> dict[str, Any]:
         """Return the info of an episode: the little there is on its way, all at its end."""
         info: dict[str, Any] = {
@@ -158,9 +166,12 @@ class ControlSetup:
 
     def _energy_as_target(self, task: ControlTask, episode: ControlEpisode) -> float:
         """Return the energy [J] of the components that act, in the target's shape."""
+        return self._rules_of(task).energy_as(task.target, episode.progress, episode.acting)
+
+    def _rules_of(self, task: ControlTask) -> QuasistaticRules:
         if task not in self._rules:
             self._rules[task] = QuasistaticRules(self._template(task))
-        return self._rules[task].energy_as(task.target, episode.progress, episode.acting)
+        return self._rules[task]
 
 
 def _refuse_misplaced(options: Mapping[str, Any]) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from magfold_env.envs.progress import Progress
 from magfold_env.envs.session import EnvSession
-from magfold_env.fold import FoldStatus
+from magfold_env.fold import FoldStatus, Trajectory
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word
 
@@ -26,12 +26,17 @@ class DynamicEpisode:
         What `dynamic_template` returns.
     rng : numpy.random.Generator
         Source of every random number of the episode; nothing is drawn after construction.
+    frame_rate : float, optional
+        Frames of the motion that are recorded a simulated second [1/s]; they change nothing.
     """
 
-    def __init__(self, template: Scene, rng: np.random.Generator) -> None:
+    def __init__(
+        self, template: Scene, rng: np.random.Generator, frame_rate: float | None = None
+    ) -> None:
+        self._frame_rate = frame_rate
         self._drawn = template.draw(rng)
         self._speed_factors = self._drawn.speeds / REFERENCE_SPEED
-        self._session = EnvSession(self._drawn)
+        self._session = EnvSession(self._drawn, frame_rate)
         self._fed = 0
         self.progress = Progress.begin(template.n, template.feed.direction)
         self.state = self._session.chain_state()
@@ -62,6 +67,17 @@ class DynamicEpisode:
         return math.nan if self.status is FoldStatus.FAILED else self._session.energy()
 
     @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which components friction holds, shape (n,)."""
+        return self._session.held
+
+    @property
+    def motion(self) -> Trajectory | None:
+        """What was recorded so far; None if nothing is."""
+        motion = self._session.motion
+        return motion.finite() if motion else motion
+
+    @property
     def next_component(self) -> int:
         """Index of the component to be fed next (its number − 1)."""
         if self._fed == self._drawn.n:
@@ -84,7 +100,7 @@ class DynamicEpisode:
         """Feed a whole chain out at one speed [m/s] and let it settle."""
         speeds: NDArray[np.float64] = speed * self._speed_factors
         scene = self._drawn.replace(sequence=sequence, feed={"speed": speeds})
-        self._session = EnvSession(scene)
+        self._session = EnvSession(scene, self._frame_rate)
         for index, faces in enumerate(sequence):
             self.progress.choose(index, faces, speed)
         self._fed = self._drawn.n

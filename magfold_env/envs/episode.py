@@ -2,9 +2,12 @@
 
 from typing import Protocol, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from magfold_env.envs.chain_state import ChainState
 from magfold_env.envs.progress import Progress
-from magfold_env.fold import FoldStatus
+from magfold_env.fold import FoldStatus, Trajectory
 from magfold_env.scene import Scene
 
 
@@ -44,6 +47,16 @@ class Episode(Protocol):
     @property
     def energy(self) -> float:
         """Magnetic energy of the chain as it is [J]; no number where the simulation failed."""
+        ...
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which components friction holds, shape (n,)."""
+        ...
+
+    @property
+    def motion(self) -> Trajectory | None:
+        """What was recorded of the way so far; None if nothing is."""
         ...
 
     @property

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import gymnasium
 import numpy as np
@@ -13,11 +13,15 @@ from magfold_env.envs.chain_state import ChainState
 from magfold_env.envs.control_episode import ControlEpisode
 from magfold_env.envs.control_setup import HORIZON, ControlSetup
 from magfold_env.envs.control_tasks import ControlTask
+from magfold_env.envs.moments import control_moment
 from magfold_env.envs.observation import ObservationLayout
 from magfold_env.envs.options import ControlOptions
-from magfold_env.envs.rendering import RENDER_MODES, check_render_mode, render_chain
+from magfold_env.envs.rendering import RENDER_MODES, Viewer
 from magfold_env.envs.speed_table import SpeedTable
 from magfold_env.scene import Scene
+
+if TYPE_CHECKING:
+    from magfold_env.render.moments import Moment
 
 
 @dataclass(frozen=True)
@@ -69,8 +73,8 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
     ----------
     scene : str, Path or Scene
         A tube scene; its sequence, direction and speeds are ignored.
-    render_mode : {"rgb_array", "ansi"}, optional
-        What `render` returns.
+    render_mode : {"human", "rgb_array", "ansi"}, optional
+        What `render` returns; ``human`` shows every step in a window by itself.
     **options
         See `magfold_env.envs.options.ControlOptions`.
 
@@ -90,7 +94,8 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
         **options: Unpack[ControlOptions],
     ) -> None:
         self.setup = ControlSetup(scene, **options)
-        self.render_mode = check_render_mode(render_mode)
+        self.render_mode = render_mode
+        self.viewer = Viewer(render_mode, self.metadata["render_fps"])
         self.action_space = self.setup.actions.space
         self.observation_space: gymnasium.Space[Any] = self.setup.layout.space
         self._episode: ControlEpisode | None = None
@@ -145,7 +150,9 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
         """
         super().reset(seed=seed)
         task = self.setup.pick(self.np_random, options)
-        return self._enter(task, self.setup.begin(task, self.np_random))
+        entered = self._enter(task, self.setup.begin(task, self.np_random))
+        self._show()
+        return entered
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Feed for 20 ms.
@@ -169,6 +176,7 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
         terminated = episode.status is not None
         if terminated:
             reward += rule.end(info["score"], info["is_success"], baseline=0.0)
+        self._show()
         truncated = not terminated and len(episode.asked) == HORIZON
         return self._observation(episode), reward, terminated, truncated, info
 
@@ -190,18 +198,23 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
         return self._enter(state.task, state.episode.copy())
 
     def render(self) -> Any:
-        """Return the chain as an image or as text, as `render_mode` says; None without one."""
-        episode = self._running()
-        caption = f"t = {episode.time:.2f} s, {episode.word}"
-        released = episode.progress.released
-        return render_chain(
-            self.render_mode,
-            episode.scene_so_far,
-            episode.state,
-            released,
-            self.task.target,
-            caption,
-        )
+        """Return the chain as an image or as text, or show it, as `render_mode` says.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            Before the first reset.
+        """
+        self._running()
+        return self.viewer.render(self.moment)
+
+    def moment(self) -> "Moment":
+        """Return what a picture of this moment shows."""
+        return control_moment(self.setup, self._running(), self._task)
+
+    def close(self) -> None:
+        """Close the window, if there is one; the environment stays as it is."""
+        self.viewer.close()
 
     def to_scene(self) -> Scene:
         """Return the concrete scene of the episode.
@@ -219,6 +232,10 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
         self._words = self.layout.one_hot([task.target, task.avoid])
         self._episode = episode
         return self._observation(episode), self.setup.summary(episode, task)
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self.viewer.show(self.moment())
 
     def _observation(self, episode: ControlEpisode) -> NDArray[np.float32]:
         return self.setup.observe(episode, self._words)

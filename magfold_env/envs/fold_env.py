@@ -4,7 +4,7 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar, Unpack
 
 import gymnasium
 import numpy as np
@@ -15,11 +15,15 @@ from magfold_env.envs.baseline import Baseline
 from magfold_env.envs.chain_state import ChainState
 from magfold_env.envs.episode import Episode
 from magfold_env.envs.goals import Goal
+from magfold_env.envs.moments import fold_moment
 from magfold_env.envs.observation import ObservationLayout
 from magfold_env.envs.options import FoldOptions
-from magfold_env.envs.rendering import RENDER_MODES, check_render_mode, render_chain
+from magfold_env.envs.rendering import RENDER_MODES, Viewer
 from magfold_env.envs.task import FoldTask
 from magfold_env.scene import Scene
+
+if TYPE_CHECKING:
+    from magfold_env.render.moments import Moment
 
 ObsType = TypeVar("ObsType")
 
@@ -52,8 +56,8 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         A tube scene: a shipped name, a path or the scene. Its sequence and feed speeds are the
         agent's to choose and so are ignored: every face gets a magnet. By default the scene that
         the target suite is meant for, or the environment's own.
-    render_mode : {"rgb_array", "ansi"}, optional
-        What `render` returns.
+    render_mode : {"human", "rgb_array", "ansi"}, optional
+        What `render` returns; ``human`` shows every step in a window by itself.
     **options
         See `magfold_env.envs.options.FoldOptions`.
 
@@ -75,7 +79,8 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         **options: Unpack[FoldOptions],
     ) -> None:
         self.task = FoldTask(scene, self.default_scene, self.at_a_time, **options)
-        self.render_mode = check_render_mode(render_mode)
+        self.render_mode = render_mode
+        self.viewer = Viewer(render_mode, self.metadata["render_fps"])
         self.action_space = self.task.actions.space
         self.observation_space: gymnasium.Space[Any] = self.task.layout.space
         self._episode: Episode | None = None
@@ -151,7 +156,8 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         """
         super().reset(seed=seed)
         goal = self.task.pick(self.np_random, options)
-        self._enter(goal, self.task.begin(self.np_random))
+        self._enter(goal, self.task.begin(self.np_random, self.viewer.frame_rate))
+        self._show()
         return self._observation(), self._info()
 
     def step(self, action: Any) -> tuple[ObsType, float, bool, bool, dict[str, Any]]:
@@ -172,6 +178,7 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         self._act(episode, faces, speed)
         info = self._info()
         reward = self._reward(before, info)
+        self._show()
         return self._observation(), reward, episode.status is not None, False, info
 
     def get_state(self) -> EnvState:
@@ -193,12 +200,23 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         return self._observation(), self._info()
 
     def render(self) -> Any:
-        """Return the chain as an image or as text, as `render_mode` says; None without one."""
-        episode = self._running()
-        scene = episode.scene_so_far
-        caption = f"fed {episode.fed} of {scene.n}, {episode.word}"
-        released = episode.progress.released
-        return render_chain(self.render_mode, scene, episode.state, released, self.target, caption)
+        """Return the chain as an image or as text, or show it, as `render_mode` says.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            Before the first reset.
+        """
+        self._running()
+        return self.viewer.render(self.moment)
+
+    def moment(self) -> "Moment":
+        """Return what a picture of this moment shows."""
+        return fold_moment(self.task, self._running(), self._goal, self._baseline)
+
+    def close(self) -> None:
+        """Close the window, if there is one; the environment stays as it is."""
+        self.viewer.close()
 
     def to_scene(self) -> Scene:
         """Return the finished episode as a concrete scene.
@@ -233,6 +251,12 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         self._words = self.layout.one_hot([goal.word])
         self._baseline = self.task.baseline_of(goal.word)
         self._episode = episode
+        self.viewer.begin()
+
+    def _show(self) -> None:
+        """Play what has happened since the last time, if there is a window."""
+        if self.render_mode == "human":
+            self.viewer.play(self._running().motion, self.moment())
 
     def _running(self) -> Episode:
         """Return the current episode."""

@@ -8,6 +8,7 @@ import copy
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from magfold_env.energy.landscape import strengths
 from magfold_env.envs.chain_state import ChainState
@@ -95,6 +96,16 @@ class QuasistaticEpisode:
     def energy(self) -> float:
         """Magnetic energy of the components that are out [J]."""
         return self._rules.lattice.energy(self._row, self._poles, self._cells, self._quarters)
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """No component: there is no friction."""
+        return np.zeros(self._rules.n, dtype=np.bool_)
+
+    @property
+    def motion(self) -> None:
+        """None: there is no motion."""
+        return
 
     @property
     def next_component(self) -> int:

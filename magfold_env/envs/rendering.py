@@ -1,14 +1,34 @@
-"""Pictures and lines of text of an episode."""
+"""Pictures, windows and text of an episode.
 
-from typing import Any
+What a picture shows is a `magfold_env.render.moments.Moment`, and its layout is that module's.
+``rgb_array`` and ``ansi`` show the chain at the moment of a decision. ``human`` also plays, slowed
+down, what the step just taken recorded on its way; nothing is simulated a second time.
+
+Drawing needs the `render` extra and simulating does not, so that it is imported when it is used.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from magfold_env.envs.chain_state import ChainState
-from magfold_env.scene import Scene
+from magfold_env.fold import Trajectory
 
-RENDER_MODES = ("rgb_array", "ansi")
+if TYPE_CHECKING:
+    from magfold_env.render.moments import Moment
+    from magfold_env.render.window import Window
+
+RENDER_MODES = ("human", "rgb_array", "ansi")
+
+FRAME_RATE = 240.0
+"""Frames that are recorded for a window, a simulated second [1/s]."""
+
+SLOWDOWN = 8.0
+"""Seconds in which a window plays a simulated second."""
 
 
 def check_render_mode(mode: str | None) -> str | None:
@@ -27,20 +47,124 @@ def check_render_mode(mode: str | None) -> str | None:
     return mode
 
 
-def render_chain(
-    mode: str | None,
-    scene: Scene,
-    state: ChainState,
-    released: NDArray[np.bool_],
-    target: str,
-    caption: str,
-) -> Any:
-    """Return a chain as an image or as text, as `mode` says; None without one."""
-    if mode is None:
-        return None
-    if mode == "ansi":
-        return f"target {target}, {caption}\n"
-    # Drawing needs the `render` extra, simulating does not.
-    from magfold_env.render import frame  # noqa: PLC0415
+class Viewer:
+    """What an environment shows itself with.
 
-    return frame(scene, state.angles, state.base, int(released.sum()), target, caption)
+    Parameters
+    ----------
+    mode : str or None
+        The render mode.
+    fps : float
+        Most pictures a second of a window that plays no motion [1/s].
+    """
+
+    def __init__(self, mode: str | None, fps: float) -> None:
+        self.mode = check_render_mode(mode)
+        self._fps = fps
+        self._window: Window | None = None
+        self._seen = 0
+        self._last = 0.0
+
+    @property
+    def frame_rate(self) -> float | None:
+        """Frames that episodes are to record a simulated second [1/s]; None for none."""
+        return FRAME_RATE if self.mode == "human" else None
+
+    @property
+    def window(self) -> Window:
+        """The window of ``human``."""
+        if self._window is None:
+            from magfold_env.render.moments import MOMENT_SIZE  # noqa: PLC0415
+            from magfold_env.render.window import Window  # noqa: PLC0415
+
+            self._window = Window(MOMENT_SIZE, "magfold")
+        return self._window
+
+    def begin(self) -> None:
+        """Forget the motion of the episode before."""
+        self._seen = 0
+
+    def render(self, moment: Callable[[], Moment]) -> Any:
+        """Return a moment as an array or as text, or show it, as the mode says."""
+        if self.mode is None:
+            return None
+        if self.mode == "ansi":
+            return text_of(moment())
+        if self.mode == "human":
+            self.show(moment())
+            return None
+        from magfold_env.render.moments import moment_picture  # noqa: PLC0415
+
+        return np.array(moment_picture(moment()))
+
+    def show(self, moment: Moment) -> None:
+        """Show a moment in the window, no sooner than the picture before allows."""
+        from magfold_env.render.moments import moment_picture  # noqa: PLC0415
+
+        time.sleep(max(0.0, self._last + 1.0 / self._fps - time.monotonic()))
+        self.window.show(moment_picture(moment, self.window.size))
+        self._last = time.monotonic()
+
+    def play(self, motion: Trajectory | None, moment: Moment) -> None:
+        """Show the motion that led to a moment, then the moment.
+
+        A key or the wish to quit ends the motion; both stay to be read.
+        """
+        from magfold_env.render.moments import moment_picture, motion_view  # noqa: PLC0415
+
+        if motion is not None and len(motion) > self._seen:
+            new = slice(self._seen, None)
+            angles, base, released = motion.angles[new], motion.base[new], motion.released[new]
+            self._seen = len(motion)
+            view = motion_view(moment.scene, angles, base, released)
+            view = view.joined(motion_view(moment.scene, *_end_of(moment)))
+            begun = time.monotonic()
+            k = 0
+            # Frames for which there is no time are left out.
+            while k < len(angles) and not self.window.is_interrupted():
+                passing = replace(
+                    moment,
+                    angles=angles[k],
+                    base=base[k],
+                    released=int(released[k]),
+                    held=np.zeros_like(moment.held),
+                    message="",
+                )
+                self.window.show(moment_picture(passing, self.window.size, view))
+                k = max(k + 1, int((time.monotonic() - begun) / SLOWDOWN * FRAME_RATE))
+        self.show(moment)
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+
+
+def text_of(moment: Moment) -> str:
+    """Return a moment in words: what the picture's panel says, and a line for each component."""
+    scene = moment.scene
+    out = np.arange(scene.n) < moment.released
+    if scene.feed.direction == "backward":
+        out = out[::-1]
+    joints = np.rad2deg(np.diff(moment.angles))
+    lines = [f"target {moment.target}, {moment.title}"]
+    if moment.predicted is not None:
+        lines.append(f"predicted by energy {moment.predicted}")
+    lines += [f"{name} {value}" for name, value in moment.rows]
+    for k, faces in enumerate(scene.sequence):
+        place = "out" if out[k] else "in the tube"
+        held = ", held by friction" if moment.held[k] else ""
+        bend = f", then {joints[k]:+.0f}°" if k < len(joints) and out[k] and out[k + 1] else ""
+        lines.append(f"{k + 1:2d} {faces if out[k] else '....'} {place}{held}{bend}")
+    if moment.message:
+        lines.append(moment.message)
+    return "\n".join(lines) + "\n"
+
+
+def millijoules(energy: float) -> str:
+    """Return an energy [J] to be read; a dash for no number."""
+    return f"{1e3 * energy:.2f} mJ" if np.isfinite(energy) else "–"
+
+
+def _end_of(moment: Moment) -> tuple[Any, Any, Any]:
+    return moment.angles, moment.base, np.asarray(moment.released)

@@ -4,14 +4,27 @@ import copy
 from typing import Any, Self, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from magfold_env.engine.frames import Frames
 from magfold_env.engine.session import Session
 from magfold_env.envs.chain_state import ChainState
+from magfold_env.fold import Trajectory
 
 
 class EnvSession(Session):
-    """A session that can be copied in the middle of its run; it records no frames."""
+    """A session that can be copied in the middle of its run; copies record no frames."""
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which components friction holds, shape (n,)."""
+        stuck = self._state.stuck == 1
+        return np.array([stuck[self._view.index(k)] for k in range(self.n)])
+
+    @property
+    def motion(self) -> Trajectory | None:
+        """The frames so far; None if none are recorded."""
+        return self._frames.trajectory(self._view)
 
     def chain_state(self) -> ChainState:
         """Return a copy of the chain's state."""

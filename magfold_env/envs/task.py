@@ -21,6 +21,7 @@ from magfold_env.envs.checks import one_of, refuse_unknown
 from magfold_env.envs.difficulty import easiest
 from magfold_env.envs.dynamic_episode import DynamicEpisode, dynamic_template
 from magfold_env.envs.episode import Episode
+from magfold_env.envs.forecast import Forecast, forecast
 from magfold_env.envs.goals import Goal, Match, goal_of
 from magfold_env.envs.observation import ObservationLayout
 from magfold_env.envs.options import Fidelity, FoldOptions
@@ -130,11 +131,14 @@ class FoldTask:
         drawn = self.targets[int(rng.integers(len(self.targets)))]
         return goal_of(pick_target(options.get("target", drawn), self.targets), self.match)
 
-    def begin(self, rng: np.random.Generator) -> Episode:
-        """Return a new chain; all that is random about it is drawn here."""
+    def begin(self, rng: np.random.Generator, frame_rate: float | None = None) -> Episode:
+        """Return a new chain; all that is random about it is drawn here.
+
+        With a `frame_rate` [1/s] the episode records the motion of a simulated chain.
+        """
         if self.fidelity == "quasistatic":
             return QuasistaticEpisode(self.rules)
-        return DynamicEpisode(self._template, rng)
+        return DynamicEpisode(self._template, rng, frame_rate)
 
     def baseline_of(self, target: str) -> Baseline:
         """Return the energy minimiser's result for `target`; flagged where there is none.
@@ -144,6 +148,18 @@ class FoldTask:
         if self._baselines is None:
             return unknown_baseline(target)
         return self._baselines.get(target)
+
+    def forecast(self, episode: Episode, goal: Goal) -> Forecast | None:
+        """Return what energy minimisation says of the components fed so far.
+
+        None where it has nothing to say: before the first, in an external field, and where it is
+        itself what happens.
+        """
+        in_field = self.scene.field is not None and self.scene.field.any
+        if episode.fed == 0 or in_field or self.fidelity == "quasistatic":
+            return None
+        sequence = episode.scene_so_far.sequence
+        return forecast(self.rules, sequence, episode.progress, episode.fed, goal.word)
 
     def potential(self, episode: Episode, goal: Goal) -> float:
         """Return Φ of the shaping for a chain as it is, 0 at its end."""

@@ -109,6 +109,13 @@ class Canvas:
         points = [(left * _OVERSAMPLING, y * _OVERSAMPLING), (x * _OVERSAMPLING, y * _OVERSAMPLING)]
         self._draw.line(points, fill=colour, width=2 * _OVERSAMPLING)
 
+    def shade(
+        self, corner: tuple[float, float], opposite: tuple[float, float], colour: Colour
+    ) -> None:
+        """Cover a rectangle between places [px] from the top left corner."""
+        box = [(x * _OVERSAMPLING, y * _OVERSAMPLING) for x, y in (corner, opposite)]
+        self._draw.rectangle(box, fill=colour)
+
     def arrow(self, tail: npt.ArrayLike, tip: npt.ArrayLike, colour: Colour, width: float) -> None:
         """Draw an arrow between places [px] from the top left corner, its shaft `width` px wide."""
         start, end = (np.asarray(p, dtype=np.float64) * _OVERSAMPLING for p in (tail, tip))

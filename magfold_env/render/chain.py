@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from magfold_env.render import style
 from magfold_env.render.canvas import Canvas, FloatArray
+from magfold_env.render.touching import Touch
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres
 
@@ -128,3 +129,35 @@ def draw_conflicts(
     for first, second in pairs:
         between = (middles[first - 1] + middles[second - 1]) / 2
         canvas.disc(between, 0.36 * side, None, style.CONFLICT, width=0.07 * side * canvas.scale)
+
+
+def draw_touches(canvas: Canvas, scene: Scene, found: Iterable[Touch]) -> None:
+    """Draw bars where faces touch, in a warning's colour where their poles are equal.
+
+    Parameters
+    ----------
+    canvas
+        What to draw on.
+    scene
+        Gives the casing and the poles.
+    found
+        `magfold_env.render.touching.touches`.
+    """
+    for touch in found:
+        (i, a), (j, b) = touch.first, touch.second
+        poles = scene.sequence[i][a], scene.sequence[j][b]
+        equal = poles[0] == poles[1] and "-" not in poles
+        width = max(2.0, 0.09 * scene.casing.side * canvas.scale)
+        canvas.line(touch.ends, style.CONFLICT if equal else style.GOOD, width)
+
+
+def draw_held(canvas: Canvas, middles: FloatArray, side: float) -> None:
+    """Ring the numbers of components that friction holds, at `middles` [m], shape (k, 2)."""
+    for middle in middles:
+        canvas.disc(middle, 0.2 * side, None, style.HELD, width=0.03 * side * canvas.scale)
+
+
+def draw_marked(canvas: Canvas, middle: FloatArray, heading: float, side: float) -> None:
+    """Outline the casing at `middle` [m] that something is to be done with."""
+    width = max(2.0, 0.06 * side * canvas.scale)
+    canvas.polygon(square(middle, heading, side), None, style.MARKED, width)

@@ -115,10 +115,11 @@ def picture(
         draw_tube(canvas, scene, angles, base)
     draw_chain(canvas, scene, angles, base, loaded(scene, angles, base, released))
     canvas.note(caption, (0.6 * text, 0.5 * text), text, style.INK)
-    _draw_ruler(canvas, text)
+    draw_ruler(canvas, text)
     image = canvas.image()
     if target is not None:
-        inset = _target_picture(scene, target, round(_INSET * size[1]))
+        edge = round(_INSET * size[1])
+        inset = shape_picture(scene, target, edge, f"target {target}", style.GOOD)
         image.paste(inset, (size[0] - inset.width, 0))
     return image
 
@@ -173,7 +174,7 @@ def usual_view(scene: Scene, size: Size) -> View:
     return with_magnet(scene, View(left, right, -reach, reach))
 
 
-def _draw_ruler(canvas: Canvas, text: float) -> None:
+def draw_ruler(canvas: Canvas, text: float) -> None:
     """Draw a bar of one centimetre in the lower right corner."""
     width, height = canvas.size
     label = "10 mm"
@@ -181,18 +182,21 @@ def _draw_ruler(canvas: Canvas, text: float) -> None:
     canvas.bar((width - 0.8 * text, height - 0.6 * text), 0.01, style.FAINT)
 
 
-def _target_picture(scene: Scene, target: str, edge: int) -> Image.Image:
-    angles = headings(word_to_angles(parse_word(target, scene.n)))
+def shape_picture(
+    scene: Scene, word: str, edge: int, caption: str, colour: style.Colour
+) -> Image.Image:
+    """Return a square picture of the ghost of a fold word, `edge` px wide, a line of text below."""
+    angles = headings(word_to_angles(parse_word(word, scene.n)))
     middles = centres(angles, side=scene.casing.side)
     reach = 0.62 * scene.casing.diagonal
     low, high = middles.min(axis=0) - reach, middles.max(axis=0) + reach
-    # Room below for the word.
+    # Room below for the text.
     room = 0.22 * float((high - low).max())
     canvas = Canvas(
         View(float(low[0]), float(high[0]), float(low[1]) - room, float(high[1])), (edge, edge)
     )
     draw_ghost(canvas, angles, middles, scene.casing.side)
     for k, middle in enumerate(middles):
-        canvas.label(str(k + 1), middle, 0.42 * scene.casing.side, style.GOOD)
-    canvas.note(f"target {target}", (edge / 2, edge - 2), max(9.0, 0.12 * edge), style.GOOD, "md")
+        canvas.label(str(k + 1), middle, 0.42 * scene.casing.side, colour)
+    canvas.note(caption, (edge / 2, edge - 2), max(9.0, 0.12 * edge), colour, "md")
     return canvas.image()

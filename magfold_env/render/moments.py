@@ -1,0 +1,216 @@
+"""A moment of an episode: the chain, what is wanted, what was predicted, and the numbers beside it.
+
+The one place that lays such a picture out, for arrays, videos and windows alike: the chain to the
+left, over it the target's ghost; to the right target and prediction small, then text.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import dataclass
+
+import numpy as np
+from PIL import Image
+
+from magfold_env.render import style
+from magfold_env.render.canvas import Canvas, FloatArray, Size, View
+from magfold_env.render.chain import (
+    BoolArray,
+    draw_chain,
+    draw_ghost,
+    draw_held,
+    draw_marked,
+    draw_touches,
+    draw_tube,
+)
+from magfold_env.render.field import draw_field, with_magnet
+from magfold_env.render.frames import chain_view, draw_ruler, loaded, shape_picture
+from magfold_env.render.touching import touches
+from magfold_env.scene import Scene
+from magfold_env.shapes import centres, headings, word_to_angles
+
+MOMENT_SIZE: Size = (800, 600)
+"""Width and height of a picture [px]; even, as video formats want it."""
+
+_PANEL = 0.32  # of the width
+_LINES = 34  # lines of text in the picture's height
+_KEY = (
+    ("touching, poles attract", style.GOOD),
+    ("touching, poles repel", style.CONFLICT),
+    ("held by friction", style.HELD),
+)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a picture shows.
+
+    Attributes
+    ----------
+    scene : Scene
+        Sizes, tube and sequence.
+    angles : array, shape (n,)
+        Absolute headings [rad].
+    base : array, shape (2,)
+        Component 1's outer hinge [m].
+    released : int
+        Number of components out of the tube.
+    target : str
+        The wanted fold word.
+    held : array of bool, shape (n,)
+        Which components friction holds.
+    title, message : str
+        How far the episode has come, and how it ended in words.
+    rows : tuple of (str, str)
+        Names and values of what is to be read.
+    predicted : str, optional
+        The fold word that was predicted.
+    marked : int, optional
+        Index of a component in the tube whose magnets are being chosen.
+    overlay : tuple of str
+        Lines of text over the chain.
+    """
+
+    scene: Scene
+    angles: FloatArray
+    base: FloatArray
+    released: int
+    target: str
+    held: BoolArray
+    title: str
+    message: str = ""
+    rows: tuple[tuple[str, str], ...] = ()
+    predicted: str | None = None
+    marked: int | None = None
+    overlay: tuple[str, ...] = ()
+
+
+def moment_picture(
+    moment: Moment, size: Size = MOMENT_SIZE, view: View | None = None
+) -> Image.Image:
+    """Return the picture of a moment.
+
+    Parameters
+    ----------
+    moment
+        What to show.
+    size
+        Width and height [px].
+    view
+        Part of the plane to show at least, `moment_view` by default.
+    """
+    width, height = size
+    panel = round(_PANEL * width)
+    text = max(9.0, min(height, 0.75 * width) / _LINES)
+    image = Image.new("RGB", size, style.PANEL)
+    chain = _chain_picture(moment, (width - panel, height), view or moment_view(moment), text)
+    image.paste(chain, (0, 0))
+    image.paste(_panel_picture(moment, (panel, height), text), (width - panel, 0))
+    return image
+
+
+def moment_view(moment: Moment) -> View:
+    """Return a view that is the same all through most episodes of a scene."""
+    return motion_view(moment.scene, moment.angles, moment.base, np.asarray(moment.released))
+
+
+def motion_view(
+    scene: Scene, angles: FloatArray, base: FloatArray, released: np.ndarray[tuple[int, ...]]
+) -> View:
+    """Return a view that holds every state of a motion; for the shapes see `chain_view`."""
+    diagonal = scene.casing.diagonal
+    # Chains fold as they come out, so that few ever reach farther than half their length.
+    reach = (0.4 * scene.n + 1.4) * diagonal
+    view = View(-1.8 * diagonal, reach, -0.6 * reach, 0.6 * reach)
+    return with_magnet(scene, view).joined(chain_view(scene, angles, base, released))
+
+
+def _chain_picture(moment: Moment, size: Size, view: View, text: float) -> Image.Image:
+    scene, angles, base = moment.scene, moment.angles, moment.base
+    side = scene.casing.side
+    canvas = Canvas(view, size)
+    draw_field(canvas, scene, text)
+    draw_tube(canvas, scene, angles, base)
+    ghost = _ghost(moment)
+    if ghost is not None:
+        draw_ghost(canvas, *ghost, side)
+    with_magnets = loaded(scene, angles, base, moment.released)
+    if moment.marked is not None:
+        with_magnets[moment.marked] = True
+    draw_chain(canvas, scene, angles, base, with_magnets)
+    middles = centres(angles, side=side, base=base)
+    if moment.marked is not None:
+        draw_marked(canvas, middles[moment.marked], angles[moment.marked], side)
+    draw_touches(canvas, scene, touches(angles, base, side))
+    draw_held(canvas, middles[moment.held], side)
+    draw_ruler(canvas, text)
+    _draw_key(canvas, text)
+    _draw_overlay(canvas, moment.overlay, text)
+    return canvas.image()
+
+
+def _ghost(moment: Moment) -> tuple[FloatArray, FloatArray] | None:
+    """Return headings and centres of the target, laid over what is out as well as it can be.
+
+    Only of the components that are out; None where these are too few to have a shape.
+    """
+    scene, side, n = moment.scene, moment.scene.casing.side, moment.scene.n
+    count = moment.released
+    if count <= 1:
+        return None
+    out = slice(0, count) if scene.feed.direction == "forward" else slice(n - count, n)
+    wanted = headings(word_to_angles(moment.target))[out]
+    shape = centres(headings(word_to_angles(moment.target)), side=side)[out]
+    real = centres(moment.angles, side=side, base=moment.base)[out]
+    # The rotation of least squares, in the complex plane.
+    away, goal = (points - points.mean(axis=0) for points in (shape, real))
+    turn = np.angle(((goal[:, 0] + 1j * goal[:, 1]) * (away[:, 0] - 1j * away[:, 1])).sum())
+    turned = away @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    return wanted + turn, turned + real.mean(axis=0)
+
+
+def _draw_key(canvas: Canvas, text: float) -> None:
+    """Explain colours in the lower left corner."""
+    x, y = 0.8 * text, canvas.size[1] - 0.6 * text
+    for k, (name, colour) in enumerate(reversed(_KEY)):
+        canvas.note(f"■ {name}", (x, y - 1.25 * k * text), 0.8 * text, colour, "ld")
+
+
+def _draw_overlay(canvas: Canvas, lines: tuple[str, ...], text: float) -> None:
+    if not lines:
+        return
+    width, height = canvas.size
+    canvas.shade((0.0, 0.0), (width, height), style.SHADE)
+    for k, line in enumerate(lines):
+        canvas.note(line, (1.5 * text, (1.5 + 1.6 * k) * text), text, style.INK)
+
+
+def _panel_picture(moment: Moment, size: Size, text: float) -> Image.Image:
+    width, height = size
+    canvas = Canvas(View(0.0, 1.0, 0.0, 1.0), size, style.PANEL)
+    margin = 0.8 * text
+    y = margin
+    canvas.note(moment.title, (margin, y), 1.15 * text, style.INK)
+    y += 1.9 * text
+    edge = round(min(0.27 * height, width - 2 * margin))
+    y += 0.0
+    places: list[tuple[Image.Image, tuple[int, int]]] = []
+    for name, word, colour in (
+        ("target", moment.target, style.GOOD),
+        ("predicted by energy", moment.predicted, style.INK),
+    ):
+        if word is not None:
+            picture = shape_picture(moment.scene, word, edge, f"{name}", colour)
+            places.append((picture, ((width - edge) // 2, round(y))))
+            y += edge + 0.6 * text
+    for name, value in moment.rows:
+        canvas.note(name, (margin, y), 0.9 * text, style.FAINT)
+        canvas.note(value, (width - margin, y), 0.9 * text, style.INK, "ra")
+        y += 1.35 * text
+    for line in textwrap.wrap(moment.message, round(1.9 * (width - 2 * margin) / text)):
+        canvas.note(line, (margin, y), 0.9 * text, style.INK)
+        y += 1.25 * text
+    image = canvas.image()
+    for picture, place in places:
+        image.paste(picture, place)
+    return image

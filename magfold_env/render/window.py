@@ -1,0 +1,88 @@
+"""A window that shows pictures, and the keys that are pressed in it.
+
+pygame is imported when a window opens, not before. ``SDL_VIDEODRIVER=dummy`` does without a
+display.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+from PIL import Image
+
+from magfold_env.render.canvas import Size
+
+if TYPE_CHECKING:
+    import pygame
+
+SMALLEST: Size = (400, 300)
+
+
+class Window:
+    """A resizable window; it opens with the first picture.
+
+    Parameters
+    ----------
+    size
+        Width and height at first [px].
+    title
+        What stands above it.
+    """
+
+    def __init__(self, size: Size, title: str) -> None:
+        self._size, self._title = size, title
+        self._surface: pygame.Surface | None = None
+
+    @property
+    def size(self) -> Size:
+        """Width and height now [px]."""
+        if self._surface is None:
+            return self._size
+        width, height = _pygame().display.get_window_size()
+        return max(width, SMALLEST[0]), max(height, SMALLEST[1])
+
+    def show(self, image: Image.Image) -> None:
+        """Show a picture from the top left corner on, and let the window react."""
+        pygame = _pygame()
+        if self._surface is None:
+            pygame.display.init()
+            pygame.display.set_caption(self._title)
+            self._surface = pygame.display.set_mode(self._size, pygame.RESIZABLE)
+        # A surface of the present size: the old one is the old size's.
+        screen = pygame.display.get_surface()
+        if screen is not None:
+            picture = pygame.image.frombytes(image.tobytes(), image.size, "RGB")
+            screen.blit(picture, (0, 0))
+            pygame.display.flip()
+        pygame.event.pump()
+
+    def is_interrupted(self) -> bool:
+        """Return whether a key or a wish to quit waits to be read."""
+        pygame = _pygame()
+        return bool(pygame.event.peek((pygame.KEYDOWN, pygame.QUIT)))
+
+    def wait(self, seconds: float) -> None:
+        """Wait [s]; at once back where there is nothing to wait for."""
+        if seconds > 0.0:
+            time.sleep(seconds)
+
+    def close(self) -> None:
+        """Close the window; it opens again with the next picture."""
+        if self._surface is not None:
+            self._surface = None
+            _pygame().display.quit()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what is open: copies have windows of their own."""
+        return {**vars(self), "_surface": None}
+
+
+def _pygame() -> Any:
+    try:
+        import pygame  # noqa: PLC0415
+    except ImportError as error:
+        raise ImportError(
+            "windows need pygame-ce: install the extra, pip install 'magfold_env[render]'"
+        ) from error
+    return pygame
