@@ -230,6 +230,26 @@ def design_command(  # noqa: PLR0913 - one parameter an option
 
 
 @app.command()
+def play(
+    *,
+    target: Annotated[
+        str | None, typer.Option(help="Word to fold, one letter a joint; drawn if left out.")
+    ] = None,
+    scene: Annotated[str | None, typer.Option(help="Tube scene, by name or path.")] = None,
+    components: Annotated[int | None, typer.Option(help="Chain length.")] = None,
+    fidelity: Annotated[str, typer.Option(help="dynamics or quasistatic.")] = "dynamics",
+    randomisation: Annotated[str, typer.Option(help="none, nominal, strong or scene.")] = "none",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
+) -> None:
+    """Fold a chain by keyboard, in a window; H shows the keys."""
+    from magfold_env import cli_play  # noqa: PLC0415 - for this command only
+
+    with errors_in_one_line():
+        _need_render()
+        cli_play.play(scene, target, components, fidelity, randomisation, seed)
+
+
+@app.command()
 def scenes() -> None:
     """List the shipped scenes."""
     with errors_in_one_line():

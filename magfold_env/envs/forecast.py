@@ -57,6 +57,4 @@ def forecast(
                 episode.feed(sequence[index], speed)
     is_stuck = episode.status is FoldStatus.MISFOLDED and episode.message.startswith("stuck")
     wanted = rules.energy_as(target, progress, fed)
-    return Forecast(
-        episode.word, rules.energy_as(episode.word, progress, fed), wanted, is_stuck
-    )
+    return Forecast(episode.word, rules.energy_as(episode.word, progress, fed), wanted, is_stuck)

@@ -26,8 +26,9 @@ def fold_moment(task: FoldTask, episode: Episode, goal: Goal, baseline: Baseline
     from magfold_env.render.moments import Moment  # noqa: PLC0415 - needs the extra
 
     found, n = task.forecast(episode, goal), task.scene.n
-    rows: _Rows = [("word", episode.word), *_energies(episode.energy, found)]
+    rows: _Rows = [("word", episode.word), ("target", goal.word)]
     if episode.fed:
+        rows += _energies(episode.energy, found)
         last = episode.progress.order[episode.fed - 1]
         speed = speed_at(float(episode.progress.speeds[last]))
         rows.append(("last speed", f"{1e3 * speed:.0f} mm/s"))
@@ -43,6 +44,7 @@ def fold_moment(task: FoldTask, episode: Episode, goal: Goal, baseline: Baseline
         released=int(episode.progress.released.sum()),
         target=goal.word,
         held=episode.held,
+        is_loaded=episode.fed > 0,
         title=f"fed {episode.fed} of {n}" if episode.status is None else str(episode.status),
         message=episode.message,
         rows=tuple(rows),
@@ -58,6 +60,7 @@ def control_moment(setup: ControlSetup, episode: ControlEpisode, task: ControlTa
     out = int(episode.progress.released.sum())
     rows: _Rows = [
         ("word", episode.word),
+        ("target", task.target),
         ("to avoid", task.avoid),
         *_energies(episode.energy, found),
         ("time", f"{episode.time:.2f} s"),

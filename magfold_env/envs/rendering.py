@@ -149,8 +149,8 @@ def text_of(moment: Moment) -> str:
     joints = np.rad2deg(np.diff(moment.angles))
     lines = [f"target {moment.target}, {moment.title}"]
     if moment.predicted is not None:
-        lines.append(f"predicted by energy {moment.predicted}")
-    lines += [f"{name} {value}" for name, value in moment.rows]
+        lines.append(f"predicted {moment.predicted}")
+    lines += [f"{name} {value}" for name, value in moment.rows if name != "target"]
     for k, faces in enumerate(scene.sequence):
         place = "out" if out[k] else "in the tube"
         held = ", held by friction" if moment.held[k] else ""

@@ -6,7 +6,6 @@ left, over it the target's ghost; to the right target and prediction small, then
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +32,7 @@ MOMENT_SIZE: Size = (800, 600)
 """Width and height of a picture [px]; even, as video formats want it."""
 
 _PANEL = 0.32  # of the width
+_INSET = 0.22  # of the height: target and prediction
 _LINES = 34  # lines of text in the picture's height
 _KEY = (
     ("touching, poles attract", style.GOOD),
@@ -65,6 +65,8 @@ class Moment:
         Names and values of what is to be read.
     predicted : str, optional
         The fold word that was predicted.
+    is_loaded : bool
+        False while no magnets are chosen of a chain that is built beforehand.
     marked : int, optional
         Index of a component in the tube whose magnets are being chosen.
     overlay : tuple of str
@@ -81,6 +83,7 @@ class Moment:
     message: str = ""
     rows: tuple[tuple[str, str], ...] = ()
     predicted: str | None = None
+    is_loaded: bool = True
     marked: int | None = None
     overlay: tuple[str, ...] = ()
 
@@ -134,7 +137,7 @@ def _chain_picture(moment: Moment, size: Size, view: View, text: float) -> Image
     ghost = _ghost(moment)
     if ghost is not None:
         draw_ghost(canvas, *ghost, side)
-    with_magnets = loaded(scene, angles, base, moment.released)
+    with_magnets = loaded(scene, angles, base, moment.released) & moment.is_loaded
     if moment.marked is not None:
         with_magnets[moment.marked] = True
     draw_chain(canvas, scene, angles, base, with_magnets)
@@ -145,6 +148,7 @@ def _chain_picture(moment: Moment, size: Size, view: View, text: float) -> Image
     draw_held(canvas, middles[moment.held], side)
     draw_ruler(canvas, text)
     _draw_key(canvas, text)
+    canvas.note(moment.message, (0.8 * text, 0.8 * text), text, style.INK)
     _draw_overlay(canvas, moment.overlay, text)
     return canvas.image()
 
@@ -173,7 +177,9 @@ def _draw_key(canvas: Canvas, text: float) -> None:
     """Explain colours in the lower left corner."""
     x, y = 0.8 * text, canvas.size[1] - 0.6 * text
     for k, (name, colour) in enumerate(reversed(_KEY)):
-        canvas.note(f"■ {name}", (x, y - 1.25 * k * text), 0.8 * text, colour, "ld")
+        line = y - 1.25 * k * text
+        canvas.shade((x, line - 0.7 * text), (x + 0.6 * text, line - 0.1 * text), colour)
+        canvas.note(name, (x + text, line), 0.8 * text, colour, "ld")
 
 
 def _draw_overlay(canvas: Canvas, lines: tuple[str, ...], text: float) -> None:
@@ -192,23 +198,19 @@ def _panel_picture(moment: Moment, size: Size, text: float) -> Image.Image:
     y = margin
     canvas.note(moment.title, (margin, y), 1.15 * text, style.INK)
     y += 1.9 * text
-    edge = round(min(0.27 * height, width - 2 * margin))
-    y += 0.0
+    edge = round(min(_INSET * height, width - 2 * margin))
     places: list[tuple[Image.Image, tuple[int, int]]] = []
     for name, word, colour in (
         ("target", moment.target, style.GOOD),
-        ("predicted by energy", moment.predicted, style.INK),
+        ("predicted", moment.predicted, style.INK),
     ):
         if word is not None:
-            picture = shape_picture(moment.scene, word, edge, f"{name}", colour)
+            picture = shape_picture(moment.scene, word, edge, name, colour)
             places.append((picture, ((width - edge) // 2, round(y))))
             y += edge + 0.6 * text
     for name, value in moment.rows:
         canvas.note(name, (margin, y), 0.9 * text, style.FAINT)
         canvas.note(value, (width - margin, y), 0.9 * text, style.INK, "ra")
-        y += 1.35 * text
-    for line in textwrap.wrap(moment.message, round(1.9 * (width - 2 * margin) / text)):
-        canvas.note(line, (margin, y), 0.9 * text, style.INK)
         y += 1.25 * text
     image = canvas.image()
     for picture, place in places:

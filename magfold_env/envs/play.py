@@ -1,0 +1,126 @@
+"""Folding by keyboard: the tube-feed environment in a window."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from magfold_env.envs.tube_feed import TubeFeedEnv
+
+HELP = (
+    "Fold the chain into the target, one component at a time.",
+    "",
+    "1   front left face: N or S",
+    "2   back left face",
+    "3   back right face",
+    "4   front right face",
+    "↑ ↓   feed faster, slower",
+    "space   feed the outlined component",
+    "R   start again with the same chain",
+    "N   another chain, and another target if none is given",
+    "H   this page",
+    "Q   quit",
+    "",
+    "A key cuts the motion short.",
+)
+_OTHER = {"N": "S", "S": "N"}
+
+
+class Game:
+    """A chain, the choice for its next component, and a window that takes keys.
+
+    Parameters
+    ----------
+    env : TubeFeedEnv
+        With ``render_mode="human"``.
+    seed : int
+        Of the first chain.
+    target : str, optional
+        The word to fold; drawn if not given.
+
+    Raises
+    ------
+    ValueError
+        If the environment has no window.
+    """
+
+    def __init__(self, env: TubeFeedEnv, seed: int = 0, target: str | None = None) -> None:
+        if env.render_mode != "human":
+            raise ValueError(f"render_mode: {env.render_mode!r} is not allowed; must be 'human'")
+        self.env = env
+        self.faces = "NNNN"
+        self.level = env.actions.levels // 2
+        self.info: Mapping[str, Any] = {}
+        self._seed = seed
+        self._options = None if target is None else {"target": target}
+        self._is_over = False
+        self._has_help = False
+
+    def begin(self) -> None:
+        """Load a chain and show it."""
+        self._is_over = False
+        _, self.info = self.env.reset(seed=self._seed, options=self._options)
+        self.draw()
+
+    def run(self) -> None:
+        """Do what keys ask for until one quits or the window is closed."""
+        import pygame  # noqa: PLC0415 - needs the extra, and a window is open by now
+
+        while True:
+            event = pygame.event.wait()
+            if event.type == pygame.QUIT:
+                return
+            if event.type == pygame.KEYDOWN:
+                name = pygame.key.name(event.key)
+                if name in ("q", "escape"):
+                    return
+                self.press(name)
+            elif event.type in (pygame.WINDOWRESIZED, pygame.WINDOWEXPOSED):
+                self.draw()
+
+    def press(self, key: str) -> None:
+        """Do what a key asks for, by pygame's name of it; other keys do nothing."""
+        if key == "h":
+            self._has_help = not self._has_help
+        elif key == "r":
+            self.begin()
+        elif key == "n":
+            self._seed += 1
+            self.begin()
+        elif not self._is_over:
+            self._choose(key)
+        self.draw()
+
+    def draw(self) -> None:
+        """Show the chain, and the choice for the component in the mouth."""
+        moment = self.env.moment()
+        help_line = ("help", "H")
+        if self._is_over:
+            moment = replace(moment, rows=(*moment.rows, ("again", "R"), help_line))
+        else:
+            index, scene = self.env.next_component, moment.scene
+            sequence = [*scene.sequence]
+            sequence[index] = self.faces
+            speed = f"{1e3 * self.env.actions.speeds[self.level]:.0f} mm/s"
+            moment = replace(
+                moment,
+                scene=scene.replace(sequence=tuple(sequence)),
+                marked=index,
+                rows=(*moment.rows, ("next", self.faces), ("at speed", speed), help_line),
+            )
+        self.env.viewer.show(replace(moment, overlay=HELP if self._has_help else ()))
+
+    def _choose(self, key: str) -> None:
+        """Change the choice for the next component, or feed it."""
+        if key in ("1", "2", "3", "4"):
+            face = int(key) - 1
+            other = _OTHER[self.faces[face]]
+            self.faces = self.faces[:face] + other + self.faces[face + 1 :]
+        elif key in ("up", "down"):
+            level = self.level + (1 if key == "up" else -1)
+            self.level = min(max(level, 0), self.env.actions.levels - 1)
+        elif key in ("space", "return"):
+            actions = self.env.actions
+            action = actions.encode(self.faces, float(actions.speeds[self.level]))
+            _, _, self._is_over, _, self.info = self.env.step(action)
