@@ -11,18 +11,16 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
 HELP = (
     "Fold the chain into the target, one component at a time.",
     "",
-    "1   front left face: N or S",
-    "2   back left face",
-    "3   back right face",
-    "4   front right face",
-    "↑ ↓   feed faster, slower",
-    "space   feed the outlined component",
-    "R   start again with the same chain",
-    "N   another chain, and another target if none is given",
-    "H   this page",
-    "Q   quit",
+    "1 2 3 4\tturn a magnet of the outlined component",
+    "up\tfeed faster",
+    "down\tfeed slower",
+    "space\tfeed the component out",
+    "R\tstart again with the same chain",
+    "N\tanother chain, another target if none is given",
+    "H\tthis page",
+    "Q\tquit",
     "",
-    "A key cuts the motion short.",
+    "Any key cuts the motion short.",
 )
 _OTHER = {"N": "S", "S": "N"}
 

@@ -120,7 +120,7 @@ class Viewer:
             view = view.joined(motion_view(moment.scene, *_end_of(moment)))
             begun = time.monotonic()
             k = 0
-            # Frames for which there is no time are left out.
+            # Frames for which there is no time are left out, lest a slow machine fall behind.
             while k < len(angles) and not self.window.is_interrupted():
                 passing = replace(
                     moment,

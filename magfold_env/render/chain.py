@@ -158,6 +158,9 @@ def draw_held(canvas: Canvas, middles: FloatArray, side: float) -> None:
 
 
 def draw_marked(canvas: Canvas, middle: FloatArray, heading: float, side: float) -> None:
-    """Outline the casing at `middle` [m] that something is to be done with."""
+    """Outline the casing at `middle` [m] whose magnets are being chosen; number its faces."""
     width = max(2.0, 0.06 * side * canvas.scale)
     canvas.polygon(square(middle, heading, side), None, style.MARKED, width)
+    for face, turn in enumerate(heading + _NORMALS):
+        place = middle + 0.62 * side * np.array([np.cos(turn), np.sin(turn)])
+        canvas.label(str(face + 1), place, 0.2 * side, style.MARKED)

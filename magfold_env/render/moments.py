@@ -6,6 +6,7 @@ left, over it the target's ghost; to the right target and prediction small, then
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,9 +69,9 @@ class Moment:
     is_loaded : bool
         False while no magnets are chosen of a chain that is built beforehand.
     marked : int, optional
-        Index of a component in the tube whose magnets are being chosen.
+        Index of a component in the tube whose magnets are being chosen; its faces are numbered.
     overlay : tuple of str
-        Lines of text over the chain.
+        Lines of text over the chain; a tab parts two columns.
     """
 
     scene: Scene
@@ -148,7 +149,8 @@ def _chain_picture(moment: Moment, size: Size, view: View, text: float) -> Image
     draw_held(canvas, middles[moment.held], side)
     draw_ruler(canvas, text)
     _draw_key(canvas, text)
-    canvas.note(moment.message, (0.8 * text, 0.8 * text), text, style.INK)
+    message = textwrap.fill(moment.message, int(1.8 * size[0] / text))
+    canvas.note(message, (0.8 * text, 0.8 * text), text, style.INK)
     _draw_overlay(canvas, moment.overlay, text)
     return canvas.image()
 
@@ -188,7 +190,9 @@ def _draw_overlay(canvas: Canvas, lines: tuple[str, ...], text: float) -> None:
     width, height = canvas.size
     canvas.shade((0.0, 0.0), (width, height), style.SHADE)
     for k, line in enumerate(lines):
-        canvas.note(line, (1.5 * text, (1.5 + 1.6 * k) * text), text, style.INK)
+        for column, part in enumerate(line.split("\t")):
+            place = ((1.5 + 5.5 * column) * text, (1.5 + 1.6 * k) * text)
+            canvas.note(part, place, text, style.INK)
 
 
 def _panel_picture(moment: Moment, size: Size, text: float) -> Image.Image:

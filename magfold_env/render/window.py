@@ -6,7 +6,7 @@ display.
 
 from __future__ import annotations
 
-import time
+import os
 from typing import TYPE_CHECKING, Any
 
 from PIL import Image
@@ -62,11 +62,6 @@ class Window:
         pygame = _pygame()
         return bool(pygame.event.peek((pygame.KEYDOWN, pygame.QUIT)))
 
-    def wait(self, seconds: float) -> None:
-        """Wait [s]; at once back where there is nothing to wait for."""
-        if seconds > 0.0:
-            time.sleep(seconds)
-
     def close(self) -> None:
         """Close the window; it opens again with the next picture."""
         if self._surface is not None:
@@ -79,6 +74,7 @@ class Window:
 
 
 def _pygame() -> Any:
+    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
     try:
         import pygame  # noqa: PLC0415
     except ImportError as error:

@@ -11,7 +11,7 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
     [
         ({"gamma": 1.5}, "gamma: 1.5 is not allowed; must be between 0 and 1"),
         ({"baseline": "best"}, "baseline: 'best' is not allowed; must be 'auto' or None"),
-        ({"render_mode": "human"}, "render_mode: 'human' is not allowed; must be None or one of"),
+        ({"render_mode": "text"}, "render_mode: 'text' is not allowed; must be None or one of"),
         ({"randomisation": "wild"}, "randomisation: 'wild' is not allowed; must be one of none"),
         ({"speeds": 1}, "speeds: 1 is not allowed; must be"),
         ({"targets": ["SSSSS"]}, "targets: 'SSSSS' is not allowed; must be a fully folded word"),
