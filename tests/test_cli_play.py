@@ -14,7 +14,11 @@ def _run(*arguments: str) -> Result:
 def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     played: list[Game] = []
-    monkeypatch.setattr(Game, "run", played.append)
+
+    def note(game: Game) -> None:
+        played.append(game)
+
+    monkeypatch.setattr(Game, "run", note)
     result = _run("--target", "LRL", "--fidelity", "quasistatic", "--seed", "4")
     assert result.exit_code == 0, result.output
     (game,) = played

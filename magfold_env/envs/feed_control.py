@@ -235,7 +235,7 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
 
     def _show(self) -> None:
         if self.render_mode == "human":
-            self.viewer.show(self.moment())
+            self.viewer.play(None, self.moment())
 
     def _observation(self, episode: ControlEpisode) -> NDArray[np.float32]:
         return self.setup.observe(episode, self._words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from magfold_env.envs.actions import speed_at
@@ -12,7 +13,6 @@ from magfold_env.envs.control_tasks import ControlTask
 from magfold_env.envs.episode import Episode
 from magfold_env.envs.forecast import Forecast
 from magfold_env.envs.goals import Goal
-from magfold_env.envs.rendering import millijoules
 from magfold_env.envs.task import FoldTask
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def control_moment(setup: ControlSetup, episode: ControlEpisode, task: ControlTa
         ("to avoid", task.avoid),
         *_energies(episode.energy, found),
         ("time", f"{episode.time:.2f} s"),
-        ("push", f"{1e3 * episode.force:.0f} mN"),
+        ("push", _or_dash(episode.force, "mN")),
     ]
     if episode.asked:
         rows.append(("feed speed", f"{1e3 * episode.asked[-1]:.0f} mm/s"))
@@ -85,9 +85,14 @@ def control_moment(setup: ControlSetup, episode: ControlEpisode, task: ControlTa
 
 
 def _energies(energy: float, found: Forecast | None) -> _Rows:
-    rows: _Rows = [("energy", millijoules(energy))]
+    rows: _Rows = [("energy", _or_dash(energy, "mJ"))]
     if found is not None:
         stuck = ", stuck" if found.is_stuck else ""
-        rows.append(("as predicted", millijoules(found.energy) + stuck))
-        rows.append(("as the target", millijoules(found.target_energy)))
+        rows.append(("as predicted", _or_dash(found.energy, "mJ") + stuck))
+        rows.append(("as the target", _or_dash(found.target_energy, "mJ")))
     return rows
+
+
+def _or_dash(value: float, unit: str) -> str:
+    """Return a value in thousandths of its SI unit; a dash for no number."""
+    return f"{1e3 * value:.2f} {unit}" if math.isfinite(value) else "–"

@@ -55,7 +55,7 @@ class Viewer:
     mode : str or None
         The render mode.
     fps : float
-        Most pictures a second of a window that plays no motion [1/s].
+        Most steps a second that a window shows by itself [1/s].
     """
 
     def __init__(self, mode: str | None, fps: float) -> None:
@@ -98,26 +98,28 @@ class Viewer:
         return np.array(moment_picture(moment()))
 
     def show(self, moment: Moment) -> None:
-        """Show a moment in the window, no sooner than the picture before allows."""
+        """Show a moment in the window."""
         from magfold_env.render.moments import moment_picture  # noqa: PLC0415
 
-        time.sleep(max(0.0, self._last + 1.0 / self._fps - time.monotonic()))
         self.window.show(moment_picture(moment, self.window.size))
-        self._last = time.monotonic()
 
     def play(self, motion: Trajectory | None, moment: Moment) -> None:
-        """Show the motion that led to a moment, then the moment.
+        """Show the motion that led to a moment, then the moment, no sooner than `fps` allows.
 
         A key or the wish to quit ends the motion; both stay to be read.
         """
-        from magfold_env.render.moments import moment_picture, motion_view  # noqa: PLC0415
+        from magfold_env.render.moments import (  # noqa: PLC0415
+            moment_picture,
+            moment_view,
+            motion_view,
+        )
 
         if motion is not None and len(motion) > self._seen:
             new = slice(self._seen, None)
             angles, base, released = motion.angles[new], motion.base[new], motion.released[new]
             self._seen = len(motion)
             view = motion_view(moment.scene, angles, base, released)
-            view = view.joined(motion_view(moment.scene, *_end_of(moment)))
+            view = view.joined(moment_view(moment))
             begun = time.monotonic()
             k = 0
             # Frames for which there is no time are left out, lest a slow machine fall behind.
@@ -132,7 +134,10 @@ class Viewer:
                 )
                 self.window.show(moment_picture(passing, self.window.size, view))
                 k = max(k + 1, int((time.monotonic() - begun) / SLOWDOWN * FRAME_RATE))
+        if not self.window.is_interrupted():
+            time.sleep(max(0.0, self._last + 1.0 / self._fps - time.monotonic()))
         self.show(moment)
+        self._last = time.monotonic()
 
     def close(self) -> None:
         """Close the window, if there is one."""
@@ -159,12 +164,3 @@ def text_of(moment: Moment) -> str:
     if moment.message:
         lines.append(moment.message)
     return "\n".join(lines) + "\n"
-
-
-def millijoules(energy: float) -> str:
-    """Return an energy [J] to be read; a dash for no number."""
-    return f"{1e3 * energy:.2f} mJ" if np.isfinite(energy) else "–"
-
-
-def _end_of(moment: Moment) -> tuple[Any, Any, Any]:
-    return moment.angles, moment.base, np.asarray(moment.released)

@@ -10,6 +10,7 @@ import textwrap
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from PIL import Image
 
 from magfold_env.render import style
@@ -115,11 +116,11 @@ def moment_picture(
 
 def moment_view(moment: Moment) -> View:
     """Return a view that is the same all through most episodes of a scene."""
-    return motion_view(moment.scene, moment.angles, moment.base, np.asarray(moment.released))
+    return motion_view(moment.scene, moment.angles, moment.base, moment.released)
 
 
 def motion_view(
-    scene: Scene, angles: FloatArray, base: FloatArray, released: np.ndarray[tuple[int, ...]]
+    scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike
 ) -> View:
     """Return a view that holds every state of a motion; for the shapes see `chain_view`."""
     diagonal = scene.casing.diagonal

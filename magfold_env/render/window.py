@@ -59,6 +59,8 @@ class Window:
 
     def is_interrupted(self) -> bool:
         """Return whether a key or a wish to quit waits to be read."""
+        if self._surface is None:
+            return False
         pygame = _pygame()
         return bool(pygame.event.peek((pygame.KEYDOWN, pygame.QUIT)))
 

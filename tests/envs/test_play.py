@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import pygame
 import pytest
 
 from magfold_env.envs import rendering
@@ -25,16 +26,12 @@ def game(monkeypatch: pytest.MonkeyPatch) -> Iterator[Game]:
 
 
 def _post(*keys: str) -> None:
-    import pygame
-
     for key in keys:
         code = pygame.key.key_code(key)
         pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=code))
 
 
 def _screen() -> np.ndarray:
-    import pygame
-
     screen = pygame.display.get_surface()
     assert screen is not None
     return pygame.surfarray.array3d(screen)
@@ -91,8 +88,6 @@ def test_speeds_end_where_their_levels_do(game: Game) -> None:
 
 
 def test_closing_the_window_ends_the_game(game: Game) -> None:
-    import pygame
-
     pygame.event.post(pygame.event.Event(pygame.WINDOWRESIZED))
     pygame.event.post(pygame.event.Event(pygame.QUIT))
     game.run()
