@@ -117,7 +117,7 @@ class Viewer:
         if motion is not None and len(motion) > self._seen:
             new = slice(self._seen, None)
             angles, base, released = motion.angles[new], motion.base[new], motion.released[new]
-            self._seen = len(motion)
+            times, self._seen = motion.time[new], len(motion)
             view = motion_view(moment.scene, angles, base, released)
             view = view.joined(moment_view(moment))
             begun = time.monotonic()
@@ -130,7 +130,10 @@ class Viewer:
                     base=base[k],
                     released=int(released[k]),
                     held=np.zeros_like(moment.held),
+                    # How it ends is not told before.
+                    title=f"t = {times[k]:.2f} s",
                     message="",
+                    rows=(("target", moment.target),),
                 )
                 self.window.show(moment_picture(passing, self.window.size, view))
                 k = max(k + 1, int((time.monotonic() - begun) / SLOWDOWN * FRAME_RATE))

@@ -115,8 +115,15 @@ def moment_picture(
 
 
 def moment_view(moment: Moment) -> View:
-    """Return a view that is the same all through most episodes of a scene."""
-    return motion_view(moment.scene, moment.angles, moment.base, moment.released)
+    """Return a view of chain and ghost that is the same all through most episodes of a scene."""
+    view = motion_view(moment.scene, moment.angles, moment.base, moment.released)
+    ghost = _ghost(moment)
+    if ghost is None:
+        return view
+    _, middles = ghost
+    reach = 0.7 * moment.scene.casing.diagonal
+    (left, bottom), (right, top) = middles.min(axis=0) - reach, middles.max(axis=0) + reach
+    return view.joined(View(float(left), float(right), float(bottom), float(top)))
 
 
 def motion_view(
