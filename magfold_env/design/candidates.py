@@ -100,7 +100,8 @@ def _certificate(objective: Objective, every: Exhaustive) -> str:
     count = every.gaps().size
     if objective == "unique":
         return f"of none of all {count} sequences is it the only stable word"
+    least = -every.gaps().max()
+    lower = f"at least {least:.3g} J lower" if least > 0.0 else "as low"
     return (
-        f"of none of all {count} sequences is it the only ground state; "
-        f"another word lies at least {-every.gaps().max():.3g} J lower"
+        f"of none of all {count} sequences is it the only ground state; another word lies {lower}"
     )

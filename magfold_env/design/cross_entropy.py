@@ -60,7 +60,7 @@ def cross_entropy(
     rng
         Draws the choices.
     budget
-        Releases after which no generation begins, those before the search included.
+        Releases, those before the search included, that no generation but the first may exceed.
     goal
         Share of successes that ends the search.
     first
@@ -73,16 +73,15 @@ def cross_entropy(
     """
     current = _around(first, faces, speeds)
     best: list[Standing] = []
-    while trials.count + POPULATION * RELEASES <= budget:
+    while True:
         choices = _drawn(current, speeds, rng)
         scores = trials.scores(choices, RELEASES)
         order = np.argsort(-scores.mean(axis=1), kind="stable")
         elite: list[Choice] = [choices[k] for k in order[:ELITE].tolist()]
         current = _moved(current, elite)
         best = race([*(standing.choice for standing in best[:2]), *elite], trials)
-        if best[0].rate >= goal:
-            break
-    return best
+        if best[0].rate >= goal or trials.count + POPULATION * RELEASES > budget:
+            return best
 
 
 def _around(first: Choice | None, faces: int, speeds: Sequence[float]) -> _Distribution:

@@ -73,7 +73,7 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
         Feed speeds to choose from under `probability` [m/s], tried in this order until one does;
         None takes 0.2, 0.5, 0.08 and 0.03. Designs by energy keep the scene's.
     budget
-        Releases after which `cross-entropy` begins no other generation.
+        Releases that no generation of `cross-entropy`, but for its first, may exceed.
     goal
         Probability that is enough. The search wants half of what is then left to certainty as
         well: what was selected does a little worse on other releases.
@@ -194,7 +194,7 @@ def _raced(task: Task, trials: Trials, sequences: list[tuple[str, ...]]) -> list
     for count in range(1, len(speeds) + 1):
         choices = [Choice(each, speed) for speed in speeds[:count] for each in sequences]
         standings = race(choices, trials)
-        if standings[0].rate >= task.enough:
+        if not standings or standings[0].rate >= task.enough:
             break
     return standings
 

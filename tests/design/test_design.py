@@ -116,6 +116,15 @@ def test_a_certificate_compares_all_sequences() -> None:
     # Without magnets all words have one energy.
     design = mf.design("LR", SMALL.replace(magnets=None, sequence=("----",) * 3), objective="gap")
     assert "of none of all 2048 sequences" in design.certificate
+    assert design.certificate.endswith("another word lies as low")
+
+
+def test_where_energies_propose_nothing_releases_decide() -> None:
+    bare = SMALL.replace(magnets=None, sequence=("----",) * 3)
+    design = mf.design("LR", bare, budget=1, runs=5)
+    assert not design.reached
+    assert design.score == 0.0
+    assert design.calls["releases"] > 0
 
 
 @pytest.mark.parametrize(

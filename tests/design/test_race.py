@@ -84,8 +84,11 @@ def test_cross_entropy_finds_what_nothing_points_to(speeds: tuple[float, ...]) -
 def test_cross_entropy_keeps_to_its_budget_and_its_speeds() -> None:
     trials = Known(lambda _: 0.5)
     found = cross_entropy(trials, 8, (0.02, 0.3), np.random.default_rng(1), budget=600)
-    one = POPULATION * RELEASES + ELITE * 40
+    one = POPULATION * RELEASES + (ELITE + 2) * 40
     assert 600 - POPULATION * RELEASES < trials.count < 600 + one
+    few = Known(lambda _: 0.5)
+    assert cross_entropy(few, 8, (0.02, 0.3), np.random.default_rng(1), budget=1)
+    assert few.count < one
     assert all(0.02 <= (standing.choice.speed or 0.0) <= 0.3 for standing in found)
 
 
