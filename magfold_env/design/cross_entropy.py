@@ -1,8 +1,8 @@
 """The cross-entropy method on releases of the chain: no energy, nothing but what happens.
 
-Choices are drawn from a distribution, independent for each face and for the logarithm of the
-speed, and the distribution is moved towards the best of them (Rubinstein and Kroese, *The
-Cross-Entropy Method*, 2004).
+Choices are drawn from a distribution, independent for each face, or group of faces that flip as
+one, and for the logarithm of the speed, and the distribution is moved towards the best of them
+(Rubinstein and Kroese, *The Cross-Entropy Method*, 2004).
 """
 
 from __future__ import annotations
@@ -23,16 +23,21 @@ RELEASES = 4
 """Of every choice."""
 
 _STEP = 0.7  # from the old distribution to that of the elite
-_SURE = 0.97  # no face is more certain than that
-_NEAR = 0.85  # how certain the faces of a first choice are
+_SURE = 0.97  # no group of faces is more certain than that
+_NEAR = 0.85  # how certain those of a first choice are
 _NARROW = 0.05  # least standard deviation of the speed's logarithm
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 
 class _Distribution(NamedTuple):
-    north: Floats
-    """Probability that a face is N, shape (4n,)."""
+    signs: Floats
+    """Of all faces, shape (4n,)."""
+    group: Ints
+    """To which group each face belongs, shape (4n,); the faces of a group flip as one."""
+    kept: Floats
+    """Probability that a group has these signs, shape (groups,)."""
     mean: float
     """Of the speed's logarithm."""
     deviation: float
@@ -46,6 +51,7 @@ def cross_entropy(
     budget: int,
     goal: float = 1.0,
     first: Choice | None = None,
+    groups: Sequence[Ints] | None = None,
 ) -> list[Standing]:
     """Search for the choice that folds into the target most often.
 
@@ -65,13 +71,16 @@ def cross_entropy(
         Share of successes that ends the search.
     first
         Where to begin; None begins with every choice equally likely.
+    groups
+        Faces whose signs stay as they are in ``first`` relative to each other, every face in one
+        group; None makes each face one.
 
     Returns
     -------
     list of Standing
         The choices that came nearest, by `race`.
     """
-    current = _around(first, faces, speeds)
+    current = _around(first, faces, speeds, groups)
     best: list[Standing] = []
     while True:
         choices = _drawn(current, speeds, rng)
@@ -84,22 +93,28 @@ def cross_entropy(
             return best
 
 
-def _around(first: Choice | None, faces: int, speeds: Sequence[float]) -> _Distribution:
-    north = np.full(faces, 0.5)
-    if first is not None:
-        north = np.where(_poles(first), _NEAR, 1.0 - _NEAR)
+def _around(
+    first: Choice | None, faces: int, speeds: Sequence[float], groups: Sequence[Ints] | None
+) -> _Distribution:
+    signs = np.ones(faces) if first is None else _signs(first)
+    group = np.arange(faces)
+    for k, members in enumerate(groups or []):
+        group[members] = k
+    kept = np.full(int(group.max()) + 1, 0.5 if first is None else _NEAR)
     if not speeds:
-        return _Distribution(north, 0.0, 0.0)
+        return _Distribution(signs, group, kept, 0.0, 0.0)
     low, high = np.log(min(speeds)), np.log(max(speeds))
     speed = None if first is None else first.speed
     mean = 0.5 * (low + high) if speed is None else np.log(speed)
-    return _Distribution(north, float(mean), float(max(high - low, _NARROW)) / 2.0)
+    deviation = float(max(high - low, _NARROW)) / 2.0
+    return _Distribution(signs, group, kept, float(mean), deviation)
 
 
 def _drawn(
     current: _Distribution, speeds: Sequence[float], rng: np.random.Generator
 ) -> list[Choice]:
-    signs = np.where(rng.random((POPULATION, current.north.size)) < current.north, 1.0, -1.0)
+    flips = np.where(rng.random((POPULATION, current.kept.size)) < current.kept, 1.0, -1.0)
+    signs = current.signs * flips[:, current.group]
     logarithms = rng.normal(current.mean, current.deviation, POPULATION)
     chosen: list[float | None] = [None] * POPULATION
     if speeds:
@@ -108,20 +123,20 @@ def _drawn(
 
 
 def _moved(current: _Distribution, elite: Sequence[Choice]) -> _Distribution:
-    poles = np.array(
-        [[pole == "N" for each in choice.sequence for pole in each] for choice in elite]
-    )
-    # To flip all poles changes nothing: `sequence_of_signs` makes the first face N.
-    north = (1.0 - _STEP) * current.north + _STEP * poles.mean(axis=0)
+    leads = np.unique(current.group, return_index=True)[1]
+    # To flip all poles changes nothing: `sequence_of_signs` makes the first face N, as it is here.
+    alike = np.array([_signs(choice)[leads] == current.signs[leads] for choice in elite])
+    kept = (1.0 - _STEP) * current.kept + _STEP * alike.mean(axis=0)
+    moved = current._replace(kept=np.clip(kept, 1.0 - _SURE, _SURE))
     speeds = [choice.speed for choice in elite if choice.speed is not None]
     if not speeds:
-        return current._replace(north=np.clip(north, 1.0 - _SURE, _SURE))
+        return moved
     logarithms = np.log(speeds)
     mean = (1.0 - _STEP) * current.mean + _STEP * float(logarithms.mean())
     deviation = (1.0 - _STEP) * current.deviation + _STEP * float(logarithms.std())
-    return _Distribution(np.clip(north, 1.0 - _SURE, _SURE), mean, max(deviation, _NARROW))
+    return moved._replace(mean=mean, deviation=max(deviation, _NARROW))
 
 
-def _poles(choice: Choice) -> list[bool]:
-    """Return whether each face is N."""
-    return [pole == "N" for faces in choice.sequence for pole in faces]
+def _signs(choice: Choice) -> Floats:
+    """Return the signs of all faces, shape (4n,)."""
+    return np.array([1.0 if pole == "N" else -1.0 for faces in choice.sequence for pole in faces])

@@ -14,6 +14,7 @@ from magfold_env.design.candidates import best_by_energy, candidates
 from magfold_env.design.choice import Choice
 from magfold_env.design.cross_entropy import cross_entropy
 from magfold_env.design.evidence import weigh
+from magfold_env.design.holding import holding_groups
 from magfold_env.design.race import Standing, race
 from magfold_env.design.result import Design, Objective, Search
 from magfold_env.design.task import Task, task_for
@@ -203,9 +204,12 @@ def _refined(task: Task, trials: Trials, standings: list[Standing]) -> list[Stan
     """Go on from the best choice so far, if there is one, and keep what was better."""
     rng = np.random.default_rng([task.searching_seed, 1])
     first = standings[0].choice if standings else None
+    # What annealing proposes holds its target; so shall what is made of it.
+    groups = holding_groups(task.target)[1] if task.search == "annealing" else None
     others = cross_entropy(
-        trials, 4 * task.scene.n, task.speeds, rng, task.budget, goal=task.enough, first=first
-    )
+        trials, 4 * task.scene.n, task.speeds, rng, task.budget,
+        goal=task.enough, first=first, groups=groups,
+    )  # fmt: skip
     return sorted([*standings, *others], key=lambda each: (-each.releases, -each.mean))
 
 

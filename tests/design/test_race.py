@@ -108,3 +108,16 @@ def test_cross_entropy_begins_where_it_is_told() -> None:
         [[a == b for a, b in zip("".join(c.sequence), "NSSNNNSS", strict=True)] for c in drawn]
     )
     assert alike > 0.75
+
+
+def test_groups_flip_as_one() -> None:
+    first = Choice(("NSSN", "NNSS"), None)
+    groups = [np.array([0, 5, 6]), np.array([1, 2]), np.array([3, 4, 7])]
+    trials = Known(lambda _: 0.5)
+    cross_entropy(trials, 8, (), np.random.default_rng(1), budget=1, first=first, groups=groups)
+    begin = np.array(list("NSSNNNSS"))
+    drawn = {choice for choice, _ in trials.asked}
+    assert len(drawn) == 4  # three groups, one of them with the first face, which stays N
+    for choice in drawn:
+        alike = np.array(list("".join(choice.sequence))) == begin
+        assert all(len(set(alike[group])) == 1 for group in groups)
