@@ -89,10 +89,8 @@ class Exhaustive:
         best = float(rivals.tolerances(chosen).min())
         worst = np.full(numbers.size, np.inf)
         signs = _signs(numbers, 4 * self._scene.n)
-        # Those that come nearest to the likely one first: they rule out most.
-        for form in rivals.excess[
-            np.argsort(rivals.tolerances(signs[np.argmax(numbers == likely)]))
-        ]:
+        # Those that the likely one has most to fear come first: they rule out most.
+        for form in rivals.excess[np.argsort(rivals.tolerances(chosen))]:
             kept = worst >= best
             fields = signs[kept] @ form
             energies = np.einsum("ka,ka->k", signs[kept], fields)
