@@ -68,6 +68,7 @@ def _compile(
         compiled = njit(cache=True, parallel=parallel, no_cfunc_wrapper=True, **options)(function)
     finally:
         numba_config.CACHE_DIR = previous
-    if not parallel:
+    # With NUMBA_DISABLE_JIT=1, for a debugger, `compiled` is the function itself.
+    if not parallel and not numba_config.DISABLE_JIT:
         hand_drafts(compiled, **options)
     return compiled
