@@ -65,9 +65,10 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
     search
         `exhaustive` compares all sequences of up to six components and proves what it finds;
         `annealing` is for any length. Under `probability` both propose sequences, which are then
-        released, at one speed after another, the more often the better they do; if none will do,
-        `cross-entropy` goes on from the best. That search can also be had from the start: it
-        needs no energies. None is exhaustive where that is possible, else annealing.
+        released, at one speed after another, the more often the better they do; where annealing's
+        will not do, further sequences of which the target is the only stable word join them. If
+        none will do, `cross-entropy` goes on from the best. That search can also be had from the
+        start: it needs no energies. None is exhaustive where that is possible, else annealing.
     seed
         Of everything that is drawn.
     speeds
