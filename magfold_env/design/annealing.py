@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from magfold_env.design.anneal import anneal
-from magfold_env.design.holding import Ints, holding_groups
+from magfold_env.design.holding import Ints, held_signs
 from magfold_env.design.rivals import Rivals, one_letter_off
 from magfold_env.energy.ground_state import ground_state
 from magfold_env.energy.landscape import Floats
@@ -67,7 +67,7 @@ def anneal_sequence(
     tolerant
         Score rivals by their tolerance instead of their energy above the target [J].
     holding
-        Search only among sequences under which the target holds, see `holding_groups`: no other
+        Search only among sequences under which the target holds, see `held_signs`: no other
         word is then stable.
     good_enough
         End with the first score above this.
@@ -109,10 +109,7 @@ def _start(
     if not holding:
         faces = 4 * scene.n
         return rng.choice([-1.0, 1.0], faces), [np.array([face]) for face in range(faces)]
-    signs, groups = holding_groups(target)
-    for group in groups:
-        signs[group] *= rng.choice([-1.0, 1.0])
-    return signs, groups
+    return held_signs(target, rng)
 
 
 def _typical_score(

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.design.annealing import Annealed, anneal_sequence
+from magfold_env.design.annealing import Annealed, anneal_sequence, sequence_of_signs
 from magfold_env.design.exhaustive import Exhaustive
+from magfold_env.design.holding import held_signs
 from magfold_env.design.result import Objective
 from magfold_env.design.task import Task
 from magfold_env.energy.landscape import TIE, energy_unit
@@ -21,6 +22,7 @@ Sequences = list[tuple[str, ...]]
 _APART = 4  # faces by which two candidates differ at least
 _COUNT = 6  # of short chains
 _STARTS = 3  # of annealing
+_HELD = 24  # drawn without annealing
 
 
 class Found(NamedTuple):
@@ -76,6 +78,13 @@ def candidates(task: Task, calls: Counter[str], report: Report) -> Sequences:
         found.append(annealed.sequence)
         report((done + 1) / _STARTS)
     return list(dict.fromkeys(found))
+
+
+def held(task: Task) -> Sequences:
+    """Return sequences of which the target is the only stable word, drawn evenly."""
+    rng = np.random.default_rng([task.searching_seed, 2])
+    drawn = [sequence_of_signs(held_signs(task.target, rng)[0]) for _ in range(_HELD)]
+    return list(dict.fromkeys(drawn))
 
 
 def _best_of_all(task: Task, calls: Counter[str]) -> Found:

@@ -88,7 +88,7 @@ def cross_entropy(
         order = np.argsort(-scores.mean(axis=1), kind="stable")
         elite: list[Choice] = [choices[k] for k in order[:ELITE].tolist()]
         current = _moved(current, elite)
-        best = race([*(standing.choice for standing in best[:2]), *elite], trials)
+        best = race([*(standing.choice for standing in best[:2]), *elite], trials, goal)
         if best[0].rate >= goal or trials.count + POPULATION * RELEASES > budget:
             return best
 

@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.design.candidates import best_by_energy, candidates
+from magfold_env.design.candidates import best_by_energy, candidates, held
 from magfold_env.design.choice import Choice
 from magfold_env.design.cross_entropy import cross_entropy
 from magfold_env.design.evidence import weigh
 from magfold_env.design.holding import holding_groups
-from magfold_env.design.race import Standing, race
+from magfold_env.design.race import Standing, race, ranked
 from magfold_env.design.result import Design, Objective, Search
 from magfold_env.design.task import Task, task_for
-from magfold_env.design.trials import Trials
+from magfold_env.design.trials import Trials, hurried
 from magfold_env.energy.result import Mode
 from magfold_env.ensembles import ensemble
 from magfold_env.files import physics_digest
@@ -65,9 +65,10 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
     search
         `exhaustive` compares all sequences of up to six components and proves what it finds;
         `annealing` is for any length. Under `probability` both propose sequences, which are then
-        released, at one speed after another, the more often the better they do; if none will do,
-        `cross-entropy` goes on from the best. That search can also be had from the start: it
-        needs no energies. None is exhaustive where that is possible, else annealing.
+        released, at one speed after another, the more often the better they do; where annealing's
+        will not do, further sequences of which the target is the only stable word join them. If
+        none will do, `cross-entropy` goes on from the best. That search can also be had from the
+        start: it needs no energies. None is exhaustive where that is possible, else annealing.
     seed
         Of everything that is drawn.
     speeds
@@ -133,15 +134,17 @@ class _Run:
     def most_probable(self) -> Standing:
         """Search for the choice that most often settles as the target."""
         task = self.task
-        kept = None if self.folder is None else Checkpoint(self.folder / "search", self._key())
+        scene = hurried(task.scene)
+        kept = None if self.folder is None else Checkpoint(self.folder / "search", self._key(scene))
         trials = Trials(
-            task.scene, task.target, task.searching_seed, self.team, kept,
+            scene, task.target, task.searching_seed, self.team, kept,
             lambda made: self.report("releases", min(1.0, made / task.budget)),
         )  # fmt: skip
         standings: list[Standing] = []
         if task.search != "cross-entropy":
             found = candidates(task, self.calls, lambda done: self.report("energies", done))
-            standings = _raced(task, trials, found)
+            drawn = held(task) if task.search == "annealing" else []
+            standings = _raced(task, trials, found, drawn)
         if not standings or standings[0].rate < task.enough:
             standings = _refined(task, trials, standings)
         self.calls["releases"] = trials.count
@@ -178,23 +181,26 @@ class _Run:
             None, None, task.releases_seed, dict(self.calls), certificate,
         )  # fmt: skip
 
-    def _key(self) -> dict[str, object]:
+    def _key(self, scene: Scene) -> dict[str, object]:
         return {
             "kind": "design",
             "physics": physics_digest(),
-            "scene": self.task.scene.model_dump(mode="json"),
+            "scene": scene.model_dump(mode="json"),
             "target": self.task.target,
             "seed": self.task.searching_seed,
         }
 
 
-def _raced(task: Task, trials: Trials, sequences: list[tuple[str, ...]]) -> list[Standing]:
-    """Try sequences at the first speed, and at more of them while none does well enough."""
+def _raced(
+    task: Task, trials: Trials, few: list[tuple[str, ...]], many: list[tuple[str, ...]]
+) -> list[Standing]:
+    """Try few sequences at the first speed, then more of them and more speeds, until one does."""
     speeds = task.speeds or (None,)
+    stages = [(few, 1), *(([*few, *many], count) for count in range(1, len(speeds) + 1))]
     standings: list[Standing] = []
-    for count in range(1, len(speeds) + 1):
+    for sequences, count in stages:
         choices = [Choice(each, speed) for speed in speeds[:count] for each in sequences]
-        standings = race(choices, trials)
+        standings = race(choices, trials, task.enough)
         if not standings or standings[0].rate >= task.enough:
             break
     return standings
@@ -210,7 +216,7 @@ def _refined(task: Task, trials: Trials, standings: list[Standing]) -> list[Stan
         trials, 4 * task.scene.n, task.speeds, rng, task.budget,
         goal=task.enough, first=first, groups=groups,
     )  # fmt: skip
-    return sorted([*standings, *others], key=lambda each: (-each.releases, -each.mean))
+    return ranked([*standings, *others])
 
 
 def _ignore(what: str, done: float) -> None:

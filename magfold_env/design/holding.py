@@ -53,6 +53,14 @@ def holding_groups(target: str) -> tuple[NDArray[np.float64], list[Ints]]:
     return signs, groups
 
 
+def held_signs(target: str, rng: np.random.Generator) -> tuple[NDArray[np.float64], list[Ints]]:
+    """Return signs under which a target holds, drawn evenly from all of them, and the groups."""
+    signs, groups = holding_groups(target)
+    for group in groups:
+        signs[group] *= rng.choice([-1.0, 1.0])
+    return signs, groups
+
+
 def _repelled(target: str) -> list[tuple[int, int, int]]:
     """Return the faces that would touch if a joint took the other letter."""
     found: list[tuple[int, int, int]] = []

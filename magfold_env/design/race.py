@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -10,8 +10,11 @@ import numpy.typing as npt
 
 from magfold_env.design.choice import Choice
 
-RUNGS: tuple[tuple[int, int | None], ...] = ((4, None), (12, 4), (40, 1))
+RUNGS: tuple[tuple[int, int | None], ...] = ((1, None), (4, 12), (12, 4))
 """Releases of a choice, and how many of the choices have so many: None stands for all."""
+
+FINAL = 40
+"""Releases of the finalists, those of the last rung, one after another until one does."""
 
 
 class Oracle(Protocol):
@@ -42,27 +45,46 @@ class Standing(NamedTuple):
         return self.successes / self.releases
 
 
-def race(choices: Sequence[Choice], trials: Oracle) -> list[Standing]:
-    """Try choices on ever more releases, those with the highest mean score only, and rank them.
+def race(choices: Sequence[Choice], trials: Oracle, enough: float = 1.0) -> list[Standing]:
+    """Try choices on ever more releases, those that do best only, and rank them.
+
+    Parameters
+    ----------
+    choices
+        Of equal ones the first are preferred.
+    trials
+        Releases them.
+    enough
+        Share of successes that ends the race; finalists that can no longer have it are left out.
 
     Returns
     -------
     list of Standing
-        Those that went furthest first, by mean score; equal ones in the order given.
+        By `ranked`.
     """
     field = list(dict.fromkeys(choices))
-    ranked: list[Standing] = []
+    known: dict[Choice, Standing] = {}
     for releases, places in RUNGS:
-        standings = _tried(field[:places], trials, releases)
-        ranked[: len(standings)] = standings
-        field = [standing.choice for standing in ranked]
-    return ranked
+        tried = ranked(_tried(field[:places], trials, releases))
+        field = [standing.choice for standing in tried]
+        known |= {standing.choice: standing for standing in tried}
+    for choice in field:
+        failures = known[choice].releases - known[choice].successes
+        if failures <= FINAL * (1.0 - enough):
+            (known[choice],) = _tried([choice], trials, FINAL)
+            if known[choice].rate >= enough:
+                break
+    return ranked(known.values())
+
+
+def ranked(standings: Iterable[Standing]) -> list[Standing]:
+    """Return those of most releases first, then of most successes, then of the highest mean."""
+    return sorted(standings, key=lambda each: (-each.releases, -each.successes, -each.mean))
 
 
 def _tried(choices: Sequence[Choice], trials: Oracle, releases: int) -> list[Standing]:
     scores = trials.scores(choices, releases)
-    found = [
+    return [
         Standing(choice, float(row.mean()), int(np.sum(row == 1.0)), releases)
         for choice, row in zip(choices, scores, strict=True)
     ]
-    return sorted(found, key=lambda standing: -standing.mean)

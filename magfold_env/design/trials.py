@@ -17,6 +17,11 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import similarity, word_to_angles
 from magfold_env.simulate import simulate
 
+PACE = 200
+"""Steps a component in one simulated second, at a tolerance of 1e-3 rad, before a search gives a
+release up. Chains that fold take a third of them at most; others may rattle up to the scene's cap,
+which takes 200 times as long as a fold."""
+
 Key = tuple[tuple[str, ...], float | None, int]
 
 
@@ -83,6 +88,14 @@ class Trials:
                 self._kept.save()
         self._asked.update(keys)
         return np.array([self._known[key] for key in keys]).reshape(len(choices), draws)
+
+
+def hurried(scene: Scene) -> Scene:
+    """Return a scene in which chains that rattle are given up."""
+    # Steps of the fifth order grow with the tolerance's fifth root.
+    steps = round(PACE * scene.n * (1e-3 / scene.solver.tolerance) ** 0.2)
+    most = min(max(steps, 1), scene.solver.max_steps_per_second)
+    return scene.replace(solver={"max_steps_per_second": most})
 
 
 def _score(scene: Scene, target: str, seed: int, key: Key) -> float:

@@ -237,6 +237,19 @@ def test_a_state_of_another_search_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("target", "mode"),
+    [("LLLRLLRLRLR", "forward"), ("LLRLLRLLRLL", "forward"), ("LLRLLLRRLLL", "free")],
+)
+def test_what_was_hard_of_twelve_components_takes_some_hundred_releases(
+    target: str, mode: Any
+) -> None:
+    design = mf.design(target, mode=mode, runs=40)
+    assert design.reached
+    assert design.calls["releases"] < 400
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["forward", "backward", "free"])
 def test_mirror_images_are_as_easy(mode: Any) -> None:
     rates: list[float] = []

@@ -8,7 +8,7 @@ import pytest
 
 from magfold_env.design.choice import Choice
 from magfold_env.design.cross_entropy import ELITE, POPULATION, RELEASES, cross_entropy
-from magfold_env.design.race import RUNGS, race
+from magfold_env.design.race import FINAL, race
 
 
 class Known:
@@ -37,20 +37,43 @@ def named(k: int) -> Choice:
 def test_the_best_goes_furthest() -> None:
     rates = {named(k): k / 16 for k in range(16)}
     trials = Known(rates.__getitem__)
-    ranked = race([named(k) for k in range(16)], trials)
-    assert ranked[0].choice in {named(k) for k in (13, 14, 15)}
-    assert [standing.releases for standing in ranked] == [40, 12, 12, 12, *[4] * 12]
-    assert trials.count == 16 * 4 + 4 * 8 + 28
-    assert sorted(standing.choice for standing in ranked) == sorted(rates)
+    ranks = race([named(k) for k in range(16)], trials, enough=0.5)
+    assert ranks[0].choice in {named(k) for k in (13, 14, 15)}
+    assert [standing.releases for standing in ranks] == [40, 12, 12, 12, *[4] * 8, *[1] * 4]
+    assert trials.count == 16 + 12 * 3 + 4 * 8 + 28
+    assert sorted(standing.choice for standing in ranks) == sorted(rates)
 
 
 def test_a_standing_counts_successes() -> None:
     trials = Known(lambda _: 0.7)
-    (standing,) = race([named(3)], trials)
-    expected = trials.threshold[: RUNGS[-1][0]] < 0.7
+    (standing,) = race([named(3)], trials, enough=0.5)
+    expected = trials.threshold[:FINAL] < 0.7
     assert standing.successes == expected.sum()
     assert standing.rate == expected.mean()
     assert standing.mean == pytest.approx(np.where(expected, 1.0, 0.28).mean())
+
+
+def test_finalists_follow_each_other_until_one_does() -> None:
+    later = 12  # releases that none fails before
+
+    class Late(Known):
+        def scores(self, choices: Sequence[Choice], draws: int) -> npt.NDArray[np.float64]:
+            scores = super().scores(choices, draws)
+            fails = [choice != named(2) for choice in choices]
+            scores[fails, later:] = 0.0
+            return scores
+
+    trials = Late(lambda _: 1.0)
+    ranks = race([named(k) for k in range(4)], trials, enough=0.9)
+    assert [standing.choice for standing in ranks[:2]] == [named(2), named(0)]
+    assert [standing.rate for standing in ranks] == [1.0, 0.3, 0.3, 1.0]
+    assert [standing.releases for standing in ranks] == [FINAL] * 3 + [later]
+
+
+def test_no_finalist_goes_on_in_vain() -> None:
+    trials = Known(lambda _: 0.0)
+    ranks = race([named(k) for k in range(4)], trials, enough=0.9)
+    assert [standing.releases for standing in ranks] == [12] * 4
 
 
 def test_equal_ones_stay_in_order() -> None:
