@@ -70,7 +70,7 @@ def race(choices: Sequence[Choice], trials: Oracle, enough: float = 1.0) -> list
         known |= {standing.choice: standing for standing in tried}
     for choice in field:
         failures = known[choice].releases - known[choice].successes
-        if failures <= FINAL * (1.0 - enough):
+        if (FINAL - failures) / FINAL >= enough:
             (known[choice],) = _tried([choice], trials, FINAL)
             if known[choice].rate >= enough:
                 break

@@ -76,6 +76,14 @@ def test_no_finalist_goes_on_in_vain() -> None:
     assert [standing.releases for standing in ranks] == [12] * 4
 
 
+@pytest.mark.parametrize(("failures", "releases"), [(4, FINAL), (5, 12)])
+def test_a_finalist_goes_on_while_it_may_do_well_enough(failures: int, releases: int) -> None:
+    trials = Known(lambda _: 0.5)
+    trials.threshold = np.where(np.arange(FINAL) < failures, 0.9, 0.1)
+    (standing,) = race([named(3)], trials, enough=0.9)
+    assert standing.releases == releases
+
+
 def test_equal_ones_stay_in_order() -> None:
     choices = [named(k) for k in (5, 2, 9)]
     assert [standing.choice for standing in race(choices, Known(lambda _: 1.0))] == choices
