@@ -52,6 +52,7 @@ SHARE = 0.05  # of the tolerance, that a step's change of velocity may move an a
 HOPELESS = 1e-3  # finest steps: shorter ones do not help either
 ROUNDING = 1e-12  # [m/s]
 PUSH_OUT = 0.2  # share of an overlap that one step takes back
+VIOLENT = 100.0  # times the energy of the free motion: nothing asks for that
 
 
 @kernel
@@ -195,14 +196,51 @@ def constrain(
         work.bias[r] = (gap + rate_of(lo, work, r, v)) / unit
         work.equality[r] = 0
         work.passive[r] = 1
-    if count > rows:
-        solved = solve_with_friction(rows, count, work, model.grip)
-    else:
-        solved = solve_nonnegative(count, work)
+    solved = solve(rows, count, work, model)
+    if not solved or too_violent(lo, rows, count, model, work, v, unit):
+        for r in range(rows):
+            work.bias[r] = max(work.bias[r], rate_of(lo, work, r, v) / unit)
+            work.passive[r] = 1
+        solved = solve(rows, count, work, model)
     for r in range(count):
         work.multiplier[r] *= unit
     apply_multipliers(lo, count, work, v)
     return solved
+
+
+@inlined
+def solve(rows: int, count: int, work: Work, model: Model) -> bool:
+    """Find the multipliers of ``rows`` gaps, and of friction in the rows after them."""
+    if count > rows:
+        return solve_with_friction(rows, count, work, model.grip)
+    return solve_nonnegative(count, work)
+
+
+@kernel
+def too_violent(
+    lo: int, rows: int, count: int, model: Model, work: Work, v: Array, unit: float
+) -> bool:
+    """Whether the multipliers change the free velocity ``v`` by more than gaps can ask for.
+
+    At rest no gap closes, so what keeps all open takes no more energy than the free motion has,
+    but for overlaps that are pushed out. Squares that overlap on both sides may ask to be pushed
+    into each other: of no velocity, or of a boundless one. Their overlaps are left for later.
+    """
+    bodies = model.bodies
+    chain.centre_velocities(lo, bodies, work.pose, v, work.fx, work.fy)
+    energy, mass = 0.0, 0.0
+    for i in range(lo, model.n):
+        energy += bodies.mass[i] * (work.fx[i] ** 2 + work.fy[i] ** 2)
+        energy += bodies.inertia[i] * v[i] * v[i]
+        mass += bodies.mass[i]
+    fastest = 0.0
+    for r in range(work.row_count[0], rows):
+        fastest = max(fastest, rate_of(lo, work, r, v) - unit * work.bias[r])
+    change = 0.0
+    for r in range(count):
+        for c in range(count):
+            change += work.multiplier[r] * work.delassus[r, c] * work.multiplier[c]
+    return not unit * unit * change <= VIOLENT * (energy + mass * fastest * fastest)
 
 
 @inlined
