@@ -23,10 +23,8 @@ def look(
     rates: Array,
     base: Array,
     base_velocity: Array,
-) -> bool:
+) -> None:
     """Fill headings [rad] and rates [rad/s], (n,), component 1's outer hinge [m] and velocity, (2,).
-
-    They are left as they are, and the answer is False, if a number is not finite.
 
     Parameters
     ----------
@@ -40,9 +38,6 @@ def look(
         Coordinates and velocities in the engine, (n + 2,).
     """
     n = length.size
-    for k in range(n + 2):
-        if not (math.isfinite(q[k]) and math.isfinite(v[k])):
-            return False
     x, y, vx, vy = q[n], q[n + 1], v[n], v[n + 1]
     for k in range(n):
         c, s = length[k] * math.cos(q[k]), length[k] * math.sin(q[k])
@@ -62,6 +57,14 @@ def look(
             rates[k] = v[k]
     base[0], base[1] = x, y
     base_velocity[0], base_velocity[1] = vx, vy
+
+
+@kernel
+def is_finite(values: Array) -> bool:
+    """Whether every number is."""
+    for value in values:
+        if not math.isfinite(value):
+            return False
     return True
 
 
@@ -78,9 +81,10 @@ def look_at(
     base: Array,
     base_velocity: Array,
 ) -> None:
-    """`look` at some of many chains; every array has a row for each."""
+    """`look` at those of some chains whose numbers are finite; every array has a row for each."""
     for k in rows:
-        look(
-            flip, counters[k, LO], length, q[k], v[k],
-            angles[k], rates[k], base[k], base_velocity[k],
-        )  # fmt: skip
+        if is_finite(q[k]) and is_finite(v[k]):
+            look(
+                flip, counters[k, LO], length, q[k], v[k],
+                angles[k], rates[k], base[k], base_velocity[k],
+            )  # fmt: skip

@@ -1,9 +1,12 @@
 """What an agent decides about a component: the pattern of its magnets and its feed speed."""
 
 from itertools import product
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+Values = TypeVar("Values", np.float64, NDArray[np.float64])
 
 SLOWEST = 0.01
 """Lowest feed speed on offer [m/s]."""
@@ -39,9 +42,19 @@ def speed_levels(levels: int) -> NDArray[np.float64]:
 
 def speed_at(scaled: float) -> float:
     """Return the speed [m/s] at a place on the log scale: `SLOWEST` at −1, `FASTEST` at 1."""
-    return min(max(_MIDDLE * float(np.exp(_HALF_RANGE * scaled)), SLOWEST), FASTEST)
+    return float(speeds_at(np.float64(scaled)))
 
 
 def scaled_speed(speed: float) -> float:
     """Return where a speed [m/s] lies on the log scale from −1 to 1."""
-    return float(np.log(speed / _MIDDLE)) / _HALF_RANGE
+    return float(scaled_speeds(np.float64(speed)))
+
+
+def speeds_at(scaled: Values) -> Values:
+    """Return what `speed_at` does of each of many."""
+    return np.clip(_MIDDLE * np.exp(_HALF_RANGE * scaled), SLOWEST, FASTEST)
+
+
+def scaled_speeds(speeds: Values) -> Values:
+    """Return what `scaled_speed` does of each of many."""
+    return np.log(speeds / _MIDDLE) / _HALF_RANGE

@@ -111,7 +111,8 @@ class FoldTask:
         return QuasistaticRules(self.scene)
 
     @cached_property
-    def _template(self) -> Scene:
+    def template(self) -> Scene:
+        """What simulated episodes are drawn from."""
         return dynamic_template(self.scene)
 
     def pick(self, rng: np.random.Generator, options: Mapping[str, Any] | None) -> Goal:
@@ -138,7 +139,7 @@ class FoldTask:
         """
         if self.fidelity == "quasistatic":
             return QuasistaticEpisode(self.rules)
-        return DynamicEpisode(self._template, rng, frame_rate)
+        return DynamicEpisode(self.template, rng, frame_rate)
 
     def baseline_of(self, target: str) -> Baseline:
         """Return the energy minimiser's result for `target`; flagged where there is none.

@@ -1,0 +1,153 @@
+"""Many simulated chains side by side; see `magfold_env.envs.fleet.Fleet`."""
+
+import os
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.engine.jit import kernel
+from magfold_env.engine.outcomes import REACHED
+from magfold_env.engine.pack import TURNED
+from magfold_env.engine.session import ending, work_cap
+from magfold_env.envs.actions import SIGNS
+from magfold_env.envs.board import Board
+from magfold_env.envs.drawn_chains import DrawnChains
+from magfold_env.envs.fleet import FAILED, STATUSES, Floats, Ints
+from magfold_env.envs.progress import Progress
+from magfold_env.scene import Scene
+
+_TURNED = np.array(TURNED)
+
+
+class DynamicFleet:
+    """Chains in their tubes.
+
+    Parameters
+    ----------
+    template : Scene
+        What `magfold_env.envs.dynamic_episode.dynamic_template` returns.
+    count : int
+        How many.
+    threads : int, optional
+        How many threads feed them; by default as many as the process may use cores.
+    """
+
+    def __init__(self, template: Scene, count: int, threads: int | None = None) -> None:
+        n = template.n
+        self._drawn = DrawnChains(template, count, cores() if threads is None else threads)
+        self._chains = self._drawn.chains
+        self._duration = template.duration
+        self._order = np.array(Progress.begin(n, template.feed.direction).order)
+        self._messages = [""] * count
+        self.board = Board.empty(count, n)
+        self.status: Ints = np.zeros(count, dtype=np.int64)
+        self.fed: Ints = np.zeros(count, dtype=np.int64)
+
+    def begin(self, rows: Ints, rngs: Sequence[np.random.Generator]) -> None:
+        """Put chains into their tubes; all that is random is drawn here, row k from ``rngs[k]``."""
+        self._drawn.draw(rows, rngs)
+        self.board.clear(rows)
+        self.status[rows] = 0
+        self.fed[rows] = 0
+        self._look(rows)
+
+    def feed(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
+        """Feed the next component of each chain; after its last one a chain settles."""
+        board, drawn, chains = self.board, self._drawn, self._chains
+        _choose(
+            rows, patterns, speeds, scaled, self._order, drawn.flip, SIGNS, _TURNED,
+            drawn.strengths, drawn.factors, self.fed, board.signs, board.speeds,
+            chains.waiting, chains.speeds,
+        )  # fmt: skip
+        chains.feed(rows, self._duration)
+        self._take_in(rows)
+
+    def run(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
+        """Feed whole chains, `patterns` (rows, n), each at one speed, and let them settle."""
+        signs = SIGNS[patterns]
+        self.board.signs[rows] = signs
+        self.board.speeds[rows] = scaled[:, None]
+        self.fed[rows] = patterns.shape[1]
+        self._drawn.magnetise(rows, signs, speeds)
+        self._chains.feed(rows, self._duration, all_of_it=True)
+        self._take_in(rows)
+
+    def energies(self, rows: Ints) -> Floats:
+        """Return the magnetic energies [J]; no number where a simulation failed."""
+        self._chains.find_energies(rows[self.status[rows] != FAILED])
+        return np.where(self.status[rows] == FAILED, np.nan, self._chains.energies[rows])
+
+    def message(self, row: int) -> str:
+        """Return how a fold ended, in words."""
+        return self._messages[row]
+
+    def close(self) -> None:
+        """End the threads, if there are any."""
+        self._chains.team.close()
+
+    def _take_in(self, rows: Ints) -> None:
+        """Look at chains that were fed, and note which have ended."""
+        self._look(rows)
+        chains = self._chains
+        for row in rows[chains.outcomes[rows] != REACHED].tolist():
+            limit = work_cap(chains.model, int(chains.steps[row]))
+            joints = np.diff(self.board.angles[row])
+            outcome, time = int(chains.outcomes[row]), float(chains.times[row])
+            status, self._messages[row] = ending(outcome, time, joints, limit)
+            self.status[row] = STATUSES.index(status)
+
+    def _look(self, rows: Ints) -> None:
+        board = self.board
+        self._chains.look(
+            rows, self._drawn.flip, board.angles, board.rates, board.base, board.base_velocity
+        )
+        _release(rows, self._order, self._chains.released, board.released)
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    usable = getattr(os, "sched_getaffinity", None)
+    return len(usable(0)) if usable else os.cpu_count() or 1
+
+
+@kernel
+def _choose(  # noqa: PLR0913, PLR0917
+    rows: Ints,
+    patterns: Ints,
+    speeds: Floats,
+    scaled: Floats,
+    order: Ints,
+    flip: bool,
+    signs_of: Floats,
+    turned: Ints,
+    strengths: Floats,
+    factors: Floats,
+    fed: Ints,
+    signs: Floats,
+    scaled_speeds: Floats,
+    charges: Floats,
+    feed_speeds: Floats,
+) -> None:
+    """Note the magnets and the speed of the next component, for the chain and for the board."""
+    n = order.size
+    for j in range(rows.size):
+        k = rows[j]
+        i = order[fed[k]]
+        inside = n - 1 - i if flip else i
+        for face in range(4):
+            signs[k, i, face] = signs_of[patterns[j], face]
+        for face in range(4):
+            other = turned[face] if flip else face
+            charges[k, inside, face] = signs[k, i, other] * strengths[k, i, other]
+        scaled_speeds[k, i] = scaled[j]
+        feed_speeds[k, inside] = speeds[j] * factors[k, i]
+        fed[k] += 1
+
+
+@kernel
+def _release(rows: Ints, order: Ints, counts: Ints, released: NDArray[np.bool_]) -> None:
+    """Note which components are out, the first ones in the order of feed."""
+    for k in rows:
+        for j in range(counts[k]):
+            released[k, order[j]] = True
