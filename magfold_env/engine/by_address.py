@@ -13,12 +13,15 @@ hold, which takes 40 µs for a chain. Addresses are integers.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numba
 from llvmlite import ir
+from numba import extending
 from numba.core import types
-from numba.extending import intrinsic
+
+# With the types that kernels see, not those of what generates their code.
+intrinsic = cast("Any", extending.intrinsic)
 
 ADDRESS = ir.IntType(8).as_pointer()
 
@@ -53,7 +56,9 @@ def _call(result: types.Type, places: tuple[types.Type, ...], number: types.Type
 
 
 @intrinsic
-def call_int(_typing: Any, code: Any, model: Any, state: Any, work: Any, record: Any, x: Any) -> Any:
+def call_int(
+    _typing: Any, code: Any, model: Any, state: Any, work: Any, record: Any, x: Any
+) -> Any:
     """Call code ``(Model, State, Work, Record, float) -> int`` by its address and theirs."""
     return _call(types.int64, (types.int64,) * 4, types.float64)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from magfold_env.engine import integrator, runs
@@ -52,7 +54,7 @@ class Chains:
         self._models: Stack[Model] = Stack(model, count, OWN)
         self._states: Stack[State] = Stack(state, count)
         self._works: Stack[Work] = Stack(work, count)
-        self._record: Record = new_record(model, 0.0, 0)
+        self._record: Any = new_record(model, 0.0, 0)
         self._code = _code(model, state, work, self._record)
         self.mass, self.inertia = self._models["bodies.mass"], self._models["bodies.inertia"]
         self.grip, self.charge = self._models["grip"], self._models["charge"]

@@ -1,4 +1,4 @@
-"""A chain as it is seen from outside: component 1 first, headings and rates of all, its outer hinge.
+"""A chain as it is seen from outside: component 1 first, headings, rates and the outer hinge.
 
 The engine counts from the held end. Seen from its other end a chain has its order reversed and its
 headings turned by π.
@@ -24,7 +24,9 @@ def look(
     base: Array,
     base_velocity: Array,
 ) -> None:
-    """Fill headings [rad] and rates [rad/s], (n,), component 1's outer hinge [m] and velocity, (2,).
+    """Fill headings [rad] and rates [rad/s], (n,), the outer hinge [m] and its velocity, (2,).
+
+    That is component 1's hinge.
 
     Parameters
     ----------
@@ -82,7 +84,8 @@ def look_at(
     base_velocity: Array,
 ) -> None:
     """`look` at those of some chains whose numbers are finite; every array has a row for each."""
-    for k in rows:
+    for j in range(rows.size):
+        k: int = rows[j]
         if is_finite(q[k]) and is_finite(v[k]):
             look(
                 flip, counters[k, LO], length, q[k], v[k],

@@ -7,7 +7,7 @@ from magfold_env.engine.by_address import call_float, call_int, take
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.outcomes import REACHED, TIMED_OUT
 from magfold_env.engine.outer_field import field_energy
-from magfold_env.engine.state import LO, TIME, Array, IntArray, Model, Record, State, Work
+from magfold_env.engine.state import LO, TIME, Array, IntArray, Model, State, Work
 
 BEGIN, ADVANCE, RELEASE, ENERGY = range(4)
 

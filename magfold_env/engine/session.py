@@ -28,8 +28,7 @@ BREAKDOWNS = {
 }
 
 
-
-def ending(outcome: int, time: float, joints: Array, limit: str) -> tuple[FoldStatus, str]:
+def ending(outcome: int, time: float, joints: list[float], limit: str) -> tuple[FoldStatus, str]:
     """Return how a run ended, and the same in words.
 
     Parameters
@@ -39,7 +38,7 @@ def ending(outcome: int, time: float, joints: Array, limit: str) -> tuple[FoldSt
     time
         When it ended [s].
     joints
-        Joint angles at the end [rad], shape (n − 1,).
+        Joint angles at the end [rad].
     limit
         The work cap, in words.
     """
@@ -48,10 +47,10 @@ def ending(outcome: int, time: float, joints: Array, limit: str) -> tuple[FoldSt
     if outcome != outcomes.RESTED:
         status, reason = BREAKDOWNS[outcome]
         return status, reason.format(at=f"at t = {time:.6g} s", limit=limit)
-    open_joints = np.flatnonzero(np.abs(np.abs(joints) - math.pi / 2.0) > FOLDED_WITHIN) + 1
-    if open_joints.size == 0:
+    straight = [abs(abs(angle) - math.pi / 2.0) > FOLDED_WITHIN for angle in joints]
+    if not any(straight):
         return FoldStatus.FOLDED, f"folded at t = {time:.4g} s"
-    names = ", ".join(map(str, open_joints.tolist()))
+    names = ", ".join(str(number) for number, is_open in enumerate(straight, 1) if is_open)
     return FoldStatus.MISFOLDED, f"at rest at t = {time:.4g} s with joint {names} open"
 
 
@@ -304,7 +303,7 @@ class Session:
     def _ending(self, outcome: int) -> tuple[FoldStatus, str]:
         """Return how an integration ended, and the same in words."""
         limit = work_cap(self._model, self.steps)
-        return ending(outcome, self.time, np.diff(self.angles), limit)
+        return ending(outcome, self.time, np.diff(self.angles).tolist(), limit)
 
     def _refuse_overlap(self) -> None:
         model, work = self._model, self._work

@@ -126,7 +126,7 @@ class ActionTable:
             If one of `actions` is not in the space, or there are not `count`.
         """
         if self.kind == "dict":
-            given = cast("Mapping[str, Any]", actions) if isinstance(actions, Mapping) else {}
+            given = cast("Mapping[str, Any]", actions if isinstance(actions, Mapping) else {})
             if set(given) != {"patterns", "speed"}:
                 raise self._refused("actions", actions)
             patterns = self._digits(given["patterns"], self.sizes[:-1], count)

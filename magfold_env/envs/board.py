@@ -14,7 +14,7 @@ Bools = NDArray[np.bool_]
 
 
 class Board(NamedTuple):
-    """Chains side by side, component 1 first; what one of them shows is `Progress`, `ChainState`."""
+    """Chains side by side, component 1 first: the `Progress` and the `ChainState` of each."""
 
     released: Bools  # (m, n)
     signs: Floats  # outward poles, (m, n, 4); 0 where not set yet

@@ -6,7 +6,7 @@ what `magfold_env.engine.pack.pack` makes of the drawn scene, bit for bit: tests
 
 import math
 from collections.abc import Sequence
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +58,7 @@ class DrawnChains:
         """Draw anew for some chains, each from its own source, and put them into the tube."""
         if self._first:
             for row in rows.tolist():
-                rngs[row].random(out=self._numbers[row])
+                cast("Any", rngs[row]).random(out=self._numbers[row])
             self._take(rows)
         headings = self._headings(rows)
         self.chains.charge[rows] = 0.0
@@ -80,7 +80,12 @@ class DrawnChains:
 
     def _take(self, rows: Ints) -> None:
         """Turn numbers drawn from [0, 1) into what they stand for."""
-        scene, n, chains, spreads = self.template, self.template.n, self.chains, self.template.spreads
+        scene, n, chains, spreads = (
+            self.template,
+            self.template.n,
+            self.chains,
+            self.template.spreads,
+        )
         unit = 2.0 * self._numbers[rows] - 1.0
         each = unit[:, self._first :].reshape(len(rows), self._rest, n)
         friction = scene.friction * (1.0 + spreads.friction * unit[:, 0])

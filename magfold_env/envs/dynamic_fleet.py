@@ -13,8 +13,9 @@ from magfold_env.engine.session import ending, work_cap
 from magfold_env.envs.actions import SIGNS
 from magfold_env.envs.board import Board
 from magfold_env.envs.drawn_chains import DrawnChains
-from magfold_env.envs.fleet import FAILED, STATUSES, Floats, Ints
+from magfold_env.envs.fleet import FAILED, Floats, Ints
 from magfold_env.envs.progress import Progress
+from magfold_env.envs.row_view import STATUSES, RowView, letters_of
 from magfold_env.scene import Scene
 
 _TURNED = np.array(TURNED)
@@ -75,12 +76,33 @@ class DynamicFleet:
 
     def energies(self, rows: Ints) -> Floats:
         """Return the magnetic energies [J]; no number where a simulation failed."""
-        self._chains.find_energies(rows[self.status[rows] != FAILED])
-        return np.where(self.status[rows] == FAILED, np.nan, self._chains.energies[rows])
+        status = self.status[rows]
+        # Those that have ended are known: they were found on all threads.
+        self._chains.find_energies(rows[status == 0])
+        return np.where(status == FAILED, np.nan, self._chains.energies[rows])
 
     def message(self, row: int) -> str:
         """Return how a fold ended, in words."""
         return self._messages[row]
+
+    def view(self, row: int) -> "DynamicView":
+        """Return what there is to see of one chain."""
+        return DynamicView(self, row)
+
+    def held(self, row: int) -> NDArray[np.bool_]:
+        """Return which components of a chain friction holds, (n,), component 1 first."""
+        held = self._chains.stuck[row] == 1
+        return held[::-1] if self._drawn.flip else held
+
+    def scene(self, row: int) -> Scene:
+        """Return the drawn scene of a chain, with the magnets and speeds of components fed."""
+        scene, speeds = self._drawn.scene(row), self._chains.speeds[row]
+        fed = self._order[: self.fed[row]].tolist()
+        sequence, chosen = list(scene.sequence), scene.speeds
+        for index in fed:
+            sequence[index] = letters_of(self.board.signs[row, index])
+            chosen[index] = speeds[scene.n - 1 - index if self._drawn.flip else index]
+        return scene.replace(sequence=sequence, feed={"speed": chosen})
 
     def close(self) -> None:
         """End the threads, if there are any."""
@@ -90,12 +112,19 @@ class DynamicFleet:
         """Look at chains that were fed, and note which have ended."""
         self._look(rows)
         chains = self._chains
-        for row in rows[chains.outcomes[rows] != REACHED].tolist():
-            limit = work_cap(chains.model, int(chains.steps[row]))
-            joints = np.diff(self.board.angles[row])
-            outcome, time = int(chains.outcomes[row]), float(chains.times[row])
-            status, self._messages[row] = ending(outcome, time, joints, limit)
-            self.status[row] = STATUSES.index(status)
+        ended = rows[chains.outcomes[rows] != REACHED]
+        if not len(ended):
+            return
+        facts = (
+            chains.outcomes[ended],
+            chains.times[ended],
+            chains.steps[ended],
+            np.diff(self.board.angles[ended], axis=1),
+        )
+        told = zip(ended.tolist(), *(fact.tolist() for fact in facts), strict=True)
+        for row, outcome, time, steps, joints in told:
+            status, message = ending(outcome, time, joints, work_cap(chains.model, steps))
+            self.status[row], self._messages[row] = STATUSES.index(status), message
 
     def _look(self, rows: Ints) -> None:
         board = self.board
@@ -103,6 +132,22 @@ class DynamicFleet:
             rows, self._drawn.flip, board.angles, board.rates, board.base, board.base_velocity
         )
         _release(rows, self._order, self._chains.released, board.released)
+
+
+class DynamicView(RowView):
+    """One chain of a `DynamicFleet`."""
+
+    fleet: DynamicFleet
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which components friction holds, shape (n,)."""
+        return self.fleet.held(self.row)
+
+    @property
+    def scene_so_far(self) -> Scene:
+        """The drawn scene, with the magnets and speeds of the components fed so far."""
+        return self.fleet.scene(self.row)
 
 
 def cores() -> int:

@@ -7,20 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.board import Board
-from magfold_env.envs.episode import Episode
-from magfold_env.fold import FoldStatus
-from magfold_env.scene import Scene
+from magfold_env.envs.row_view import STATUSES, RowView
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-STATUSES = (None, FoldStatus.FOLDED, FoldStatus.MISFOLDED, FoldStatus.UNSETTLED, FoldStatus.FAILED)
-"""What the numbers stand for that fleets keep; 0 is an episode that goes on."""
-FOLDED, MISFOLDED, UNSETTLED, FAILED = range(1, 5)
+FOLDED, MISFOLDED, UNSETTLED, FAILED = range(1, len(STATUSES))
 
 
 class Fleet(Protocol):
-    """Chains that are begun and fed by rows; every row is what one `Episode` would be.
+    """Chains that are begun and fed by rows, each of them a `magfold_env.envs.episode.Episode`.
 
     Attributes
     ----------
@@ -62,6 +58,10 @@ class Fleet(Protocol):
 
     def message(self, row: int) -> str:
         """Return how a fold ended, in words."""
+        ...
+
+    def view(self, row: int) -> RowView:
+        """Return what there is to see of one chain."""
         ...
 
     def close(self) -> None:

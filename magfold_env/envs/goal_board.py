@@ -76,7 +76,8 @@ class GoalBoard:
 
     def want(self, rows: Ints, targets: Ints) -> None:
         """Set the goals of some chains, by their numbers among the targets."""
-        for target in np.unique(targets[np.isnan(self._baselines[targets])]).tolist():
+        unknown: list[int] = np.unique(targets[np.isnan(self._baselines[targets])]).tolist()
+        for target in unknown:
             baseline = self._baseline_of(self._targets[target])
             self._baselines[target], self._flags[target] = baseline.score, baseline.flagged
         self.names[rows] = self._names[targets]

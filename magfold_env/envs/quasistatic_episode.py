@@ -61,7 +61,6 @@ class QuasistaticRules:
         poles = progress.signs[order] * self.strengths[order]
         return self.lattice.energy_of(np.array(turns[: max(count - 1, 0)], dtype=np.int64), poles)
 
-
     def energies_as(
         self,
         rows: NDArray[np.int64],
@@ -228,10 +227,10 @@ class QuasistaticEpisode:
 
 def ended(turns: NDArray[np.int64]) -> tuple[FoldStatus, str]:
     """Return how a chain has ended that is all out, from its joints' quarter turns (n − 1,)."""
-    straight = np.flatnonzero(turns == 0) + 1
-    if straight.size == 0:
+    straight = [str(number) for number, turn in enumerate(turns.tolist(), 1) if turn == 0]
+    if not straight:
         return FoldStatus.FOLDED, "folded"
-    names = ", ".join(map(str, straight.tolist()))
+    names = ", ".join(straight)
     return FoldStatus.MISFOLDED, f"at rest with joint {names} open"
 
 

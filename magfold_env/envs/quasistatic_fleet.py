@@ -6,12 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.engine.jit import kernel
-from magfold_env.envs.actions import SIGNS
+from magfold_env.envs.actions import SIGNS, speed_at
 from magfold_env.envs.board import Board
 from magfold_env.envs.fleet import FOLDED, MISFOLDED, Floats, Ints
 from magfold_env.envs.lattice_feed import DEAD_END, energy, in_line, lay
 from magfold_env.envs.progress import Progress
 from magfold_env.envs.quasistatic_episode import QuasistaticRules, ended, stuck
+from magfold_env.envs.row_view import RowView, letters_of
+from magfold_env.scene import Scene
 
 
 class QuasistaticFleet:
@@ -69,6 +71,19 @@ class QuasistaticFleet:
             return ended(turns)[1]
         return stuck(self._rules, int(self._out[row]), turns)
 
+    def view(self, row: int) -> "QuasistaticView":
+        """Return what there is to see of one chain."""
+        return QuasistaticView(self, row)
+
+    def scene(self, row: int) -> Scene:
+        """Return the scene of a chain, with the magnets and speeds of components fed."""
+        scene, board = self._rules.scene, self.board
+        sequence, speeds = list(scene.sequence), scene.speeds
+        for index in self._order[: self.fed[row]].tolist():
+            sequence[index] = letters_of(board.signs[row, index])
+            speeds[index] = speed_at(float(board.speeds[row, index]))
+        return scene.replace(sequence=sequence, feed={"speed": speeds})
+
     def close(self) -> None:
         """Do nothing: there are no threads."""
 
@@ -89,6 +104,22 @@ class QuasistaticFleet:
             self._quarters, self._turns, self._out, self.status, board.released, board.angles,
             board.base,
         )  # fmt: skip
+
+
+class QuasistaticView(RowView):
+    """One chain of a `QuasistaticFleet`."""
+
+    fleet: QuasistaticFleet
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """No component: there is no friction."""
+        return np.zeros(len(self.state.angles), dtype=np.bool_)
+
+    @property
+    def scene_so_far(self) -> Scene:
+        """The scene, with the magnets and speeds of the components fed so far."""
+        return self.fleet.scene(self.row)
 
 
 @kernel
@@ -139,7 +170,8 @@ def _come_out(  # noqa: PLR0913, PLR0917
 ) -> None:
     """Release ``until`` components of each chain, the numbers of `FOLDED` and so on at its end."""
     n = order.size
-    for k in rows:
+    for j in range(rows.size):
+        k: int = rows[j]
         for _ in range(until):
             row = out[k]
             released[k, order[row]] = True
@@ -165,5 +197,5 @@ def _energies(
     rows: Ints, out: Ints, table: Floats, poles: Floats, cells: Ints, quarters: Ints, found: Floats
 ) -> None:
     for j in range(rows.size):
-        k = rows[j]
+        k: int = rows[j]
         found[j] = energy(out[k], table, poles[k], cells[k], quarters[k])

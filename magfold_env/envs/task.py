@@ -20,7 +20,7 @@ from magfold_env.envs.baseline_store import BaselineStore
 from magfold_env.envs.checks import one_of, refuse_unknown
 from magfold_env.envs.difficulty import easiest
 from magfold_env.envs.dynamic_episode import DynamicEpisode, dynamic_template
-from magfold_env.envs.episode import Episode
+from magfold_env.envs.episode import Episode, EpisodeView
 from magfold_env.envs.forecast import Forecast, forecast
 from magfold_env.envs.goals import Goal, Match, goal_of
 from magfold_env.envs.observation import ObservationLayout
@@ -150,7 +150,7 @@ class FoldTask:
             return unknown_baseline(target)
         return self._baselines.get(target)
 
-    def forecast(self, episode: Episode, goal: Goal) -> Forecast | None:
+    def forecast(self, episode: EpisodeView, goal: Goal) -> Forecast | None:
         """Return what energy minimisation says of the components fed so far.
 
         None where it has nothing to say: before the first, in an external field, and where it is
@@ -162,7 +162,7 @@ class FoldTask:
         sequence = episode.scene_so_far.sequence
         return forecast(self.rules, sequence, episode.progress, episode.fed, goal.word)
 
-    def potential(self, episode: Episode, goal: Goal) -> float:
+    def potential(self, episode: EpisodeView, goal: Goal) -> float:
         """Return Φ of the shaping for a chain as it is, 0 at its end."""
         if self.rule.shaping is None or episode.status is not None:
             return 0.0
@@ -171,7 +171,7 @@ class FoldTask:
         wanted = self.rules.energy_as(goal.word, episode.progress, episode.fed)
         return energy_potential(episode.energy, wanted)
 
-    def summary(self, episode: Episode, goal: Goal, baseline: Baseline) -> dict[str, Any]:
+    def summary(self, episode: EpisodeView, goal: Goal, baseline: Baseline) -> dict[str, Any]:
         """Return the info of an episode: the little there is on its way, all at its end."""
         info: dict[str, Any] = {"target": goal.word, "word": episode.word, "step": episode.fed}
         if episode.status is not None:
@@ -187,7 +187,7 @@ class FoldTask:
             }
         return info
 
-    def observe(self, episode: Episode, words: NDArray[np.float32]) -> NDArray[np.float32]:
+    def observe(self, episode: EpisodeView, words: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the observation of a chain; `words` are the entries that say what is wanted."""
         return self.layout.observe(episode.state, episode.progress, words)
 

@@ -5,7 +5,8 @@ of as many single environments with the same seeds, bit for bit.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Generic, TypeVar, cast
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
 
 import gymnasium
 import numpy as np
@@ -15,10 +16,13 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from magfold_env.envs.dynamic_fleet import DynamicFleet
-from magfold_env.envs.fleet import FAILED, FOLDED, MISFOLDED, STATUSES, Fleet
+from magfold_env.envs.fleet import FAILED, FOLDED, MISFOLDED, Fleet
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.goal_board import GoalBoard
+from magfold_env.envs.moments import fold_moment
 from magfold_env.envs.quasistatic_fleet import QuasistaticFleet
+from magfold_env.envs.rendering import Viewer
+from magfold_env.envs.row_view import STATUSES
 from magfold_env.envs.sequence_design import SequenceDesignEnv
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import GoalObservation, TubeFeedGoalEnv, achieved_goals
@@ -29,6 +33,9 @@ from magfold_env.envs.vector_options import (
     targets_of,
     threads_of,
 )
+
+if TYPE_CHECKING:
+    from magfold_env.render.moments import Moment
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -72,6 +79,11 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
             raise ValueError(f"num_envs: {num_envs!r} is not allowed; must be 1 or more")
         self.autoreset_mode = autoreset_mode_of(autoreset_mode)
         one = self.single(**options)
+        if one.render_mode == "human":
+            raise ValueError(
+                "render_mode: 'human' is not allowed with many environments; must be None, "
+                "'rgb_array' or 'ansi'"
+            )
         self.template = one
         """A single environment with the same options, in which nothing happens."""
         self.task = one.task
@@ -87,11 +99,10 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
             if self.task.fidelity == "quasistatic"
             else DynamicFleet(self.task.template, num_envs, threads_of(threads))
         )
-        self.goals = GoalBoard(
-            self.task.targets, self.task.match, num_envs, self.task.baseline_of
-        )
+        self.goals = GoalBoard(self.task.targets, self.task.match, num_envs, self.task.baseline_of)
+        self._viewer = Viewer(one.render_mode, one.metadata["render_fps"])
         self._rows = np.arange(num_envs)
-        self._rngs: list[np.random.Generator | None] = [None] * num_envs
+        self._rngs: list[Any] = [None] * num_envs
         self._potentials = np.zeros(num_envs)
         self._begun = np.zeros(num_envs, dtype=np.bool_)
 
@@ -136,14 +147,19 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         gymnasium.error.ResetNeeded
             Before the first reset, and, with the mode DISABLED, where an episode has ended.
         """
-        decoded = self.task.actions.decode_many(actions, self.num_envs)
+        patterns, speeds, scaled = self.task.actions.decode_many(actions, self.num_envs)
         over = self._over()
+        if self.autoreset_mode == AutoresetMode.DISABLED and over.any():
+            raise gymnasium.error.ResetNeeded(
+                f"the episodes of environments {np.flatnonzero(over).tolist()} are over; "
+                "call reset(options={'reset_mask': ...}) first"
+            )
         rows = self._rows
         if over.any():
             rows = np.flatnonzero(~over)
-            decoded = tuple(part[rows] for part in decoded)
+            patterns, speeds, scaled = patterns[rows], speeds[rows], scaled[rows]
         rewards = np.zeros(self.num_envs)
-        self._act(rows, *decoded)
+        self._act(rows, patterns, speeds, scaled)
         ended = rows[self.fleet.status[rows] > 0]
         ends = self._ends(ended)
         rewards[rows] = self._rewards(rows, ended, ends)
@@ -161,7 +177,24 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
             self._begin(ended)
         elif len(rows) < self.num_envs:
             self._begin(np.flatnonzero(over))
-        return self._observe(), rewards, terminated, truncated, infos | self._news(self._rows) | ends
+        return (
+            self._observe(),
+            rewards,
+            terminated,
+            truncated,
+            infos | self._news(self._rows) | ends,
+        )
+
+    def render(self) -> tuple[Any, ...]:
+        """Return a picture, or a text, of each environment, as `render_mode` says."""
+        self._over()
+        return tuple(self._viewer.render(partial(self.moment, row)) for row in range(self.num_envs))
+
+    def moment(self, row: int) -> "Moment":
+        """Return what a picture of an environment shows."""
+        goal = self.goals.goal(row)
+        baseline = self.task.baseline_of(goal.word)
+        return fold_moment(self.task, self.fleet.view(row), goal, baseline)
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return the masks of all environments, (m, …); `FoldEnv.action_masks`."""
@@ -173,16 +206,10 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         self.template.close()
 
     def _over(self) -> Bools:
-        """Return which episodes have ended, if that is allowed."""
+        """Return which episodes have ended."""
         if not self._begun.all():
             raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
-        over = self.fleet.status > 0
-        if self.autoreset_mode == AutoresetMode.DISABLED and over.any():
-            raise gymnasium.error.ResetNeeded(
-                f"the episodes of environments {np.flatnonzero(over).tolist()} are over; "
-                "call reset(options={'reset_mask': ...}) first"
-            )
-        return over
+        return self.fleet.status > 0
 
     def _begin(self, rows: Ints, targets: Sequence[int] | None = None) -> None:
         """Begin episodes, with targets given for all environments by number, or drawn."""
@@ -197,7 +224,7 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         if targets is not None:
             numbers = np.asarray(targets)[rows]
         self.goals.want(rows, numbers)
-        self.fleet.begin(rows, cast("list[np.random.Generator]", rngs))
+        self.fleet.begin(rows, rngs)
         self._begun[rows] = True
         self._potentials[rows] = self._potential(rows)
 
@@ -240,7 +267,9 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
                 rewards[last] += ends["is_success"][ended].astype(np.float64)
             else:
                 score = ends["score"][ended]
-                rewards[last] += score - ends["baseline"][ended] if rule.kind == "relative" else score
+                rewards[last] += (
+                    score - ends["baseline"][ended] if rule.kind == "relative" else score
+                )
         return rewards
 
     def _ends(self, rows: Ints) -> Infos:
@@ -253,7 +282,7 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         success = near & (status == FOLDED)
         score = np.where(success, 1.0, np.where(status == FAILED, 0.0, potential))
         told: dict[str, Any] = {
-            "status": np.array([str(STATUSES[each]) for each in status.tolist()], dtype=object),
+            "status": np.array([str(STATUSES[int(each)]) for each in status], dtype=object),
             "message": np.array([fleet.message(row) for row in rows.tolist()], dtype=object),
             "energy": fleet.energies(rows),
             "score": score,
@@ -276,7 +305,11 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         letters = np.empty((count, n - 1), dtype=np.uint32)
         self.fleet.board.write_words(letters)
         words = letters.view(f"<U{n - 1}")[:, 0].astype(object)
-        infos: Infos = {"target": self.goals.names.copy(), "word": words, "step": self.fleet.fed.copy()}
+        infos: Infos = {
+            "target": self.goals.names.copy(),
+            "word": words,
+            "step": self.fleet.fed.copy(),
+        }
         if len(rows) < count:
             absent = np.ones(count, dtype=np.bool_)
             absent[rows] = False

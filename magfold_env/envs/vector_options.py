@@ -1,7 +1,7 @@
 """What users of vector environments may give, checked."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from gymnasium.vector import AutoresetMode
@@ -70,24 +70,21 @@ def mask_of(options: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
     TypeError
         If it is not an array of bool.
     """
-    mask = options.get("reset_mask")
+    mask: Any = options.get("reset_mask")
     if mask is None:
         return np.ones(count, dtype=np.bool_)
-    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
-        raise TypeError(
-            f"options['reset_mask']: {mask!r} is not allowed; must be an array of bool"
-        )
-    if mask.shape != (count,) or not mask.any():
+    if not isinstance(mask, np.ndarray) or cast("Any", mask).dtype != np.bool_:
+        raise TypeError(f"options['reset_mask']: {mask!r} is not allowed; must be an array of bool")
+    found = cast("NDArray[np.bool_]", mask)
+    if found.shape != (count,) or not found.any():
         raise ValueError(
             f"options['reset_mask']: {mask!r} is not allowed; must have shape ({count},) and be "
             "true somewhere"
         )
-    return mask
+    return found
 
 
-def targets_of(
-    options: Mapping[str, Any], targets: Sequence[str], count: int
-) -> list[int] | None:
+def targets_of(options: Mapping[str, Any], targets: Sequence[str], count: int) -> list[int] | None:
     """Return the numbers of the targets that `reset` is told to take; None where it is to draw.
 
     Raises
