@@ -59,7 +59,6 @@ class Chains:
         self.mass, self.inertia = self._models["bodies.mass"], self._models["bodies.inertia"]
         self.grip, self.charge = self._models["grip"], self._models["charge"]
         self.rate_scale = self._models.number("rate_scale")
-        self.frictional = self._models.flag("frictional")
         self.q, self.v, self.stuck = (self._states[name] for name in ("q", "v", "stuck"))
         self._counters: IntArray = self._states["counter"]
         self._clocks: Array = self._states["clock"]

@@ -65,10 +65,6 @@ class Stack(Generic[T]):
         """Return a number of all copies, (count,), to be set between two calls of kernels."""
         return self._words[:, place_of(self._original, name)].view(np.float64)
 
-    def flag(self, name: str) -> IntArray:
-        """Return a yes or no of all copies as 1 or 0, (count,), to be set likewise."""
-        return self._words[:, place_of(self._original, name)]
-
     def restore(self, rows: IntArray) -> None:
         """Give the arrays of some copies the original's values again."""
         self._block[rows] = self._image

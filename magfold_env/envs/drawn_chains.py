@@ -99,7 +99,6 @@ class DrawnChains:
             mass, inertia = (x[:, ::-1] if self.flip else x for x in (mass, inertia))
             chains.mass[rows], chains.inertia[rows] = mass, inertia
         chains.grip[rows] = (friction * scene.gravity.normal)[:, None] * mass
-        chains.frictional[rows] = (friction > 0.0) & (scene.gravity.normal > 0.0)
         strength = (1.0 + spreads.remanence * unit[:, n + 1])[:, None, None]
         speed = (1.0 + spreads.feed_speed * unit[:, n + 2])[:, None]
         if spreads.feed_jitter > 0.0:
