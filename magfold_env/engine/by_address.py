@@ -18,7 +18,7 @@ from typing import Any, cast
 import numba
 from llvmlite import ir
 from numba import extending
-from numba.core import types
+from numba.core import config, types
 
 # With the types that kernels see, not those of what generates their code.
 intrinsic = cast("Any", extending.intrinsic)
@@ -30,7 +30,17 @@ def code_of(kernel: Any, *arguments: Any) -> int:
     """Return the address of a kernel's code for arguments of these types; compiles it if need be.
 
     It stays valid as long as the process lives.
+
+    Raises
+    ------
+    RuntimeError
+        If nothing is compiled, for a debugger's sake.
     """
+    if cast("Any", config).DISABLE_JIT:
+        raise RuntimeError(
+            "NUMBA_DISABLE_JIT: many chains at once need compiled kernels; unset it, or step "
+            "environments one by one (vectorization_mode='sync')"
+        )
     signature = tuple(numba.typeof(each) for each in arguments)
     kernel.compile(signature)
     compiled = kernel.overloads[signature]

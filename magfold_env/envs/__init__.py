@@ -37,6 +37,7 @@ VECTOR_ENTRY_POINTS = {
     "MagFold/TubeFeed-v0": "magfold_env.envs.vector:TubeFeedVectorEnv",
     "MagFold/SequenceDesign-v0": "magfold_env.envs.vector:SequenceDesignVectorEnv",
     "MagFold/TubeFeedGoal-v0": "magfold_env.envs.vector:TubeFeedGoalVectorEnv",
+    "MagFold/FeedControl-v0": "magfold_env.envs.control_vector:FeedControlVectorEnv",
 }
 
 
@@ -48,5 +49,5 @@ def register_envs() -> None:
             gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
                 id=env_id,
                 entry_point=entry_point,
-                vector_entry_point=VECTOR_ENTRY_POINTS.get(env_id),
+                vector_entry_point=VECTOR_ENTRY_POINTS[env_id],
             )

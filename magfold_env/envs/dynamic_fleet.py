@@ -1,6 +1,5 @@
 """Many simulated chains side by side; see `magfold_env.envs.fleet.Fleet`."""
 
-import os
 from collections.abc import Sequence
 
 import numpy as np
@@ -30,13 +29,13 @@ class DynamicFleet:
         What `magfold_env.envs.dynamic_episode.dynamic_template` returns.
     count : int
         How many.
-    threads : int, optional
-        How many threads feed them; by default as many as the process may use cores.
+    threads : int
+        How many threads feed them.
     """
 
-    def __init__(self, template: Scene, count: int, threads: int | None = None) -> None:
+    def __init__(self, template: Scene, count: int, threads: int) -> None:
         n = template.n
-        self._drawn = DrawnChains(template, count, cores() if threads is None else threads)
+        self._drawn = DrawnChains(template, count, threads)
         self._chains = self._drawn.chains
         self._duration = template.duration
         self._order = np.array(Progress.begin(n, template.feed.direction).order)
@@ -148,12 +147,6 @@ class DynamicView(RowView):
     def scene_so_far(self) -> Scene:
         """The drawn scene, with the magnets and speeds of the components fed so far."""
         return self.fleet.scene(self.row)
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    usable = getattr(os, "sched_getaffinity", None)
-    return len(usable(0)) if usable else os.cpu_count() or 1
 
 
 @kernel

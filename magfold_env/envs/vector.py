@@ -28,6 +28,7 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import GoalObservation, TubeFeedGoalEnv, achieved_goals
 from magfold_env.envs.vector_options import (
     autoreset_mode_of,
+    check_count,
     mask_of,
     seeds_of,
     targets_of,
@@ -75,15 +76,9 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         threads: int | None = None,
         **options: Any,
     ) -> None:
-        if num_envs < 1:
-            raise ValueError(f"num_envs: {num_envs!r} is not allowed; must be 1 or more")
+        check_count(num_envs, options.get("render_mode"))
         self.autoreset_mode = autoreset_mode_of(autoreset_mode)
         one = self.single(**options)
-        if one.render_mode == "human":
-            raise ValueError(
-                "render_mode: 'human' is not allowed with many environments; must be None, "
-                "'rgb_array' or 'ansi'"
-            )
         self.template = one
         """A single environment with the same options, in which nothing happens."""
         self.task = one.task

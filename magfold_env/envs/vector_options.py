@@ -1,5 +1,6 @@
 """What users of vector environments may give, checked."""
 
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
@@ -27,15 +28,35 @@ def autoreset_mode_of(mode: AutoresetMode | str) -> AutoresetMode:
         ) from None
 
 
-def threads_of(threads: int | None) -> int | None:
-    """Return a number of threads that is allowed; None stands for all cores.
+def check_count(num_envs: int, render_mode: str | None) -> None:
+    """Refuse too few environments, and windows.
+
+    Raises
+    ------
+    ValueError
+        If there is nothing to step, or many would be shown in windows.
+    """
+    if num_envs < 1:
+        raise ValueError(f"num_envs: {num_envs!r} is not allowed; must be 1 or more")
+    if render_mode == "human":
+        raise ValueError(
+            "render_mode: 'human' is not allowed with many environments; must be None, "
+            "'rgb_array' or 'ansi'"
+        )
+
+
+def threads_of(threads: int | None) -> int:
+    """Return how many threads to use; None stands for as many as the process may use cores.
 
     Raises
     ------
     ValueError
         If it is less than one.
     """
-    if threads is not None and threads < 1:
+    if threads is None:
+        usable = getattr(os, "sched_getaffinity", None)
+        return len(usable(0)) if usable else os.cpu_count() or 1
+    if threads < 1:
         raise ValueError(f"threads: {threads!r} is not allowed; must be 1 or more, or None")
     return threads
 

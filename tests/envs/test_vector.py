@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode
 from gymnasium.wrappers.vector import RecordVideo
-from tests.envs.vectors import alike, play, same
 
 import magfold_env as mf
 from magfold_env.envs import VECTOR_ENTRY_POINTS
+from tests.envs.vectors import alike, pair, play, same
 
 QUICK: dict[str, Any] = {"components": 3}
 NEXT, SAME, NEVER = AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP, AutoresetMode.DISABLED
@@ -20,15 +20,24 @@ ANY = {"spreads": {"friction": 0.2, "mass": 0.3, "remanence": 0.1, "feed_speed":
 BACKWARD = mf.load_scene("tube-feed").replace(feed={"direction": "backward"}, **ANY)
 
 
+FIDELITIES = [
+    pytest.param(env_id, fidelity, id=f"{env_id.split('/')[1]}-{fidelity}")
+    for env_id in VECTOR_ENTRY_POINTS
+    for fidelity in ("dynamics", "quasistatic")
+    if (env_id, fidelity) != ("MagFold/FeedControl-v0", "quasistatic")
+]
+
+
 def options_of(env_id: str, fidelity: str) -> dict[str, Any]:
     """Short chains; those that have a baseline do without."""
+    if "Control" in env_id:
+        return {}
     more = {} if "Goal" in env_id else {"baseline": None}
     return QUICK | {"fidelity": fidelity} | more
 
 
 @pytest.mark.parametrize("mode", AutoresetMode)
-@pytest.mark.parametrize("fidelity", ["dynamics", "quasistatic"])
-@pytest.mark.parametrize("env_id", list(VECTOR_ENTRY_POINTS))
+@pytest.mark.parametrize(("env_id", "fidelity"), FIDELITIES)
 def test_they_say_what_single_ones_do(env_id: str, fidelity: str, mode: AutoresetMode) -> None:
     assert alike(env_id, 3, mode, 9, **options_of(env_id, fidelity))
 
@@ -108,6 +117,27 @@ def test_what_was_told_does_not_change() -> None:
     env = gymnasium.make_vec(FEED, num_envs=2, autoreset_mode=SAME, fidelity="quasistatic")
     said = play(env, 14)
     assert same(said, play(env, 14))
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_feed_control_truncates_alike(mode: AutoresetMode) -> None:
+    """A chain that is never fed lasts to the horizon."""
+    native, single = pair("MagFold/FeedControl-v0", 2, mode)
+    for env in (native, single):
+        env.reset(seed=1)
+    for step in range(252 if mode == NEXT else 250):
+        actions = np.array([0, 0]) if step < 250 else np.array([9, 9])
+        told, expected = native.step(actions), single.step(actions)
+        assert same(told, expected)
+        assert told[3].all() == (step == 249)
+    native.close()
+
+
+def test_errors_of_single_environments_are_raised() -> None:
+    env = gymnasium.make_vec("MagFold/FeedControl-v0", num_envs=3, threads=2)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="action: .* is not allowed"):
+        env.step(np.array([1, 12, 3]))
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
