@@ -3,13 +3,12 @@
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import count
-from typing import Any
+from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.vector.utils import iterate
-from numpy.typing import NDArray
 
 from magfold_env.engine.team import Team
 from magfold_env.envs.feed_control import FeedControlEnv
@@ -21,7 +20,7 @@ from magfold_env.envs.vector_options import (
     threads_of,
 )
 
-Said = tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]
+Said = tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]
 Infos = dict[str, Any]
 
 
@@ -61,7 +60,8 @@ class FeedControlVectorEnv(SyncVectorEnv):
         check_count(num_envs, options.get("render_mode"))
         mode = autoreset_mode_of(autoreset_mode)
         self._team = Team(threads_of(threads))
-        super().__init__([partial(_Ahead, options) for _ in range(num_envs)], autoreset_mode=mode)
+        made = [partial(_Ahead, options) for _ in range(num_envs)]
+        super().__init__(made, autoreset_mode=mode)  # pyright: ignore[reportUnknownMemberType]
 
     @property
     def template(self) -> FeedControlEnv:
@@ -102,8 +102,9 @@ class FeedControlVectorEnv(SyncVectorEnv):
                 f"the episodes of environments {np.flatnonzero(over).tolist()} are over; "
                 "call reset(options={'reset_mask': ...}) first"
             )
+        batched: Any = self.action_space
         envs: Any = self.envs
-        each = zip(iterate(self.action_space, actions), envs, over, strict=True)
+        each = zip(iterate(batched, actions), envs, over, strict=True)
         going = [(env, action) for action, env, has_ended in each if not has_ended]
         self._team.run(_step_ahead, (going, count()), len(going))
         return super().step(actions)

@@ -1,5 +1,7 @@
 """Chains side by side go exactly as sessions do, one by one."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -14,7 +16,7 @@ def tube(n: int, seed: int, direction: str = "backward") -> mf.Scene:
     """A chain in the tube whose magnets are in order from the held end."""
     rng = np.random.default_rng(seed)
     sequence = tuple("".join(rng.choice(list("NS"), 4)) for _ in range(n))
-    feed = {"direction": direction, "loading": "at_mouth", "speed": (0.3,) * n}
+    feed: Any = {"direction": direction, "loading": "at_mouth", "speed": (0.3,) * n}
     return mf.Scene(sequence=sequence, mount="tube", feed=feed, start_angle_spread=0.02).draw(rng)
 
 

@@ -114,6 +114,7 @@ def test_hindsight_replay_relabels_goals() -> None:
 
 
 def test_the_package_does_without() -> None:
-    code = "import sys, gymnasium, magfold_env; gymnasium.make_vec('MagFold/TubeFeed-v0', fidelity='quasistatic')"
+    code = "import sys, gymnasium, magfold_env"
+    code += "; gymnasium.make_vec('MagFold/TubeFeed-v0', fidelity='quasistatic')"
     code += "; sys.exit(any(name.startswith('stable_baselines3') for name in sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
