@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecMonitor
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
 
+from magfold_env.envs.control_vector import FeedControlVectorEnv
 from magfold_env.envs.vector import FoldVectorEnv
 
 Info = dict[str, Any]
+VectorEnv = FoldVectorEnv[Any] | FeedControlVectorEnv
 
 
 def make_sb3_vec(env_id: str, num_envs: int, **options: Any) -> VecMonitor:
@@ -35,7 +37,7 @@ def make_sb3_vec(env_id: str, num_envs: int, **options: Any) -> VecMonitor:
     made = gymnasium.make_vec(
         env_id, num_envs=num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options
     )
-    return VecMonitor(FoldVecEnv(cast("FoldVectorEnv[Any]", made.unwrapped)), None, ("is_success",))
+    return VecMonitor(FoldVecEnv(cast("VectorEnv", made.unwrapped)))
 
 
 class FoldVecEnv(VecEnv):
@@ -46,7 +48,7 @@ class FoldVecEnv(VecEnv):
 
     Parameters
     ----------
-    vector : FoldVectorEnv
+    vector : FoldVectorEnv or FeedControlVectorEnv
         With the autoreset mode SAME_STEP.
 
     Raises
@@ -55,7 +57,7 @@ class FoldVecEnv(VecEnv):
         If it has another.
     """
 
-    def __init__(self, vector: FoldVectorEnv[Any]) -> None:
+    def __init__(self, vector: VectorEnv) -> None:
         if vector.autoreset_mode != AutoresetMode.SAME_STEP:
             raise ValueError(
                 f"autoreset_mode: {vector.autoreset_mode} is not allowed; must be SAME_STEP"
@@ -69,11 +71,14 @@ class FoldVecEnv(VecEnv):
 
     def reset(self) -> Any:
         """Begin new episodes, with the seeds and options given before, if any."""
-        targets = [options.get("target") for options in self._options]
-        given = [target is not None for target in targets]
-        if any(given) and not all(given):
-            raise ValueError("options: 'target' must be given for all environments or for none")
-        options = {"target": targets} if all(given) else None
+        options = self._options[0]
+        if any(each != options for each in self._options):
+            if any(each.keys() != {"target"} for each in self._options):
+                raise ValueError(
+                    f"options: {self._options!r} are not allowed; must be the same for all "
+                    "environments, or a 'target' for each"
+                )
+            options = {"target": [each["target"] for each in self._options]}
         observation, infos = self.vector.reset(seed=self._seeds, options=options)
         self.reset_infos = _each(infos, self.num_envs)
         self._reset_seeds()
@@ -108,7 +113,7 @@ class FoldVecEnv(VecEnv):
 
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
         """Return a picture of each environment."""
-        return self.vector.render()
+        return cast("Any", self.vector).render()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """Return an attribute of a single environment, as often as it is asked for."""

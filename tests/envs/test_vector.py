@@ -45,8 +45,12 @@ def test_they_say_what_single_ones_do(env_id: str, fidelity: str, mode: Autorese
 @pytest.mark.parametrize("mode", AutoresetMode)
 def test_episodes_may_end_at_different_steps(mode: AutoresetMode) -> None:
     """Quasistatic chains of 16 now and then grow into a corner."""
-    assert alike(FEED, 40, mode, 40, fidelity="quasistatic", components=16)
-    assert alike(FEED, 8, mode, 40, fidelity="quasistatic", components=16, scene=BACKWARD)
+    options = {"fidelity": "quasistatic", "components": 16, "targets": ["LRLRLRLRLRLRLRL"]}
+    assert alike(FEED, 8, mode, 40, scene=BACKWARD, **options)
+    native, single = pair(FEED, 30, mode, **options)
+    told = play(native, 40)
+    assert same(told, play(single, 40))
+    assert any(0 < each[2].sum() < 30 for each in told if len(each) == 5)
 
 
 @pytest.mark.parametrize("fidelity", ["dynamics", "quasistatic"])
@@ -166,7 +170,7 @@ def test_pictures_are_those_of_single_environments(fidelity: str) -> None:
 
 
 def test_they_can_be_filmed(tmp_path: Any) -> None:
-    options = QUICK | {"fidelity": "quasistatic", "render_mode": "rgb_array"}
+    options: dict[str, Any] = QUICK | {"fidelity": "quasistatic", "render_mode": "rgb_array"}
     native = gymnasium.make_vec(FEED, num_envs=2, **options)
     env = RecordVideo(native, str(tmp_path / "films"), episode_trigger=lambda _: True)
     play(env, 5)
