@@ -78,6 +78,7 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
     ) -> None:
         check_count(num_envs, options.get("render_mode"))
         self.autoreset_mode = autoreset_mode_of(autoreset_mode)
+        threads = threads_of(threads)
         one = self.single(**options)
         self.template = one
         """A single environment with the same options, in which nothing happens."""
@@ -92,7 +93,7 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         self.fleet: Fleet = (
             QuasistaticFleet(self.task.rules, num_envs)
             if self.task.fidelity == "quasistatic"
-            else DynamicFleet(self.task.template, num_envs, threads_of(threads))
+            else DynamicFleet(self.task.template, num_envs, threads)
         )
         self.goals = GoalBoard(self.task.targets, self.task.match, num_envs, self.task.baseline_of)
         self._viewer = Viewer(one.render_mode, one.metadata["render_fps"])
