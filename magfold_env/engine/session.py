@@ -152,14 +152,14 @@ class Session:
     @property
     def base(self) -> Array:
         """Outer hinge of component 1 [m], shape (2,)."""
-        return self._look()[2]
+        return self._seen()[2]
 
     @property
     def base_velocity(self) -> Array:
         """Velocity of component 1's outer hinge [m/s], shape (2,)."""
-        return self._look()[3]
+        return self._seen()[3]
 
-    def _look(self) -> tuple[Array, Array, Array, Array]:
+    def _seen(self) -> tuple[Array, Array, Array, Array]:
         """Return headings, rates, outer hinge and its velocity."""
         n, state = self.n, self._state
         seen = np.empty(n), np.empty(n), np.empty(2), np.empty(2)

@@ -102,9 +102,8 @@ class FeedControlVectorEnv(SyncVectorEnv):
                 f"the episodes of environments {np.flatnonzero(over).tolist()} are over; "
                 "call reset(options={'reset_mask': ...}) first"
             )
-        batched: Any = self.action_space
-        envs: Any = self.envs
-        each = zip(iterate(batched, actions), envs, over, strict=True)
+        own: Any = self
+        each = zip(iterate(own.action_space, actions), own.envs, over, strict=True)
         going = [(env, action) for action, env, has_ended in each if not has_ended]
         self._team.run(_step_ahead, (going, count()), len(going))
         return super().step(actions)

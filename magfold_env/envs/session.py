@@ -28,7 +28,7 @@ class EnvSession(Session):
 
     def chain_state(self) -> ChainState:
         """Return a copy of the chain's state."""
-        return ChainState(*self._look())
+        return ChainState(*self._seen())
 
     def copy(self) -> Self:
         """Return a session in exactly the same state that shares only what never changes."""

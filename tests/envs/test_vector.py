@@ -63,7 +63,8 @@ def test_episodes_may_end_at_different_steps(mode: AutoresetMode) -> None:
     native, single = pair(FEED, 3, mode, **LONG)
     tape = into_a_corner()
     rng = np.random.default_rng(0)
-    native.reset(seed=0), single.reset(seed=0)
+    for env in (native, single):
+        env.reset(seed=0)
     ends = []
     for step in range(40):
         actions = rng.integers([16, 9], size=(3, 2))
