@@ -16,7 +16,7 @@ from stable_baselines3.common.vec_env import VecMonitor
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
 
 from magfold_env.envs.control_vector import FeedControlVectorEnv
-from magfold_env.envs.vector import FoldVectorEnv
+from magfold_env.envs.fold_vector import FoldVectorEnv
 
 Info = dict[str, Any]
 VectorEnv = FoldVectorEnv[Any] | FeedControlVectorEnv
@@ -32,7 +32,7 @@ def make_sb3_vec(env_id: str, num_envs: int, **options: Any) -> VecMonitor:
     num_envs : int
         How many environments.
     **options
-        Those of the vector environment: `magfold_env.envs.vector.FoldVectorEnv`.
+        Those of the vector environment: `magfold_env.envs.fold_vector.FoldVectorEnv`.
     """
     made = gymnasium.make_vec(
         env_id, num_envs=num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options
