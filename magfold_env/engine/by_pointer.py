@@ -79,6 +79,16 @@ def _write(packed: Any, codes: list[str], values: list[float]) -> None:
             values.append(int(value))
 
 
+def words_of(packed: Any) -> np.ndarray[Any, Any]:
+    """Return the words of a marked NamedTuple, as integers."""
+    return np.frombuffer(packed._words, dtype=np.int64)
+
+
+def place_of(packed: Any, name: str) -> int:
+    """Return which word a field of a marked NamedTuple is, or begins with."""
+    return cast("PackedType", typeof_impl(packed, None)).places[name][0]
+
+
 class PackedType(types.Type):
     """What the compiler knows of a marked class: names and types of the fields, and their places.
 

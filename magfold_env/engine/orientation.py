@@ -59,12 +59,3 @@ class Orientation:
         else:
             hinge = base - np.where(held, links, 0.0).sum(axis=1)
         return np.stack([hinge.real, hinge.imag], axis=1)
-
-    def outer_hinge_velocity(self, q: Array, v: Array) -> Array:
-        """Velocity of component 1's outer hinge [m/s], (2,), for q and v (n + 2,)."""
-        n = self.length.size
-        velocity = v[n:].copy()
-        if self.flip:
-            arm = self.length * v[:n]
-            velocity += np.array([-(arm * np.sin(q[:n])).sum(), (arm * np.cos(q[:n])).sum()])
-        return velocity

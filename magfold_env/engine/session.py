@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from magfold_env.engine import boxes, feed, integrator, outcomes, paper
+from magfold_env.engine import boxes, feed, integrator, outcomes, outside, paper
 from magfold_env.engine.energies import magnet_energy, potential_energy
 from magfold_env.engine.frames import Frames
 from magfold_env.engine.orientation import Orientation
 from magfold_env.engine.pack import component_charges, pack, reversed_inside
-from magfold_env.engine.state import EVALUATIONS, LO, STEPS, TIME, Array
+from magfold_env.engine.state import EVALUATIONS, LO, STEPS, TIME, Array, Model
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene
@@ -26,6 +26,39 @@ BREAKDOWNS = {
     outcomes.NO_SOLUTION: (FoldStatus.FAILED, "contact and friction forces not found {at}"),
     outcomes.NOT_FINITE: (FoldStatus.FAILED, "accelerations are not finite {at}"),
 }
+
+
+def ending(outcome: int, time: float, joints: list[float], limit: str) -> tuple[FoldStatus, str]:
+    """Return how a run ended, and the same in words.
+
+    Parameters
+    ----------
+    outcome
+        Of its integration.
+    time
+        When it ended [s].
+    joints
+        Joint angles at the end [rad].
+    limit
+        The work cap, in words.
+    """
+    if outcome == outcomes.TIMED_OUT:
+        return FoldStatus.UNSETTLED, f"still moving after {time:.4g} s"
+    if outcome != outcomes.RESTED:
+        status, reason = BREAKDOWNS[outcome]
+        return status, reason.format(at=f"at t = {time:.6g} s", limit=limit)
+    straight = [abs(abs(angle) - math.pi / 2.0) > FOLDED_WITHIN for angle in joints]
+    if not any(straight):
+        return FoldStatus.FOLDED, f"folded at t = {time:.4g} s"
+    names = ", ".join(str(number) for number, is_open in enumerate(straight, 1) if is_open)
+    return FoldStatus.MISFOLDED, f"at rest at t = {time:.4g} s with joint {names} open"
+
+
+def work_cap(model: Model, steps: int) -> str:
+    """Return the work cap that a run met after so many steps."""
+    if steps >= model.max_steps:
+        return f"{model.max_steps} steps"
+    return f"{model.max_steps_per_second} steps a second"
 
 
 class Session:
@@ -119,12 +152,20 @@ class Session:
     @property
     def base(self) -> Array:
         """Outer hinge of component 1 [m], shape (2,)."""
-        return self._view.outer_hinge(self._state.q[None], self._state.counter[[LO]])[0]
+        return self._seen()[2]
 
     @property
     def base_velocity(self) -> Array:
         """Velocity of component 1's outer hinge [m/s], shape (2,)."""
-        return self._view.outer_hinge_velocity(self._state.q, self._state.v)
+        return self._seen()[3]
+
+    def _seen(self) -> tuple[Array, Array, Array, Array]:
+        """Return headings, rates, outer hinge and its velocity."""
+        n, state = self.n, self._state
+        seen = np.empty(n), np.empty(n), np.empty(2), np.empty(2)
+        lo = int(state.counter[LO])
+        outside.look(self._view.flip, lo, self._view.length, state.q, state.v, *seen)
+        return seen
 
     @property
     def word(self) -> str:
@@ -204,7 +245,7 @@ class Session:
         if self._status is not None:
             return
         if self._advance(self._state.clock[TIME] + self._scene.duration):
-            self._end(FoldStatus.UNSETTLED, f"still moving after {self.time:.4g} s")
+            self._end(*self._ending(outcomes.TIMED_OUT))
 
     def fold(self) -> Fold:
         """Return the result of a run that has ended.
@@ -256,19 +297,13 @@ class Session:
             self._frames.empty()
         if outcome == outcomes.REACHED:
             return True
-        if outcome == outcomes.RESTED:
-            self._rest()
-        else:
-            status, reason = BREAKDOWNS[outcome]
-            reason = reason.format(at=f"at t = {self.time:.6g} s", limit=self._limit())
-            self._end(status, reason)
+        self._end(*self._ending(outcome))
         return False
 
-    def _limit(self) -> str:
-        """Return the work cap that was met."""
-        if self.steps >= self._model.max_steps:
-            return f"{self._model.max_steps} steps"
-        return f"{self._model.max_steps_per_second} steps a second"
+    def _ending(self, outcome: int) -> tuple[FoldStatus, str]:
+        """Return how an integration ended, and the same in words."""
+        limit = work_cap(self._model, self.steps)
+        return ending(outcome, self.time, np.diff(self.angles).tolist(), limit)
 
     def _refuse_overlap(self) -> None:
         model, work = self._model, self._work
@@ -278,17 +313,6 @@ class Session:
         if pair[0] >= 0:
             first, second = sorted(self._view.index(k) + 1 for k in pair)
             self._end(FoldStatus.FAILED, f"components {first} and {second} overlap at the start")
-
-    def _rest(self) -> None:
-        joints = np.abs(np.diff(self.angles))
-        open_joints = np.flatnonzero(np.abs(joints - math.pi / 2.0) > FOLDED_WITHIN) + 1
-        if open_joints.size == 0:
-            self._end(FoldStatus.FOLDED, f"folded at t = {self.time:.4g} s")
-        else:
-            names = ", ".join(str(k) for k in open_joints)
-            self._end(
-                FoldStatus.MISFOLDED, f"at rest at t = {self.time:.4g} s with joint {names} open"
-            )
 
     def _end(self, status: FoldStatus, message: str) -> None:
         self._status = status

@@ -33,11 +33,21 @@ ENTRY_POINTS = {
 }
 
 
+VECTOR_ENTRY_POINTS = {
+    "MagFold/TubeFeed-v0": "magfold_env.envs.vector:TubeFeedVectorEnv",
+    "MagFold/SequenceDesign-v0": "magfold_env.envs.vector:SequenceDesignVectorEnv",
+    "MagFold/TubeFeedGoal-v0": "magfold_env.envs.vector:TubeFeedGoalVectorEnv",
+    "MagFold/FeedControl-v0": "magfold_env.envs.control_vector:FeedControlVectorEnv",
+}
+
+
 def register_envs() -> None:
     """Register every environment id with Gymnasium; a second call changes nothing."""
     for env_id, entry_point in ENTRY_POINTS.items():
         if env_id not in gymnasium.registry:
             # The horizon is part of the task, so no TimeLimit is added.
             gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
-                id=env_id, entry_point=entry_point
+                id=env_id,
+                entry_point=entry_point,
+                vector_entry_point=VECTOR_ENTRY_POINTS[env_id],
             )

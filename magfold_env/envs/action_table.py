@@ -19,8 +19,10 @@ from magfold_env.envs.actions import (
     PATTERNS,
     SIGNS,
     scaled_speed,
+    scaled_speeds,
     speed_at,
     speed_levels,
+    speeds_at,
 )
 from magfold_env.envs.checks import one_of
 
@@ -28,6 +30,9 @@ ActionKind = Literal["multidiscrete", "discrete", "box", "dict"]
 
 _Read = tuple[NDArray[np.integer], float]
 """Numbers of patterns, and a speed [m/s]."""
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
 
 MOST_DISCRETE = 1_000_000
 """Most single actions that a `discrete` space may have."""
@@ -105,6 +110,42 @@ class ActionTable:
         patterns, speed = read
         return tuple(PATTERNS[self._buildable[int(p)]] for p in patterns), speed
 
+    def decode_many(self, actions: Any, count: int) -> tuple[Ints, Floats, Floats]:
+        """Return what `decode` does for each of `count` actions, as Gymnasium batches them.
+
+        Returns
+        -------
+        patterns : array of int, shape (count, components)
+            Of components that can be built.
+        speeds, scaled : array, shape (count,)
+            Feed speeds [m/s], and the same on the log scale from −1 to 1.
+
+        Raises
+        ------
+        ValueError
+            If one of `actions` is not in the space, or there are not `count`.
+        """
+        if self.kind == "dict":
+            given = cast("Mapping[str, Any]", actions if isinstance(actions, Mapping) else {})
+            if set(given) != {"patterns", "speed"}:
+                raise self._refused("actions", actions)
+            patterns = self._digits(given["patterns"], self.sizes[:-1], count)
+            scaled = self._numbers(given["speed"], 1, count)[:, 0]
+        elif self.kind == "box":
+            numbers = self._numbers(actions, 4 * self.components + 1, count)
+            south = (numbers[:, :-1] <= 0.0).reshape(count, self.components, 4)
+            patterns, scaled = np.packbits(south, axis=2)[:, :, 0] >> 4, numbers[:, -1]
+        else:
+            if self.kind == "discrete":
+                number = self._digits(actions, (self._count,), count)
+                digits = np.stack(np.unravel_index(number, self.sizes), axis=-1)
+            else:
+                digits = self._digits(actions, self.sizes, count)
+            levels = digits[:, -1]
+            return self._built[digits[:, :-1]], self.speeds[levels], self._scaled[levels]
+        speeds = speeds_at(scaled)
+        return self._built[patterns], speeds, scaled_speeds(speeds)
+
     def encode(self, faces: str | Sequence[str], speed: float) -> Any:
         """Return the action nearest to the faces of each component and a speed [m/s].
 
@@ -166,6 +207,49 @@ class ActionTable:
         built = np.array(self.catalogue)
         shared = SIGNS @ SIGNS[built].T
         return built[np.argmax(shared, axis=1)].tolist()
+
+    @cached_property
+    def _built(self) -> Ints:
+        """The same as an array."""
+        return np.array(self._buildable, dtype=np.int64)
+
+    @cached_property
+    def _scaled(self) -> Floats:
+        """The levels on the log scale from −1 to 1."""
+        return np.array([scaled_speed(speed) for speed in self.speeds.tolist()])
+
+    def _digits(self, values: Any, sizes: tuple[int, ...], count: int) -> Ints:
+        """Return rows of integers from 0 to below `sizes`; a single size makes for no rows."""
+        found = np.asarray(values)
+        shape = (count,) if self.kind == "discrete" else (count, len(sizes))
+        if found.shape != shape or found.dtype.kind not in "iu":
+            raise self._refused_shape(found, shape)
+        wrong = (found < 0) | (found >= (sizes[0] if self.kind == "discrete" else sizes))
+        if wrong.any():
+            row = int(np.argwhere(wrong)[0, 0])
+            raise self._refused(f"actions[{row}]", found[row])
+        return found
+
+    def _numbers(self, values: Any, size: int, count: int) -> Floats:
+        """Return rows of `size` numbers from −1 to 1."""
+        found = np.asarray(values)
+        if found.shape != (count, size) or found.dtype.kind not in "fiu":
+            raise self._refused_shape(found, (count, size))
+        found = found.astype(np.float64)
+        right = np.abs(found) <= 1.0
+        if not right.all():
+            row = int(np.argwhere(~right)[0, 0])
+            raise self._refused(f"actions[{row}]", found[row])
+        return found
+
+    def _refused(self, key: str, action: Any) -> ValueError:
+        return ValueError(f"{key}: {action!r} is not allowed; must be {self._allowed}")
+
+    def _refused_shape(self, found: NDArray[Any], shape: tuple[int, ...]) -> ValueError:
+        return ValueError(
+            f"actions: an array of {found.dtype} of shape {found.shape} is not allowed; must have "
+            f"shape {shape}, a row (a number if discrete) for each environment: {self._allowed}"
+        )
 
     @property
     def _allowed(self) -> str:

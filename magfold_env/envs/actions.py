@@ -1,6 +1,7 @@
 """What an agent decides about a component: the pattern of its magnets and its feed speed."""
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,9 +40,19 @@ def speed_levels(levels: int) -> NDArray[np.float64]:
 
 def speed_at(scaled: float) -> float:
     """Return the speed [m/s] at a place on the log scale: `SLOWEST` at −1, `FASTEST` at 1."""
-    return min(max(_MIDDLE * float(np.exp(_HALF_RANGE * scaled)), SLOWEST), FASTEST)
+    return float(speeds_at(scaled))
 
 
 def scaled_speed(speed: float) -> float:
     """Return where a speed [m/s] lies on the log scale from −1 to 1."""
-    return float(np.log(speed / _MIDDLE)) / _HALF_RANGE
+    return float(scaled_speeds(speed))
+
+
+def speeds_at(scaled: Any) -> Any:
+    """Return what `speed_at` does, of a number or of each in an array."""
+    return np.clip(_MIDDLE * np.exp(_HALF_RANGE * scaled), SLOWEST, FASTEST)
+
+
+def scaled_speeds(speeds: Any) -> Any:
+    """Return what `scaled_speed` does, of a number or of each in an array."""
+    return np.log(speeds / _MIDDLE) / _HALF_RANGE

@@ -11,8 +11,8 @@ from magfold_env.fold import FoldStatus, Trajectory
 from magfold_env.scene import Scene
 
 
-class Episode(Protocol):
-    """One chain, from the tube to the end of its fold."""
+class EpisodeView(Protocol):
+    """What there is to see of one chain, from the tube to the end of its fold."""
 
     @property
     def progress(self) -> Progress:
@@ -55,6 +55,15 @@ class Episode(Protocol):
         ...
 
     @property
+    def scene_so_far(self) -> Scene:
+        """The drawn scene, with the magnets and speeds of the components fed so far."""
+        ...
+
+
+class Episode(EpisodeView, Protocol):
+    """The same, and what can be done with it."""
+
+    @property
     def motion(self) -> Trajectory | None:
         """What was recorded of the way so far; None if nothing is."""
         ...
@@ -68,11 +77,6 @@ class Episode(Protocol):
         RuntimeError
             If all have been fed.
         """
-        ...
-
-    @property
-    def scene_so_far(self) -> Scene:
-        """The drawn scene, with the magnets and speeds of the components fed so far."""
         ...
 
     def feed(self, faces: str, speed: float) -> None:

@@ -10,7 +10,7 @@ from magfold_env.envs.baseline import Baseline
 from magfold_env.envs.control_episode import ControlEpisode
 from magfold_env.envs.control_setup import ControlSetup
 from magfold_env.envs.control_tasks import ControlTask
-from magfold_env.envs.episode import Episode
+from magfold_env.envs.episode import EpisodeView
 from magfold_env.envs.forecast import Forecast
 from magfold_env.envs.goals import Goal
 from magfold_env.envs.task import FoldTask
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _Rows = list[tuple[str, str]]
 
 
-def fold_moment(task: FoldTask, episode: Episode, goal: Goal, baseline: Baseline) -> Moment:
+def fold_moment(task: FoldTask, episode: EpisodeView, goal: Goal, baseline: Baseline) -> Moment:
     """Return what there is to see of an episode in which magnets are chosen."""
     from magfold_env.render.moments import Moment  # noqa: PLC0415 - needs the extra
 

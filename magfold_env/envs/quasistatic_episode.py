@@ -61,6 +61,37 @@ class QuasistaticRules:
         poles = progress.signs[order] * self.strengths[order]
         return self.lattice.energy_of(np.array(turns[: max(count - 1, 0)], dtype=np.int64), poles)
 
+    def energies_as(
+        self,
+        rows: NDArray[np.int64],
+        joints: NDArray[np.float64],
+        signs: NDArray[np.float64],
+        counts: NDArray[np.int64],
+    ) -> NDArray[np.float64]:
+        """Return `energy_as` for some of many chains.
+
+        Parameters
+        ----------
+        rows : array of int
+            Which.
+        joints : array, shape (m, n − 1)
+            The shapes of all chains as joint angles [rad].
+        signs : array, shape (m, n, 4)
+            Their outward poles.
+        counts : array of int, shape (m,)
+            How many components of each have magnets.
+        """
+        turns = np.rint(joints[rows] / (0.5 * np.pi)).astype(np.int64)
+        poles = signs[rows] * self.strengths
+        if not self.forward:
+            turns, poles = turns[:, ::-1], poles[:, ::-1]
+        found = np.empty(len(rows))
+        for k, count in enumerate(counts[rows].tolist()):
+            found[k] = self.lattice.energy_of(
+                np.ascontiguousarray(turns[k, : max(count - 1, 0)]), np.ascontiguousarray(poles[k])
+            )
+        return found
+
 
 class QuasistaticEpisode:
     """A chain in the tube; see `magfold_env.envs.episode.Episode`.
@@ -90,7 +121,7 @@ class QuasistaticEpisode:
     @property
     def word(self) -> str:
         """The fold word as far as it is decided, straight from there on."""
-        return "".join(_LETTERS[turn] for turn in self._turns.tolist())
+        return _word(self._turns)
 
     @property
     def energy(self) -> float:
@@ -175,20 +206,12 @@ class QuasistaticEpisode:
             turn = rules.lattice.lay(row, self.fed, self._poles, self._cells, self._quarters)
             joint = row - 1 if rules.forward else rules.n - 1 - row
             if turn == DEAD_END:
-                self._end(
-                    FoldStatus.MISFOLDED,
-                    f"stuck: every letter of joint {joint + 1} overlaps after {self.word!r}",
-                )
+                self._end(FoldStatus.MISFOLDED, stuck(rules, row, self._turns))
                 return
             self._turns[joint] = turn
         self._row = row + 1
         if self._row == rules.n:
-            straight = np.flatnonzero(self._turns == 0) + 1
-            if straight.size == 0:
-                self._end(FoldStatus.FOLDED, "folded")
-            else:
-                names = ", ".join(map(str, straight))
-                self._end(FoldStatus.MISFOLDED, f"at rest with joint {names} open")
+            self._end(*ended(self._turns))
 
     def _end(self, status: FoldStatus, message: str) -> None:
         self.status = status
@@ -200,6 +223,25 @@ class QuasistaticEpisode:
         angles, base = np.empty(rules.n), np.zeros(2)
         in_line(rules.forward, rules.pitch, self._row, self._turns, angles, base)
         return ChainState(angles, np.zeros(rules.n), base, np.zeros(2))
+
+
+def ended(turns: NDArray[np.int64]) -> tuple[FoldStatus, str]:
+    """Return how a chain has ended that is all out, from its joints' quarter turns (n − 1,)."""
+    straight = [str(number) for number, turn in enumerate(turns.tolist(), 1) if turn == 0]
+    if not straight:
+        return FoldStatus.FOLDED, "folded"
+    names = ", ".join(straight)
+    return FoldStatus.MISFOLDED, f"at rest with joint {names} open"
+
+
+def stuck(rules: QuasistaticRules, out: int, turns: NDArray[np.int64]) -> str:
+    """Return what keeps a chain from coming out, of which `out` components are, in words."""
+    joint = out if rules.forward else rules.n - out
+    return f"stuck: every letter of joint {joint} overlaps after {_word(turns)!r}"
+
+
+def _word(turns: NDArray[np.int64]) -> str:
+    return "".join(_LETTERS[turn] for turn in turns.tolist())
 
 
 def fold(scene: Scene) -> QuasistaticEpisode:

@@ -28,12 +28,7 @@ class EnvSession(Session):
 
     def chain_state(self) -> ChainState:
         """Return a copy of the chain's state."""
-        return ChainState(
-            angles=np.array(self.angles),
-            rates=np.array(self.rates),
-            base=np.array(self.base),
-            base_velocity=np.array(self.base_velocity),
-        )
+        return ChainState(*self._seen())
 
     def copy(self) -> Self:
         """Return a session in exactly the same state that shares only what never changes."""

@@ -20,7 +20,7 @@ from magfold_env.envs.baseline_store import BaselineStore
 from magfold_env.envs.checks import one_of, refuse_unknown
 from magfold_env.envs.difficulty import easiest
 from magfold_env.envs.dynamic_episode import DynamicEpisode, dynamic_template
-from magfold_env.envs.episode import Episode
+from magfold_env.envs.episode import Episode, EpisodeView
 from magfold_env.envs.forecast import Forecast, forecast
 from magfold_env.envs.goals import Goal, Match, goal_of
 from magfold_env.envs.observation import ObservationLayout
@@ -111,7 +111,8 @@ class FoldTask:
         return QuasistaticRules(self.scene)
 
     @cached_property
-    def _template(self) -> Scene:
+    def template(self) -> Scene:
+        """What simulated episodes are drawn from."""
         return dynamic_template(self.scene)
 
     def pick(self, rng: np.random.Generator, options: Mapping[str, Any] | None) -> Goal:
@@ -138,7 +139,7 @@ class FoldTask:
         """
         if self.fidelity == "quasistatic":
             return QuasistaticEpisode(self.rules)
-        return DynamicEpisode(self._template, rng, frame_rate)
+        return DynamicEpisode(self.template, rng, frame_rate)
 
     def baseline_of(self, target: str) -> Baseline:
         """Return the energy minimiser's result for `target`; flagged where there is none.
@@ -149,7 +150,7 @@ class FoldTask:
             return unknown_baseline(target)
         return self._baselines.get(target)
 
-    def forecast(self, episode: Episode, goal: Goal) -> Forecast | None:
+    def forecast(self, episode: EpisodeView, goal: Goal) -> Forecast | None:
         """Return what energy minimisation says of the components fed so far.
 
         None where it has nothing to say: before the first, in an external field, and where it is
@@ -161,7 +162,7 @@ class FoldTask:
         sequence = episode.scene_so_far.sequence
         return forecast(self.rules, sequence, episode.progress, episode.fed, goal.word)
 
-    def potential(self, episode: Episode, goal: Goal) -> float:
+    def potential(self, episode: EpisodeView, goal: Goal) -> float:
         """Return Φ of the shaping for a chain as it is, 0 at its end."""
         if self.rule.shaping is None or episode.status is not None:
             return 0.0
@@ -170,7 +171,7 @@ class FoldTask:
         wanted = self.rules.energy_as(goal.word, episode.progress, episode.fed)
         return energy_potential(episode.energy, wanted)
 
-    def summary(self, episode: Episode, goal: Goal, baseline: Baseline) -> dict[str, Any]:
+    def summary(self, episode: EpisodeView, goal: Goal, baseline: Baseline) -> dict[str, Any]:
         """Return the info of an episode: the little there is on its way, all at its end."""
         info: dict[str, Any] = {"target": goal.word, "word": episode.word, "step": episode.fed}
         if episode.status is not None:
@@ -186,7 +187,7 @@ class FoldTask:
             }
         return info
 
-    def observe(self, episode: Episode, words: NDArray[np.float32]) -> NDArray[np.float32]:
+    def observe(self, episode: EpisodeView, words: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the observation of a chain; `words` are the entries that say what is wanted."""
         return self.layout.observe(episode.state, episode.progress, words)
 

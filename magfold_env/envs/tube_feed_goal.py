@@ -124,9 +124,24 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
     def _achieved(self) -> NDArray[np.float32]:
         """Return the joint angles, turned into the interval from −π to π, and whether at rest."""
         episode = self._running()
-        joints = episode.state.joint_angles
-        turned = np.arctan2(np.sin(joints), np.cos(joints))
-        return np.append(turned, float(episode.status in REST)).astype(np.float32)
+        return achieved_goals(episode.state.angles, episode.status in REST)
+
+
+def achieved_goals(angles: NDArray[np.float64], settled: Any) -> NDArray[np.float32]:
+    """Return what chains achieve: their joint angles, from −π to π, and 1 if they have settled.
+
+    Parameters
+    ----------
+    angles : array, shape (n,) or (m, n)
+        Headings [rad].
+    settled : bool or array of bool, shape (m,)
+        Which are at rest.
+    """
+    out = np.empty(angles.shape, dtype=np.float32)
+    joints = np.diff(angles)
+    out[..., :-1] = np.arctan2(np.sin(joints), np.cos(joints))
+    out[..., -1] = settled
+    return out
 
 
 def _same_outline(one: NDArray[Any], other: NDArray[Any]) -> bool:

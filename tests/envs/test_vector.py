@@ -1,0 +1,205 @@
+"""Native vector environments say what as many single ones do, bit for bit."""
+
+import os
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AsyncVectorEnv, AutoresetMode
+from gymnasium.wrappers.vector import RecordVideo
+from numpy.typing import NDArray
+
+import magfold_env as mf
+from magfold_env.envs import VECTOR_ENTRY_POINTS
+from tests.envs.vectors import alike, pair, play, same
+
+QUICK: dict[str, Any] = {"components": 3, "baseline": None}
+NEXT, SAME, NEVER = AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP, AutoresetMode.DISABLED
+FEED = "MagFold/TubeFeed-v0"
+LONG = {"fidelity": "quasistatic", "components": 16, "targets": ["LRLRLRLRLRLRLRL"]}
+ANY = {"spreads": {"friction": 0.2, "mass": 0.3, "remanence": 0.1, "feed_speed": 0.1}}
+BACKWARD = mf.load_scene("tube-feed").replace(feed={"direction": "backward"}, **ANY)
+
+
+FIDELITIES = [
+    pytest.param(env_id, fidelity, id=f"{env_id.split('/')[1]}-{fidelity}")
+    for env_id in VECTOR_ENTRY_POINTS
+    for fidelity in ("dynamics", "quasistatic")
+    if (env_id, fidelity) != ("MagFold/FeedControl-v0", "quasistatic")
+]
+
+
+def options_of(env_id: str, fidelity: str) -> dict[str, Any]:
+    """Short chains without a baseline, where there is a choice."""
+    if "Control" in env_id:
+        return {}
+    quick = {"components": 3} if "Goal" in env_id else QUICK
+    return quick | {"fidelity": fidelity}
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+@pytest.mark.parametrize(("env_id", "fidelity"), FIDELITIES)
+def test_they_say_what_single_ones_do(env_id: str, fidelity: str, mode: AutoresetMode) -> None:
+    assert alike(env_id, 3, mode, 9, **options_of(env_id, fidelity))
+
+
+def into_a_corner() -> NDArray[np.int64]:
+    """Actions that lead a quasistatic chain into a corner before it is all out."""
+    env = gymnasium.make_vec(FEED, num_envs=3000, autoreset_mode=NEVER, **LONG)
+    env.action_space.seed(0)
+    env.reset(seed=0)
+    tape = []
+    while True:
+        tape.append(env.action_space.sample())
+        over = env.step(tape[-1])[2]
+        if over.any():
+            assert len(tape) < 16
+            return np.array(tape)[:, np.flatnonzero(over)[0]]
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_episodes_may_end_at_different_steps(mode: AutoresetMode) -> None:
+    native, single = pair(FEED, 3, mode, **LONG)
+    tape = into_a_corner()
+    rng = np.random.default_rng(0)
+    for env in (native, single):
+        env.reset(seed=0)
+    ends = []
+    for step in range(40):
+        actions = rng.integers([16, 9], size=(3, 2))
+        if step < len(tape):
+            actions[1] = tape[step]
+        told = native.step(actions)
+        assert same(told, single.step(actions))
+        ends.append(told[2])
+        if mode == NEVER and told[2].any():
+            again = {"reset_mask": told[2]}
+            assert same(native.reset(options=again), single.reset(options=dict(again)))
+    assert ends[len(tape) - 1].tolist() == [False, True, False]
+    assert alike(FEED, 3, mode, 20, scene=BACKWARD, **LONG)
+
+
+@pytest.mark.parametrize("fidelity", ["dynamics", "quasistatic"])
+@pytest.mark.parametrize("kind", ["discrete", "box", "dict"])
+def test_actions_are_read_alike(kind: str, fidelity: str) -> None:
+    options = options_of(FEED, fidelity) | {"actions": kind, "catalogue": ["NSNS", "NNSS", "SSSS"]}
+    assert alike(FEED, 2, SAME, 6, **options)
+    whole = options_of("MagFold/SequenceDesign-v0", "quasistatic") | {"actions": kind}
+    assert alike("MagFold/SequenceDesign-v0", 2, SAME, 3, **whole)
+
+
+@pytest.mark.parametrize("fidelity", ["dynamics", "quasistatic"])
+@pytest.mark.parametrize("shaping", ["similarity", "energy"])
+@pytest.mark.parametrize("match", ["word", "outline"])
+def test_rewards_are_alike(match: str, shaping: str, fidelity: str) -> None:
+    options = {"match": match, "shaping": shaping, "gamma": 0.9, "reward": "score"}
+    assert alike(FEED, 2, NEXT, 6, fidelity=fidelity, components=4, **options)
+    assert alike(FEED, 1, SAME, 3, fidelity=fidelity, components=3, reward="sparse")
+
+
+def test_baselines_are_subtracted() -> None:
+    assert alike(FEED, 2, SAME, 6)
+
+
+@pytest.mark.parametrize("randomisation", ["none", "strong", "scene"])
+def test_draws_are_alike(randomisation: str) -> None:
+    options = QUICK | {"randomisation": randomisation, "scene": BACKWARD}
+    assert alike(FEED, 2, SAME, 7, **options)
+    for loading in ("preloaded", "at_mouth"):
+        scene = BACKWARD.replace(feed={"loading": loading})
+        assert alike("MagFold/SequenceDesign-v0", 2, NEXT, 3, **options | {"scene": scene})
+
+
+def test_results_do_not_depend_on_threads() -> None:
+    said = [
+        play(gymnasium.make_vec(FEED, num_envs=5, threads=threads, **QUICK), 8)
+        for threads in (1, 2, 7, None)
+    ]
+    assert all(same(each, said[0]) for each in said)
+
+
+def test_targets_can_be_given() -> None:
+    env: Any = gymnasium.make_vec(FEED, num_envs=3, fidelity="quasistatic")
+    words = ["LRLLL", "LLRLL", "LRLLL"]
+    assert env.reset(options={"target": words})[1]["target"].tolist() == words
+    observation, info = env.reset(seed=2, options={"target": "LLRLL"})
+    assert info["target"].tolist() == ["LLRLL"] * 3
+    for k in range(3):
+        single: Any = gymnasium.make(FEED, fidelity="quasistatic")
+        first, _ = single.reset(seed=2 + k, options={"target": "LLRLL"})
+        np.testing.assert_array_equal(observation[k], first)
+
+
+def test_seeds_are_each_environments_own() -> None:
+    env: Any = gymnasium.make_vec(FEED, num_envs=3, **QUICK)
+    told = env.reset(seed=[4, None, 9])[0]
+    for k, seed in ((0, 4), (2, 9)):
+        single: Any = gymnasium.make(FEED, **QUICK)
+        np.testing.assert_array_equal(told[k], single.reset(seed=seed)[0])
+    again = env.reset(seed=[4, None, 9])[0]
+    np.testing.assert_array_equal(told[[0, 2]], again[[0, 2]])
+    mask = np.array([False, True, False])
+    kept = env.reset(seed=7, options={"reset_mask": mask})[0]
+    np.testing.assert_array_equal(kept[[0, 2]], again[[0, 2]])
+
+
+def test_what_was_told_does_not_change() -> None:
+    env = gymnasium.make_vec(FEED, num_envs=2, autoreset_mode=SAME, fidelity="quasistatic")
+    said = play(env, 14)
+    assert same(said, play(env, 14))
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_feed_control_truncates_alike(mode: AutoresetMode) -> None:
+    """A chain that is never fed lasts to the horizon."""
+    native, single = pair("MagFold/FeedControl-v0", 2, mode)
+    for env in (native, single):
+        env.reset(seed=1)
+    for step in range(252 if mode == NEXT else 250):
+        actions = np.array([0, 0]) if step < 250 else np.array([9, 9])
+        told, expected = native.step(actions), single.step(actions)
+        assert same(told, expected)
+        assert told[3].all() == (step == 249)
+    native.close()
+
+
+def test_errors_of_single_environments_are_raised() -> None:
+    env = gymnasium.make_vec("MagFold/FeedControl-v0", num_envs=3, threads=2)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"action: .* is not allowed"):
+        env.step(np.array([1, 12, 3]))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_processes_may_be_forked_afterwards() -> None:
+    native = gymnasium.make_vec(FEED, num_envs=4, threads=2, **QUICK)
+    expected = play(native, 5)
+    singles = [lambda: gymnasium.make(FEED, **QUICK)] * 4
+    forked = AsyncVectorEnv(singles, context="fork")
+    assert same(play(forked, 5), expected)
+    forked.close()
+    assert same(play(native, 5), expected)
+
+
+@pytest.mark.parametrize("fidelity", ["dynamics", "quasistatic"])
+def test_pictures_are_those_of_single_environments(fidelity: str) -> None:
+    for mode in ("rgb_array", "ansi"):
+        options = QUICK | {"baseline": None, "render_mode": mode, "fidelity": fidelity}
+        native, single = pair(FEED, 2, NEXT, **options)
+        for env in (native, single):
+            play(env, 2)
+        assert same(native.render(), single.render())
+        for env in (native, single):
+            env.step(np.array([[3, 2], [9, 6]]))
+        assert same(native.render(), single.render())
+
+
+def test_they_can_be_filmed(tmp_path: Any) -> None:
+    options: dict[str, Any] = QUICK | {"fidelity": "quasistatic", "render_mode": "rgb_array"}
+    native = gymnasium.make_vec(FEED, num_envs=2, **options)
+    env = RecordVideo(native, str(tmp_path / "films"), episode_trigger=lambda _: True)
+    play(env, 5)
+    env.close()
+    assert list(tmp_path.glob("films/*.mp4"))

@@ -1,0 +1,57 @@
+"""Vector environments beside Gymnasium's own, and whether both say the same."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+
+
+def pair(env_id: str, count: int, mode: AutoresetMode, **options: Any) -> tuple[Any, SyncVectorEnv]:
+    """Return a native vector environment and Gymnasium's around single ones."""
+    threads = options.pop("threads", 2)
+    native: Any = gymnasium.make_vec(
+        env_id, num_envs=count, autoreset_mode=mode, threads=threads, **options
+    )
+    single: Any = gymnasium.make_vec(
+        env_id,
+        num_envs=count,
+        vectorization_mode="sync",
+        vector_kwargs={"autoreset_mode": mode},
+        **options,
+    )
+    return native, single
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two things that vector environments say are equal, bit for bit, types included."""
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, (list, tuple)):
+        return len(one) == len(other) and all(map(same, one, other))
+    one, other = np.asarray(one), np.asarray(other)
+    if one.dtype == other.dtype == object and one.ndim:
+        return len(one) == len(other) and all(map(same, one, other))
+    return one.dtype == other.dtype and np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+
+
+def play(env: VectorEnv, steps: int, seed: int = 5) -> list[Any]:
+    """Return all that an environment says to random actions; DISABLED is reset by hand."""
+    env.action_space.seed(seed)
+    said: list[Any] = [env.reset(seed=seed)]
+    for _ in range(steps):
+        said.append(env.step(env.action_space.sample()))
+        over = said[-1][2] | said[-1][3]
+        if env.metadata["autoreset_mode"] == AutoresetMode.DISABLED and over.any():
+            said.append(env.reset(options={"reset_mask": over}))
+    return said
+
+
+def alike(env_id: str, count: int, mode: AutoresetMode, steps: int, **options: Any) -> bool:
+    """Whether the native environment says what Gymnasium's does."""
+    native, single = pair(env_id, count, mode, **options)
+    assert native.observation_space == single.observation_space
+    assert native.action_space == single.action_space
+    told, expected = play(native, steps), play(single, steps)
+    native.close()
+    return same(told, expected)
