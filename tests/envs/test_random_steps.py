@@ -22,6 +22,7 @@ WORLDS = [
 # A million in all: most where steps are cheap.
 STEPS = {"dynamics": 8_000, "quasistatic": 80_000}
 ROOM = 4e6  # bytes that the process may grow by after a tenth of a world's steps
+FAILING = 1e-3  # share of the episodes that the engine may give up, which it says
 MEMORY = Path("/proc/self/statm")
 
 
@@ -36,7 +37,7 @@ def random_steps(env_id: str, fidelity: str, actions: str, steps: int) -> None:
     env = gymnasium.make(env_id, fidelity=fidelity, actions=actions, randomisation="strong")
     env.action_space.seed(0)
     observation, _ = env.reset(seed=0)
-    finished = early = 0
+    finished = failed = early = 0
     for k in range(steps):
         if k == steps // 10:
             early = resident()
@@ -44,11 +45,12 @@ def random_steps(env_id: str, fidelity: str, actions: str, steps: int) -> None:
         assert observation in env.observation_space
         assert -1.0 <= float(reward) <= 1.0
         if terminated or truncated:
-            assert truncated or info["status"] != "failed", info["message"]
             finished += 1
+            failed += terminated and info["status"] == "failed"
             observation, _ = env.reset()
             assert observation in env.observation_space
     assert finished > 0
+    assert failed <= FAILING * finished
     assert resident() - early < ROOM
 
 

@@ -59,7 +59,7 @@ class Effort:
     @classmethod
     def of(cls, quick: bool) -> Effort:
         """Return the effort of a quick or a full run."""
-        return cls(0.1, 4, 2) if quick else cls(1.0, 16, 9)
+        return cls(0.05, 4, 2) if quick else cls(1.0, 16, 9)
 
     def steps(self, contender: Contender) -> int:
         """Return the steps of a sample, a whole number in every environment."""

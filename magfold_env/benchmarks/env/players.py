@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, cast
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -49,7 +49,7 @@ def is_native(env_id: str) -> bool:
 
 def drawn_actions(env: Single | Vector, steps: int, seed: int) -> list[Any]:
     """Return as many random actions; for a vector each is one for all its environments."""
-    space = cast("gymnasium.Space[Any]", env.action_space)
+    space: Any = env.action_space  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
     space.seed(seed)
     return [space.sample() for _ in range(steps)]
 
