@@ -70,7 +70,7 @@ class Effort:
     @classmethod
     def of(cls, quick: bool) -> Effort:
         """Return the effort of a quick or a full run."""
-        return cls((JUDGED,), 4, 2) if quick else cls(LENGTHS, ENVS, 15)
+        return cls((JUDGED,), 4, 2) if quick else cls(LENGTHS, ENVS, 7)
 
 
 def run(quick: bool, progress: Progress) -> Part:

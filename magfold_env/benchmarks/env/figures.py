@@ -68,30 +68,36 @@ def draw_quasistatic(rows: list[Row]) -> Any:
 
 
 def draw_overhead(rows: list[Row]) -> Any:
-    """Python's share of a vector step against the number of environments, log against log."""
-    figure, axes = panels(1, "Python's share of a vector step", 7.5, 5.0)
-    axis = axes[0]
-    for k, ((fidelity, way), mine) in enumerate(overhead.groups(rows).items()):
-        axis.loglog(
-            numbers(mine, "envs"),
-            numbers(mine, "time [µs]"),
-            color=COLOURS[1 + k // 2],
-            linestyle="-" if way == overhead.FIRST else "--",
-            marker=MARKERS[k],
-            markersize=5,
-            label=f"{fidelity}, {way}",
-        )
+    """Python's share of a vector step against the number of environments, a panel a fidelity."""
+    fidelities = list(dict.fromkeys(str(row["fidelity"]) for row in rows))
+    figure, axes = panels(len(fidelities), "Python's share of a vector step")
     counts = sorted({int(row["envs"]) for row in rows})
-    allowed = [overhead.allowed(count) for count in counts]
     step, env = overhead.WANTED
-    axis.loglog(
-        counts, allowed, color=INK, linestyle=":", label=f"asked for: {step:g} + {env:g} an env"
+    for axis, fidelity in zip(axes, fidelities, strict=True):
+        groups = [
+            (key[1], mine) for key, mine in overhead.groups(rows).items() if key[0] == fidelity
+        ]
+        for k, (way, mine) in enumerate(groups):
+            axis.loglog(
+                numbers(mine, "envs"),
+                numbers(mine, "time [µs]"),
+                color=COLOURS[1 + k],
+                marker=MARKERS[k],
+                markersize=5,
+                label=way,
+            )
+        allowed = [overhead.allowed(count) for count in counts]
+        asked = f"asked for: {step:g} µs + {env:g} µs an environment"
+        axis.loglog(counts, allowed, color=INK, linestyle=":", label=asked)
+        axis.set_title(fidelity, fontsize=11)
+        axis.set_xticks(counts, [f"{count}" for count in counts])
+        axis.minorticks_off()
+        axis.set_xlabel("environments")
+    axes[0].set_ylabel("time [µs]")
+    lines, labels = axes[0].get_legend_handles_labels()
+    figure.legend(
+        lines, labels, fontsize=9, frameon=False, loc="outside lower center", ncols=len(labels)
     )
-    axis.set_xticks(counts, [f"{count}" for count in counts])
-    axis.minorticks_off()
-    axis.set_xlabel("environments")
-    axis.set_ylabel("time [µs]")
-    figure.legend(fontsize=9, frameon=False, loc="outside lower center", ncols=3)
     return figure
 
 
