@@ -54,6 +54,11 @@ BENCHMARKS = (
         "Measure design: successes by target and mode, searches side by side, longer chains.",
         "targets, searches, lengths, friction",
     ),
+    Benchmark(
+        "env",
+        "Measure the environments: episodes and steps a second, Python's share, other tasks.",
+        "episodes, quasistatic, overhead, peers",
+    ),
 )
 
 

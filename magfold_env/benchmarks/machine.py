@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-LIBRARIES = ("numba", "llvmlite", "numpy")
+LIBRARIES = ("numba", "llvmlite", "numpy", "gymnasium")
 PEERS = ("magpylib", "mujoco", "pin")
 
 

@@ -1,0 +1,155 @@
+"""What Python adds to a step of a vector environment, by the number of environments.
+
+It is measured in three ways. The first step of an episode feeds a component that has nothing to
+fold against: no physics is done, and the whole step counts. Of the steps on the way and of the last
+one, in which every episode is summed up and another begins, counts the time outside the compiled
+kernels.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import get_args
+
+import numpy as np
+
+from magfold_env.benchmarks.env.kernel_clock import KernelClock
+from magfold_env.benchmarks.env.players import TUBE_FEED, Vector, drawn_actions, step_vector, vector
+from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.benchmarks.timing import Task, Timing, take_turns
+from magfold_env.engine.state import Array
+from magfold_env.envs.options import Fidelity
+
+NAME = "overhead"
+COUNTS = (1, 4, 16, 64, 256)
+COMPONENTS = 6
+FIRST, ON_THE_WAY, LAST = "first step", "steps on the way", "last step"
+WANTED = (20.0, 0.5)  # µs a step, µs an environment
+SEED = 29
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much work a run of the benchmark may be."""
+
+    counts: tuple[int, ...]
+    rounds: int
+
+    @classmethod
+    def of(cls, quick: bool) -> Effort:
+        """Return the effort of a quick or a full run."""
+        return cls((1, 4), 3) if quick else cls(COUNTS, 9)
+
+
+def run(quick: bool, progress: Progress) -> Part:
+    """Measure both fidelities at every number of environments."""
+    effort = Effort.of(quick)
+    part = Part(NAME, [])
+    fidelities: tuple[Fidelity, ...] = get_args(Fidelity)
+    for k, fidelity in enumerate(fidelities):
+        tick = begin_case(progress, k, len(fidelities), fidelity)
+        part.rows.extend(measure(fidelity, effort, tick))
+    for fidelity in fidelities:
+        mine = [row for row in part.rows if row["fidelity"] == fidelity]
+        part.tables.append(Table(f"Python's share of a vector step, {fidelity}, µs", _shown(mine)))
+    part.findings.extend(_findings(part.rows))
+    return part
+
+
+def measure(fidelity: Fidelity, effort: Effort, tick: Tick) -> list[Row]:
+    """Return a row for each number of environments and way to measure."""
+    envs = {count: _vector(count, fidelity) for count in effort.counts}
+    firsts = {f"{count}": _first_step(env) for count, env in envs.items()}
+    first = take_turns(firsts, effort.rounds, tick=lambda share: tick(0.5 * share))
+    rows: list[Row] = []
+    for k, (count, env) in enumerate(envs.items()):
+        outside = outside_kernels(env, effort.rounds)
+        taken = {
+            FIRST: first[f"{count}"],
+            ON_THE_WAY: Timing(outside[:, 1:-1].mean(axis=1)),
+            LAST: Timing(outside[:, -1]),
+        }
+        for way, timing in taken.items():
+            row: Row = {"fidelity": fidelity, "measured on": way, "envs": count}
+            rows.append(row | timing.spread.time_cells("µs", 1e6))
+        tick(0.5 + 0.5 * (k + 1) / len(envs))
+    return rows
+
+
+def _vector(count: int, fidelity: Fidelity) -> Vector:
+    return vector(TUBE_FEED, count, components=COMPONENTS, fidelity=fidelity)
+
+
+def _first_step(env: Vector) -> Task:
+    (action,) = drawn_actions(env, 1, SEED)
+
+    def prepare() -> Callable[[], object]:
+        env.reset()
+        return lambda: env.step(action)
+
+    return prepare
+
+
+def outside_kernels(env: Vector, rounds: int) -> Array:
+    """Return the time of each step of an episode [s] outside the kernels, shape (rounds, steps)."""
+    actions = drawn_actions(env, COMPONENTS, SEED)
+    env.reset(seed=SEED)
+    step_vector(env, actions)  # compiles
+    clock = KernelClock()
+    samples = np.zeros((rounds, COMPONENTS))
+    with clock.running():
+        for k in range(rounds):
+            env.reset()
+            for step, action in enumerate(actions):
+                clock.inside = 0.0
+                begun = time.thread_time()
+                env.step(action)
+                samples[k, step] = time.thread_time() - begun - clock.inside
+    return samples
+
+
+def fit(rows: list[Row]) -> tuple[float, float]:
+    """Return µs a step and µs an environment, by least squares of relative errors."""
+    count, taken = (np.array([float(row[key]) for row in rows]) for key in ("envs", "time [µs]"))
+    lines = np.stack([1.0 / taken, count / taken], axis=1)
+    (step, env), *_ = np.linalg.lstsq(lines, np.ones(len(rows)))
+    return float(step), float(env)
+
+
+def groups(rows: list[Row]) -> dict[tuple[str, str], list[Row]]:
+    """Return the rows of each fidelity and way to measure."""
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((str(row["fidelity"]), str(row["measured on"])), []).append(row)
+    return groups
+
+
+def _shown(rows: list[Row]) -> list[Row]:
+    shown: list[Row] = []
+    for count in dict.fromkeys(int(row["envs"]) for row in rows):
+        line: Row = {"envs": count, "wanted": allowed(count)}
+        for row in rows:
+            if row["envs"] == count:
+                line[str(row["measured on"])] = row["time [µs]"]
+        shown.append(line)
+    return shown
+
+
+def allowed(count: int) -> float:
+    """Return what a step of so many environments may take [µs]."""
+    return WANTED[0] + WANTED[1] * count
+
+
+def _findings(rows: list[Row]) -> list[str]:
+    found: list[str] = []
+    for (fidelity, way), mine in groups(rows).items():
+        step, env = fit(mine)
+        held = sum(float(row["time [µs]"]) <= allowed(int(row["envs"])) for row in mine)
+        found.append(
+            f"{fidelity}, {way}: {step:.3g} µs a vector step and {env:.2g} µs an environment; at "
+            f"most {WANTED[0]:g} and {WANTED[1]:g} are asked for: holds for {held} of {len(mine)} "
+            "numbers of environments"
+        )
+    return found

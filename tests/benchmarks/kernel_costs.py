@@ -1,0 +1,220 @@
+"""What the main kernels cost, in units that hardly depend on what else the machine does.
+
+Virtual machines seldom let instructions be counted, and seconds depend on the other work there. So
+the time of a kernel is divided by that of a reference compiled in the same process, which does what
+kernels do: look-ups that wait for numbers, polynomials, divisions and square roots. They take turns
+in samples of a fraction of a millisecond, and of each the shortest counts: other work can only add
+to it, and samples as short as these find gaps between other programs' turns even on a machine with
+five times as much to do as it has cores. Every pass uses new arrays, for it matters where they lie.
+More passes are made while a kernel seems too slow, so noise costs time and no failure.
+
+Ratios depend on what the compiler makes for a processor, so they are stored for each processor and
+version of Numba. How often whole folds evaluate their accelerations is the same everywhere.
+
+``python -m tests.benchmarks.kernel_costs`` measures this machine and stores it in `STORED`; what
+another machine measured stays.
+"""
+
+import json
+import math
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding
+import numba
+import numpy as np
+
+from magfold_env.benchmarks.dynamics.chain_contenders import BASE, repeat_lanes, repeat_scalar
+from magfold_env.benchmarks.dynamics.chain_problem import random_problem
+from magfold_env.benchmarks.dynamics.features import FEATURES, build, finish
+from magfold_env.benchmarks.dynamics.fixed_step import double_euler
+from magfold_env.benchmarks.dynamics.fold_cost import KINDS, scene_of
+from magfold_env.benchmarks.energy import scenes as energy_scenes
+from magfold_env.benchmarks.magnets.casings import new_loads
+from magfold_env.benchmarks.magnets.chains import pinned_states
+from magfold_env.benchmarks.magnets.kernels import chain_forces
+from magfold_env.benchmarks.magnets.poses import random_scene
+from magfold_env.benchmarks.magnets.scaling import FOLDED, shapes
+from magfold_env.energy import Landscape
+from magfold_env.engine import batch, recursion
+from magfold_env.engine.pack import pack
+from magfold_env.engine.session import Session
+from magfold_env.engine.workspace import new_nodes, new_rigid, new_work
+from magfold_env.files import write_text
+from magfold_env.shapes import headings
+
+STORED = Path(__file__).with_suffix(".json")
+COMPONENTS = 6
+SEEDS = range(4)  # of the folds of each kind whose evaluations are counted
+SAMPLES = 12  # in a pass
+PASSES = 20  # at most
+LIMIT = 1.15  # times what is stored: noise must not hide a fifth
+
+Work = Callable[[], object]
+
+
+@numba.njit(error_model="numpy")
+def reference(times, table):
+    """Do a mixture of what kernels do, each number waiting for the one before."""
+    x = total = 0.3
+    for _ in range(times):
+        place = x * (table.shape[0] - 1)
+        row = table[int(place)]
+        u = place - int(place)
+        p = ((row[3] * u + row[2]) * u + row[1]) * u + row[0]
+        d = 1.0 / (1.0 + p * p)
+        total += d * math.sqrt(1.0 + u)
+        x = 0.5 * d + 0.25 * u + 0.2 * x
+    return total
+
+
+def reference_work() -> Work:
+    table = np.random.default_rng(0).random((256, 4))
+    return lambda: reference(8000, table)
+
+
+def chain(times: int = 1500) -> Work:
+    """Accelerations of one pinned chain."""
+    problem = random_problem(COMPONENTS)
+    scratch, out = np.zeros((recursion.ROWS, COMPONENTS)), np.zeros(COMPONENTS)
+    given = (problem.angles, problem.rates, problem.forces, scratch, out)
+    return lambda: repeat_scalar(times, problem.bodies, BASE, *given)
+
+
+def lanes() -> Work:
+    """The same for many chains side by side."""
+    problem = random_problem(COMPONENTS)
+    block = batch.new_lanes(batch.LANES, COMPONENTS)[0]
+    block[:COMPONENTS, batch.HEADING] = problem.angles[:, None]
+    block[:COMPONENTS, batch.RATE] = problem.rates[:, None]
+    return lambda: repeat_lanes(400, problem.bodies, BASE, block)
+
+
+def magnets() -> Work:
+    """All magnet forces of a folded chain whose joints are a little off their stops."""
+    scene = random_scene(np.random.default_rng(3), COMPONENTS)
+    model = pack(scene)
+    states = pinned_states([shapes(COMPONENTS)[FOLDED]], scene.casing.side)
+    space = new_nodes(model.magnets, scene.n), new_rigid(model.magnets, scene.n)
+    out = new_loads(1, scene.n)
+    return lambda: chain_forces(25, model, states, *space, out)
+
+
+def accelerations() -> Work:
+    """Accelerations under magnets and sliding friction, as integrators ask for them."""
+    scene = build(FEATURES["magnets, contact, friction"])
+    model = pack(scene.replace(mount="pinned"))
+    work, y = new_work(model), np.zeros(2 * (scene.n + 2))
+    y[: scene.n] = headings(np.array(scene.start_angles))
+    return lambda: double_euler(model, work, y, 0.0, 80)
+
+
+def energies() -> Work:
+    """Exact energies of all words for some sequences."""
+    rng = np.random.default_rng(3)
+    landscape = Landscape(energy_scenes.random_scene(rng, COMPONENTS))
+    signs = energy_scenes.random_signs(rng, 100, COMPONENTS)
+    return lambda: landscape.energies(signs)
+
+
+def fold(kind: str) -> Callable[[], Work]:
+    """Return the preparation of one whole fold, from release to rest."""
+    scene = scene_of(kind, 0)
+
+    def prepare() -> Work:
+        session = Session(scene)
+        return lambda: finish(session)
+
+    return prepare
+
+
+FOLDS = {f"fold: {kind}": fold(kind) for kind in KINDS}
+"""Work that is prepared anew for every sample."""
+KERNELS = {
+    "chain": chain,
+    "lanes": lanes,
+    "magnets": magnets,
+    "accelerations": accelerations,
+    "energies": energies,
+}
+
+
+class Clock:
+    """The shortest times seen so far."""
+
+    def __init__(self) -> None:
+        self.reference = math.inf
+        self.shortest = dict.fromkeys([*KERNELS, *FOLDS], math.inf)
+
+    def watch(self, names: Iterable[str]) -> None:
+        """Take more samples of some kernels."""
+        standard = reference_work()
+        works = {name: KERNELS[name]() for name in names if name in KERNELS}
+        folds = [name for name in names if name in FOLDS]
+        for work in works.values():
+            work()
+        for k in range(SAMPLES):
+            self.reference = min(self.reference, seconds(standard))
+            some = works | {name: FOLDS[name]() for name in folds if k % 3 == 0}
+            for name, work in some.items():
+                self.shortest[name] = min(self.shortest[name], seconds(work))
+
+    @property
+    def ratios(self) -> dict[str, float]:
+        """Times over the reference's."""
+        return {name: least / self.reference for name, least in self.shortest.items()}
+
+
+def slower(known: dict[str, float]) -> dict[str, float]:
+    """Return how many times as much kernels cost as is known, of those beyond the limit."""
+    clock, found = Clock(), dict.fromkeys(known, math.inf)
+    for _ in range(PASSES):
+        clock.watch(found)
+        beyond = {name: clock.ratios[name] / known[name] for name in found}
+        found = {name: times for name, times in beyond.items() if times > LIMIT}
+        if not found:
+            break
+    return found
+
+
+def seconds(work: Work) -> float:
+    """Processor time of one call [s]."""
+    begun = time.thread_time()
+    work()
+    return time.thread_time() - begun
+
+
+def evaluations(kind: str) -> int:
+    """Return how often folds of a kind evaluate the accelerations, at the default tolerance."""
+    total = 0
+    for seed in SEEDS:
+        session = Session(scene_of(kind, seed))
+        finish(session)
+        total += session.evaluations
+    return total
+
+
+def processor() -> str:
+    """Return for what, and with what, kernels are compiled here."""
+    return f"{llvmlite.binding.get_host_cpu_name()}, numba {numba.__version__}"
+
+
+def stored() -> dict[str, dict[str, Any]]:
+    return json.loads(STORED.read_text(encoding="utf-8"))
+
+
+def renew() -> None:
+    """Measure this machine and store it beside the others."""
+    clock = Clock()
+    for _ in range(2 * PASSES):
+        clock.watch(clock.shortest)
+    record = stored()
+    record["evaluations"] = {kind: evaluations(kind) for kind in KINDS}
+    record["ratios"][processor()] = {name: round(r, 3) for name, r in clock.ratios.items()}
+    write_text(STORED, json.dumps(record, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    renew()

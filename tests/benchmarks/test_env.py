@@ -1,0 +1,168 @@
+"""The environments' benchmark: who plays what, what counts as Python's share, and the report."""
+
+import json
+from functools import cache
+
+import gymnasium
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from magfold_env import cli
+from magfold_env.benchmarks.env import command, overhead, peers
+from magfold_env.benchmarks.env.kernel_clock import KernelClock
+from magfold_env.benchmarks.env.players import (
+    TUBE_FEED,
+    drawn_actions,
+    episode_length,
+    log_uniform,
+    play_single,
+    play_vector,
+    single,
+    step_single,
+    vector,
+)
+from magfold_env.benchmarks.env.rates import rate_cells, verdict
+from magfold_env.benchmarks.timing import Timing
+from magfold_env.engine.jit import numba_config
+from magfold_env.envs import observation
+from magfold_env.envs.action_table import ActionTable
+
+OPTIONS = {"fidelity": "quasistatic", "actions": "box"}
+
+
+class Diary(gymnasium.Wrapper):
+    """Notes how every episode went."""
+
+    def __init__(self, env):
+        super().__init__(env)
+        self.episodes = []
+
+    def reset(self, **given):
+        self.episodes.append([])
+        return self.env.reset(**given)
+
+    def step(self, action):
+        result = self.env.step(action)
+        self.episodes[-1].append(result[0])
+        return result
+
+
+def test_speeds_are_log_uniform_over_their_whole_range():
+    actions = log_uniform(np.random.default_rng(0), 6, 500)
+    table = ActionTable(9, kind="box")
+    decoded = [table.decode(action) for action in actions.reshape(-1, 5)]
+    speeds = np.log([speed for _, speed in decoded])
+    low, high = np.log(table.speeds[[0, -1]])
+    counts, _ = np.histogram(speeds, bins=6, range=(low, high))
+    assert counts.sum() == 3000
+    np.testing.assert_allclose(counts, 500, atol=100)
+    assert len({faces for faces, _ in decoded}) == 16
+
+
+def test_alone_and_side_by_side_the_same_episodes_are_played(monkeypatch):
+    actions = log_uniform(np.random.default_rng(1), 6, 4)
+    alone = Diary(single(TUBE_FEED, **OPTIONS))
+    play_single(alone, 7, actions)
+    together = vector(TUBE_FEED, 4, fidelity="quasistatic", actions="box")
+    seen, step = [], together.step
+
+    def noted(given):
+        seen.append(step(given)[0].copy())
+
+    monkeypatch.setattr(together, "step", noted)
+    play_vector(together, 7, actions)
+    assert len(seen) == 6
+    for k, episode in enumerate(alone.episodes):
+        # The last observation of a vector is already the next episode's.
+        for mine, theirs in zip(episode[:-1], seen, strict=False):
+            np.testing.assert_array_equal(mine, theirs[k])
+
+
+def test_steps_go_on_after_the_end_of_an_episode():
+    env = Diary(single(TUBE_FEED, **OPTIONS))
+    env.reset(seed=0)
+    step_single(env, drawn_actions(env, 20, 0))
+    lengths = [len(episode) for episode in env.episodes]
+    assert sum(lengths) == 20
+    assert max(lengths) == 6
+    assert episode_length(single("Acrobot-v1", max_episode_steps=5), 12) == 5.0
+
+
+def test_rates_are_of_the_median_time():
+    cells = rate_cells("steps", Timing(np.array([1.0, 2.0, 4.0, 2.0, 2.0])), 10)
+    assert cells == {"steps/s": 5.0, "lower quartile": 5.0, "upper quartile": 5.0}
+    assert verdict(300.0, 300.0).endswith("holds")
+    assert verdict(299.0, 300.0).endswith("FAILS")
+
+
+def test_the_line_through_times_is_found():
+    rows = [{"envs": k, "time [µs]": 15.0 + 0.25 * k} for k in (1, 4, 16, 64, 256)]
+    assert overhead.fit(rows) == pytest.approx((15.0, 0.25))
+
+
+@pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
+def test_the_kernel_clock_counts_calls_of_kernels_and_nothing_else():
+    env = single(TUBE_FEED, **OPTIONS)
+    actions = log_uniform(np.random.default_rng(2), 6, 1)
+    play_single(env, 0, actions)  # compiles
+    names = {name: value for name, value in vars(observation).items() if callable(value)}
+    clock = KernelClock()
+    with clock.running():
+        assert clock.inside == 0.0
+        assert any(vars(observation)[name] is not names[name] for name in names)
+        play_single(env, 0, actions)
+    assert clock.inside > 0.0
+    assert all(vars(observation)[name] is names[name] for name in names)
+    inside = clock.inside
+    play_single(env, 0, actions)
+    assert clock.inside == inside
+
+
+def test_absent_peers_are_reported(monkeypatch):
+    monkeypatch.setattr(peers, "installed", lambda: False)
+    left = [each for each in peers.CONTENDERS if each.env_id in ("Acrobot-v1", "Swimmer-v5")]
+    monkeypatch.setattr(peers, "CONTENDERS", left)
+    part = peers.run(quick=True, progress=lambda share, what: None)
+    assert {row["task"] for row in part.rows} == {"Acrobot-v1"}
+    assert "Swimmer-v5 are left out: MuJoCo is absent" in part.findings[0]
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """Function that has the command measure a part, once, and returns it and its files' names."""
+    pytest.importorskip("matplotlib.figure")
+
+    @cache
+    def measure(name):
+        out = tmp_path_factory.mktemp(name) / "out"
+        arguments = ["bench", "env", "--quick", "--only", name, "--out", str(out)]
+        result = CliRunner().invoke(cli.app, arguments)
+        assert result.exit_code == 0, result.stderr
+        data = json.loads((out / "env.json").read_text(encoding="utf-8"))
+        return data["parts"][name], {path.name for path in out.iterdir()}
+
+    return measure
+
+
+@pytest.mark.parametrize("name", list(command.PARTS))
+def test_every_part_runs_and_draws(name, measured):
+    part, files = measured(name)
+    assert part["rows"]
+    assert files == {"env.json", f"{name}.csv", f"{name}.png"}
+
+
+def test_python_adds_less_than_the_whole_step_takes(measured):
+    part, _ = measured("overhead")
+    assert {row["measured on"] for row in part["rows"]} == {
+        overhead.FIRST,
+        overhead.ON_THE_WAY,
+        overhead.LAST,
+    }
+    assert all(row["time [µs]"] > 0.0 for row in part["rows"])
+
+
+def test_unknown_parts_are_told():
+    wrong = CliRunner().invoke(cli.app, ["bench", "env", "--only", "rest"])
+    assert wrong.exit_code == 2
+    assert f"must be one of {', '.join(command.PARTS)}" in wrong.stderr

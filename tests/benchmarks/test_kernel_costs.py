@@ -1,0 +1,38 @@
+"""The main kernels cost no more than they did; `kernel_costs` says how that is measured."""
+
+import pytest
+
+from magfold_env.benchmarks.dynamics.fold_cost import KINDS
+from magfold_env.engine.jit import numba_config
+from tests.benchmarks import kernel_costs
+from tests.benchmarks.kernel_costs import chain, evaluations, processor, slower, stored
+
+RENEW = "python -m tests.benchmarks.kernel_costs"
+compiled = pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_folds_need_no_more_evaluations(kind: str) -> None:
+    known = stored()["evaluations"][kind]
+    assert evaluations(kind) < 1.2 * known, f"more than {known}; if that is wanted: {RENEW}"
+
+
+@compiled
+def test_kernels_take_no_longer() -> None:
+    ratios = stored()["ratios"]
+    if processor() not in ratios:
+        pytest.skip(f"no costs are stored for {processor()}; to add them: {RENEW}")
+    found = slower(ratios[processor()])
+    assert not found, f"times as long as stored: {found}; if that is wanted: {RENEW}"
+
+
+@compiled
+def test_a_kernel_that_takes_a_fifth_longer_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = kernel_costs.Clock()
+    for _ in range(kernel_costs.PASSES):
+        clock.watch(["chain"])
+    known = {"chain": clock.ratios["chain"]}
+    assert not slower(known)
+
+    monkeypatch.setitem(kernel_costs.KERNELS, "chain", lambda: chain(1800))
+    assert slower(known)["chain"] == pytest.approx(1.2, rel=0.05)
