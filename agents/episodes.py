@@ -47,7 +47,7 @@ def make_env(settings: EnvSettings) -> TubeFeedEnv:
 
     Shaping is left out: it does not change a fold, and its rewards are not what is compared.
     """
-    return TubeFeedEnv(**settings.model_dump(exclude={"shaping"}))
+    return TubeFeedEnv(**settings.unshaped().options())
 
 
 def warm_up(settings: EnvSettings) -> None:

@@ -1,0 +1,28 @@
+"""What all settings have in common."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+
+Count = Annotated[int, Field(ge=1)]
+Unit = Annotated[float, Field(ge=0, le=1)]
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+
+
+def word_or_other(value: Any) -> str:
+    """Tell the branches of a union apart: a word, or the one other kind that is allowed."""
+    return "<word>" if isinstance(value, str) else "<other>"
+
+
+AutoOr = Annotated[
+    Annotated[Literal["auto"], Tag("<word>")] | Annotated[float, Tag("<other>")],
+    Discriminator(word_or_other),
+]
+"""A number, or ``auto`` to let the learner find it."""
+
+
+class Group(BaseModel, frozen=True):
+    """Settings that belong together; unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
