@@ -2,12 +2,12 @@
 
 import json
 import platform
-import subprocess
 from dataclasses import asdict, dataclass, field
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import Self
 
+from magfold_env.benchmarks import machine
 from magfold_env.files import write_text
 
 PACKAGES = (
@@ -32,12 +32,8 @@ class RunInfo:
         From the settings, which lie beside it in full.
     seed : int
         Seed of the run.
-    git : dict or None
-        The commit of the sources, and whether they differ from it; None outside a git tree.
-    versions : dict
-        Versions of Python and of the packages that matter.
-    machine : str
-        Operating system and processor.
+    made : dict
+        Commit of the sources, versions, machine and time at the beginning.
     steps : int
         Environment steps made.
     seconds : float
@@ -55,9 +51,7 @@ class RunInfo:
     name: str
     algorithm: str
     seed: int
-    git: dict[str, str | bool] | None
-    versions: dict[str, str]
-    machine: str
+    made: dict[str, str]
     steps: int = 0
     seconds: float = 0.0
     resumed_at: list[int] = field(default_factory=list)
@@ -68,8 +62,7 @@ class RunInfo:
     @classmethod
     def begin(cls, name: str, algorithm: str, seed: int) -> Self:
         """Return what is to be noted at the beginning of a run."""
-        machine = f"{platform.system()} {platform.machine()}"
-        return cls(name, algorithm, seed, git_state(), versions(), machine)
+        return cls(name, algorithm, seed, machine.describe() | versions())
 
     @classmethod
     def read(cls, folder: Path) -> Self | None:
@@ -86,35 +79,4 @@ class RunInfo:
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that a run depends on."""
-    found = {"python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found
-
-
-def git_state() -> dict[str, str | bool] | None:
-    """Return the commit of the sources, and whether they were modified since.
-
-    None if they do not lie in a git tree, or there is no git.
-    """
-    # An installed copy may lie in somebody else's tree.
-    tracked = _git("ls-files", "--error-unmatch", str(Path(__file__).resolve()))
-    commit = _git("rev-parse", "HEAD") if tracked is not None else None
-    changes = _git("status", "--porcelain", "--untracked-files=no")
-    if commit is None or changes is None:
-        return None
-    return {"commit": commit, "modified": bool(changes)}
-
-
-def _git(*arguments: str) -> str | None:
-    """Return what git says of the folder of the sources; None if it fails."""
-    folder = Path(__file__).resolve().parent
-    command = ["git", "-C", str(folder), *arguments]
-    try:
-        answer = subprocess.run(command, capture_output=True, text=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
-        return None
-    return answer.stdout.strip()
+    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}

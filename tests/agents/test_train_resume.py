@@ -109,36 +109,28 @@ def test_a_finished_run_is_left_as_it_is(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("attempt", range(3))
-def test_sigkill_at_any_moment_changes_nothing(attempt: int, tmp_path: Path) -> None:
+def test_sigkill_at_any_moment_changes_nothing(tmp_path: Path) -> None:
     # With processes of their own for the environments, as when the chain is simulated.
-    settings = tiny("ppo", envs=2, parallel=True, timesteps=20_000, checkpoint_every=200)
+    settings = tiny("ppo", envs=2, parallel=True, timesteps=6_000, checkpoint_every=200)
     train(settings, tmp_path / "whole")
     save_settings(settings, tmp_path / "run.yaml")
     killed = tmp_path / "killed"
     command = [sys.executable, "-m", "agents.train", str(tmp_path / "run.yaml")]
-    rng = np.random.default_rng(attempt)
-    kills = 0
-    while not (killed / "policy.zip").exists():
+    for wait in np.random.default_rng().uniform(0.0, 2.0, 2):
         process = subprocess.Popen([*command, "--output", str(killed)], start_new_session=True)
-        try:
-            mark = time_of_state(killed)
-            while kills < 3 and process.poll() is None and time_of_state(killed) == mark:
-                time.sleep(0.01)
-            if kills < 3 and process.poll() is None:
-                time.sleep(rng.uniform(0.0, 1.0))
-                os.killpg(process.pid, signal.SIGKILL)
-                kills += 1
-            assert process.wait(120) in (0, -signal.SIGKILL)
-        finally:
-            process.kill()
-            process.wait()
-    assert kills > 0
+        wait_for_a_checkpoint(killed, process)
+        time.sleep(wait)
+        os.killpg(process.pid, signal.SIGKILL)
+        assert process.wait() == -signal.SIGKILL, "the run was over before it was killed"
+    train(settings, killed)
     assert same_weights(tmp_path / "whole" / "policy.zip", killed / "policy.zip")
     assert records(tmp_path / "whole") == records(killed)
 
 
-def time_of_state(folder: Path) -> int:
-    """Return when the last checkpoint was written; 0 if none was."""
+def wait_for_a_checkpoint(folder: Path, process: subprocess.Popen[bytes]) -> None:
+    """Return when the process has written a checkpoint."""
     file = folder / "resume.zip"
-    return file.stat().st_mtime_ns if file.exists() else 0
+    before = file.stat().st_mtime_ns if file.exists() else 0
+    while not file.exists() or file.stat().st_mtime_ns == before:
+        assert process.poll() is None
+        time.sleep(0.02)
