@@ -92,21 +92,6 @@ def check_envs(settings: TrainSettings) -> None:
                 )
 
 
-def warm_up(settings: EnvSettings) -> None:
-    """Play an episode at random, so that the engine is compiled before anything else begins.
-
-    The first use after an installation takes up to a minute, which is neither to count as training
-    time nor to be spent in every process.
-    """
-    env = make_env(settings)
-    env.reset(seed=0)
-    env.action_space.seed(0)
-    ended = False
-    while not ended:
-        _, _, terminated, truncated, _ = env.step(env.action_space.sample())
-        ended = terminated or truncated
-
-
 def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
     """Return the environments of a phase of the run, seeded.
 

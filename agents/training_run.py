@@ -12,6 +12,7 @@ from stable_baselines3.common.vec_env import VecMonitor
 
 from agents.archive import read_archive, write_archive
 from agents.callbacks import BoundaryCallback, ProgressCallback
+from agents.episodes import warm_up
 from agents.event_files import cut_events, event_sizes
 from agents.learners import enter, make_model, save_policy
 from agents.loggers import make_logger
@@ -20,7 +21,7 @@ from agents.run_folder import Resume, RunFolder, Standing
 from agents.run_info import RunInfo
 from agents.run_state import MODEL, pack, set_records, unpack_model, unpack_rest
 from agents.settings import Phase, TrainSettings
-from agents.training_envs import make_training_envs, warm_up
+from agents.training_envs import make_training_envs
 from agents.validation import Validation, log_validation
 from magfold_env.files import replacing
 
