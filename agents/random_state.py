@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import torch
+from torch import Tensor, cuda, get_rng_state, set_rng_state
 
 
 @dataclass(frozen=True)
@@ -14,8 +14,8 @@ class RandomState:
 
     python: Any
     numpy: Any
-    torch: torch.Tensor
-    cuda: list[torch.Tensor]
+    torch: Tensor
+    cuda: list[Tensor]
 
 
 def random_state() -> RandomState:
@@ -23,8 +23,8 @@ def random_state() -> RandomState:
     return RandomState(
         random.getstate(),
         np.random.get_state(),  # noqa: NPY002 (what Stable-Baselines3 draws from)
-        torch.get_rng_state(),
-        torch.cuda.get_rng_state_all() if torch.cuda.is_available() else [],
+        get_rng_state(),
+        cuda.get_rng_state_all() if cuda.is_available() else [],
     )
 
 
@@ -32,6 +32,6 @@ def set_random_state(state: RandomState) -> None:
     """Go back to `state`."""
     random.setstate(state.python)
     np.random.set_state(state.numpy)  # noqa: NPY002
-    torch.set_rng_state(state.torch)
+    set_rng_state(state.torch)
     if state.cuda:
-        torch.cuda.set_rng_state_all(state.cuda)
+        cuda.set_rng_state_all(state.cuda)

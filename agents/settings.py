@@ -1,5 +1,6 @@
 """Training settings: typed, checked and read from YAML."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -110,13 +111,17 @@ class TrainSettings(Group, frozen=True):
         return self
 
 
-def load_settings(path: str | Path, **overrides: Any) -> TrainSettings:
+def load_settings(
+    path: str | Path, assignments: Sequence[str] = (), **overrides: Any
+) -> TrainSettings:
     """Read the settings in the YAML file `path`.
 
     Parameters
     ----------
     path : str or Path
         A file, or the name of one in ``configs/agents``, with or without its suffix.
+    assignments : sequence of str
+        Settings at any depth to replace, such as ``learner.gamma=0.9``; the values are YAML.
     **overrides
         Top-level settings to replace; None leaves the file's value.
 
@@ -133,6 +138,8 @@ def load_settings(path: str | Path, **overrides: Any) -> TrainSettings:
     if not isinstance(content, dict):
         raise SettingsError(f"{file}: {content!r} is not allowed; must be a mapping of keys")
     content |= {key: value for key, value in overrides.items() if value is not None}
+    for assignment in assignments:
+        _assign(content, assignment)
     try:
         return TrainSettings.model_validate(content)
     except ValidationError as error:
@@ -143,6 +150,23 @@ def load_settings(path: str | Path, **overrides: Any) -> TrainSettings:
 def save_settings(settings: TrainSettings, path: Path) -> None:
     """Write `settings` as YAML to `path`, every field spelt out."""
     write_text(path, yaml.safe_dump(settings.model_dump(mode="json"), sort_keys=False))
+
+
+def _assign(content: dict[str, Any], assignment: str) -> None:
+    """Put the value of ``key.key=value`` where it belongs in `content`."""
+    keys, separator, text = assignment.partition("=")
+    *groups, last = keys.strip().split(".")
+    if not separator:
+        raise SettingsError(f"{assignment!r} is not allowed; must be a key and a value, key=value")
+    for depth, group in enumerate(groups):
+        content = content.setdefault(group, {})
+        if not isinstance(content, dict):
+            key = ".".join(groups[: depth + 1])
+            raise SettingsError(f"{assignment!r} is not allowed; {key} is not a group of settings")
+    try:
+        content[last] = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise SettingsError(f"{assignment!r} is not allowed; not YAML: {error}") from None
 
 
 def _find(path: str | Path) -> Path:

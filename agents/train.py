@@ -19,8 +19,10 @@ def main(
     timesteps: Annotated[int | None, typer.Option(help="Environment steps in all.")] = None,
     minutes: Annotated[float | None, typer.Option(help="Time limit.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the run.")] = None,
-    device: Annotated[str | None, typer.Option(help="cpu, cuda or auto.")] = None,
-    envs: Annotated[int | None, typer.Option(help="Environments stepped together.")] = None,
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Any other setting: learner.gamma=0.9."),
+    ] = None,
     output: Annotated[Path | None, typer.Option(help="Folder; runs/NAME by default.")] = None,
     resume: Annotated[
         bool | None,
@@ -38,7 +40,7 @@ def main(
     how = {None: Resume.AUTO, True: Resume.ALWAYS, False: Resume.NEVER}[resume]
     try:
         settings = load_settings(
-            config, timesteps=timesteps, minutes=minutes, seed=seed, device=device, envs=envs
+            config, assignments or (), timesteps=timesteps, minutes=minutes, seed=seed
         )
         if wandb:
             import_wandb()

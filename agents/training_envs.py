@@ -1,6 +1,7 @@
 """The environments of a training run, and their state."""
 
 import pickle
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
@@ -16,7 +17,7 @@ from magfold_env.envs.curriculum import Curriculum
 
 
 class Resumable(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """Gives the whole state of an environment as bytes, its random numbers and wrappers included."""
+    """Gives the whole state of an environment as bytes, random numbers and wrappers included."""
 
     def snapshot(self) -> bytes:
         """Return everything that decides how the environment goes on."""
@@ -108,7 +109,7 @@ def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
     if parallel is None:
         # Without dynamics a step is quicker than the way to another process.
         parallel = env.fidelity != "quasistatic"
-    makers = [make] * settings.envs
+    makers: list[Callable[[], gymnasium.Env[Any, Any]]] = [make] * settings.envs
     inner = SubprocVecEnv(makers) if parallel and settings.envs > 1 else DummyVecEnv(makers)
     envs = VecMonitor(inner)
     # The first phase has the seed of the run, the others one that follows from it.

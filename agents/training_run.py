@@ -73,7 +73,9 @@ def train(
 
 
 class TrainingRun:
-    """A run under way, in a folder with
+    """A run under way, and its folder.
+
+    What lies there:
 
     - ``settings.yaml`` and ``run.json``: everything it was made from and with, and its standing;
     - TensorBoard's files;

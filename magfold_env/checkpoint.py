@@ -75,9 +75,9 @@ class Checkpoint:
         if content is None:
             message = f"{path}: is damaged; remove it, and what it held is computed again"
             raise CheckpointError(message)
-        if difference := difference(content["key"], self._key):
+        if where := difference(content["key"], self._key):
             message = (
-                f"{path}: was written by another run, {difference}; "
+                f"{path}: was written by another run, {where}; "
                 "take up that run, or give another folder"
             )
             raise CheckpointError(message)

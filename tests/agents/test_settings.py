@@ -45,7 +45,7 @@ def test_an_override_of_none_leaves_the_file_alone() -> None:
     ("text", "message"),
     [
         ("timestep: 5", "timestep: 5 is not allowed; unknown key"),
-        ("learner: {algorithm: ppo, lr: 0.1}", r"learner\.lr: 0.1 is not allowed; unknown key"),
+        ("learner: {algorithm: ppo, lr: 0.1}", r"learner\.lr: 0.1 is not .*unknown key.* n_steps"),
         ("learner: {algorithm: sac, n_steps: 5}", r"learner\.n_steps: 5 is not .*unknown key"),
         ("learner: {algorithm: ppo, gamma: 1.5}", r"learner\.gamma: 1.5 is not .*less than"),
         ("learner: {algorithm: ppo, learning_rate: .nan}", r"learner\.learning_rate: nan is not"),
@@ -112,6 +112,29 @@ def test_what_is_no_settings_is_refused(tmp_path: Path, text: str, message: str)
 def test_wrong_environments_are_named(settings: dict, message: str) -> None:
     with pytest.raises(SettingsError, match=message):
         check_envs(TrainSettings.model_validate({"name": "run"} | settings))
+
+
+def test_any_setting_can_be_assigned(tmp_path: Path) -> None:
+    assignments = ["learner.gamma=0.5", "env.targets=[LRLLL]", "stop.success = 0.7", "envs=3"]
+    settings = load_settings(written(tmp_path, "name: run\nlearner: {algorithm: ppo}"), assignments)
+    assert settings.learner.gamma == 0.5
+    assert settings.env.targets == ("LRLLL",)
+    assert settings.stop.success == 0.7
+    assert settings.envs == 3
+
+
+@pytest.mark.parametrize(
+    ("assignment", "message"),
+    [
+        ("seed", "'seed' is not allowed; must be a key and a value"),
+        ("name.first=a", "name is not a group of settings"),
+        ("seed=[", "not YAML"),
+        ("learner.beta=1", r"learner\.beta: 1 is not allowed; unknown key"),
+    ],
+)
+def test_a_wrong_assignment_is_named(assignment: str, message: str) -> None:
+    with pytest.raises(SettingsError, match=message):
+        load_settings("ppo-tube-feed", [assignment])
 
 
 def test_a_missing_file_lists_what_is_shipped() -> None:

@@ -21,7 +21,13 @@ SETTINGS = TrainSettings.model_validate(
         "validate_every": 48,
         "validation_episodes": 2,
         "env": {"targets": ["LRLLL", "RLRRR"]},
-        "learner": {"algorithm": "ppo", "n_steps": 48, "batch_size": 24, "n_epochs": 2, "hidden": [16]},
+        "learner": {
+            "algorithm": "ppo",
+            "n_steps": 48,
+            "batch_size": 24,
+            "n_epochs": 2,
+            "hidden": [16],
+        },
     }
 )
 

@@ -129,7 +129,7 @@ def test_environments_of_a_phase_have_their_own_seeds() -> None:
     drawn = []
     for phase in (0, 1, 1):
         envs = make_training_envs(settings, phase)
-        drawn.append([[o.tolist() for o in envs.reset()] for _ in range(5)])
+        drawn.append([np.asarray(envs.reset()).tolist() for _ in range(5)])
     assert drawn[0] != drawn[1] == drawn[2]
 
 
