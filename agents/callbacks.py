@@ -1,21 +1,13 @@
-"""What happens beside the learning: progress, checkpoints, validation and the time limit."""
+"""What happens beside the learning: the progress bar, and what is due between two rollouts."""
 
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 
-from magfold_env.files import replacing
-
-
-def save_policy(model: BaseAlgorithm, path: Path) -> None:
-    """Write `model` to `path` (``.zip``) under a temporary name and move it into place."""
-    with replacing(path) as temporary:
-        model.save(temporary)
+from agents import progress
 
 
 def progress_bar() -> Progress:
@@ -35,14 +27,17 @@ class ProgressCallback(BaseCallback):
 
     Parameters
     ----------
-    timesteps : int
-        Steps of the whole run.
+    start, end : int
+        Steps made before the phase, and at its end.
+    description : str
+        Name of the phase.
     """
 
-    def __init__(self, timesteps: int) -> None:
+    def __init__(self, start: int, end: int, description: str) -> None:
         super().__init__()
+        self._start = start
         self._bar = progress_bar()
-        self._task = self._bar.add_task("training", total=timesteps, note="")
+        self._task = self._bar.add_task(description, total=end - start, note="")
 
     def _on_training_start(self) -> None:
         self._bar.start()
@@ -50,47 +45,67 @@ class ProgressCallback(BaseCallback):
     def _on_step(self) -> bool:
         recent = self.model.ep_success_buffer or [0.0]
         note = f"success {100 * float(np.mean(recent)):.0f} %"
-        self._bar.update(self._task, completed=self.num_timesteps, note=note)
+        self._bar.update(self._task, completed=self.num_timesteps - self._start, note=note)
         return True
 
     def _on_training_end(self) -> None:
         self._bar.stop()
 
 
-class EverySteps(BaseCallback):
-    """Calls `action` with the model about every `interval` environment steps.
+class BoundaryCallback(BaseCallback):
+    """Validates and saves between rollouts, where a run can be taken up again; ends it in time.
 
     Parameters
     ----------
-    interval : int
-        Steps of all environments together.
-    action : callable
-        What to do; takes the model and the number of steps made.
+    state : progress.Progress
+        How far the run has come; kept up to date.
+    validate_every, save_every : int
+        Steps between validations, and between checkpoints.
+    validate, save : callable
+        What to do then.
+    minutes : float, optional
+        Time limit of the whole run.
     """
 
-    def __init__(self, interval: int, action: Callable[[BaseAlgorithm, int], None]) -> None:
+    def __init__(
+        self,
+        state: progress.Progress,
+        validate_every: int,
+        save_every: int,
+        validate: Callable[[], None],
+        save: Callable[[], None],
+        minutes: float | None,
+    ) -> None:
         super().__init__()
-        self._interval = interval
-        self._action = action
-        self._next = interval
+        self._state = state
+        self._every = (validate_every, save_every)
+        self._validate = validate
+        self._save = save
+        self._limit = np.inf if minutes is None else 60.0 * minutes
+        self._began = time.monotonic() - state.seconds
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the phase ended before its steps were made."""
+        return self._state.stopping or self.out_of_time
+
+    @property
+    def out_of_time(self) -> bool:
+        """Whether the time limit of the run is reached."""
+        return self._state.seconds >= self._limit
+
+    def visit(self) -> None:
+        """Do what is due between two rollouts."""
+        state, steps = self._state, self.model.num_timesteps
+        if progress.due(steps, state.validated_at, self._every[0]):
+            self._validate()
+        if progress.due(steps, state.saved_at, self._every[1]):
+            state.saved_at = steps
+            self._save()
+
+    def _on_rollout_start(self) -> None:
+        self.visit()
 
     def _on_step(self) -> bool:
-        if self.num_timesteps >= self._next:
-            self._next += self._interval
-            self._action(self.model, self.num_timesteps)
-        return True
-
-
-class TimeLimitCallback(BaseCallback):
-    """Ends the training once `minutes` have passed."""
-
-    def __init__(self, minutes: float) -> None:
-        super().__init__()
-        self._seconds = 60.0 * minutes
-        self._start = 0.0
-
-    def _on_training_start(self) -> None:
-        self._start = time.monotonic()
-
-    def _on_step(self) -> bool:
-        return time.monotonic() - self._start < self._seconds
+        self._state.seconds = time.monotonic() - self._began
+        return not self.interrupted

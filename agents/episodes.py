@@ -5,11 +5,13 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from multiprocessing import get_context
+from typing import cast
 
 import numpy as np
 
 from agents.policies import Policy, make_policy
 from agents.settings import EnvSettings
+from agents.training_envs import make_env as make_gym_env
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.scene import Scene
 
@@ -47,7 +49,7 @@ def make_env(settings: EnvSettings) -> TubeFeedEnv:
 
     Shaping is left out: it does not change a fold, and its rewards are not what is compared.
     """
-    return TubeFeedEnv(**settings.model_dump(exclude={"shaping"}))
+    return cast("TubeFeedEnv", make_gym_env(settings.unshaped()).unwrapped)
 
 
 def warm_up(settings: EnvSettings) -> None:

@@ -6,8 +6,9 @@ from typing import Annotated
 import typer
 
 from agents.evaluate import compare
+from agents.run_folder import Resume
 from agents.settings import load_settings
-from agents.train import train
+from agents.training_run import train
 
 
 def main(
@@ -17,8 +18,8 @@ def main(
 ) -> None:
     """Train a policy briefly and compare it with random actions and the energy minimiser."""
     settings = load_settings("ppo-quickstart", minutes=minutes)
-    policy = train(settings, output)
-    compare([policy], settings.env, draws, settings.processes, output)
+    policy = train(settings, output, Resume.NEVER)
+    compare([policy], settings.env, draws, settings.envs, output)
 
 
 if __name__ == "__main__":

@@ -1,89 +1,84 @@
 """Training settings: typed, checked and read from YAML."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
+from agents.env_settings import GOAL_ENV, CurriculumSettings, EnvOptions, EnvSettings
+from agents.learner_settings import LearnerSettings, PPOSettings, SACSettings
 from agents.seeds import MAX_TRAINING_SEED
-from magfold_env.envs.randomisation import Randomisation
-from magfold_env.errors import problems_of
+from agents.settings_base import Count, Group, Positive, Unit
+from magfold_env.errors import Problem, SceneError, problems_of
 from magfold_env.files import configs_dir, write_text
 
-Count = Annotated[int, Field(ge=1)]
-Unit = Annotated[float, Field(ge=0, le=1)]
+__all__ = ["EnvSettings", "SettingsError", "TrainSettings", "load_settings", "save_settings"]
 
 
 class SettingsError(ValueError):
     """Settings that cannot be used: one line per problem, each naming key, value and remedy."""
 
 
-class _Group(BaseModel, frozen=True):
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+class StopSettings(Group, frozen=True):
+    """When a phase ends before its steps are made, as the validations say; None: not for that."""
+
+    success: Unit | None = None
+    """Rate of success that is enough."""
+    patience: Count | None = None
+    """Number of validations in a row without a new best one."""
 
 
-class EnvSettings(_Group, frozen=True):
-    """The environment to train in; see `magfold_env.envs.tube_feed.TubeFeedEnv`."""
+class PhaseSettings(Group, frozen=True):
+    """A phase of training before the main one."""
 
-    scene: str = "tube-feed"
-    """Name of a shipped scene, or a path."""
-    targets: tuple[str, ...] | None = None
-    """Words to draw from; None takes every fully folded word."""
-    randomisation: Randomisation = "nominal"
-    """Which physics is drawn at reset."""
-    speeds: Annotated[int, Field(ge=2)] = 9
-    """Number of speed levels."""
-    shaping: bool = False
-    """Whether every step is rewarded with its gain in similarity."""
+    timesteps: Count
+    """Environment steps in all."""
+    env: EnvOptions = EnvOptions()
+    """What is different in the environment."""
+    stop: StopSettings = StopSettings()
+    """When the phase ends early."""
 
 
-class PPOSettings(_Group, frozen=True):
-    """Hyper-parameters of Stable-Baselines3's PPO."""
+@dataclass(frozen=True)
+class Phase:
+    """A part of the run, with its own environment and its own end."""
 
-    learning_rate: Annotated[float, Field(gt=0)] = 3e-4
-    """Step size of Adam at the start."""
-    anneal: bool = False
-    """Whether the learning rate falls linearly to zero over the run."""
-    n_steps: Annotated[int, Field(ge=2)] = 512
-    """Steps of each environment between two updates."""
-    batch_size: Annotated[int, Field(ge=2)] = 256
-    """Steps in a minibatch."""
-    n_epochs: Count = 10
-    """Passes over the steps in an update."""
-    gamma: Unit = 1.0
-    """Discount, of the agent and of the shaping."""
-    gae_lambda: Unit = 0.95
-    """Trade-off of bias and variance in the advantages."""
-    clip_range: Annotated[float, Field(gt=0)] = 0.2
-    """How far an update may change the probability of an action, as a ratio."""
-    ent_coef: Annotated[float, Field(ge=0)] = 0.01
-    """Weight of the entropy bonus."""
-    vf_coef: Annotated[float, Field(ge=0)] = 0.5
-    """Weight of the value loss."""
-    hidden: tuple[Count, ...] = (64, 64)
-    """Widths of the hidden layers of policy and value network."""
+    timesteps: int
+    env: EnvSettings
+    stop: StopSettings
 
 
-class TrainSettings(_Group, frozen=True):
+class TrainSettings(Group, frozen=True):
     """One training run."""
 
     name: Annotated[str, Field(pattern=r"^[\w.-]+$")]
     """Name of the run and of its folder under ``runs/``."""
     env: EnvSettings = EnvSettings()
     """The environment."""
-    ppo: PPOSettings = PPOSettings()
+    curriculum: CurriculumSettings | None = None
+    """Easier variants of the environment, each left when enough episodes succeed."""
+    pretraining: tuple[PhaseSettings, ...] = ()
+    """Phases before the main one, such as one without dynamics."""
+    learner: LearnerSettings = PPOSettings()
     """The learner."""
     timesteps: Count = 200_000
-    """Environment steps in all."""
-    minutes: Annotated[float, Field(gt=0)] | None = None
+    """Environment steps in all, of the main phase."""
+    stop: StopSettings = StopSettings()
+    """When the main phase ends early."""
+    minutes: Positive | None = None
     """Time limit; the run ends at whichever limit comes first. None sets none."""
     seed: Annotated[int, Field(ge=0, le=MAX_TRAINING_SEED)] = 0
     """Seed of networks, actions and episodes."""
     device: Literal["cpu", "cuda", "auto"] = "cpu"
     """Where the networks live; small ones are fastest on the processor."""
-    processes: Count = 2
-    """Environments, each in a process of its own (1: in the trainer's process)."""
+    envs: Count = 2
+    """Number of environments that are stepped together."""
+    parallel: bool | None = None
+    """Whether each environment gets a process of its own; None: if it simulates, and is not the
+    only one."""
     checkpoint_every: Count = 20_000
     """Steps between checkpoints."""
     validate_every: Count = 20_000
@@ -91,14 +86,42 @@ class TrainSettings(_Group, frozen=True):
     validation_episodes: Count = 52
     """Episodes of a validation, spread over the targets."""
 
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        """What is trained on, in this order."""
+        before = [Phase(p.timesteps, self.env.changed(p.env), p.stop) for p in self.pretraining]
+        return (*before, Phase(self.timesteps, self.env, self.stop))
 
-def load_settings(path: str | Path, **overrides: Any) -> TrainSettings:
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        """Refuse a learner that cannot take the environment."""
+        problems: list[Problem] = []
+        learner, env = self.learner, self.env
+        if isinstance(learner, SACSettings):
+            if env.actions != "box":
+                allowed = f"must be 'box' with {learner.algorithm}"
+                problems.append(Problem("env.actions", env.actions, allowed))
+            if learner.hindsight is not None and env.id != GOAL_ENV:
+                problems.append(Problem("env.id", env.id, f"must be {GOAL_ENV!r} with hindsight"))
+        elif learner.algorithm == "maskable-ppo" and env.actions in ("box", "dict"):
+            allowed = "must be 'multidiscrete' or 'discrete' with maskable-ppo"
+            problems.append(Problem("env.actions", env.actions, allowed))
+        if problems:
+            raise SceneError(problems)
+        return self
+
+
+def load_settings(
+    path: str | Path, assignments: Sequence[str] = (), **overrides: Any
+) -> TrainSettings:
     """Read the settings in the YAML file `path`.
 
     Parameters
     ----------
     path : str or Path
         A file, or the name of one in ``configs/agents``, with or without its suffix.
+    assignments : sequence of str
+        Settings at any depth to replace, such as ``learner.gamma=0.9``; the values are YAML.
     **overrides
         Top-level settings to replace; None leaves the file's value.
 
@@ -115,6 +138,8 @@ def load_settings(path: str | Path, **overrides: Any) -> TrainSettings:
     if not isinstance(content, dict):
         raise SettingsError(f"{file}: {content!r} is not allowed; must be a mapping of keys")
     content |= {key: value for key, value in overrides.items() if value is not None}
+    for assignment in assignments:
+        _assign(content, assignment)
     try:
         return TrainSettings.model_validate(content)
     except ValidationError as error:
@@ -125,6 +150,23 @@ def load_settings(path: str | Path, **overrides: Any) -> TrainSettings:
 def save_settings(settings: TrainSettings, path: Path) -> None:
     """Write `settings` as YAML to `path`, every field spelt out."""
     write_text(path, yaml.safe_dump(settings.model_dump(mode="json"), sort_keys=False))
+
+
+def _assign(content: dict[str, Any], assignment: str) -> None:
+    """Put the value of ``key.key=value`` where it belongs in `content`."""
+    keys, separator, text = assignment.partition("=")
+    *groups, last = keys.strip().split(".")
+    if not separator:
+        raise SettingsError(f"{assignment!r} is not allowed; must be a key and a value, key=value")
+    for depth, group in enumerate(groups):
+        content = content.setdefault(group, {})
+        if not isinstance(content, dict):
+            key = ".".join(groups[: depth + 1])
+            raise SettingsError(f"{assignment!r} is not allowed; {key} is not a group of settings")
+    try:
+        content[last] = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise SettingsError(f"{assignment!r} is not allowed; not YAML: {error}") from None
 
 
 def _find(path: str | Path) -> Path:

@@ -75,9 +75,9 @@ class Checkpoint:
         if content is None:
             message = f"{path}: is damaged; remove it, and what it held is computed again"
             raise CheckpointError(message)
-        if difference := _difference(content["key"], self._key):
+        if where := difference(content["key"], self._key):
             message = (
-                f"{path}: was written by another run, {difference}; "
+                f"{path}: was written by another run, {where}; "
                 "take up that run, or give another folder"
             )
             raise CheckpointError(message)
@@ -103,13 +103,13 @@ def _checksum(content: Mapping[str, Any]) -> str:
     return hashlib.sha256(_canonical(content).encode()).hexdigest()
 
 
-def _difference(there: object, here: object, key: str = "") -> str:
+def difference(there: object, here: object, key: str = "") -> str:
     """Return in words where two keys first differ; empty if they are equal."""
     if isinstance(there, dict) and isinstance(here, dict):
         old, new = cast("dict[str, Any]", there), cast("dict[str, Any]", here)
         for name in sorted({*old, *new}):
             dotted = f"{key}.{name}" if key else name
-            if found := _difference(old.get(name), new.get(name), dotted):
+            if found := difference(old.get(name), new.get(name), dotted):
                 return found
         return ""
     return "" if there == here else f"whose {key} is {there!r} where this one's is {here!r}"

@@ -50,4 +50,4 @@ def test_the_file_holds_every_number(tmp_path: Path) -> None:
     assert good["targets"]["LRLLL"]["successes"] == 1
     assert good["mean_score"] == pytest.approx(2.2 / 3)
     assert len(good["episodes"]) == 3
-    assert content["env"]["scene"] == "tube-feed"
+    assert content["env"]["id"] == "MagFold/TubeFeed-v0"

@@ -2,8 +2,18 @@ from pathlib import Path
 
 import pytest
 
-from agents.settings import SettingsError, load_settings, save_settings
+from agents.settings import SettingsError, TrainSettings, load_settings, save_settings
+from agents.training_envs import check_envs
 from magfold_env.files import configs_dir
+
+PRETRAINED = """
+name: run
+env: {components: 8, actions: box}
+learner: {algorithm: tqc, ent_coef: auto, target_entropy: -2.5}
+curriculum: {stages: [{difficulty: 0.25}], threshold: 0.5}
+pretraining: [{timesteps: 100, env: {fidelity: quasistatic, shaping: energy}}]
+stop: {success: 0.9, patience: 3}
+"""
 
 
 def written(tmp_path: Path, text: str) -> Path:
@@ -19,8 +29,9 @@ def test_all_shipped_settings_are_valid() -> None:
         assert load_settings(file) == load_settings(file.stem) == load_settings(file.name)
 
 
-def test_settings_survive_a_round_trip(tmp_path: Path) -> None:
-    settings = load_settings("ppo-tube-feed", seed=5, timesteps=100)
+@pytest.mark.parametrize("file", ["ppo-tube-feed", None])
+def test_settings_survive_a_round_trip(tmp_path: Path, file: str | None) -> None:
+    settings = load_settings(file or written(tmp_path, PRETRAINED), seed=5, timesteps=100)
     assert (settings.seed, settings.timesteps) == (5, 100)
     save_settings(settings, tmp_path / "settings.yaml")
     assert load_settings(tmp_path / "settings.yaml") == settings
@@ -33,23 +44,97 @@ def test_an_override_of_none_leaves_the_file_alone() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("name: run\ntimestep: 5", "timestep: 5 is not allowed; unknown key"),
-        ("name: run\nppo: {lr: 0.1}", "ppo.lr: 0.1 is not allowed; unknown key"),
-        ("name: run\nppo: {gamma: 1.5}", "ppo.gamma: 1.5 is not allowed; must be less than"),
-        ("name: run\nppo: {learning_rate: .nan}", "ppo.learning_rate: nan is not allowed"),
-        ("name: run\nenv: {speeds: 1}", "env.speeds: 1 is not allowed; must be greater than"),
-        ("name: run\nenv: {randomisation: wild}", "env.randomisation: 'wild' is not allowed"),
-        ("name: run\ntimesteps: -1", "timesteps: -1 is not allowed; must be greater than"),
-        ("name: run\ndevice: tpu", "device: 'tpu' is not allowed; must be 'cpu'"),
-        ("name: ../run", "name: '../run' is not allowed"),
+        ("timestep: 5", "timestep: 5 is not allowed; unknown key"),
+        ("learner: {algorithm: ppo, lr: 0.1}", r"learner\.lr: 0.1 is not .*unknown key.* n_steps"),
+        ("learner: {algorithm: sac, n_steps: 5}", r"learner\.n_steps: 5 is not .*unknown key"),
+        ("learner: {algorithm: ppo, gamma: 1.5}", r"learner\.gamma: 1.5 is not .*less than"),
+        ("learner: {algorithm: ppo, learning_rate: .nan}", r"learner\.learning_rate: nan is not"),
+        ("learner: {algorithm: dqn}", "algorithm must be one of ppo, maskable-ppo, sac, tqc"),
+        ("learner: {gamma: 0.9}", "algorithm must be one of ppo, maskable-ppo, sac, tqc"),
+        ("learner: ppo", "algorithm must be one of ppo, maskable-ppo, sac, tqc"),
+        ("learner: {algorithm: sac, ent_coef: low}", r"learner\.ent_coef: 'low' is not allowed"),
+        ("env: {speeds: 1}", r"env\.speeds: 1 is not allowed; must be greater than"),
+        ("env: {randomisation: wild}", r"env\.randomisation: 'wild' is not allowed"),
+        ("env: {id: MagFold/Fold-v0}", r"env\.id: 'MagFold/Fold-v0' is not .*TubeFeed-v0"),
+        ("env: {targets: 5}", r"env\.targets: 5 is not allowed"),
+        ("env: {shaping: often}", r"env\.shaping: 'often' is not allowed; must be 'similarity'"),
+        ("curriculum: {stages: []}", r"curriculum\.stages: \[\] is not allowed"),
+        ("pretraining: [{timesteps: 0}]", r"pretraining\[0\]\.timesteps: 0 is not allowed"),
+        ("stop: {success: 2}", r"stop\.success: 2 is not allowed"),
+        ("timesteps: -1", "timesteps: -1 is not allowed; must be greater than"),
+        ("device: tpu", "device: 'tpu' is not allowed; must be 'cpu'"),
+        ("learner: {algorithm: sac}", r"env\.actions: None is not .*must be 'box' with sac"),
+        (
+            "env: {actions: box}\nlearner: {algorithm: maskable-ppo}",
+            r"env\.actions: 'box' is not allowed; must be 'multidiscrete' or 'discrete'",
+        ),
+        (
+            "env: {actions: box}\nlearner: {algorithm: tqc, hindsight: {}}",
+            r"env\.id: 'MagFold/TubeFeed-v0' is not .*must be 'MagFold/TubeFeedGoal-v0'",
+        ),
+        ("name: ../run", r"name: '\.\./run' is not allowed"),
+    ],
+)
+def test_wrong_settings_name_key_value_and_remedy(tmp_path: Path, text: str, message: str) -> None:
+    text = text if text.startswith("name") else f"name: run\n{text}"
+    with pytest.raises(SettingsError, match=message):
+        load_settings(written(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
         ("timesteps: 5", "name: None is not allowed; must be given"),
         ("- 1", r"\[1\] is not allowed; must be a mapping"),
         ("name: [", "not YAML"),
     ],
 )
-def test_wrong_settings_name_key_value_and_remedy(tmp_path: Path, text: str, message: str) -> None:
+def test_what_is_no_settings_is_refused(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(SettingsError, match=message):
         load_settings(written(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"env": {"targets": ["LLLLL"]}}, r"^env: targets"),
+        ({"env": {"id": "MagFold/TubeFeedGoal-v0", "reward": "score"}}, "^env: reward: must be"),
+        (
+            {"pretraining": [{"timesteps": 1, "env": {"components": 5}}]},
+            r"^pretraining\[0\]\.env: its observation_space .* must be that of the main phase",
+        ),
+        (
+            {"pretraining": [{"timesteps": 1, "env": {"scene": "nowhere"}}]},
+            r"^pretraining\[0\]\.env: .*nowhere",
+        ),
+    ],
+)
+def test_wrong_environments_are_named(settings: dict, message: str) -> None:
+    with pytest.raises(SettingsError, match=message):
+        check_envs(TrainSettings.model_validate({"name": "run"} | settings))
+
+
+def test_any_setting_can_be_assigned(tmp_path: Path) -> None:
+    assignments = ["learner.gamma=0.5", "env.targets=[LRLLL]", "stop.success = 0.7", "envs=3"]
+    settings = load_settings(written(tmp_path, "name: run\nlearner: {algorithm: ppo}"), assignments)
+    assert settings.learner.gamma == 0.5
+    assert settings.env.targets == ("LRLLL",)
+    assert settings.stop.success == 0.7
+    assert settings.envs == 3
+
+
+@pytest.mark.parametrize(
+    ("assignment", "message"),
+    [
+        ("seed", "'seed' is not allowed; must be a key and a value"),
+        ("name.first=a", "name is not a group of settings"),
+        ("seed=[", "not YAML"),
+        ("learner.beta=1", r"learner\.beta: 1 is not allowed; unknown key"),
+    ],
+)
+def test_a_wrong_assignment_is_named(assignment: str, message: str) -> None:
+    with pytest.raises(SettingsError, match=message):
+        load_settings("ppo-tube-feed", [assignment])
 
 
 def test_a_missing_file_lists_what_is_shipped() -> None:

@@ -5,23 +5,29 @@ import pytest
 from gymnasium.error import ResetNeeded
 from stable_baselines3 import PPO
 
-from agents.callbacks import save_policy
 from agents.episodes import make_env, play, play_all, warm_up
+from agents.learners import save_policy
 from agents.policies import DesignPolicy, RandomPolicy, TrainedPolicy
 from agents.settings import TrainSettings
-from agents.train import train
+from agents.training_run import train
 from magfold_env.envs.draws import episode_seeds
 
 SETTINGS = TrainSettings.model_validate(
     {
         "name": "tiny",
         "timesteps": 96,
-        "processes": 1,
+        "envs": 1,
         "checkpoint_every": 48,
         "validate_every": 48,
         "validation_episodes": 2,
         "env": {"targets": ["LRLLL", "RLRRR"]},
-        "ppo": {"n_steps": 48, "batch_size": 24, "n_epochs": 2, "hidden": [16]},
+        "learner": {
+            "algorithm": "ppo",
+            "n_steps": 48,
+            "batch_size": 24,
+            "n_epochs": 2,
+            "hidden": [16],
+        },
     }
 )
 
@@ -105,12 +111,12 @@ def test_the_engine_is_ready_before_training_begins(
     class BegunError(Exception):
         pass
 
-    def begin(_settings: TrainSettings) -> None:
+    def begin(_settings: TrainSettings, _phase: int) -> None:
         order.append("training")
         raise BegunError
 
-    monkeypatch.setattr("agents.train.warm_up", lambda _settings: order.append("ready"))
-    monkeypatch.setattr("agents.train.make_training_envs", begin)
+    monkeypatch.setattr("agents.training_run.warm_up", lambda _settings: order.append("ready"))
+    monkeypatch.setattr("agents.training_run.make_training_envs", begin)
     with pytest.raises(BegunError):
         train(SETTINGS, tmp_path)
     assert order == ["ready", "training"]

@@ -1,0 +1,108 @@
+"""The learners of Stable-Baselines3 and sb3-contrib, made from settings and read from files."""
+
+import json
+import warnings
+import zipfile
+from pathlib import Path
+from typing import Any
+
+from gymnasium import spaces
+from sb3_contrib import TQC, MaskablePPO
+from stable_baselines3 import PPO, SAC, HerReplayBuffer
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
+from stable_baselines3.common.vec_env import VecEnv
+
+from agents.learner_settings import LearnerSettings, SACSettings
+from agents.learning_rate import LearningRate
+from magfold_env.files import replacing
+
+CLASSES: dict[str, type[BaseAlgorithm]] = {
+    "ppo": PPO,
+    "maskable-ppo": MaskablePPO,
+    "sac": SAC,
+    "tqc": TQC,
+}
+"""The class of each algorithm."""
+
+_BY_POLICY: dict[str, type[BaseAlgorithm]] = {
+    "stable_baselines3.common.policies": PPO,
+    "sb3_contrib.common.maskable.policies": MaskablePPO,
+    "stable_baselines3.sac.policies": SAC,
+    "sb3_contrib.tqc.policies": TQC,
+}
+
+
+def make_model(
+    settings: LearnerSettings, env: VecEnv, seed: int, device: str = "cpu"
+) -> BaseAlgorithm:
+    """Return an untrained model.
+
+    Parameters
+    ----------
+    settings : LearnerSettings
+        The learner.
+    env : VecEnv
+        The environments to train in.
+    seed : int
+        Seed of networks and actions.
+    device : str
+        Where the networks live.
+    """
+    own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight"}
+    options: dict[str, Any] = settings.model_dump(exclude=own)
+    if isinstance(settings, SACSettings) and settings.hindsight is not None:
+        options["replay_buffer_class"] = HerReplayBuffer
+        options["replay_buffer_kwargs"] = settings.hindsight.model_dump()
+    dictionary = isinstance(env.observation_space, spaces.Dict)
+    return CLASSES[settings.algorithm](
+        "MultiInputPolicy" if dictionary else "MlpPolicy",
+        env,
+        learning_rate=LearningRate(settings.learning_rate, settings.anneal),
+        policy_kwargs={"net_arch": list(settings.hidden)},
+        seed=seed,
+        device=device,
+        **options,
+    )
+
+
+def save_policy(model: BaseAlgorithm, path: Path) -> None:
+    """Write `model` to `path` (``.zip``) under a temporary name and move it into place."""
+    with replacing(path) as temporary:
+        model.save(temporary)
+
+
+def load_model(path: str | Path, device: str = "cpu") -> BaseAlgorithm:
+    """Read a model of any of the algorithms, to choose actions with.
+
+    Such files hold pickles, which can run code: load only your own.
+
+    Raises
+    ------
+    ValueError
+        If the file is not a model, or of another algorithm.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            module = json.loads(archive.read("data"))["policy_class"]["__module__"]
+    except (zipfile.BadZipFile, KeyError, ValueError) as error:
+        raise ValueError(f"{path}: is not a model of Stable-Baselines3: {error!r}") from None
+    if module not in _BY_POLICY:
+        raise ValueError(f"{path}: is not a model of {', '.join(CLASSES)}; its policy: {module}")
+    # A replay buffer is large, and hindsight's wants an environment.
+    without: dict[str, Any] = {}
+    if issubclass(_BY_POLICY[module], OffPolicyAlgorithm):
+        without = {"buffer_size": 1, "replay_buffer_class": None, "replay_buffer_kwargs": {}}
+    return _BY_POLICY[module].load(path, device=device, **without)
+
+
+def enter(model: BaseAlgorithm, envs: VecEnv) -> None:
+    """Let `model` go on in other environments of the same spaces, in new episodes."""
+    model.set_env(envs)
+    buffer = getattr(model, "replay_buffer", None)
+    if isinstance(buffer, HerReplayBuffer):
+        buffer.env = envs
+        with warnings.catch_warnings():
+            # It says that it does what it is asked to.
+            warnings.filterwarnings("ignore", "The last trajectory in the replay buffer")
+            buffer.truncate_last_trajectory()

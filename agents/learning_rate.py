@@ -1,0 +1,33 @@
+"""The learning rate over a run of several phases."""
+
+from dataclasses import dataclass
+
+
+@dataclass
+class LearningRate:
+    """A constant rate, or one that falls linearly to zero over every phase.
+
+    Stable-Baselines3 asks with what remains of all steps up to the end of the phase, the steps of
+    earlier phases included, as a share; `start` and `end` make it a share of the phase.
+
+    Attributes
+    ----------
+    rate : float
+        The rate at the start of a phase.
+    anneal : bool
+        Whether it falls.
+    start, end : int
+        Steps made at the start of the phase, and at its end.
+    """
+
+    rate: float
+    anneal: bool
+    start: int = 0
+    end: int = 1
+
+    def __call__(self, remaining: float) -> float:
+        """Return the rate where the share `remaining` of `end` is still to come."""
+        if not self.anneal:
+            return self.rate
+        # The last rollout may go beyond the end.
+        return self.rate * max(0.0, remaining * self.end / (self.end - self.start))

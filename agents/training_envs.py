@@ -1,0 +1,146 @@
+"""The environments of a training run, and their state."""
+
+import pickle
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMonitor
+
+from agents.env_settings import GOAL_ENV, CurriculumSettings, EnvSettings
+from agents.settings import SettingsError, TrainSettings
+from magfold_env.envs.curriculum import Curriculum
+
+
+class Resumable(gymnasium.Wrapper[Any, Any, Any, Any]):
+    """Gives the whole state of an environment as bytes, random numbers and wrappers included."""
+
+    def snapshot(self) -> bytes:
+        """Return everything that decides how the environment goes on."""
+        return pickle.dumps(self.env)
+
+    def restore(self, snapshot: bytes) -> None:
+        """Go back to where `snapshot` was taken."""
+        self.env = pickle.loads(snapshot)
+
+
+@dataclass(frozen=True)
+class EnvsState:
+    """Where all environments of a run are.
+
+    Attributes
+    ----------
+    snapshots : list of bytes
+        One an environment.
+    returns, lengths : array
+        Reward and steps so far of the episodes that are under way.
+    """
+
+    snapshots: list[bytes]
+    returns: NDArray[np.float32]
+    lengths: NDArray[np.int32]
+
+
+def make_env(
+    settings: EnvSettings,
+    gamma: float | None = None,
+    curriculum: CurriculumSettings | None = None,
+) -> gymnasium.Env[Any, Any]:
+    """Return an environment.
+
+    Parameters
+    ----------
+    settings : EnvSettings
+        Which one.
+    gamma : float, optional
+        Discount of the shaping, where there is any.
+    curriculum : CurriculumSettings, optional
+        Easier variants to begin with.
+    """
+    options = settings.options()
+    if gamma is not None and settings.id != GOAL_ENV:
+        options["gamma"] = gamma
+    env = gymnasium.make(settings.id, disable_env_checker=True, **options)
+    if curriculum is None:
+        return env
+    stages = [settings.changed(stage).options() for stage in curriculum.stages]
+    return Curriculum(env, stages, threshold=curriculum.threshold, window=curriculum.window)
+
+
+def check_envs(settings: TrainSettings) -> None:
+    """Make every environment of a run once.
+
+    Raises
+    ------
+    SettingsError
+        If an option is not allowed, or the environments of two phases do not go together.
+    """
+    *before, main = settings.phases
+    last = _checked("env", settings, main.env)
+    for number, phase in enumerate(before):
+        key = f"pretraining[{number}].env"
+        env = _checked(key, settings, phase.env)
+        for name in ("observation_space", "action_space"):
+            own, wanted = getattr(env, name), getattr(last, name)
+            if own != wanted:
+                raise SettingsError(
+                    f"{key}: its {name} {own} is not allowed; "
+                    f"must be that of the main phase, {wanted}"
+                )
+
+
+def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
+    """Return the environments of a phase of the run, seeded.
+
+    Parameters
+    ----------
+    settings : TrainSettings
+        The run.
+    phase : int
+        Number of the phase, from 0.
+    """
+    env = settings.phases[phase].env
+    make = partial(_resumable, env, settings.learner.gamma, settings.curriculum)
+    parallel = settings.parallel
+    if parallel is None:
+        # Without dynamics a step is quicker than the way to another process.
+        parallel = env.fidelity != "quasistatic"
+    makers: list[Callable[[], gymnasium.Env[Any, Any]]] = [make] * settings.envs
+    inner = SubprocVecEnv(makers) if parallel and settings.envs > 1 else DummyVecEnv(makers)
+    envs = VecMonitor(inner)
+    # The first phase has the seed of the run, the others one that follows from it.
+    follow = np.random.SeedSequence(settings.seed, spawn_key=(phase,)).generate_state(1)
+    envs.seed(int(follow[0]) if phase else settings.seed)
+    return envs
+
+
+def envs_state(envs: VecMonitor) -> EnvsState:
+    """Return where `envs` are."""
+    snapshots = cast("list[bytes]", envs.env_method("snapshot"))
+    return EnvsState(snapshots, envs.episode_returns.copy(), envs.episode_lengths.copy())
+
+
+def set_envs_state(envs: VecMonitor, state: EnvsState) -> None:
+    """Go back to where `envs` were when `state` was taken."""
+    for number, snapshot in enumerate(state.snapshots):
+        envs.env_method("restore", snapshot, indices=number)
+    envs.episode_returns = state.returns.copy()
+    envs.episode_lengths = state.lengths.copy()
+
+
+def _resumable(
+    settings: EnvSettings, gamma: float, curriculum: CurriculumSettings | None
+) -> Resumable:
+    return Resumable(make_env(settings, gamma, curriculum))
+
+
+def _checked(key: str, settings: TrainSettings, env: EnvSettings) -> gymnasium.Env[Any, Any]:
+    """Return an environment; name the key of its settings if they are not allowed."""
+    try:
+        return make_env(env, settings.learner.gamma, settings.curriculum)
+    except ValueError as error:
+        raise SettingsError(f"{key}: {error}") from None

@@ -1,0 +1,187 @@
+"""A run begins or goes on only where it belongs, and from what is whole."""
+
+import sys
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from agents.callbacks import BoundaryCallback
+from agents.event_files import cut_events, event_sizes
+from agents.loggers import import_wandb
+from agents.run_folder import Resume
+from agents.run_info import RunInfo
+from agents.settings import SettingsError, TrainSettings, save_settings
+from agents.train import main
+from agents.training_run import train
+from magfold_env.checkpoint import CheckpointError
+from tests.agents.training import records, tiny
+
+pytestmark = pytest.mark.train
+
+app = typer.Typer()
+app.command()(main)
+runner = CliRunner()
+
+
+class KilledError(BaseException):
+    """Ends a run as a kill does."""
+
+
+def begun(settings: TrainSettings, folder: Path) -> Path:
+    """Break a run off after its first checkpoint; return the state to go on from."""
+    step = BoundaryCallback._on_step
+
+    def stepping(self: BoundaryCallback) -> bool:
+        if self.num_timesteps > 60:
+            raise KilledError
+        return step(self)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BoundaryCallback, "_on_step", stepping)
+        with pytest.raises(KilledError):
+            train(settings, folder)
+    return folder / "resume.zip"
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    return begun(tiny(), tmp_path_factory.mktemp("begun")).read_bytes()
+
+
+def flipped(content: bytes) -> bytes:
+    middle = len(content) // 2
+    return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
+
+
+def changed_inside(content: bytes, folder: Path) -> bytes:
+    """Return an archive that is a sound zip file with other contents."""
+    source, target = folder / "source.zip", folder / "target.zip"
+    source.write_bytes(content)
+    with zipfile.ZipFile(source) as old, zipfile.ZipFile(target, "w") as new:
+        for name in old.namelist():
+            part = old.read(name)
+            new.writestr(name, flipped(part) if name == "model.zip" else part)
+    return target.read_bytes()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        pytest.param(lambda content, _: b"", id="empty"),
+        pytest.param(lambda content, _: content[: len(content) // 2], id="cut"),
+        pytest.param(lambda content, _: flipped(content), id="a bit"),
+        pytest.param(changed_inside, id="other contents"),
+    ],
+)
+def test_a_damaged_checkpoint_is_refused(
+    whole: bytes, damage: Callable[[bytes, Path], bytes], tmp_path: Path
+) -> None:
+    folder = tmp_path / "run"
+    folder.mkdir()
+    save_settings(tiny(), folder / "settings.yaml")
+    (folder / "resume.zip").write_bytes(damage(whole, tmp_path))
+    with pytest.raises(CheckpointError, match=r"resume\.zip: is damaged"):
+        train(tiny(), folder)
+    assert not (folder / "policy.zip").exists()
+
+
+def test_a_foreign_checkpoint_is_refused(whole: bytes, tmp_path: Path) -> None:
+    settings = tiny(seed=7)
+    save_settings(settings, tmp_path / "settings.yaml")
+    (tmp_path / "resume.zip").write_bytes(whole)
+    message = r"was written by another run, whose settings\.seed is 0 where this one's is 7"
+    with pytest.raises(CheckpointError, match=message):
+        train(settings, tmp_path)
+
+
+def test_other_packages_do_not_go_on_with_a_run(
+    whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save_settings(tiny(), tmp_path / "settings.yaml")
+    (tmp_path / "resume.zip").write_bytes(whole)
+    monkeypatch.setattr("agents.run_folder.versions", lambda: {"python": "2.7"})
+    with pytest.raises(CheckpointError, match=r"whose versions\.gymnasium is"):
+        train(tiny(), tmp_path)
+
+
+def test_another_runs_folder_is_refused_unless_it_may_be_cleared(tmp_path: Path) -> None:
+    save_settings(tiny(), tmp_path / "settings.yaml")
+    with pytest.raises(SettingsError, match=r"another run, whose seed is 0 where"):
+        train(tiny(seed=1), tmp_path)
+    train(tiny(timesteps=48), tmp_path, Resume.NEVER)
+    with pytest.raises(SettingsError, match="another run"):
+        train(tiny(), tmp_path)
+
+
+def test_what_cannot_be_resumed_is_refused(tmp_path: Path) -> None:
+    save_settings(tiny(), tmp_path / "run.yaml")
+    arguments = [str(tmp_path / "run.yaml"), "--resume", "--output", str(tmp_path / "run")]
+    result = runner.invoke(app, arguments)
+    assert result.exit_code == 1
+    assert "there is no checkpoint to resume from" in " ".join(result.output.split())
+
+
+def test_events_are_cut_to_what_they_were(tmp_path: Path) -> None:
+    old, new = tmp_path / "events.out.tfevents.1", tmp_path / "events.out.tfevents.2"
+    old.write_bytes(b"1234")
+    sizes = event_sizes(tmp_path)
+    old.write_bytes(b"123456")
+    new.write_bytes(b"78")
+    (tmp_path / "other").write_bytes(b"9")
+    cut_events(tmp_path, sizes)
+    assert old.read_bytes() == b"1234"
+    assert not new.exists()
+    assert (tmp_path / "other").exists()
+
+
+def test_weights_and_biases_is_named_where_it_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "wandb", None)
+    with pytest.raises(SettingsError, match="--wandb: needs the package wandb"):
+        import_wandb()
+    save_settings(tiny(), tmp_path / "run.yaml")
+    arguments = [str(tmp_path / "run.yaml"), "--wandb", "--output", str(tmp_path / "run")]
+    result = runner.invoke(app, arguments)
+    assert result.exit_code == 1
+    assert not (tmp_path / "run").exists()
+
+
+def test_weights_and_biases_gets_what_tensorboard_gets(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Run:
+        ended = False
+
+        def __init__(self) -> None:
+            self.logged: list[tuple[int, dict[str, float]]] = []
+
+        def log(self, numbers: dict[str, float], step: int) -> None:
+            self.logged.append((step, numbers))
+
+        def finish(self) -> None:
+            self.ended = True
+
+    run, given = Run(), {}
+
+    def init(**options: Any) -> Run:
+        given.update(options)
+        return run
+
+    monkeypatch.setitem(sys.modules, "wandb", SimpleNamespace(init=init))
+    train(tiny(timesteps=150), tmp_path, wandb=True)
+    info = RunInfo.read(tmp_path)
+    assert info is not None
+    assert info.wandb_id == given["id"]
+    assert given["config"]["learner"]["algorithm"] == "ppo"
+    assert run.ended
+    for name, series in records(tmp_path).items():
+        sent = [(step, numbers[name]) for step, numbers in run.logged if name in numbers]
+        assert [step for step, _ in sent] == [step for step, _ in series]
+        assert [value for _, value in sent] == pytest.approx([value for _, value in series])

@@ -1,0 +1,136 @@
+"""A run that is killed and taken up again ends as if nothing had happened."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agents.callbacks import BoundaryCallback
+from agents.run_folder import Resume
+from agents.run_info import RunInfo
+from agents.settings import TrainSettings, save_settings
+from agents.training_run import train
+from tests.agents.training import records, same_weights, tiny
+
+pytestmark = pytest.mark.train
+
+
+class KilledError(BaseException):
+    """Ends a run as a kill does: nobody catches it."""
+
+
+def killing(after: int) -> Callable[[BoundaryCallback], bool]:
+    """Return a replacement for a callback's step that ends the run in its middle."""
+    step, calls = BoundaryCallback._on_step, 0
+
+    def stepping(self: BoundaryCallback) -> bool:
+        nonlocal calls
+        calls += 1
+        if calls > after:
+            raise KilledError
+        return step(self)
+
+    return stepping
+
+
+def broken_off(settings: TrainSettings, folder: Path, calls: list[int]) -> None:
+    """Train in `folder`, killed after each of the numbers of calls, and then to the end."""
+    for after in calls:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(BoundaryCallback, "_on_step", killing(after))
+            with pytest.raises(KilledError):
+                train(settings, folder)
+    train(settings, folder)
+
+
+PRETRAINED: dict[str, Any] = {
+    "pretraining": [{"timesteps": 100, "env": {"match": "outline"}}],
+    "timesteps": 200,
+}
+
+
+SLOW = pytest.mark.slow
+RUNS = [
+    pytest.param(tiny("ppo", envs=2), id="ppo"),
+    pytest.param(tiny("tqc", True, **PRETRAINED), id="tqc with hindsight in two phases"),
+    pytest.param(tiny("ppo", **PRETRAINED), id="ppo in two phases", marks=SLOW),
+    pytest.param(
+        tiny("ppo", curriculum={"stages": [{"difficulty": 0.5}], "threshold": 0.01}),
+        id="ppo with a curriculum",
+        marks=SLOW,
+    ),
+    pytest.param(tiny("maskable-ppo"), id="maskable-ppo", marks=SLOW),
+    pytest.param(tiny("sac", timesteps=200), id="sac", marks=SLOW),
+    pytest.param(tiny("tqc", timesteps=200), id="tqc", marks=SLOW),
+    pytest.param(tiny("sac", True, timesteps=200), id="sac with hindsight", marks=SLOW),
+]
+
+
+@pytest.mark.parametrize("settings", RUNS)
+def test_a_killed_run_goes_on_bit_for_bit(settings: TrainSettings, tmp_path: Path) -> None:
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    train(settings, whole)
+    # In the random actions at the start, in the middle, and twice from one checkpoint.
+    broken_off(settings, killed, [28, 35, 40, 3])
+    assert same_weights(whole / "policy.zip", killed / "policy.zip")
+    assert same_weights(whole / "best.zip", killed / "best.zip")
+    written = records(killed)
+    for steps in ([step for step, _ in series] for series in written.values()):
+        assert steps == sorted(set(steps))
+    assert written == records(whole)
+    info = RunInfo.read(killed)
+    assert info is not None
+    assert info.finished
+    assert info.resumed_at == sorted(info.resumed_at) != []
+    assert not (killed / "resume.zip").exists()
+
+
+def test_a_run_killed_before_its_first_checkpoint_begins_again(tmp_path: Path) -> None:
+    broken_off(tiny(), tmp_path / "killed", [10])
+    train(tiny(), tmp_path / "whole")
+    assert same_weights(tmp_path / "whole" / "policy.zip", tmp_path / "killed" / "policy.zip")
+    assert records(tmp_path / "whole") == records(tmp_path / "killed")
+
+
+def test_a_finished_run_is_left_as_it_is(tmp_path: Path) -> None:
+    policy = train(tiny(), tmp_path)
+    before = policy.stat().st_mtime_ns
+    assert train(tiny(), tmp_path) == policy
+    assert policy.stat().st_mtime_ns == before
+    train(tiny(), tmp_path, Resume.NEVER)
+    assert policy.stat().st_mtime_ns > before
+
+
+@pytest.mark.slow
+def test_sigkill_at_any_moment_changes_nothing(tmp_path: Path) -> None:
+    # With processes of their own for the environments, as when the chain is simulated.
+    settings = tiny("ppo", envs=2, parallel=True, timesteps=6_000, checkpoint_every=200)
+    train(settings, tmp_path / "whole")
+    save_settings(settings, tmp_path / "run.yaml")
+    killed = tmp_path / "killed"
+    command = [sys.executable, "-m", "agents.train", str(tmp_path / "run.yaml")]
+    for wait in np.random.default_rng().uniform(0.0, 2.0, 2):
+        process = subprocess.Popen([*command, "--output", str(killed)], start_new_session=True)
+        wait_for_a_checkpoint(killed, process)
+        time.sleep(wait)
+        os.killpg(process.pid, signal.SIGKILL)
+        assert process.wait() == -signal.SIGKILL, "the run was over before it was killed"
+    train(settings, killed)
+    assert same_weights(tmp_path / "whole" / "policy.zip", killed / "policy.zip")
+    assert records(tmp_path / "whole") == records(killed)
+
+
+def wait_for_a_checkpoint(folder: Path, process: subprocess.Popen[bytes]) -> None:
+    """Return when the process has written a checkpoint."""
+    file = folder / "resume.zip"
+    before = file.stat().st_mtime_ns if file.exists() else 0
+    while not file.exists() or file.stat().st_mtime_ns == before:
+        assert process.poll() is None
+        time.sleep(0.02)

@@ -1,0 +1,68 @@
+"""Tiny runs without dynamics, and what is compared of them."""
+
+from pathlib import Path
+from typing import Any
+
+import torch
+from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
+
+from agents.learners import load_model
+from agents.settings import TrainSettings
+
+LEARNERS: dict[str, dict[str, Any]] = {
+    "ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2},
+    "maskable-ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2},
+    "sac": {"learning_starts": 64, "batch_size": 16, "train_freq": 4, "buffer_size": 150},
+    "tqc": {"learning_starts": 64, "batch_size": 16, "train_freq": 4, "buffer_size": 150},
+}
+"""Hyper-parameters that make every learner quick."""
+
+
+def tiny(algorithm: str = "ppo", hindsight: bool = False, **changes: Any) -> TrainSettings:
+    """Return the settings of a run of a second."""
+    learner = {"algorithm": algorithm, "hidden": [16], **LEARNERS[algorithm]}
+    env: dict[str, Any] = {"fidelity": "quasistatic", "components": 3}
+    if algorithm in ("sac", "tqc"):
+        env["actions"] = "box"
+    if algorithm == "maskable-ppo":
+        env["catalogue"] = ["NSNS", "SSNN"]
+    if hindsight:
+        env["id"] = "MagFold/TubeFeedGoal-v0"
+        learner["hindsight"] = {}
+    run = {
+        "name": "tiny",
+        "env": env,
+        "learner": learner,
+        "timesteps": 300,
+        "checkpoint_every": 48,
+        "validate_every": 96,
+        "validation_episodes": 4,
+    }
+    return TrainSettings.model_validate(run | changes)
+
+
+def weights(policy: Path) -> dict[str, torch.Tensor]:
+    """Return the network weights of a saved policy."""
+    return load_model(policy).policy.state_dict()
+
+
+def same_weights(one: Path, other: Path) -> bool:
+    """Return whether two saved policies are equal, bit for bit."""
+    first, second = weights(one), weights(other)
+    assert first.keys() == second.keys()
+    return all(torch.equal(first[name], second[name]) for name in first)
+
+
+def records(folder: Path) -> dict[str, list[tuple[int, float]]]:
+    """Return the steps and values of each series in TensorBoard's files, as they were written.
+
+    What depends on the time that things take is left out.
+    """
+    series: dict[str, list[tuple[int, float]]] = {}
+    for file in sorted(folder.glob("events.out.tfevents.*")):
+        for event in EventFileLoader(str(file)).Load():
+            for value in event.summary.value:
+                if not value.tag.startswith("time/"):
+                    number = float(value.tensor.float_val[0])
+                    series.setdefault(value.tag, []).append((event.step, number))
+    return series
