@@ -18,6 +18,7 @@ EnvId = Literal[
     "MagFold/FeedControl-v0",
 ]
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
+CONTROL_ENV: EnvId = "MagFold/FeedControl-v0"
 
 Targets = Annotated[
     Annotated[str, Tag("<word>")] | Annotated[tuple[str, ...], Tag("<other>")],

@@ -76,9 +76,9 @@ class TrainSettings(Group, frozen=True):
     """Where the networks live; small ones are fastest on the processor."""
     envs: Count = 2
     """Number of environments that are stepped together."""
-    parallel: bool | None = None
-    """Whether each environment gets a process of its own; None: if it simulates, and is not the
-    only one."""
+    stepping: Literal["native", "processes", "serial"] | None = None
+    """How they are: by one compiled call, each in a process of its own, or one after another;
+    None: the first of these that can be. Results do not depend on it."""
     checkpoint_every: Count = 20_000
     """Steps between checkpoints."""
     validate_every: Count = 20_000

@@ -11,9 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMonitor
 
-from agents.env_settings import GOAL_ENV, CurriculumSettings, EnvSettings
+from agents.env_settings import CONTROL_ENV, GOAL_ENV, CurriculumSettings, EnvSettings
 from agents.settings import SettingsError, TrainSettings
+from magfold_env.envs.chronicle import Chronicle
+from magfold_env.envs.fold_vector import FoldVectorEnv
 from magfold_env.envs.curriculum import Curriculum
+from magfold_env.envs.sb3 import FoldVecEnv, make_sb3_vec
 
 
 class Resumable(gymnasium.Wrapper[Any, Any, Any, Any]):
@@ -34,13 +37,13 @@ class EnvsState:
 
     Attributes
     ----------
-    snapshots : list of bytes
-        One an environment.
+    inner : list of bytes or Chronicle
+        A snapshot of each environment, or the state of all that are stepped natively.
     returns, lengths : array
         Reward and steps so far of the episodes that are under way.
     """
 
-    snapshots: list[bytes]
+    inner: list[bytes] | Chronicle
     returns: NDArray[np.float32]
     lengths: NDArray[np.int32]
 
@@ -61,9 +64,7 @@ def make_env(
     curriculum : CurriculumSettings, optional
         Easier variants to begin with.
     """
-    options = settings.options()
-    if gamma is not None and settings.id != GOAL_ENV:
-        options["gamma"] = gamma
+    options = _options(settings, gamma)
     env = gymnasium.make(settings.id, disable_env_checker=True, **options)
     if curriculum is None:
         return env
@@ -81,6 +82,7 @@ def check_envs(settings: TrainSettings) -> None:
     """
     *before, main = settings.phases
     last = _checked("env", settings, main.env)
+    _stepping(settings, main.env)
     for number, phase in enumerate(before):
         key = f"pretraining[{number}].env"
         env = _checked(key, settings, phase.env)
@@ -104,30 +106,72 @@ def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
         Number of the phase, from 0.
     """
     env = settings.phases[phase].env
-    make = partial(_resumable, env, settings.learner.gamma, settings.curriculum)
-    parallel = settings.parallel
-    if parallel is None:
-        # Without dynamics a step is quicker than the way to another process.
-        parallel = env.fidelity != "quasistatic"
-    makers: list[Callable[[], gymnasium.Env[Any, Any]]] = [make] * settings.envs
-    inner = SubprocVecEnv(makers) if parallel and settings.envs > 1 else DummyVecEnv(makers)
-    envs = VecMonitor(inner)
+    if _stepping(settings, env) == "native":
+        options = _options(env, settings.learner.gamma)
+        envs = make_sb3_vec(env.id, settings.envs, **options)
+    else:
+        make = partial(_resumable, env, settings.learner.gamma, settings.curriculum)
+        makers: list[Callable[[], gymnasium.Env[Any, Any]]] = [make] * settings.envs
+        apart = settings.envs > 1 and _stepping(settings, env) == "processes"
+        envs = VecMonitor(SubprocVecEnv(makers) if apart else DummyVecEnv(makers))
     # The first phase has the seed of the run, the others one that follows from it.
     follow = np.random.SeedSequence(settings.seed, spawn_key=(phase,)).generate_state(1)
     envs.seed(int(follow[0]) if phase else settings.seed)
     return envs
 
 
+def _options(settings: EnvSettings, gamma: float | None) -> dict[str, Any]:
+    """Return the keyword arguments of an environment, with the discount of its shaping."""
+    discounted = gamma is not None and settings.id != GOAL_ENV
+    return settings.options() | ({"gamma": gamma} if discounted else {})
+
+
+def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
+    """Return how the environments of a phase are stepped together.
+
+    Raises
+    ------
+    SettingsError
+        If they cannot be stepped as the settings want it.
+    """
+    possible = env.id != CONTROL_ENV and settings.curriculum is None
+    if settings.stepping == "native" and not possible:
+        raise SettingsError(
+            f"stepping: 'native' is not allowed for {CONTROL_ENV} and with a curriculum; "
+            "must be 'processes' or 'serial'"
+        )
+    if settings.stepping is not None:
+        return settings.stepping
+    if possible:
+        return "native"
+    # Without dynamics a step is quicker than the way to another process.
+    return "serial" if env.fidelity == "quasistatic" else "processes"
+
+
 def envs_state(envs: VecMonitor) -> EnvsState:
     """Return where `envs` are."""
-    snapshots = cast("list[bytes]", envs.env_method("snapshot"))
-    return EnvsState(snapshots, envs.episode_returns.copy(), envs.episode_lengths.copy())
+    native = _native(envs)
+    if native is not None:
+        inner = native.get_state()
+    else:
+        inner = cast("list[bytes]", envs.env_method("snapshot"))
+    return EnvsState(inner, envs.episode_returns.copy(), envs.episode_lengths.copy())
+
+
+def _native(envs: VecMonitor) -> FoldVectorEnv[Any] | None:
+    """Return the native vector environment within; None if there is none."""
+    inner = envs.venv.vector if isinstance(envs.venv, FoldVecEnv) else None
+    return inner if isinstance(inner, FoldVectorEnv) else None
 
 
 def set_envs_state(envs: VecMonitor, state: EnvsState) -> None:
     """Go back to where `envs` were when `state` was taken."""
-    for number, snapshot in enumerate(state.snapshots):
-        envs.env_method("restore", snapshot, indices=number)
+    native = _native(envs)
+    if native is not None and isinstance(state.inner, Chronicle):
+        native.set_state(state.inner)
+    else:
+        for number, snapshot in enumerate(state.inner):
+            envs.env_method("restore", snapshot, indices=number)
     envs.episode_returns = state.returns.copy()
     envs.episode_lengths = state.lengths.copy()
 

@@ -11,6 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from magfold_env.envs.chronicle import Chronicle
 from magfold_env.envs.dynamic_fleet import DynamicFleet
 from magfold_env.envs.fleet import FAILED, FOLDED, Fleet
 from magfold_env.envs.fold_env import FoldEnv
@@ -94,6 +95,8 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         self._rngs: list[Any] = [None] * num_envs
         self._potentials = np.zeros(num_envs)
         self._begun = np.zeros(num_envs, dtype=np.bool_)
+        at_once = self.task.actions.components
+        self._chronicle = Chronicle.empty(num_envs, self.task.scene.n // at_once, at_once)
 
     def reset(
         self,
@@ -148,6 +151,7 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
             rows = np.flatnonzero(~over)
             patterns, speeds, scaled = patterns[rows], speeds[rows], scaled[rows]
         rewards = np.zeros(self.num_envs)
+        self._chronicle.note(rows, patterns, speeds, scaled)
         self._act(rows, patterns, speeds, scaled)
         ended = rows[self.fleet.status[rows] > 0]
         ends = self._ends(ended)
@@ -173,6 +177,32 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
             truncated,
             infos | self._news(self._rows) | ends,
         )
+
+    def get_state(self) -> Chronicle:
+        """Return everything that decides how the environments go on.
+
+        It does not change when the environments do, and may be set as often as wanted.
+        """
+        self._over()
+        return self._chronicle.copy()
+
+    def set_state(self, state: Chronicle) -> ObsType:
+        """Go back to a state of these environments, or of others made with the same options.
+
+        The episodes are played again up to it. From there every step gives exactly what it gave
+        then. Returns the observations.
+        """
+        for row, own in enumerate(state.rngs):
+            self._rngs[row], _ = seeding.np_random(0)
+            self._rngs[row].bit_generator.state = own
+        self._begin(self._rows, state.targets.tolist())
+        for step in range(int(state.steps.max())):
+            rows = np.flatnonzero(state.steps > step)
+            chosen = state.patterns[rows, step], state.speeds[rows, step], state.scaled[rows, step]
+            self._chronicle.note(rows, *chosen)
+            self._act(rows, *chosen)
+        self._potentials = self._potential(self._rows)
+        return self._observe()
 
     def render(self) -> tuple[Any, ...]:
         """Return a picture, or a text, of each environment, as `render_mode` says."""
@@ -205,13 +235,16 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         rngs = self._rngs
         count = len(self.task.targets)
         numbers = np.empty(len(rows), dtype=np.int64)
+        states: list[Any] = []
         for place, row in enumerate(rows.tolist()):
             rng = rngs[row]
             if rng is None:
                 rng = rngs[row] = seeding.np_random()[0]
+            states.append(rng.bit_generator.state)
             numbers[place] = rng.integers(count)
         if targets is not None:
             numbers = np.asarray(targets)[rows]
+        self._chronicle.begin(rows, states, numbers)
         self.goals.want(rows, numbers)
         self.fleet.begin(rows, rngs)
         self._begun[rows] = True

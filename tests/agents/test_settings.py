@@ -104,6 +104,10 @@ def test_what_is_no_settings_is_refused(tmp_path: Path, text: str, message: str)
             r"^pretraining\[0\]\.env: its observation_space .* must be that of the main phase",
         ),
         (
+            {"stepping": "native", "env": {"id": "MagFold/FeedControl-v0"}},
+            "^stepping: 'native' is not allowed for MagFold/FeedControl-v0",
+        ),
+        (
             {"pretraining": [{"timesteps": 1, "env": {"scene": "nowhere"}}]},
             r"^pretraining\[0\]\.env: .*nowhere",
         ),

@@ -66,6 +66,7 @@ RUNS = [
         id="ppo with a curriculum",
         marks=SLOW,
     ),
+    pytest.param(tiny("ppo", envs=2, stepping="serial"), id="ppo, serial", marks=SLOW),
     pytest.param(tiny("maskable-ppo"), id="maskable-ppo", marks=SLOW),
     pytest.param(tiny("sac", timesteps=200), id="sac", marks=SLOW),
     pytest.param(tiny("tqc", timesteps=200), id="tqc", marks=SLOW),
@@ -92,6 +93,13 @@ def test_a_killed_run_goes_on_bit_for_bit(settings: TrainSettings, tmp_path: Pat
     assert not (killed / "resume.zip").exists()
 
 
+def test_how_environments_are_stepped_changes_nothing(tmp_path: Path) -> None:
+    for stepping in ("native", "serial"):
+        train(tiny("ppo", stepping=stepping), tmp_path / stepping)
+    assert same_weights(tmp_path / "native" / "policy.zip", tmp_path / "serial" / "policy.zip")
+    assert records(tmp_path / "native") == records(tmp_path / "serial")
+
+
 def test_a_run_killed_before_its_first_checkpoint_begins_again(tmp_path: Path) -> None:
     broken_off(tiny(), tmp_path / "killed", [10])
     train(tiny(), tmp_path / "whole")
@@ -110,8 +118,8 @@ def test_a_finished_run_is_left_as_it_is(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_sigkill_at_any_moment_changes_nothing(tmp_path: Path) -> None:
-    # With processes of their own for the environments, as when the chain is simulated.
-    settings = tiny("ppo", envs=2, parallel=True, timesteps=6_000, checkpoint_every=200)
+    # With processes of their own for the environments, which are killed too.
+    settings = tiny("ppo", envs=2, stepping="processes", timesteps=6_000, checkpoint_every=200)
     train(settings, tmp_path / "whole")
     save_settings(settings, tmp_path / "run.yaml")
     killed = tmp_path / "killed"

@@ -1,0 +1,69 @@
+"""Vector environments go back to any moment of theirs."""
+
+import pickle
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode
+
+from magfold_env.envs.vector import FoldVectorEnv
+
+QUICK: dict[str, Any] = {"fidelity": "quasistatic", "shaping": "similarity"}
+CASES = [
+    pytest.param("MagFold/TubeFeed-v0", QUICK, id="quasistatic"),
+    pytest.param("MagFold/TubeFeed-v0", {"shaping": "energy"}, id="dynamics"),
+    pytest.param("MagFold/TubeFeed-v0", {"actions": "box", "randomisation": "strong"}, id="box"),
+    pytest.param("MagFold/TubeFeedGoal-v0", {}, id="goals"),
+    pytest.param("MagFold/SequenceDesign-v0", {}, id="whole chains"),
+]
+
+
+def made(env_id: str, options: dict[str, Any], count: int = 5) -> Any:
+    mode = AutoresetMode.SAME_STEP
+    env = gymnasium.make_vec(env_id, num_envs=count, autoreset_mode=mode, **options).unwrapped
+    assert isinstance(env, FoldVectorEnv)
+    return env
+
+
+def told(env: Any, actions: list[Any]) -> list[Any]:
+    """Return all that the environment says to some actions, infos as text."""
+    said = [env.step(action) for action in actions]
+    return [(repr(observation), *map(np.ndarray.tolist, rest[:3])) for observation, *rest in said]
+
+
+@pytest.mark.parametrize(("env_id", "options"), CASES)
+def test_a_state_goes_on_as_it_did(env_id: str, options: dict[str, Any]) -> None:
+    np.set_printoptions(threshold=10**6, floatmode="unique")
+    env, other = made(env_id, options), made(env_id, options)
+    env.action_space.seed(0)
+    env.reset(seed=3)
+    # Episodes of different ages: one is begun anew in the middle of the others'.
+    told(env, [env.action_space.sample() for _ in range(2)])
+    env.reset(options={"reset_mask": np.array([True, False, False, True, False])})
+    told(env, [env.action_space.sample()])
+    state = env.get_state()
+    actions = [env.action_space.sample() for _ in range(9)]
+    before = told(env, actions)
+    seen = repr(env.set_state(state))
+    assert told(env, actions) == before
+    assert repr(other.set_state(pickle.loads(pickle.dumps(state)))) == seen
+    assert told(other, actions) == before
+    env.close()
+    other.close()
+
+
+def test_a_target_that_was_given_is_kept() -> None:
+    env = made("MagFold/TubeFeed-v0", QUICK, 2)
+    env.reset(seed=0, options={"target": "LRLLL"})
+    state = env.get_state()
+    env.reset()
+    env.set_state(state)
+    assert env.goals.names.tolist() == ["LRLLL", "LRLLL"]
+
+
+def test_there_is_no_state_before_the_first_reset() -> None:
+    with pytest.raises(ResetNeeded):
+        made("MagFold/TubeFeed-v0", QUICK).get_state()
