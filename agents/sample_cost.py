@@ -15,6 +15,7 @@ from typing import Annotated
 
 import numpy as np
 import typer
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -178,12 +179,16 @@ def training_calls(method: Method, n: int) -> list[int] | None:
 
 def table(found: Mapping[str, Sequence[Estimate]], budgets: Sequence[int]) -> Table:
     """Return a table with a row for each method and a column for each budget."""
-    shown = Table(title="Success with so many physics calls a target")
-    shown.add_column("")
+    shown = Table(
+        title="Success [%] with so many physics calls a target",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    shown.add_column("", overflow="fold")
     for k in budgets:
-        shown.add_column(str(k), justify="right")
+        shown.add_column(str(k), justify="right", no_wrap=True)
     for name, row in found.items():
-        shown.add_row(name, *(str(each).replace(" (", "\n(") for each in row))
+        shown.add_row(name, *(str(each).replace(" % (", "\n(") for each in row))
     return shown
 
 

@@ -1,6 +1,7 @@
 """Robust open-loop design: what energies propose is released, and what holds up is kept."""
 
 from collections import Counter
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -62,5 +63,7 @@ def _task(env: FoldEnv[Any], target: str, rng: np.random.Generator) -> Task:
     )  # fmt: skip
 
 
+@lru_cache(maxsize=64)
 def _proposed(task: Task) -> list[tuple[str, ...]]:
+    """Return sequences that are good by energy; kept, since one budget after another asks."""
     return candidates(task, Counter(), lambda done: None)
