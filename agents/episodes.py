@@ -1,19 +1,24 @@
 """Playing evaluation episodes, on several processes if wanted."""
 
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from multiprocessing import get_context
-from typing import cast
+from typing import Any, cast
+from zlib import crc32
 
 import numpy as np
 
+from agents.open_loop import OpenLoop
 from agents.policies import Policy, make_policy
 from agents.settings import EnvSettings
 from agents.training_envs import make_env as make_gym_env
-from magfold_env.envs.tube_feed import TubeFeedEnv
+from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.goals import goal_of
 from magfold_env.scene import Scene
+from magfold_env.simulate import simulate
 
 
 @dataclass(frozen=True)
@@ -29,9 +34,17 @@ class Outcome:
     success : bool
         Whether the fold is the target.
     score, reward : float
-        The score, and what it is above the baseline.
+        The score, and the sum of the rewards: the return.
+    joints : tuple of float
+        Joint angles at the end [rad].
+    choice : OpenLoop or None
+        The components and the speeds that were asked for; None where the simulation broke down
+        before all were.
     scene : Scene or None
-        The episode to replay; None where the simulation broke down before its end.
+        The episode to replay; None likewise.
+    built : bool or None
+        Whether the same choice, under the same draws, folds into the target when the chain is built
+        beforehand, so that magnets act inside the tube too; None if that was not tried.
     """
 
     target: str
@@ -41,15 +54,18 @@ class Outcome:
     success: bool
     score: float
     reward: float
-    scene: Scene | None
+    joints: tuple[float, ...] = ()
+    choice: OpenLoop | None = None
+    scene: Scene | None = None
+    built: bool | None = None
 
 
-def make_env(settings: EnvSettings) -> TubeFeedEnv:
+def make_env(settings: EnvSettings) -> FoldEnv[Any]:
     """Return the environment for evaluation.
 
     Shaping is left out: it does not change a fold, and its rewards are not what is compared.
     """
-    return cast("TubeFeedEnv", make_gym_env(settings.unshaped()).unwrapped)
+    return cast("FoldEnv[Any]", make_gym_env(settings.unshaped()).unwrapped)
 
 
 def warm_up(settings: EnvSettings) -> None:
@@ -67,14 +83,41 @@ def warm_up(settings: EnvSettings) -> None:
         ended = terminated or truncated
 
 
-def play(policy: Policy, env: TubeFeedEnv, target: str, seed: int) -> Outcome:
-    """Play one episode for `target` with the draws of `seed`."""
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1,)))
+def play(
+    policy: Policy,
+    env: FoldEnv[Any],
+    target: str,
+    seed: int,
+    rng: np.random.Generator | None = None,
+    built: bool = False,
+) -> Outcome:
+    """Play one episode.
+
+    Parameters
+    ----------
+    policy : Policy
+        Who plays.
+    env : FoldEnv
+        Where.
+    target : str
+        The word that is wanted.
+    seed : int
+        Of the episode's draws.
+    rng : numpy.random.Generator, optional
+        Of the policy's own draws; by default they follow from `seed` and `target`.
+    built : bool
+        Whether to fold the same choice once more, built beforehand.
+    """
+    key = (1, crc32(target.encode()))
+    rng = rng or np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
     observation, info = env.reset(seed=seed, options={"target": target})
-    terminated = False
+    actions: list[Any] = []
+    total, terminated = 0.0, False
     while not terminated:
-        observation, _, terminated, _, info = env.step(policy.act(env, observation, rng))
-    complete = info["step"] == env.scene.n
+        actions.append(policy.act(env, observation, rng))
+        observation, reward, terminated, _, info = env.step(actions[-1])
+        total += float(reward)
+    scene = env.to_scene() if info["step"] == env.scene.n else None
     return Outcome(
         target=target,
         word=info["word"],
@@ -82,16 +125,31 @@ def play(policy: Policy, env: TubeFeedEnv, target: str, seed: int) -> Outcome:
         seed=seed,
         success=info["is_success"],
         score=info["score"],
-        reward=info["score"] - info["baseline"],
-        scene=env.to_scene() if complete else None,
+        reward=total,
+        joints=tuple(env.state.joint_angles.tolist()),
+        choice=None if scene is None else _choice(env, actions),
+        scene=scene,
+        built=_folds_built(env, scene, target) if built else None,
     )
+
+
+@contextmanager
+def players(processes: int) -> Generator[Executor | None]:
+    """Offer processes that play episodes, kept from one policy to the next; None for 1."""
+    if processes == 1:
+        yield None
+        return
+    # Forking a process whose compiled kernels run threads is not safe.
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        yield pool
 
 
 def play_all(
     policy: str,
     settings: EnvSettings,
     episodes: Sequence[tuple[str, int]],
-    processes: int = 1,
+    pool: Executor | None = None,
+    built: bool = False,
 ) -> Iterator[Outcome]:
     """Play `episodes`, pairs of target and seed, and yield their outcomes in that order.
 
@@ -103,21 +161,43 @@ def play_all(
         The environment.
     episodes : sequence of (str, int)
         Targets and seeds.
-    processes : int
-        How many episodes to play at a time; 1 plays them in this process.
+    pool : Executor, optional
+        Who plays, see `players`; this process by default.
+    built : bool
+        See `play`.
     """
-    jobs = [(policy, settings, target, seed) for target, seed in episodes]
-    if processes == 1:
+    jobs = [(policy, settings, target, seed, built) for target, seed in episodes]
+    if pool is None:
         yield from map(_play, *zip(*jobs, strict=True))
-        return
-    # Forking a process whose compiled kernels run threads is not safe.
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+    else:
         yield from pool.map(_play, *zip(*jobs, strict=True), chunksize=4)
 
 
-def _play(policy: str, settings: EnvSettings, target: str, seed: int) -> Outcome:
+def _play(policy: str, settings: EnvSettings, target: str, seed: int, built: bool) -> Outcome:
     """Play one episode with this process's own policy and environment."""
-    return play(_own_policy(policy), _own_env(settings), target, seed)
+    return play(_own_policy(policy), _own_env(settings), target, seed, built=built)
+
+
+def _choice(env: FoldEnv[Any], actions: Sequence[Any]) -> OpenLoop:
+    """Return what was asked for in an episode that is over."""
+    read = [env.actions.decode(action) for action in actions]
+    if env.actions.components > 1:
+        sequence, speed = read[0]
+        return OpenLoop.at_one_speed(sequence, float(speed))
+    in_order = read if env.scene.feed.direction == "forward" else read[::-1]
+    return OpenLoop(
+        tuple(faces for (faces,), _ in in_order), tuple(float(speed) for _, speed in in_order)
+    )
+
+
+def _folds_built(env: FoldEnv[Any], scene: Scene | None, target: str) -> bool | None:
+    """Return whether the chain of an episode folds as wanted when it is built beforehand."""
+    if env.task.fidelity != "dynamics":
+        return None
+    if scene is None:
+        return False
+    fold = simulate(scene.replace(feed={"loading": "preloaded"}))
+    return goal_of(target, env.task.match).is_reached(fold.status, fold.joint_angles)
 
 
 _own_policy = cache(make_policy)

@@ -1,4 +1,4 @@
-"""Compare policies on fixed draws: ``python -m agents.evaluate [CHECKPOINT ...]``."""
+"""Compare policies on fixed draws: ``python -m agents.evaluate [NAME=PATH,PATH,... ...]``."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,96 +8,176 @@ import typer
 from rich.console import Console
 
 from agents.callbacks import progress_bar
-from agents.episodes import Outcome, make_env, play_all
+from agents.episodes import Outcome, make_env, play_all, players, warm_up
 from agents.gif import save_folds
-from agents.report import results_table, write_results
+from agents.methods import Method, Results, parse_methods
+from agents.page import write_page
+from agents.plots import draw
+from agents.policies import make_policy
+from agents.replays import replays
+from agents.report import REFERENCE, overall_table, summarise, targets_table, write_results
 from agents.settings import EnvSettings, load_settings
 from magfold_env.envs.draws import evaluation_seeds
 
+RANDOM = "random"
+FEED_CONTROL = "MagFold/FeedControl-v0"
+SHOWN = 4
+"""Targets whose folds the report plays."""
+
 
 def evaluate(
-    policies: Sequence[str], settings: EnvSettings, draws: int, processes: int = 2
-) -> dict[str, list[Outcome]]:
+    methods: Sequence[Method],
+    settings: EnvSettings,
+    draws: int,
+    processes: int = 2,
+    built: bool = False,
+) -> Results:
     """Play every policy on every target with the same draws, none of which training sees.
 
     Parameters
     ----------
-    policies : sequence of str
-        ``random``, ``minimiser``, or paths of checkpoints.
+    methods : sequence of Method
+        What to compare.
     settings : EnvSettings
         The environment.
     draws : int
-        Episodes per target.
+        Episodes of each policy on each target.
     processes : int
         How many episodes to play at a time.
+    built : bool
+        Whether to fold every choice once more, built beforehand.
 
     Returns
     -------
     dict
-        The outcomes of each policy, by its name.
+        The runs of each method, by its name.
     """
     seeds = evaluation_seeds(draws)
     episodes = [(target, seed) for target in make_env(settings).targets for seed in seeds]
-    results: dict[str, list[Outcome]] = {}
-    with progress_bar() as bar:
-        for policy in policies:
-            task = bar.add_task(policy, total=len(episodes), note="")
-            results[policy] = []
-            for outcome in play_all(policy, settings, episodes, processes):
-                results[policy].append(outcome)
-                successes = sum(o.success for o in results[policy])
-                note = f"success {100 * successes / len(results[policy]):.0f} %"
-                bar.update(task, advance=1, note=note)
+    results: dict[str, list[list[Outcome]]] = {}
+    with progress_bar() as bar, players(processes) as pool:
+        for method in methods:
+            task = bar.add_task(method.name, total=len(episodes) * len(method.policies), note="")
+            runs = results[method.name] = []
+            played = successes = 0
+            for policy in method.policies:
+                runs.append([])
+                for outcome in play_all(policy, settings, episodes, pool, built):
+                    runs[-1].append(outcome)
+                    played += 1
+                    successes += outcome.success
+                    note = f"success {100 * successes / played:.0f} %"
+                    bar.update(task, advance=1, note=note)
     return results
 
 
 def compare(
-    checkpoints: Sequence[Path], settings: EnvSettings, draws: int, processes: int, folder: Path
-) -> dict[str, list[Outcome]]:
-    """Evaluate, show the table, and write ``results.json`` and ``folds.gif`` to `folder`.
+    methods: Sequence[Method | Path],
+    settings: EnvSettings,
+    draws: int,
+    processes: int,
+    folder: Path,
+    built: bool = False,
+) -> Results:
+    """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
-    The minimiser is left out where it has no design for one of the targets.
+    Random actions and the energy minimiser's designs are compared with, the latter unless one of
+    the targets has none.
+
+    Parameters
+    ----------
+    methods : sequence of Method or Path
+        What to compare; a path stands for a checkpoint.
+    settings, draws, processes, built
+        See `evaluate`.
+    folder : Path
+        Where to; made if need be.
     """
     console = Console()
     folder.mkdir(parents=True, exist_ok=True)
+    given = [each if isinstance(each, Method) else Method.parse(str(each)) for each in methods]
+    every = [*_usual(given, settings, console), *given]
+    results = evaluate(every, settings, draws, processes, built)
+    summaries = summarise(results)
+    console.print(targets_table(summaries), overall_table(summaries))
+    seeds = evaluation_seeds(draws)
+    write_results(folder / "results.json", settings, every, seeds, results, summaries)
+    pictures = draw(folder, results, summaries)
+    moving = make_env(settings).task.fidelity == "dynamics"
+    shown = replays(results, SHOWN) if moving else {}
+    write_page(folder / "report.html", settings, draws, summaries, pictures, shown)
+    written = [folder / "results.json", folder / "report.html"]
+    if moving:
+        written.append(folder / "folds.gif")
+        save_folds(written[-1], results[every[-1].name][0])
+    console.print(f"written: {', '.join(map(str, written))}")
+    return results
+
+
+def _usual(given: Sequence[Method], settings: EnvSettings, console: Console) -> list[Method]:
+    """Return what is compared with, unless it is given."""
     env = make_env(settings)
-    policies = ["random", *map(str, checkpoints)]
+    names = [RANDOM]
     missing = [target for target in env.targets if env.baseline_of(target).flagged]
     if missing:
         console.print(f"the minimiser has no design for {', '.join(missing)} and is left out")
     else:
-        policies.insert(1, "minimiser")
-    results = evaluate(policies, settings, draws, processes)
-    console.print(results_table(results))
-    write_results(folder / "results.json", settings, results)
-    save_folds(folder / "folds.gif", results, policies[-1])
-    console.print(f"written: {folder / 'results.json'}, {folder / 'folds.gif'}")
-    return results
+        names.append(REFERENCE)
+    taken = {method.name for method in given}
+    return [Method(name, (name,)) for name in names if name not in taken]
+
+
+def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
+    """Return the environment of training settings with changes, each ``KEY=VALUE`` in YAML.
+
+    Raises
+    ------
+    ValueError
+        If there are no such settings, a change is not allowed, or magnets are not chosen there.
+    """
+    settings = load_settings(config, [f"env.{change}" for change in changes]).env
+    if settings.id == FEED_CONTROL:
+        raise ValueError(
+            f"env.id: {settings.id!r} is not allowed; must be one in which magnets are chosen"
+        )
+    return settings
 
 
 def main(
-    checkpoints: Annotated[
-        list[Path] | None, typer.Argument(help="Trained policies; load only your own.")
+    agents: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Checkpoints (.zip; load only your own) or choices of agents.baselines (.json); "
+            "NAME=PATH,PATH,... for the seeds of one method."
+        ),
     ] = None,
     config: Annotated[
         str, typer.Option(help="Training settings that give the environment.")
     ] = "ppo-tube-feed",
+    env: Annotated[
+        list[str] | None,
+        typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
+    ] = None,
     draws: Annotated[int, typer.Option(min=1, help="Episodes per target.")] = 20,
     processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
+    built: Annotated[
+        bool, typer.Option(help="Fold every choice once more, built beforehand (preloaded).")
+    ] = True,
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
 ) -> None:
-    """Compare random actions, the energy minimiser's designs and trained policies."""
+    """Compare random actions, the energy minimiser's designs, searches and trained policies."""
     console = Console(stderr=True)
     try:
-        settings = load_settings(config).env
-        for checkpoint in checkpoints or []:
-            if not checkpoint.is_file():
-                raise ValueError(f"{checkpoint}: no such file; must be a checkpoint (.zip)")
-        make_env(settings)
+        settings = env_settings(config, env or [])
+        methods = parse_methods(agents or [])
+        for method in methods:
+            for policy in method.policies:
+                make_policy(policy)
+        warm_up(settings)
+        compare(methods, settings, draws, processes, output, built)
     except ValueError as error:
         console.print(f"[red]error:[/red] {error}", highlight=False)
         raise typer.Exit(1) from None
-    compare(checkpoints or [], settings, draws, processes, output)
 
 
 if __name__ == "__main__":

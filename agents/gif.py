@@ -1,20 +1,15 @@
-"""A GIF of what policies fold."""
+"""A GIF of what a policy folds."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from agents.episodes import Outcome
+from agents.replays import firsts, recorded, spread
 from magfold_env.render import save_gif
-from magfold_env.simulate import simulate
-
-FRAME_RATE = 120.0
-"""Recorded frames per simulated second [1/s]."""
 
 
-def save_folds(
-    path: Path, results: Mapping[str, Sequence[Outcome]], policy: str, count: int = 6
-) -> None:
-    """Write a GIF of the first episode of `count` targets, evenly picked, played by `policy`.
+def save_folds(path: Path, outcomes: Sequence[Outcome], count: int = 6) -> None:
+    """Write a GIF of the first episode of `count` targets, evenly picked.
 
     Nothing is selected by its outcome: failures show as they come.
 
@@ -22,22 +17,12 @@ def save_folds(
     ----------
     path : Path
         Where to.
-    results : mapping
-        Outcomes by policy.
-    policy : str
-        Whose folds to show.
+    outcomes : sequence of Outcome
+        Those of one run.
     count : int
         Most folds to show.
     """
-    first: dict[str, Outcome] = {}
-    for outcome in results[policy]:
-        if outcome.scene is not None:
-            first.setdefault(outcome.target, outcome)
-    outcomes = list(first.values())
-    shown = outcomes[:: max(1, len(outcomes) // count)][:count]
-    folds = [
-        simulate(outcome.scene, frame_rate=FRAME_RATE)
-        for outcome in shown
-        if outcome.scene is not None
-    ]
+    words = list(dict.fromkeys(each.target for each in outcomes if each.scene is not None))
+    shown = firsts(outcomes, spread(words, count))
+    folds = [fold for outcome in shown if (fold := recorded(outcome)) is not None]
     save_gif(folds, path, targets=[outcome.target for outcome in shown], size=(960, 640))

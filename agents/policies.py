@@ -1,23 +1,26 @@
-"""Policies that can be compared: random, the energy minimiser's design, a trained one."""
+"""Policies that can be compared: random, frozen choices, trained ones."""
 
+import json
+import zipfile
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
+import sb3_contrib
+import stable_baselines3
 import torch
-from numpy.typing import NDArray
-from stable_baselines3 import PPO
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from magfold_env.envs.tube_feed import TubeFeedEnv
+from agents.baselines.store import read_choices
+from agents.open_loop import FrozenPolicy
+from magfold_env.envs.fold_env import FoldEnv
 
 
 class Policy(Protocol):
-    """Anything that chooses the next component's action."""
+    """Anything that chooses the next action."""
 
-    def act(
-        self, env: TubeFeedEnv, observation: NDArray[np.float32], rng: np.random.Generator
-    ) -> NDArray[np.int64]:
+    def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
         """Return the action for the present state of `env`; `rng` is the episode's own."""
         ...
 
@@ -25,22 +28,20 @@ class Policy(Protocol):
 class RandomPolicy:
     """Draws every action evenly."""
 
-    def act(
-        self, env: TubeFeedEnv, observation: NDArray[np.float32], rng: np.random.Generator
-    ) -> NDArray[np.int64]:
+    def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
         """Return a random action."""
-        return rng.integers(env.actions.sizes)
+        env.action_space.seed(int(rng.integers(2**31)))
+        return env.action_space.sample()
 
 
 class DesignPolicy:
     """Feeds the energy minimiser's design for the target at the speed that suits it best.
 
-    It does not look at the chain, and its speed is the nearest that the actions offer.
+    It is the design that the reward is measured against: it does not look at the chain, and its
+    speed is the nearest that the actions offer.
     """
 
-    def act(
-        self, env: TubeFeedEnv, observation: NDArray[np.float32], rng: np.random.Generator
-    ) -> NDArray[np.int64]:
+    def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
         """Return the next component of the design.
 
         Raises
@@ -51,34 +52,48 @@ class DesignPolicy:
         baseline = env.baseline
         if baseline.sequence is None or baseline.speed is None:
             raise ValueError(f"target: {env.target!r} has no design to follow")
+        if env.actions.components > 1:
+            return env.actions.encode(baseline.sequence, baseline.speed)
         return env.actions.encode(baseline.sequence[env.next_component], baseline.speed)
 
 
 class TrainedPolicy:
-    """A trained policy, playing its most probable action.
+    """A trained policy.
 
     Parameters
     ----------
     model : BaseAlgorithm
         The model.
+    sampled : bool
+        Whether to draw actions as in training; by default the most probable one is played.
     """
 
-    def __init__(self, model: BaseAlgorithm) -> None:
+    def __init__(self, model: BaseAlgorithm, sampled: bool = False) -> None:
         self._model = model
+        self._sampled = sampled
+        self._masked = isinstance(model, sb3_contrib.MaskablePPO)
 
     @classmethod
-    def load(cls, path: str | Path) -> Self:
+    def load(cls, path: str | Path, sampled: bool = False) -> Self:
         """Read a checkpoint that `agents.train` wrote.
 
         Checkpoints hold pickles, which can run code: load only your own.
+
+        Raises
+        ------
+        ValueError
+            If the file is damaged, or no checkpoint of an algorithm that is known.
         """
         torch.set_num_threads(1)
-        return cls(PPO.load(path, device="cpu"))
+        return cls(_algorithm(Path(path)).load(path, device="cpu"), sampled)
 
-    def act(
-        self, env: TubeFeedEnv, observation: NDArray[np.float32], rng: np.random.Generator
-    ) -> NDArray[np.int64]:
-        """Return the policy's most probable action.
+    @property
+    def training_steps(self) -> int:
+        """Environment steps that it was trained for."""
+        return self._model.num_timesteps
+
+    def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
+        """Return the policy's action.
 
         Raises
         ------
@@ -91,14 +106,59 @@ class TrainedPolicy:
                 f"policy: its spaces {own} are not the environment's, "
                 f"{(env.observation_space, env.action_space)}"
             )
-        action, _ = self._model.predict(observation, deterministic=True)
+        if self._sampled:
+            torch.manual_seed(int(rng.integers(2**31)))
+        masks: Mapping[str, Any] = {"action_masks": env.action_masks()} if self._masked else {}
+        action, _ = self._model.predict(observation, deterministic=not self._sampled, **masks)
         return action
 
 
 def make_policy(name: str) -> Policy:
-    """Return the policy called `name`: ``random``, ``minimiser``, or a checkpoint's path."""
+    """Return the policy called `name`.
+
+    Parameters
+    ----------
+    name : str
+        ``random``; ``minimiser``, the design that rewards are measured against; the path of
+        choices that `agents.baselines` wrote (``.json``), or of a checkpoint (``.zip``).
+
+    Raises
+    ------
+    ValueError
+        If it is none of these, or the file is damaged or not one that is understood.
+    """
     if name == "random":
         return RandomPolicy()
     if name == "minimiser":
         return DesignPolicy()
-    return TrainedPolicy.load(name)
+    path = Path(name)
+    if not path.is_file():
+        raise ValueError(
+            f"{name}: no such file; must be random, minimiser, choices (.json) "
+            "or a checkpoint (.zip)"
+        )
+    return FrozenPolicy(read_choices(path)) if path.suffix == ".json" else TrainedPolicy.load(path)
+
+
+_ALGORITHMS: Mapping[str, type[BaseAlgorithm]] = {
+    "stable_baselines3.common.policies": stable_baselines3.PPO,
+    "sb3_contrib.common.maskable.policies": sb3_contrib.MaskablePPO,
+    "stable_baselines3.sac.policies": stable_baselines3.SAC,
+    "sb3_contrib.tqc.policies": sb3_contrib.TQC,
+}
+"""Which algorithm a checkpoint is of, by the module of its policy."""
+
+
+def _algorithm(path: Path) -> type[BaseAlgorithm]:
+    """Return the class that wrote a checkpoint, without unpickling anything."""
+    if not path.is_file():
+        raise ValueError(f"{path}: no such file; must be a checkpoint (.zip)")
+    try:
+        with zipfile.ZipFile(path) as archive:
+            module = json.loads(archive.read("data"))["policy_class"]["__module__"]
+    except (zipfile.BadZipFile, KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path}: is not a checkpoint, or is damaged: {error}") from None
+    if module not in _ALGORITHMS:
+        known = ", ".join(sorted(each.__name__ for each in _ALGORITHMS.values()))
+        raise ValueError(f"{path}: its policy is from {module!r}; must be of one of {known}")
+    return _ALGORITHMS[module]

@@ -1,5 +1,6 @@
 import importlib
 import json
+from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -7,39 +8,156 @@ import typer
 from PIL import Image
 from typer.testing import CliRunner
 
-from agents.evaluate import compare
+from agents.baselines.store import ChoiceFile, Chosen
+from agents.episodes import Outcome, make_env, play
+from agents.evaluate import compare, env_settings, evaluate
+from agents.methods import Method, Results
+from agents.policies import DesignPolicy
 from agents.settings import EnvSettings
+from magfold_env.simulate import simulate
 
 runner = CliRunner()
 
+SETTINGS = EnvSettings(targets=("LRLLL", "RLRRR"))
 
-def test_the_comparison_writes_numbers_and_a_gif(tmp_path: Path) -> None:
-    settings = EnvSettings(targets=("LRLLL", "RLRRR"))
-    results = compare([], settings, draws=2, processes=1, folder=tmp_path)
-    assert list(results) == ["random", "minimiser"]
-    assert all(len(outcomes) == 4 for outcomes in results.values())
-    content = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
-    assert content["policies"]["minimiser"]["success"]["trials"] == 4
-    with Image.open(tmp_path / "folds.gif") as gif:
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("comparison")
+
+
+@pytest.fixture(scope="module")
+def results(folder: Path) -> Results:
+    """Two seeds of one method, whose choices differ, beside those always compared with."""
+    for k, faces in enumerate(("NSNS", "NNSS")):
+        file = ChoiceFile(folder / f"{k}.json", {})
+        for target in SETTINGS.targets or ():
+            file.add(target, Chosen((faces,) * 6, (0.1,) * 6, 0, 0, 0))
+    frozen = Method("frozen", (str(folder / "0.json"), str(folder / "1.json")))
+    return compare([frozen], SETTINGS, draws=2, processes=1, folder=folder, built=True)
+
+
+def test_the_comparison_writes_numbers_pictures_and_a_gif(folder: Path, results: Results) -> None:
+    assert {name: len(runs) for name, runs in results.items()} == {
+        "random": 1,
+        "minimiser": 1,
+        "frozen": 2,
+    }
+    assert all(len(run) == 4 for runs in results.values() for run in runs)
+    content = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    assert content["methods"]["minimiser"]["summary"]["success"]["value"] == 1.0
+    with Image.open(folder / "folds.gif") as gif:
         assert getattr(gif, "n_frames", 1) > 10
+    for name in ("overall", "targets", "profile", "reasons"):
+        with Image.open(folder / f"{name}.png") as picture:
+            assert min(picture.size) > 150
 
 
-def test_policies_are_compared_on_the_same_draws(tmp_path: Path) -> None:
-    settings = EnvSettings(targets=("LRLLL",))
-    results = compare([], settings, draws=3, processes=1, folder=tmp_path)
-    scenes = [[outcome.scene for outcome in outcomes] for outcomes in results.values()]
-    for first, second in zip(*scenes, strict=True):
-        assert first is not None
-        assert second is not None
-        assert first.friction == second.friction
-        assert first.start_angles == second.start_angles
+class Page(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.links: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.links += [value or "" for name, value in attrs if name in ("src", "href")]
 
 
-@pytest.mark.parametrize("module", ["train", "evaluate"])
-def test_a_wrong_name_ends_with_a_message_and_not_a_traceback(module: str) -> None:
+def test_the_page_needs_nothing_but_itself(folder: Path, results: Results) -> None:
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    page = Page()
+    page.feed(text)
+    assert page.links
+    assert all(link.startswith("data:") for link in page.links)
+    assert page.tags.count("img") == 4
+    start = text.index('id="pages">') + len('id="pages">')
+    pages = json.loads(text[start : text.index("</script>", start)])
+    assert len(pages) == page.tags.count("button")
+    assert len(pages) >= 2 * len(results)
+    for name in results:
+        assert name in text
+
+
+def test_policies_are_compared_on_the_same_draws(results: Results) -> None:
+    scenes = [[each.scene for each in run] for runs in results.values() for run in runs]
+    for same in zip(*scenes, strict=True):
+        assert len({(scene.friction, scene.start_angles) for scene in same if scene}) == 1
+
+
+def test_a_choice_is_tried_built_beforehand_under_the_same_draws(results: Results) -> None:
+    outcomes = [each for runs in results.values() for run in runs for each in run]
+    for outcome in outcomes:
+        assert outcome.scene is not None
+        built = simulate(outcome.scene.replace(feed={"loading": "preloaded"}))
+        assert outcome.built == (built.status == "folded" and built.word == outcome.target)
+    assert {outcome.built for outcome in outcomes} == {True, False}
+
+
+def test_an_outcome_says_what_was_asked_for_and_where_the_joints_are() -> None:
+    env = make_env(SETTINGS)
+    outcome: Outcome = play(DesignPolicy(), env, "LRLLL", 0)
+    baseline = env.baseline_of("LRLLL")
+    assert outcome.choice is not None
+    assert outcome.scene is not None
+    assert outcome.choice.sequence == outcome.scene.sequence == baseline.sequence
+    assert set(outcome.choice.speeds) <= set(env.actions.speeds.tolist())
+    assert outcome.joints == tuple(simulate(outcome.scene).joint_angles.tolist())
+    assert outcome.reward == pytest.approx(outcome.score - baseline.score)
+
+
+def test_nothing_is_built_beforehand_unless_asked_for() -> None:
+    runs = evaluate([Method("random", ("random",))], SETTINGS, draws=1, processes=1)["random"]
+    assert {each.built for each in runs[0]} == {None}
+
+
+def test_a_chain_that_is_not_simulated_has_no_motion_to_show(tmp_path: Path) -> None:
+    settings = EnvSettings(fidelity="quasistatic", components=4)
+    results = compare([], settings, draws=1, processes=1, folder=tmp_path, built=True)
+    assert list(results) == ["random"]  # the minimiser would be compared with itself
+    assert "no motion to show" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert not (tmp_path / "folds.gif").exists()
+    assert results["random"][0][0].built is None
+
+
+def test_settings_of_the_environment_can_be_changed() -> None:
+    changed = env_settings("ppo-tube-feed", ["randomisation=strong", "targets=[LRLLL]"])
+    assert (changed.randomisation, changed.targets) == ("strong", ("LRLLL",))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("strong", "'env.strong' is not allowed; must be a key and a value"),
+        ("randomisation=wild", "env.randomisation: 'wild' is not allowed"),
+        ("speeds=1", "env.speeds: 1 is not allowed"),
+        (
+            "id=MagFold/FeedControl-v0",
+            "env.id: 'MagFold/FeedControl-v0' is not allowed",
+        ),
+        ("colour=red", "env.colour: 'red' is not allowed; unknown key"),
+    ],
+)
+def test_a_wrong_change_is_named(change: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        env_settings("ppo-tube-feed", [change])
+
+
+@pytest.mark.parametrize(
+    ("module", "arguments"),
+    [
+        ("train", ["no-such"]),
+        ("evaluate", ["--config", "no-such"]),
+        ("evaluate", ["no-such"]),
+        ("baselines.__main__", ["robust", "--config", "no-such"]),
+        ("sample_cost", ["no-such"]),
+    ],
+)
+def test_a_wrong_name_ends_with_a_message_and_not_a_traceback(
+    module: str, arguments: list[str]
+) -> None:
     app = typer.Typer()
     app.command()(importlib.import_module(f"agents.{module}").main)
-    arguments = ["no-such"] if module == "train" else ["--config", "no-such"]
     result = runner.invoke(app, arguments)
     assert result.exit_code == 1
     assert "no-such: no such file" in result.output

@@ -1,4 +1,5 @@
 import json
+import math
 from io import StringIO
 from pathlib import Path
 
@@ -6,48 +7,94 @@ import pytest
 from rich.console import Console
 
 from agents.episodes import Outcome
-from agents.report import results_table, write_results
+from agents.methods import Method
+from agents.open_loop import OpenLoop
+from agents.report import overall_table, summarise, targets_table, write_results
 from agents.settings import EnvSettings
+from magfold_env.shapes import word_to_angles
 from magfold_env.statistics import share
 
 
-def outcome(target: str, success: bool) -> Outcome:
+def outcome(target: str, success: bool, built: bool | None = None) -> Outcome:
+    word = target if success else "SSSSS"
     return Outcome(
         target=target,
-        word=target if success else "SSSSS",
+        word=word,
         status="folded" if success else "misfolded",
         seed=1,
         success=success,
         score=1.0 if success else 0.2,
         reward=0.3 if success else -0.5,
+        joints=tuple(word_to_angles(word).tolist()),
+        choice=OpenLoop(("NSNS",) * 6, (0.1,) * 6),
         scene=None,
+        built=built,
     )
 
 
+def run(*successes: bool, built: bool | None = None) -> list[Outcome]:
+    words = ["LRLLL"] * (len(successes) - 1) + ["RRRLR"]
+    return [outcome(word, each, built) for word, each in zip(words, successes, strict=True)]
+
+
 RESULTS = {
-    "random": [outcome("LRLLL", False), outcome("LRLLL", False), outcome("RRRLR", False)],
-    "good": [outcome("LRLLL", True), outcome("LRLLL", False), outcome("RRRLR", True)],
+    "minimiser": [run(False, False, False)],
+    "good": [run(True, False, True), run(True, True, True)],
 }
+METHODS = [Method("minimiser", ("minimiser",)), Method("good", ("a.zip", "b.zip"))]
 
 
-def test_the_table_counts_by_target_and_overall() -> None:
+def test_all_runs_of_a_method_count() -> None:
+    good = summarise(RESULTS)["good"]
+    assert good.success.value == pytest.approx((0.75 + 1.0) / 2)
+    assert good.score.value == pytest.approx(((0.6 + 1.0) / 2 + 1.0) / 2)
+    assert good.targets["LRLLL"] == share(3, 4)
+    assert good.ahead is not None
+    assert good.ahead.value == pytest.approx(good.success.value)
+    assert good.ends["target"] == 5
+    assert good.ends["misfolded"] == 1
+    assert good.joints["open"] == [1] * 5
+
+
+def test_success_of_chains_built_beforehand_is_apart() -> None:
+    results = {"one": [run(True, True, True, built=False)]}
+    built = summarise(results)["one"].built
+    assert built is not None
+    assert (built.value, summarise(results)["one"].success.value) == (0.0, 1.0)
+    assert summarise(RESULTS)["good"].built is None
+
+
+def shown(table: object) -> dict[str, list[str]]:
     text = StringIO()
-    Console(file=text, width=100).print(results_table(RESULTS))
-    rows = [line.split() for line in text.getvalue().splitlines()]
-    cells = {row[1]: [cell for cell in row[2:] if cell != "│"] for row in rows if len(row) > 2}
-    assert cells["LRLLL"] == ["0/2", "1/2"]
-    assert cells["RRRLR"] == ["0/1", "1/1"]
-    assert str(share(2, 3)) in text.getvalue()
-    assert "-0.500" in text.getvalue()
+    Console(file=text, width=200).print(table)
+    rows = [line.replace("│", " ").split() for line in text.getvalue().splitlines()]
+    return {row[0]: row[1:] for row in rows if len(row) > 1}
 
 
-def test_the_file_holds_every_number(tmp_path: Path) -> None:
-    write_results(tmp_path / "results.json", EnvSettings(), RESULTS)
-    content = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
-    good = content["policies"]["good"]
-    assert good["success"]["rate"] == pytest.approx(2 / 3)
-    assert good["success"]["low"] == pytest.approx(share(2, 3).low)
-    assert good["targets"]["LRLLL"]["successes"] == 1
-    assert good["mean_score"] == pytest.approx(2.2 / 3)
-    assert len(good["episodes"]) == 3
+def test_the_tables_count_by_target_and_overall() -> None:
+    summaries = summarise(RESULTS)
+    by_target = shown(targets_table(summaries))
+    assert by_target["LRLLL"] == ["0/2", "3/4"]
+    assert by_target["RRRLR"] == ["0/1", "2/2"]
+    overall = shown(overall_table(summaries))
+    assert overall["good"][:2] == str(summaries["good"].success).split()[:2]
+    assert overall["minimiser"][-1] == "−0.500"
+    assert overall["good"][-1] == "+0.200"
+
+
+def test_the_file_holds_every_number_and_what_repeats_it(tmp_path: Path) -> None:
+    path = tmp_path / "results.json"
+    summaries = summarise(RESULTS)
+    write_results(path, EnvSettings(), METHODS, [7, 8], RESULTS, summaries)
+    content = json.loads(path.read_text(encoding="utf-8"))
+    good = content["methods"]["good"]
+    assert good["summary"]["success"]["value"] == pytest.approx(0.875)
+    assert good["summary"]["success"]["low"] == pytest.approx(float(summaries["good"].success.low))
+    assert good["summary"]["targets"]["LRLLL"]["successes"] == 3
+    assert [len(each) for each in good["runs"]] == [3, 3]
+    assert good["runs"][0][0]["sequence"] == ["NSNS"] * 6
+    assert math.isclose(good["runs"][0][0]["joints"][0], math.pi / 2)
+    assert [each["policy"] for each in good["policies"]] == ["a.zip", "b.zip"]
     assert content["env"]["id"] == "MagFold/TubeFeed-v0"
+    assert content["seeds"] == [7, 8]
+    assert {"commit", "physics", "torch", "magfold_env", "command"} <= set(content["provenance"])

@@ -5,7 +5,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from stable_baselines3 import PPO
 
-from agents.episodes import make_env, play, play_all, warm_up
+from agents.episodes import make_env, play, play_all, players, warm_up
 from agents.learners import save_policy
 from agents.policies import DesignPolicy, RandomPolicy, TrainedPolicy
 from agents.settings import TrainSettings
@@ -57,8 +57,9 @@ def test_the_same_seed_trains_the_same_policy(run: Path, tmp_path: Path) -> None
 def test_a_trained_policy_plays_the_same_in_any_number_of_processes(run: Path) -> None:
     episodes = [(t, s) for t in ("LRLLL", "RLRRR") for s in episode_seeds("evaluation", 2)]
     policy = str(run / "policy.zip")
-    alone = list(play_all(policy, SETTINGS.env, episodes, processes=1))
-    shared = list(play_all(policy, SETTINGS.env, episodes, processes=2))
+    alone = list(play_all(policy, SETTINGS.env, episodes))
+    with players(2) as pool:
+        shared = list(play_all(policy, SETTINGS.env, episodes, pool))
     assert alone == shared
     assert [(o.target, o.seed) for o in alone] == episodes
 

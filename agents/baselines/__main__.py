@@ -1,0 +1,52 @@
+"""Let a search choose for every target: ``python -m agents.baselines SEARCH``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from agents.baselines.searches import SEARCHES, choose
+from agents.callbacks import progress_bar
+from agents.episodes import make_env
+from agents.evaluate import env_settings
+
+
+def main(
+    search: Annotated[str, typer.Argument(help=f"One of {', '.join(SEARCHES)}.")],
+    config: Annotated[
+        str, typer.Option(help="Training settings that give the environment.")
+    ] = "ppo-tube-feed",
+    env: Annotated[
+        list[str] | None,
+        typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
+    ] = None,
+    budget: Annotated[int, typer.Option(min=0, help="Most physics calls for each target.")] = 2000,
+    goal: Annotated[
+        float, typer.Option(help="Share of successes of 40 calls that ends a search before.")
+    ] = 1.0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the search and of its calls.")] = 0,
+    processes: Annotated[int, typer.Option(min=1, help="Targets at a time.")] = 2,
+    output: Annotated[
+        Path | None, typer.Option(help="File of choices; runs/baselines/SEARCH.json by default.")
+    ] = None,
+) -> None:
+    """Choose a sequence and speeds for every target; called again, go on where it was left."""
+    path = output or Path("runs/baselines") / f"{search}.json"
+    calls = targets = 0
+    try:
+        settings = env_settings(config, env or [])
+        total = len(make_env(settings).targets)
+        with progress_bar() as bar:
+            task = bar.add_task(search, total=total, note="")
+            for _, chosen in choose(search, settings, path, budget, goal, seed, processes):
+                calls, targets = calls + chosen.calls, targets + 1
+                bar.update(task, advance=1, note=f"{calls / targets:.0f} calls a target")
+    except ValueError as error:
+        Console(stderr=True).print(f"[red]error:[/red] {error}", highlight=False)
+        raise typer.Exit(1) from None
+    Console().print(f"{calls} physics calls for {targets} targets; choices written to {path}")
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,285 @@
+"""What physics calls buy: ``python -m agents.sample_cost [SEARCH | NAME=CHECKPOINT,... ...]``.
+
+With k physics calls a target each method freezes one candidate, sequence and speeds, chosen on
+those calls; it is scored on fresh draws. Without a call a search has what it would try first, and a
+trained policy plays as it does, choosing while it looks: to freeze what it chooses it must be
+watched once, which is a call.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from agents.baselines.by_policy import PolicySearch
+from agents.baselines.search import freeze, freeze_unseen
+from agents.baselines.searches import SEARCHES, search_of
+from agents.baselines.store import Chosen
+from agents.callbacks import progress_bar
+from agents.episodes import make_env, play, players, warm_up
+from agents.evaluate import env_settings
+from agents.intervals import Estimate, estimate
+from agents.methods import Method, parse_methods
+from agents.open_loop import FrozenPolicy, OpenLoop
+from agents.policies import Policy, TrainedPolicy
+from agents.provenance import file_digest, provenance
+from agents.settings import EnvSettings
+from magfold_env.envs.draws import evaluation_seeds
+from magfold_env.files import write_text
+from magfold_env.plotting import COLOURS, GRID, figure_class, save_figure
+
+CALLS = (0, 1, 3, 10, 30, 100)
+GOAL = 1.0
+"""Searches go on until the calls are spent, or 40 of 40 succeed."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """What some calls for one target bought.
+
+    Attributes
+    ----------
+    target : str
+        The word that is wanted.
+    budget : int
+        Calls that were allowed.
+    chosen : Chosen or None
+        What was frozen; None where a policy plays as it does.
+    success : float
+        Share of the fresh draws that ended in the target.
+    """
+
+    target: str
+    budget: int
+    chosen: Chosen | None
+    success: float
+
+
+Curves = Mapping[str, Sequence[Sequence[Point]]]
+"""The points of each seed of each method: all budgets for one target after another."""
+
+
+def measure(
+    methods: Sequence[Method],
+    settings: EnvSettings,
+    budgets: Sequence[int],
+    draws: int,
+    seed: int = 0,
+    processes: int = 1,
+) -> Curves:
+    """Return what physics calls buy.
+
+    Parameters
+    ----------
+    methods : sequence of Method
+        Searches by name, or checkpoints.
+    settings : EnvSettings
+        The environment.
+    budgets : sequence of int
+        Physics calls for each target.
+    draws : int
+        Fresh draws that a choice is scored on.
+    seed : int
+        Of the searches and of their calls.
+    processes : int
+        How many targets at a time.
+    """
+    targets = make_env(settings).targets
+    curves: dict[str, list[list[Point]]] = {}
+    with progress_bar() as bar, players(processes) as pool:
+        for method in methods:
+            task = bar.add_task(method.name, total=len(targets) * len(method.policies), note="")
+            curves[method.name] = []
+            for policy in method.policies:
+                jobs = [(policy, settings, word, tuple(budgets), draws, seed) for word in targets]
+                columns = zip(*jobs, strict=True)
+                found = map(_points, *columns) if pool is None else pool.map(_points, *columns)
+                points: list[Point] = []
+                for each in found:
+                    points += each
+                    bar.update(task, advance=1)
+                curves[method.name].append(points)
+    return curves
+
+
+def success(curves: Curves, budgets: Sequence[int]) -> dict[str, list[Estimate]]:
+    """Return the success of each method with each budget, over seeds and targets."""
+    return {
+        name: [
+            estimate(np.array([[p.success for p in run if p.budget == k] for run in runs]))
+            for k in budgets
+        ]
+        for name, runs in curves.items()
+    }
+
+
+def _points(
+    name: str,
+    settings: EnvSettings,
+    target: str,
+    budgets: Sequence[int],
+    draws: int,
+    seed: int,
+) -> list[Point]:
+    """Return what each budget buys for one target."""
+    env = _own_env(settings)
+    seeds = evaluation_seeds(draws)
+
+    def share(policy: Policy) -> float:
+        return float(np.mean([play(policy, env, target, each).success for each in seeds]))
+
+    @cache
+    def frozen(choice: OpenLoop) -> float:
+        return share(FrozenPolicy({target: choice}))
+
+    def chosen(budget: int) -> Chosen:
+        if name not in SEARCHES:
+            policies = (_own_policy(name, sampled=sampled) for sampled in (False, True))
+            return freeze(PolicySearch(*policies), env, target, budget, seed)
+        search = search_of(name, GOAL)
+        if budget == 0:
+            return freeze_unseen(search, env, target, seed)
+        return freeze(search, env, target, budget, seed)
+
+    points: list[Point] = []
+    for budget in budgets:
+        if budget == 0 and name not in SEARCHES:
+            points.append(Point(target, budget, None, share(_own_policy(name, sampled=False))))
+        else:
+            found = chosen(budget)
+            points.append(Point(target, budget, found, frozen(found.choice)))
+    return points
+
+
+_own_env = cache(make_env)
+
+
+@cache
+def _own_policy(path: str, sampled: bool) -> TrainedPolicy:
+    return TrainedPolicy.load(path, sampled)
+
+
+def training_calls(method: Method, n: int) -> list[int] | None:
+    """Return the physics calls each seed was trained with; None for a search.
+
+    One call is a whole chain, `n` steps where components are chosen one by one.
+    """
+    if method.policies[0] in SEARCHES:
+        return None
+    return [TrainedPolicy.load(path).training_steps // n for path in method.policies]
+
+
+def table(found: Mapping[str, Sequence[Estimate]], budgets: Sequence[int]) -> Table:
+    """Return a table with a row for each method and a column for each budget."""
+    shown = Table(
+        title="Success [%] with so many physics calls a target",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    shown.add_column("", overflow="fold")
+    for k in budgets:
+        shown.add_column(str(k), justify="right", no_wrap=True)
+    for name, row in found.items():
+        shown.add_row(name, *(str(each).replace(" % (", "\n(") for each in row))
+    return shown
+
+
+def draw(path: Path, found: Mapping[str, Sequence[Estimate]], budgets: Sequence[int]) -> None:
+    """Write a picture of success over physics calls."""
+    figure = figure_class()(figsize=(9.0, 3.8), layout="constrained")
+    axes = figure.subplots()
+    places = np.arange(len(budgets))
+    for k, (name, row) in enumerate(found.items()):
+        value, low, high = 100 * np.array(row, dtype=float).T
+        shift = 0.06 * (k - 0.5 * (len(found) - 1))
+        axes.errorbar(
+            places + shift, value, yerr=[value - low, high - value], fmt="o-", markersize=4,
+            capsize=2, linewidth=1.3, color=COLOURS[(k + 1) % len(COLOURS)], label=name,
+        )  # fmt: skip
+    axes.set_xticks(places, [str(k) for k in budgets])
+    axes.set_ylim(-3, 103)
+    axes.set_xlabel("physics calls a target", fontsize=9)
+    axes.set_ylabel("success on fresh draws [%]", fontsize=9)
+    axes.tick_params(labelsize=8)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(axis="y", color=GRID, linewidth=0.8)
+    figure.legend(loc="outside right upper", frameon=False, fontsize=8)
+    save_figure(figure, path)
+
+
+def main(
+    methods: Annotated[
+        list[str],
+        typer.Argument(help=f"Any of {', '.join(SEARCHES)}; checkpoints, NAME=PATH,PATH,..."),
+    ],
+    config: Annotated[
+        str, typer.Option(help="Training settings that give the environment.")
+    ] = "ppo-tube-feed",
+    env: Annotated[
+        list[str] | None,
+        typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
+    ] = None,
+    calls: Annotated[
+        str, typer.Option(help="Physics calls a target, separated by commas.")
+    ] = ",".join(map(str, CALLS)),
+    draws: Annotated[int, typer.Option(min=1, help="Fresh draws a choice is scored on.")] = 100,
+    seed: Annotated[int, typer.Option(min=0, help="Of the searches and their calls.")] = 0,
+    processes: Annotated[int, typer.Option(min=1, help="Targets at a time.")] = 2,
+    output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/sample-cost"),
+) -> None:
+    """Measure what physics calls at test time buy each method."""
+    try:
+        settings, budgets = env_settings(config, env or []), _budgets(calls)
+        every = parse_methods(methods)
+        for policy in (policy for method in every for policy in method.policies):
+            if policy not in SEARCHES:
+                TrainedPolicy.load(policy)
+        warm_up(settings)
+        curves = measure(every, settings, budgets, draws, seed, processes)
+    except ValueError as error:
+        Console(stderr=True).print(f"[red]error:[/red] {error}", highlight=False)
+        raise typer.Exit(1) from None
+    found = success(curves, budgets)
+    n = make_env(settings).scene.n
+    content = {
+        "env": settings.model_dump(mode="json"),
+        "calls": budgets,
+        "draws": draws,
+        "seed": seed,
+        "provenance": provenance(),
+        "methods": {
+            method.name: {
+                "policies": [{"policy": p, "sha256": file_digest(p)} for p in method.policies],
+                "training calls": training_calls(method, n),
+                "success": [[float(part) for part in each] for each in found[method.name]],
+                "runs": [[asdict(point) for point in run] for run in curves[method.name]],
+            }
+            for method in every
+        },
+    }
+    output.mkdir(parents=True, exist_ok=True)
+    write_text(output / "sample-cost.json", json.dumps(content) + "\n")
+    draw(output / "sample-cost.png", found, budgets)
+    console = Console()
+    console.print(table(found, budgets))
+    console.print(f"written: {output / 'sample-cost.json'}, {output / 'sample-cost.png'}")
+
+
+def _budgets(text: str) -> list[int]:
+    """Return the numbers in a list separated by commas."""
+    parts = text.split(",")
+    if not all(part.strip().isdigit() for part in parts):
+        raise ValueError(f"--calls: {text!r} is not allowed; must be numbers such as 0,1,10")
+    return sorted({int(part) for part in parts})
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,204 @@
+from itertools import product
+
+import numpy as np
+import pytest
+
+from agents.baselines.by_policy import PolicySearch
+from agents.baselines.calls import Calls, SpentError, Standing
+from agents.baselines.minimiser import energy_design
+from agents.baselines.search import freeze, freeze_unseen, random_choice
+from agents.baselines.searches import SEARCHES, search_of
+from agents.episodes import play
+from agents.open_loop import FrozenPolicy, OpenLoop
+from agents.policies import RandomPolicy
+from magfold_env.design import gap_designs
+from magfold_env.envs.draws import evaluation_seeds
+from magfold_env.envs.quasistatic_episode import fold
+from magfold_env.envs.sequence_design import SequenceDesignEnv
+from magfold_env.envs.tube_feed import TubeFeedEnv
+from magfold_env.shapes import folded_words
+
+TARGET = "LRL"
+GOOD = ("NSSN", "NSNS", "SNNS", "SNSN")
+
+
+class CountingEnv(TubeFeedEnv):
+    resets = 0
+
+    def reset(self, *, seed=None, options=None):  # pyright: ignore[reportIncompatibleMethodOverride]
+        self.resets += 1
+        return super().reset(seed=seed, options=options)
+
+
+@pytest.fixture(scope="module")
+def lattice() -> CountingEnv:
+    return CountingEnv(components=4, fidelity="quasistatic")
+
+
+@pytest.fixture(scope="module")
+def chain() -> TubeFeedEnv:
+    return TubeFeedEnv(components=4, baseline=None)
+
+
+@pytest.mark.parametrize("name", SEARCHES)
+def test_a_search_finds_the_target_within_its_budget(name: str, lattice: CountingEnv) -> None:
+    before = lattice.resets
+    chosen = freeze(search_of(name, 1.0), lattice, TARGET, 600, seed=0)
+    assert chosen.calls == lattice.resets - before <= 600
+    assert chosen.successes == chosen.releases > 0
+    assert play(FrozenPolicy({TARGET: chosen.choice}), lattice, TARGET, 1).success
+
+
+@pytest.mark.parametrize("name", SEARCHES)
+@pytest.mark.parametrize("budget", [1, 3, 10])
+def test_no_search_makes_a_call_too_many(name: str, budget: int, lattice: CountingEnv) -> None:
+    before = lattice.resets
+    chosen = freeze(search_of(name, 1.0), lattice, TARGET, budget, seed=0)
+    assert chosen.calls == lattice.resets - before <= budget
+    assert 0 < chosen.releases <= budget
+
+
+@pytest.mark.parametrize("name", SEARCHES)
+def test_a_choice_unseen_needs_no_call(name: str, lattice: CountingEnv) -> None:
+    before = lattice.resets
+    chosen = freeze_unseen(search_of(name, 1.0), lattice, TARGET, seed=0)
+    assert lattice.resets == before
+    assert chosen.choice == chosen.choice.as_played(lattice)
+
+
+@pytest.mark.parametrize("name", ["cross-entropy", "genetic"])
+def test_the_seed_decides_a_search(name: str, chain: TubeFeedEnv) -> None:
+    choices = [freeze(search_of(name, 1.0), chain, TARGET, 50, seed) for seed in (1, 2, 1)]
+    assert choices[0] == choices[2] != choices[1]
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_the_minimiser_designs_what_folds_joint_by_joint(direction: str) -> None:
+    scene = TubeFeedEnv(components=5, fidelity="quasistatic").scene
+    fed = scene.replace(feed={"direction": direction})
+    for word in folded_words(5)[::4]:
+        sequence = energy_design(scene, word, direction)  # pyright: ignore[reportArgumentType]
+        assert fold(fed.replace(sequence=sequence)).word == word
+
+
+def test_no_sequence_is_surer_than_the_minimisers() -> None:
+    env = TubeFeedEnv(components=3, fidelity="quasistatic")
+    found = energy_design(env.scene, "LR", "forward")  # pyright: ignore[reportArgumentType]
+    rules = env.task.rules
+    faces = ["".join(each) for each in product("NS", repeat=4)]
+
+    def margin(sequence: tuple[str, ...]) -> float:
+        signs = np.array([[1.0 if x == "N" else -1.0 for x in each] for each in sequence])
+        poles = signs * rules.strengths
+        least = np.inf
+        for right, others in (((1,), ((0,), (-1,))), ((1, -1), ((1, 0), (1, 1)))):
+            energies = [rules.lattice.energy_of(np.array(turns), poles[: len(right) + 1])
+                        for turns in (right, *others)]  # fmt: skip
+            least = min(least, min(energies[1:]) - energies[0])
+        return least
+
+    assert margin(found) == pytest.approx(max(map(margin, product(faces, repeat=3))))
+
+
+def test_the_minimisers_free_design_is_the_one_of_largest_gap() -> None:
+    scene = TubeFeedEnv(components=4, fidelity="quasistatic").scene
+    design = gap_designs(scene, [TARGET])[TARGET]
+    assert design is not None
+    assert energy_design(scene, TARGET, "free") == design.sequence  # pyright: ignore[reportArgumentType]
+
+
+def test_calls_of_equal_number_have_equal_draws_that_no_evaluation_has(chain: TubeFeedEnv) -> None:
+    calls = Calls(chain, TARGET, budget=10, seed=0)
+    seeds: list[int] = []
+    reset = chain.reset
+
+    def noted(**options):
+        seeds.append(options["seed"])
+        return reset(**options)
+
+    chain.reset = noted
+    one = OpenLoop.at_one_speed(GOOD, 0.2)
+    other = OpenLoop.at_one_speed(GOOD, 0.4)
+    try:
+        calls.scores([one, other], 3)
+    finally:
+        del chain.reset
+    assert seeds[0::2] == seeds[1::2]
+    assert len(set(seeds)) == 3
+    assert not set(seeds) & set(evaluation_seeds(1000))
+
+
+def test_what_was_asked_before_is_not_played_again(chain: TubeFeedEnv) -> None:
+    calls = Calls(chain, TARGET, budget=5, seed=0)
+    first = OpenLoop.at_one_speed(GOOD, 0.2)
+    before = calls.scores([first], 3)
+    np.testing.assert_array_equal(calls.scores([first], 5)[:, :3], before)
+    assert calls.count == 5
+    with pytest.raises(SpentError):
+        calls.again(first.as_played(chain))
+
+
+def test_what_a_policy_chose_does_the_same_when_it_is_frozen(chain: TubeFeedEnv) -> None:
+    calls = Calls(chain, TARGET, budget=2, seed=3)
+    calls.watch(RandomPolicy(), np.random.default_rng(0))
+    (watched,) = calls.standings()
+    again = Calls(chain, TARGET, budget=1, seed=3).scores([watched.choice], 1)
+    assert again.item() == watched.scores[0]
+
+
+def test_one_lucky_call_does_not_beat_many() -> None:
+    choice = OpenLoop(GOOD, (0.2,) * 4)
+    assert Standing(choice, (1.0,)).expected < Standing(choice, (1.0,) * 9).expected
+    assert Standing(choice, (0.4,)).expected < Standing(choice, (1.0,)).expected
+
+
+def test_a_policy_that_is_watched_settles_on_what_works(lattice: CountingEnv) -> None:
+    good = freeze(search_of("minimiser-forward", 1.0), lattice, TARGET, 9, seed=0).choice
+    bad = OpenLoop.at_one_speed(("NNNN",) * 4, 0.2)
+    search = PolicySearch(FrozenPolicy({TARGET: bad}), FrozenPolicy({TARGET: good}))
+    chosen = freeze(search, lattice, TARGET, 30, seed=0)
+    assert chosen.choice == good
+    assert chosen.calls == 30
+
+
+def test_a_choice_is_what_the_actions_can_express() -> None:
+    env = TubeFeedEnv(components=4, fidelity="quasistatic", speeds=3, catalogue=["NSNS", "NNSS"])
+    choice = OpenLoop(("NSNS", "NSNN", "NNSS", "NSNS"), (0.2, 0.01, 5.0, 0.08))
+    played = choice.as_played(env)
+    assert set(played.sequence) <= {"NSNS", "NNSS"}
+    assert set(played.speeds) <= set(env.actions.speeds.tolist())
+    assert played.as_played(env) == played
+    assert play(FrozenPolicy({TARGET: choice}), env, TARGET, 0).choice == played
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_frozen_speeds_belong_to_their_components(direction: str, chain: TubeFeedEnv) -> None:
+    env = TubeFeedEnv(
+        chain.scene.replace(feed={"direction": direction}), baseline=None, randomisation="none"
+    )
+    choice = random_choice(env, np.random.default_rng(0))
+    outcome = play(FrozenPolicy({TARGET: choice}), env, TARGET, 0)
+    assert outcome.scene is not None
+    assert outcome.scene.sequence == choice.sequence
+    np.testing.assert_allclose(outcome.scene.speeds, choice.speeds)
+
+
+def test_a_chain_that_is_chosen_as_a_whole_has_one_speed() -> None:
+    env = SequenceDesignEnv(components=4, baseline=None, randomisation="none")
+    choice = OpenLoop(GOOD, (0.01, 0.6, 0.6, 0.6))
+    outcome = play(FrozenPolicy({TARGET: choice}), env, TARGET, 0)
+    assert outcome.choice == OpenLoop.at_one_speed(GOOD, 0.01)
+
+
+def test_a_target_without_a_choice_is_named(lattice: CountingEnv) -> None:
+    with pytest.raises(ValueError, match="target: 'LRL' has no choice; must be one of LLR"):
+        play(FrozenPolicy({"LLR": OpenLoop(GOOD, (0.2,) * 4)}), lattice, TARGET, 0)
+
+
+@pytest.mark.parametrize(("name", "goal", "message"), [
+    ("annealing", 1.0, "search: 'annealing' is not allowed; must be one of minimiser-free"),
+    ("robust", 0.0, "goal: 0.0 is not allowed; must be above 0"),
+])  # fmt: skip
+def test_a_wrong_search_is_named(name: str, goal: float, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        search_of(name, goal)

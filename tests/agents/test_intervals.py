@@ -1,0 +1,81 @@
+import numpy as np
+import pytest
+from scipy import stats
+
+from agents.intervals import (
+    THRESHOLDS,
+    difference,
+    estimate,
+    interquartile_mean,
+    mean,
+    percent,
+    profile,
+)
+
+RNG = np.random.default_rng(0)
+
+
+def by_scipy(values: np.ndarray) -> tuple[float, float]:
+    found = stats.bootstrap(
+        (values,), np.mean, method="percentile", n_resamples=20_000, rng=np.random.default_rng(1)
+    )
+    return found.confidence_interval.low, found.confidence_interval.high
+
+
+def test_with_one_run_targets_are_drawn() -> None:
+    scores = RNG.random((1, 26))
+    found = estimate(scores)
+    assert found.value == pytest.approx(scores.mean())
+    np.testing.assert_allclose((found.low, found.high), by_scipy(scores[0]), atol=0.01)
+
+
+def test_a_run_that_is_lucky_is_so_on_all_targets() -> None:
+    # Drawing runs for each target on their own would make this interval far too narrow.
+    runs = RNG.random(5)
+    found = estimate(np.repeat(runs[:, None], 26, axis=1))
+    np.testing.assert_allclose((found.low, found.high), by_scipy(runs), atol=0.02)
+
+
+def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
+    rng = np.random.default_rng(2)
+    held = 0
+    for k in range(200):
+        scores = 0.1 * rng.normal(size=(8, 1)) + 0.2 * rng.normal(size=(1, 20))
+        found = estimate(scores + 0.1 * rng.normal(size=(8, 20)), seed=k)
+        held += bool(found.low <= 0.0 <= found.high)
+    assert 0.88 <= held / 200 <= 1.0
+
+
+def test_the_middle_half_leaves_out_the_best_and_the_worst_quarter() -> None:
+    scores = np.array([[0.0, 0.0, 0.5, 0.7], [0.6, 0.8, 1.0, 1.0]])
+    assert interquartile_mean(scores) == pytest.approx(np.mean([0.5, 0.6, 0.7, 0.8]))
+    stacked = np.stack([scores, 1.0 - scores])
+    np.testing.assert_allclose(
+        interquartile_mean(stacked), [interquartile_mean(each) for each in stacked]
+    )
+
+
+def test_a_profile_counts_what_lies_above() -> None:
+    scores = np.array([[0.0, 0.5], [0.505, 1.0]])
+    shares = dict(zip(THRESHOLDS.round(2).tolist(), profile(scores), strict=True))
+    assert [shares[tau] for tau in (0.0, 0.4, 0.5, 0.6, 1.0)] == [0.75, 0.75, 0.5, 0.25, 0.0]
+
+
+def test_a_difference_is_paired() -> None:
+    # What targets share cancels; what is left is the same everywhere.
+    scores = RNG.random((1, 26))
+    found = difference(scores, scores - 0.2)
+    np.testing.assert_allclose(found, 0.2)
+    wide = estimate(scores)
+    assert wide.high - wide.low > 0.1
+
+
+def test_the_same_seed_gives_the_same_interval() -> None:
+    scores = RNG.random((3, 7))
+    assert estimate(scores, mean, seed=4) == estimate(scores, mean, seed=4)
+    assert estimate(scores, mean, seed=4) != estimate(scores, mean, seed=5)
+
+
+def test_an_estimate_is_written_in_per_cent() -> None:
+    assert str(estimate(np.ones((2, 3)))) == "100 % (100–100)"
+    assert [percent(share, "+") for share in (-1.0, 0.0, 0.1234)] == ["−100", "+0.0", "+12.3"]

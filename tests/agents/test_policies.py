@@ -1,0 +1,92 @@
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sb3_contrib
+import stable_baselines3
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from agents.baselines.store import ChoiceFile, Chosen
+from agents.episodes import play
+from agents.policies import FrozenPolicy, RandomPolicy, TrainedPolicy, make_policy
+from magfold_env.envs.tube_feed import TubeFeedEnv
+from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
+
+TARGET = "LRL"
+QUASI: dict[str, Any] = {"components": 4, "fidelity": "quasistatic"}
+
+CASES: dict[str, tuple[type[BaseAlgorithm], Any, dict[str, Any]]] = {
+    "PPO": (stable_baselines3.PPO, TubeFeedEnv, {}),
+    "MaskablePPO": (sb3_contrib.MaskablePPO, TubeFeedEnv, {"catalogue": ["NSNS", "NNSS"]}),
+    "SAC": (stable_baselines3.SAC, TubeFeedEnv, {"actions": "box"}),
+    "TQC": (sb3_contrib.TQC, TubeFeedGoalEnv, {"actions": "box"}),
+}
+
+
+@pytest.fixture(params=CASES, scope="module")
+def trained(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory):
+    algorithm, env_class, options = CASES[request.param]
+    env = env_class(**QUASI, **options)
+    kind = "MultiInputPolicy" if env_class is TubeFeedGoalEnv else "MlpPolicy"
+    buffer: dict[str, Any] = {} if "PPO" in request.param else {"buffer_size": 10}
+    small: dict[str, Any] = {"policy_kwargs": {"net_arch": [8]}, "device": "cpu", "seed": 0}
+    path = tmp_path_factory.mktemp("policy") / f"{request.param}.zip"
+    algorithm(kind, env, **small, **buffer).save(path)
+    return algorithm, env, path
+
+
+def test_a_checkpoint_of_any_algorithm_is_loaded_and_plays(trained: Any) -> None:
+    algorithm, env, path = trained
+    policy = make_policy(str(path))
+    assert isinstance(policy, TrainedPolicy)
+    assert type(policy._model) is algorithm  # pyright: ignore[reportPrivateUsage]
+    outcomes = [play(policy, env, TARGET, 0) for _ in range(2)]
+    assert outcomes[0] == outcomes[1]
+    if algorithm is sb3_contrib.MaskablePPO:
+        assert outcomes[0].choice is not None
+        assert set(outcomes[0].choice.sequence) <= {"NSNS", "NNSS"}
+
+
+def test_a_sampled_policy_depends_on_the_random_numbers_it_is_given(trained: Any) -> None:
+    _, env, path = trained
+    policy = TrainedPolicy.load(path, sampled=True)
+    observation, _ = env.reset(seed=0, options={"target": TARGET})
+    one, other, same = (
+        [policy.act(env, observation, rng) for _ in range(5)]
+        for rng in map(np.random.default_rng, (1, 2, 1))
+    )
+    np.testing.assert_array_equal(one, same)
+    assert not np.array_equal(one, other)
+
+
+def test_random_actions_lie_in_any_space() -> None:
+    for kind in ("multidiscrete", "discrete", "box", "dict"):
+        env = TubeFeedEnv(**QUASI, actions=kind)
+        outcomes = [play(RandomPolicy(), env, TARGET, seed) for seed in (1, 2, 1)]
+        assert outcomes[0] == outcomes[2]
+
+
+def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="nothing: no such file; must be random, minimiser"):
+        make_policy("nothing")
+    path = tmp_path / "policy.zip"
+    path.write_bytes(b"no archive")
+    with pytest.raises(ValueError, match=r"policy\.zip: is not a checkpoint, or is damaged"):
+        make_policy(str(path))
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("data", json.dumps({"policy_class": {"__module__": "somewhere.else"}}))
+    with pytest.raises(ValueError, match=r"'somewhere\.else'; must be of one of MaskablePPO, PPO"):
+        make_policy(str(path))
+
+
+def test_frozen_choices_are_a_policy(tmp_path: Path) -> None:
+    path = tmp_path / "choices.json"
+    ChoiceFile(path, {}).add(TARGET, Chosen(("NSNS",) * 4, (0.2,) * 4, 1, 0, 1))
+    policy = make_policy(str(path))
+    assert isinstance(policy, FrozenPolicy)
+    outcome = play(policy, TubeFeedEnv(**QUASI), TARGET, 0)
+    assert outcome.choice is not None
+    assert outcome.choice.sequence == ("NSNS",) * 4

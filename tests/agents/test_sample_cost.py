@@ -1,0 +1,68 @@
+import json
+from pathlib import Path
+
+import pytest
+import typer
+from stable_baselines3 import PPO
+from typer.testing import CliRunner
+
+from agents.episodes import make_env, play
+from agents.methods import Method
+from agents.open_loop import FrozenPolicy
+from agents.policies import TrainedPolicy
+from agents.sample_cost import main, measure, success
+from agents.settings import EnvSettings
+from magfold_env.envs.draws import evaluation_seeds
+
+SETTINGS = EnvSettings(targets=("LRLLL",))
+BUDGETS = (0, 1, 4)
+
+
+@pytest.fixture(scope="module")
+def policy(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("policy") / "ppo.zip"
+    PPO("MlpPolicy", make_env(SETTINGS), policy_kwargs={"net_arch": [8]}, seed=0).save(path)
+    return str(path)
+
+
+@pytest.mark.parametrize("kind", ["genetic", "policy"])
+def test_choices_are_scored_on_fresh_draws(kind: str, policy: str) -> None:
+    name = policy if kind == "policy" else kind
+    curves = measure([Method("one", (name,))], SETTINGS, BUDGETS, draws=3)
+    points = curves["one"][0]
+    assert [point.budget for point in points] == list(BUDGETS)
+    env = make_env(SETTINGS)
+    for point in points:
+        if point.chosen is None:
+            assert (kind, point.budget) == ("policy", 0)
+            played = TrainedPolicy.load(policy)
+        else:
+            assert point.chosen.calls == point.budget
+            played = FrozenPolicy({"LRLLL": point.chosen.choice})
+        wins = [play(played, env, "LRLLL", seed).success for seed in evaluation_seeds(3)]
+        assert point.success == sum(wins) / 3
+    assert [float(each.value) for each in success(curves, BUDGETS)["one"]] == [
+        point.success for point in points
+    ]
+
+
+def test_the_command_writes_numbers_and_a_picture(tmp_path: Path, policy: str) -> None:
+    app = typer.Typer()
+    app.command()(main)
+    arguments = [f"PPO={policy}", "genetic", "--env", "targets=[LRLLL]", "--calls", "1,0"]
+    arguments += ["--draws", "2", "--processes", "1", "--output", str(tmp_path)]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    content = json.loads((tmp_path / "sample-cost.json").read_text(encoding="utf-8"))
+    assert content["calls"] == [0, 1]
+    assert content["methods"]["PPO"]["training calls"] == [0]
+    assert content["methods"]["genetic"]["training calls"] is None
+    assert (tmp_path / "sample-cost.png").is_file()
+
+
+def test_wrong_calls_are_named() -> None:
+    app = typer.Typer()
+    app.command()(main)
+    result = CliRunner().invoke(app, ["genetic", "--calls", "1,few"])
+    assert result.exit_code == 1
+    assert "--calls: '1,few' is not allowed; must be numbers" in result.output
