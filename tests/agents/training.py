@@ -59,10 +59,16 @@ def records(folder: Path) -> dict[str, list[tuple[int, float]]]:
     What depends on the time that things take is left out.
     """
     series: dict[str, list[tuple[int, float]]] = {}
-    for file in sorted(folder.glob("events.out.tfevents.*")):
+    for file in sorted(folder.glob("events.out.tfevents.*"), key=_age):
         for event in EventFileLoader(str(file)).Load():
             for value in event.summary.value:
                 if not value.tag.startswith("time/"):
                     number = float(value.tensor.float_val[0])
                     series.setdefault(value.tag, []).append((event.step, number))
     return series
+
+
+def _age(file: Path) -> tuple[int, int]:
+    """Return the second in which an event file was begun, and its number in its process."""
+    parts = file.name.split(".")
+    return int(parts[3]), int(parts[-1])
