@@ -27,7 +27,7 @@ from magfold_env.engine.dynamics import first_accelerations, torn_loose
 from magfold_env.engine.events import STALLED, first_touch, interpolate
 from magfold_env.engine.feed import is_free
 from magfold_env.engine.hops import end_hops
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.moreau import moreau_step
 from magfold_env.engine.outcomes import (
     ACCEPTED,
@@ -51,6 +51,7 @@ from magfold_env.engine.rest import creeps, is_at_rest, stop_slow
 from magfold_env.engine.stages import stages, step_error
 from magfold_env.engine.state import (
     FRESH,
+    IN_VAIN,
     LAST_ERROR,
     LAST_STEP,
     LO,
@@ -71,6 +72,8 @@ BREAK_AWAY = 1e-6  # [s] how exactly the moment is found when friction no longer
 HOPELESS_STEP = 1e-9  # [s] not finite even here: broken
 RUNAWAY = 300.0  # times a typical rate: faster than any force but that of a feed can make it
 PATIENCE = 4  # Moreau steps after a rattle
+INSTANT = 0.1  # tolerances of a typical rate: time in which next to nothing happens
+TOUCHES = 20  # in a row, with no more than an instant before each: a rattle
 
 
 @kernel
@@ -222,12 +225,28 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     settle_held(lo, model, state, work)
     open_joints(lo, model, state)
     if fraction < 1.0 or touching:
-        return TOUCHED
+        return RATTLED if in_vain(model, state, fraction, fraction * h) else TOUCHED
     state.clock[LAST_STEP] = h
     state.clock[LAST_ERROR] = max(error, EASY)
     # First same as last: the seventh stage is the next step's first.
     copy(work.slope_v[6], work.slope_v[0], 0)
     return ACCEPTED
+
+
+@inlined
+def in_vain(model: Model, state: State, fraction: float, time: float) -> bool:
+    """Whether a step that ended after some time is the last of many that hardly came forward.
+
+    What touched may have been parted again, to keep others in touch, and so without end.
+    """
+    if fraction == 1.0 or time * model.rate_scale > INSTANT * model.tolerance:
+        state.counter[IN_VAIN] = 0
+        return False
+    state.counter[IN_VAIN] += 1
+    if state.counter[IN_VAIN] < TOUCHES:
+        return False
+    state.counter[IN_VAIN] = 0
+    return True
 
 
 @kernel

@@ -144,8 +144,9 @@ class State(NamedTuple):
 
     Entries of ``counter``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`, `FRESH` (1: the
     accelerations must be found anew), `TOUCHY` (steps still to be taken by Moreau's scheme),
-    `SECOND_STEPS` (`STEPS` when the present second of simulated time began); of ``clock``: `TIME`,
-    `STEP`, `FRAME_TIME`, `BRAKE` (how long the next step may be before a component stops),
+    `SECOND_STEPS` (`STEPS` when the present second of simulated time began), `IN_VAIN` (touches in
+    a row before which next to no time passed); of ``clock``: `TIME`, `STEP`, `FRAME_TIME`,
+    `BRAKE` (how long the next step may be before a component stops),
     `SECOND` (when the present second began), `LAST_STEP` (0: nothing to compare with) and
     `LAST_ERROR` (of that step).
     """
@@ -154,11 +155,11 @@ class State(NamedTuple):
     v: Array  # their rates, (n + 2,) [rad/s, m/s]
     lock: IntArray  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not; (n,)
     stuck: IntArray  # 1: held by friction; (n,)
-    counter: IntArray  # (8,)
+    counter: IntArray  # (9,)
     clock: Array  # (7,) [s]
 
 
-LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, TOUCHY, SECOND_STEPS = range(8)
+LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, TOUCHY, SECOND_STEPS, IN_VAIN = range(9)
 TIME, STEP, FRAME_TIME, BRAKE, SECOND, LAST_STEP, LAST_ERROR = range(7)
 
 

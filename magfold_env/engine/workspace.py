@@ -47,7 +47,7 @@ def new_state(model: Model, angles: Array) -> State:
     clock = np.zeros(7)
     clock[BRAKE] = math.inf
     clock[STEP] = 0.1 / model.rate_scale
-    count: IntArray = np.zeros(8, dtype=np.int64)
+    count: IntArray = np.zeros(9, dtype=np.int64)
     count[LO] = n if model.tube else 0
     count[FRESH] = 1
     return State(
