@@ -78,7 +78,7 @@ class Fold:
     message: str
     """The status in words; for a failure, where it happened."""
     word: str
-    """The nearest fold word, component 1 to n."""
+    """The nearest fold word, component 1 to n; empty where numbers broke down."""
     angles: FloatArray
     """Absolute headings at the end [rad], shape (n,)."""
     base: FloatArray

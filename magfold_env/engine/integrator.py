@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine import dormand_prince as dp
-from magfold_env.engine.arrays import copy
+from magfold_env.engine.arrays import copy, is_finite
 from magfold_env.engine.constraints import (
     CROWDED,
     IMPACT,
@@ -115,6 +115,8 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
             work.slow[:] = 0
         else:
             outcome = step(model, state, work, record, until)
+        if not is_finite(state.v):
+            return NOT_FINITE
         if runs_away(model, state):
             return JAMMED
         if outcome == ACCEPTED:
@@ -150,15 +152,11 @@ def fresh_accelerations(model: Model, state: State, work: Work) -> bool:
 
 @kernel
 def runs_away(model: Model, state: State) -> bool:
-    """Whether something turns faster than it can: a feed drives parts that cannot give way.
-
-    Rates that are no numbers count too.
-    """
+    """Whether something turns faster than it can: a feed drives parts that cannot give way."""
     n = model.n
     limit = model.rate_scale + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
     for k in range(state.counter[LO], n):
-        rate = abs(state.v[k])
-        if not math.isfinite(rate) or (model.tube and rate > RUNAWAY * limit):
+        if model.tube and abs(state.v[k]) > RUNAWAY * limit:
             return True
     return False
 

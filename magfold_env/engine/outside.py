@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from magfold_env.engine.arrays import is_finite
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import LO, Array, IntArray
 
@@ -59,15 +60,6 @@ def look(
             rates[k] = v[k]
     base[0], base[1] = x, y
     base_velocity[0], base_velocity[1] = vx, vy
-
-
-@kernel
-def is_finite(values: Array) -> bool:
-    """Whether every number is."""
-    for value in values:
-        if not math.isfinite(value):
-            return False
-    return True
 
 
 @kernel

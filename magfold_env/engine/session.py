@@ -169,8 +169,9 @@ class Session:
 
     @property
     def word(self) -> str:
-        """Nearest fold word."""
-        return angles_to_word(np.diff(self.angles))
+        """Nearest fold word; empty where numbers broke down."""
+        joints = np.diff(self.angles)
+        return angles_to_word(joints) if np.isfinite(joints).all() else ""
 
     def energy(self) -> float:
         """Magnetic energy of the components whose magnets act [J], an outer field's included."""

@@ -6,6 +6,7 @@ import pytest
 from magfold_env.engine import feed
 from magfold_env.engine.session import Session
 from magfold_env.engine.state import LO
+from magfold_env.fold import FoldStatus
 from magfold_env.scene_io import load_scene
 
 
@@ -70,6 +71,18 @@ def test_an_unfinished_session_has_no_fold():
         session.feed_one()
     session.settle()
     assert session.fold().status is session.status
+
+
+def test_numbers_that_break_down_are_said_to():
+    session = session_of("forward")
+    for _ in range(6):
+        session.feed_one()
+    session._state.q[3] = np.nan
+    session.settle()
+    fold = session.fold()
+    assert fold.status is FoldStatus.FAILED
+    assert "not finite" in fold.message
+    assert fold.word == ""
 
 
 def test_a_scene_left_to_chance_must_be_drawn_first():
