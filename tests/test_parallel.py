@@ -53,7 +53,7 @@ def test_every_task_is_done_once(workers: Workers, count: int) -> None:
 
 
 def test_threads_work_at_the_same_time() -> None:
-    both = threading.Barrier(2, timeout=20)
+    both = threading.Barrier(2, timeout=600.0)  # reached only where they do not
     assert len(list(finished(lambda _: both.wait(), range(2), Workers(2)))) == 2
 
 
