@@ -57,7 +57,10 @@ def test_threads_work_at_the_same_time() -> None:
     assert len(list(finished(lambda _: both.wait(), range(2), Workers(2)))) == 2
 
 
-@pytest.mark.parametrize("workers", [Workers(1), Workers(2), Workers(2, "processes")])
+@pytest.mark.parametrize(
+    "workers",
+    [Workers(1), Workers(2), pytest.param(Workers(2, "processes"), marks=pytest.mark.slow)],
+)
 def test_an_error_of_a_task_is_raised(workers: Workers) -> None:
     with pytest.raises(ZeroDivisionError, match="three"):
         list(finished(fail_at_three, range(6), workers))

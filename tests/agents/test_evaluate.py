@@ -26,7 +26,7 @@ def test_the_comparison_writes_numbers_and_a_gif(tmp_path: Path) -> None:
 
 def test_policies_are_compared_on_the_same_draws(tmp_path: Path) -> None:
     settings = EnvSettings(targets=("LRLLL",))
-    results = compare([], settings, draws=3, processes=1, folder=tmp_path)
+    results = compare([], settings, draws=2, processes=1, folder=tmp_path)
     scenes = [[outcome.scene for outcome in outcomes] for outcomes in results.values()]
     for first, second in zip(*scenes, strict=True):
         assert first is not None
