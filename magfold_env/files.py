@@ -1,13 +1,15 @@
-"""Files: where the shipped settings lie, and writing that never leaves half a file."""
+"""Files: where shipped settings lie, writing that never leaves half a file, and reading back."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import tempfile
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, cast
 
 
 def configs_dir() -> Path:
@@ -69,3 +71,33 @@ def write_text(path: str | Path, text: str) -> None:
     """Write `text` as UTF-8 to a temporary name and move it to `path`."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def reading_json(path: str | Path, what: str, form: str) -> Generator[dict[str, Any]]:
+    """Offer the content of a JSON file; whatever is wrong with it is told with its path.
+
+    Parameters
+    ----------
+    path
+        The file: an object whose key ``format`` is `form`.
+    what
+        What it holds, for messages: "a design".
+    form
+        Name and version of the format.
+
+    Raises
+    ------
+    ValueError
+        If the file is no such object, or if using it raises one, a `KeyError` or a `TypeError`.
+    """
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        if not isinstance(content, dict):
+            raise TypeError("must be a mapping of keys")
+        data = cast("dict[str, Any]", content)
+        if data["format"] != form:
+            raise ValueError(f"format: {data['format']!r} is not allowed; must be {form!r}")
+        yield data
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path}: is not {what}; {error}") from None

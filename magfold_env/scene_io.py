@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import yaml
 
 from magfold_env.errors import SceneError
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Scene
+from magfold_env.scene_base import Part
+
+PartType = TypeVar("PartType", bound=Part)
 
 _SUFFIXES = (".yaml", ".yml")
 
@@ -65,7 +68,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     else:
         path = Path(name_or_path)
     if path.is_file():
-        return _read(path)
+        return read_part(path, Scene)
     shipped = "shipped scenes: " + ", ".join(scene_names())
     if isinstance(name_or_path, Path) or path.suffix in _SUFFIXES:
         raise SceneError(f"{name_or_path}: no such file; {shipped}")
@@ -78,14 +81,23 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     write_text(path, yaml.safe_dump(data, sort_keys=False, default_flow_style=None))
 
 
-def read_mapping(path: Path, what: str) -> dict[str, Any]:
-    """Read the keys and values of a YAML file that holds ``what``, a word for messages.
+def read_part(path: Path, kind: type[PartType]) -> PartType:
+    """Read a YAML file that holds the keys and values of ``kind``.
 
     Raises
     ------
     SceneError
-        If the file cannot be read, is not YAML or holds no mapping.
+        If the file cannot be read, is not YAML, holds no mapping or not a valid one.
     """
+    try:
+        return kind(**_mapping(path, kind.__name__.lower()))
+    except SceneError as error:
+        if not error.problems:
+            raise
+        raise SceneError(error.problems, source=str(path)) from None
+
+
+def _mapping(path: Path, what: str) -> dict[str, Any]:
     try:
         data = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
     except yaml.YAMLError as error:
@@ -96,15 +108,6 @@ def read_mapping(path: Path, what: str) -> dict[str, Any]:
         message = f"{data!r} is not a {what}; must be a mapping of keys"
         raise SceneError(message, source=str(path))
     return cast("dict[str, Any]", data)
-
-
-def _read(path: Path) -> Scene:
-    try:
-        return Scene(**read_mapping(path, "scene"))
-    except SceneError as error:
-        if not error.problems:
-            raise
-        raise SceneError(error.problems, source=str(path)) from None
 
 
 def _describe(error: yaml.YAMLError) -> str:

@@ -7,50 +7,21 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from typer.testing import CliRunner, Result
 
 import magfold_env as mf
 from magfold_env import cli
 from magfold_env.energy import minimise
-
-# So short that a simulation costs next to nothing.
-QUICK = "sequence: [NSNS, SNSN]\nmount: free\nduration: 0.05\n"
-
-
-@pytest.fixture
-def quick(tmp_path: Path) -> str:
-    path = tmp_path / "quick.yaml"
-    path.write_text(QUICK, encoding="utf-8")
-    return str(path)
-
-
-def _run(*arguments: object) -> Result:
-    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
-
-
-def _rows(text: str) -> list[list[str]]:
-    """Cells of the tables' rows, headings left out."""
-    lines = (line for line in text.splitlines() if line.startswith("│"))
-    return [[cell.strip() for cell in line.strip("│").split("│")] for line in lines]
-
-
-def _fails_in_one_line(result: Result, *parts: str) -> None:
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    assert result.stderr.count("\n") == 1
-    assert "Traceback" not in result.stderr
-    for part in ("error: ", *parts):
-        assert part in result.stderr
+from tests.command_line import fails_in_one_line, rows, run
 
 
 def test_scenes_lists_every_shipped_scene() -> None:
-    result = _run("scenes")
+    result = run("scenes")
     assert result.exit_code == 0
     assert all(name in result.stdout for name in mf.scene_names())
 
 
 def test_fold_prints_what_simulate_returns(quick: str) -> None:
-    result = _run("fold", quick, "--seed", 3)
+    result = run("fold", quick, "--seed", 3)
     assert result.exit_code == 0
     fold = mf.simulate(mf.load_scene(quick), seed=3)
     for text in (fold.word, str(fold.status), f"{1e3 * fold.energy:.4f} mJ", f"{fold.time:.4f} s"):
@@ -61,7 +32,7 @@ def test_fold_options_change_the_scene_and_files_are_written(quick: str, tmp_pat
     paths = {kind: tmp_path / f"fold.{kind}" for kind in ("json", "png", "gif")}
     options = [part for kind, path in paths.items() for part in (f"--{kind}", path)]
     changes = ["--mount", "tube", "--direction", "backward", "--speed", 0.4, "--friction", 0.2]
-    result = _run("fold", quick, *changes, *options)
+    result = run("fold", quick, *changes, *options)
     assert result.exit_code == 0, result.stderr
     data = json.loads(paths["json"].read_text(encoding="utf-8"))
     scene = mf.Scene(**data["scene"])
@@ -80,23 +51,23 @@ def test_a_failed_simulation_ends_with_exit_code_1(
     good = mf.simulate(mf.load_scene(quick))
     broken = {"status": mf.FoldStatus.FAILED, "message": "[numbers] broke down", "energy": math.nan}
     monkeypatch.setattr(cli, "simulate", lambda *_, **__: mf.Fold(**{**vars(good), **broken}))
-    result = _run("fold", quick)
+    result = run("fold", quick)
     assert result.exit_code == 1
     assert "failed ([numbers] broke down)" in result.stdout
 
 
 @pytest.mark.parametrize("command", ["fold", "minimise"])
 def test_wrong_scenes_are_told_in_one_line(command: str, tmp_path: Path) -> None:
-    _fails_in_one_line(_run(command, "paper/sequence-9"), "no such scene", "paper/sequence-3")
-    _fails_in_one_line(_run(command, "nowhere.yaml"), "nowhere.yaml: no such file")
+    fails_in_one_line(run(command, "paper/sequence-9"), "no such scene", "paper/sequence-3")
+    fails_in_one_line(run(command, "nowhere.yaml"), "nowhere.yaml: no such file")
     path = tmp_path / "wrong.yaml"
     path.write_text("sequence: [NSNSN]\ncasing: {mass: -1}\n", encoding="utf-8")
     told = ("sequence[0]: 'NSNSN'", "casing.mass: -1 is not allowed; must be greater than 0")
-    _fails_in_one_line(_run(command, path), *told)
+    fails_in_one_line(run(command, path), *told)
 
 
 def test_minimise_refuses_a_scene_in_a_field_in_one_line() -> None:
-    _fails_in_one_line(_run("minimise", "anchor"), "field: ", "does not know of external fields")
+    fails_in_one_line(run("minimise", "anchor"), "field: ", "does not know of external fields")
 
 
 @pytest.mark.parametrize(
@@ -111,7 +82,7 @@ def test_minimise_refuses_a_scene_in_a_field_in_one_line() -> None:
     ],
 )
 def test_wrong_options_of_fold_are_told_in_one_line(option: str, value: str, message: str) -> None:
-    _fails_in_one_line(_run("fold", "paper/sequence-3", option, value), message)
+    fails_in_one_line(run("fold", "paper/sequence-3", option, value), message)
 
 
 @pytest.mark.parametrize(
@@ -126,12 +97,12 @@ def test_wrong_options_of_fold_are_told_in_one_line(option: str, value: str, mes
 def test_wrong_options_of_minimise_are_told_in_one_line(
     option: str, value: str, message: str
 ) -> None:
-    _fails_in_one_line(_run("minimise", "paper/sequence-3", option, value), message)
+    fails_in_one_line(run("minimise", "paper/sequence-3", option, value), message)
 
 
 def test_what_is_not_an_option_is_no_traceback_either() -> None:
     for arguments in (["fold"], ["fold", "x", "--speed", "fast"], ["bend"], ["fold", "--bend"]):
-        result = _run(*arguments)
+        result = run(*arguments)
         assert result.exit_code == 2
         assert "Error: " in result.stderr
         assert "Traceback" not in result.stderr
@@ -142,11 +113,11 @@ def test_what_is_not_an_option_is_no_traceback_either() -> None:
 )
 @pytest.mark.parametrize("kind", ["", "-literal"])
 def test_minimise_shows_table_1(number: int, forward: str, backward: str, kind: str) -> None:
-    result = _run("minimise", f"paper/sequence-{number}{kind}")
+    result = run("minimise", f"paper/sequence-{number}{kind}")
     assert result.exit_code == 0
-    rows = {row[0]: row for row in _rows(result.stdout)}
-    assert rows["forward"][-2:] == [forward, forward]
-    assert rows["backward"][-2:] == [backward, backward]
+    found = {row[0]: row for row in rows(result.stdout)}
+    assert found["forward"][-2:] == [forward, forward]
+    assert found["backward"][-2:] == [backward, backward]
 
 
 def test_minimise_ranks_what_the_minimiser_finds(tmp_path: Path) -> None:
@@ -154,9 +125,9 @@ def test_minimise_ranks_what_the_minimiser_finds(tmp_path: Path) -> None:
     states = minimise(scene, top=3, among="folded").states
     png, path = tmp_path / "states.png", tmp_path / "states.json"
     options = ("--top", 3, "--among", "folded", "--png", png, "--json", path)
-    result = _run("minimise", "paper/sequence-3", *options)
+    result = run("minimise", "paper/sequence-3", *options)
     assert result.exit_code == 0
-    for rank, row in enumerate(_rows(result.stdout)[:3]):
+    for rank, row in enumerate(rows(result.stdout)[:3]):
         assert row[:2] == [str(rank + 1), states[rank].word]
         assert row[2] == f"{1e3 * states[rank].energy:.4f}"
     with Image.open(png) as image:
@@ -170,12 +141,12 @@ def test_minimise_ranks_what_the_minimiser_finds(tmp_path: Path) -> None:
 
 
 def test_minimise_shows_the_decisions_of_a_feed() -> None:
-    result = _run("minimise", "paper/sequence-1", "--mode", "backward")
+    result = run("minimise", "paper/sequence-1", "--mode", "backward")
     decisions = minimise(mf.load_scene("paper/sequence-1"), "backward").decisions
     shown = result.stdout.split("Decisions")[1].split("Component-by-component")[0]
-    rows = _rows(shown)
-    assert [int(row[0]) for row in rows] == [decision.joint for decision in decisions]
-    assert [row[4] for row in rows] == [decision.letter for decision in decisions]
+    found = rows(shown)
+    assert [int(row[0]) for row in found] == [decision.joint for decision in decisions]
+    assert [row[4] for row in found] == [decision.letter for decision in decisions]
     assert "--" in shown  # joint 2 turned left would overlap
 
 
@@ -186,11 +157,11 @@ def test_a_feed_that_shuts_itself_in_is_left_out(monkeypatch: pytest.MonkeyPatch
         return minimise(scene, mode, *rest)  # pyright: ignore[reportArgumentType]
 
     monkeypatch.setattr(cli, "minimise", trapped)
-    result = _run("minimise", "paper/sequence-1")
+    result = run("minimise", "paper/sequence-1")
     assert result.exit_code == 0
     assert "forward" in result.stdout
     assert "shuts itself in" in result.stdout
-    _fails_in_one_line(_run("minimise", "paper/sequence-1", "--mode", "backward"), "dead end")
+    fails_in_one_line(run("minimise", "paper/sequence-1", "--mode", "backward"), "dead end")
 
 
 def test_pictures_without_the_extra_are_refused_before_the_work(
@@ -200,4 +171,4 @@ def test_pictures_without_the_extra_are_refused_before_the_work(
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "PIL", None)
     monkeypatch.setattr(cli, "simulate", lambda *_, **__: pytest.fail("simulated all the same"))
-    _fails_in_one_line(_run("fold", quick, "--png", tmp_path / "x.png"), "pictures need Pillow")
+    fails_in_one_line(run("fold", quick, "--png", tmp_path / "x.png"), "pictures need Pillow")

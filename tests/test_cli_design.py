@@ -3,21 +3,16 @@
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
 import magfold_env as mf
-from magfold_env import cli
 from magfold_env.design import Design
-
-
-def _run(*arguments: object) -> Result:
-    return CliRunner().invoke(cli.app, ["design", *(str(argument) for argument in arguments)])
+from tests.command_line import run
 
 
 def test_it_shows_and_writes_what_design_returns(tmp_path: Path) -> None:
     out, json = tmp_path / "out", tmp_path / "design.json"
     options = ("--mode", "backward", "--speed", 0.3, "--runs", 8, "--seed", 2)
-    result = _run("LRR", *options, "--out", out, "--json", json)
+    result = run("design", "LRR", *options, "--out", out, "--json", json)
     assert result.exit_code == 0, result.output
     expected = mf.design("LRR", mode="backward", speeds=(0.3,), runs=8, seed=2)
     assert Design.from_json(json) == Design.from_json(out / "design.json") == expected
@@ -30,11 +25,11 @@ def test_it_shows_and_writes_what_design_returns(tmp_path: Path) -> None:
 
 
 def test_it_goes_on_in_its_folder_and_only_there(tmp_path: Path) -> None:
-    assert _run("LR", "--runs", 2, "--out", tmp_path).exit_code == 0
+    assert run("design", "LR", "--runs", 2, "--out", tmp_path).exit_code == 0
     parts = sorted((tmp_path / "state" / "search").iterdir())
-    assert _run("LR", "--runs", 2, "--out", tmp_path).exit_code == 0
+    assert run("design", "LR", "--runs", 2, "--out", tmp_path).exit_code == 0
     assert sorted((tmp_path / "state" / "search").iterdir()) == parts
-    other = _run("RL", "--runs", 2, "--out", tmp_path)
+    other = run("design", "RL", "--runs", 2, "--out", tmp_path)
     assert other.exit_code == 2
     assert "was written by another run, whose target is 'LR'" in other.stderr
 
@@ -42,8 +37,17 @@ def test_it_goes_on_in_its_folder_and_only_there(tmp_path: Path) -> None:
 def test_energies_alone_keep_the_scene(tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     mf.save_scene(mf.load_scene("design").replace(friction=0.2, feed={"speed": 0.07}), path)
-    result = _run(
-        "LLR", "--scene", path, "--objective", "gap", "--runs", 0, "--out", tmp_path / "out"
+    result = run(
+        "design",
+        "LLR",
+        "--scene",
+        path,
+        "--objective",
+        "gap",
+        "--runs",
+        0,
+        "--out",
+        tmp_path / "out",
     )
     assert result.exit_code == 0, result.output
     written = mf.load_scene(tmp_path / "out" / "scene.yaml")
@@ -54,7 +58,7 @@ def test_energies_alone_keep_the_scene(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_reached_ends_with_1() -> None:
-    result = _run("LLLL", "--objective", "gap")
+    result = run("design", "LLLL", "--objective", "gap")
     assert result.exit_code == 1
     assert "cannot be reached; components 1 and 5 would lie in one place" in result.stdout
 
@@ -71,7 +75,7 @@ def test_what_cannot_be_reached_ends_with_1() -> None:
     ],
 )
 def test_what_is_wrong_is_told_in_one_line(arguments: tuple[str, ...], message: str) -> None:
-    result = _run(*arguments)
+    result = run("design", *arguments)
     assert result.exit_code == 2
     assert message in result.stderr
     assert len(result.stderr.strip().splitlines()) == 1

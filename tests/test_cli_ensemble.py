@@ -7,36 +7,27 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from typer.testing import CliRunner, Result
 
 import magfold_env as mf
-from magfold_env import cli, cli_ensemble
+from magfold_env import cli_ensemble
 from magfold_env.ensembles import release
+from tests.command_line import fails_in_one_line, rows, run
 
 SCENE = "paper/sequence-1"
-
-
-def _run(*arguments: object) -> Result:
-    return CliRunner().invoke(cli.app, ["ensemble", *(str(argument) for argument in arguments)])
-
-
-def _rows(text: str) -> list[list[str]]:
-    lines = (line for line in text.splitlines() if line.startswith("│"))
-    return [[cell.strip() for cell in line.strip("│").split("│")] for line in lines]
 
 
 def test_it_shows_and_writes_what_ensemble_returns(tmp_path: Path) -> None:
     out, png = tmp_path / "out", tmp_path / "bars.png"
     options = ("--mode", "backward", "--speed", 0.1, "--spread", "friction=0.3")
     files = ("--out", out, "--png", png)
-    result = _run(SCENE, "--runs", 6, "--seed", 2, *options, *files)
+    result = run("ensemble", SCENE, "--runs", 6, "--seed", 2, *options, *files)
     assert result.exit_code == 0, result.stderr
     scene = release(mf.load_scene(SCENE), "backward", 0.1).replace(spreads={"friction": 0.3})
     made = mf.ensemble(scene, 6, seed=2)
-    rows = _rows(result.stdout)
-    shown = {(word, status): int(runs) for word, status, runs, *_ in rows[: len(made.outcomes)]}
+    table = rows(result.stdout)
+    shown = {(word, status): int(runs) for word, status, runs, *_ in table[: len(made.outcomes)]}
     assert shown == {ends: share.successes for ends, share in made.outcomes.items()}
-    assert [row[0] for row in rows[len(made.outcomes) :]] == list(made.statuses)
+    assert [row[0] for row in table[len(made.outcomes) :]] == list(made.statuses)
     read = mf.Ensemble.from_json(out / "ensemble.json")
     assert read.scene == scene
     assert read.angles.tobytes() == made.angles.tobytes()
@@ -52,17 +43,17 @@ def test_it_shows_and_writes_what_ensemble_returns(tmp_path: Path) -> None:
 
 def test_the_same_command_goes_on_where_it_was(tmp_path: Path) -> None:
     for runs in (2, 4):
-        assert _run(SCENE, "--runs", runs, "--out", tmp_path).exit_code == 0
+        assert run("ensemble", SCENE, "--runs", runs, "--out", tmp_path).exit_code == 0
     kept = [json.loads(path.read_text()) for path in sorted((tmp_path / "state").iterdir())]
     assert [len(part["records"]) for part in kept] == [2, 2]
-    result = _run(SCENE, "--runs", 4, "--seed", 1, "--out", tmp_path)
-    _fails_in_one_line(result, "part-000000.json: was written by another run, whose seed is 0")
+    result = run("ensemble", SCENE, "--runs", 4, "--seed", 1, "--out", tmp_path)
+    fails_in_one_line(result, "part-000000.json: was written by another run, whose seed is 0")
 
 
 def test_searches_are_shown_beside_the_words_they_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "100")
-    result = _run("paper/sequence-3", "--runs", 2, "--mode", "free")
-    (row, *_) = _rows(result.stdout)
+    result = run("ensemble", "paper/sequence-3", "--runs", 2, "--mode", "free")
+    (row, *_) = rows(result.stdout)
     assert row[0] == "LRLLL"
     assert row[-1] == "full, forward, backward"
 
@@ -93,7 +84,7 @@ def test_a_spread_of_start_angles_takes_the_place_of_given_ones() -> None:
     ],
 )
 def test_wrong_options_are_told_in_one_line(options: tuple[object, ...], message: str) -> None:
-    _fails_in_one_line(_run(SCENE, *options), message)
+    fails_in_one_line(run("ensemble", SCENE, *options), message)
 
 
 @pytest.mark.parametrize(
@@ -107,12 +98,4 @@ def test_a_missing_extra_is_told_before_the_work(
     module: str, options: tuple[str, ...], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    _fails_in_one_line(_run(SCENE, "--runs", 2, *options), message)
-
-
-def _fails_in_one_line(result: Result, message: str) -> None:
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    assert result.stderr.count("\n") == 1
-    assert "error: " in result.stderr
-    assert message in result.stderr
+    fails_in_one_line(run("ensemble", SCENE, "--runs", 2, *options), message)

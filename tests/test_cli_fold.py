@@ -6,24 +6,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
 import magfold_env as mf
 from magfold_env import cli
-
-# So short that a simulation costs next to nothing.
-QUICK = "sequence: [NSNS, SN-N]\nmount: tube\nfeed: {speed: 0.5}\nduration: 0.02\n"
-
-
-@pytest.fixture
-def quick(tmp_path: Path) -> str:
-    path = tmp_path / "quick.yaml"
-    path.write_text(QUICK, encoding="utf-8")
-    return str(path)
-
-
-def _run(*arguments: object) -> Result:
-    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
+from tests.command_line import fails_in_one_line, run
 
 
 def _without_extra(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -36,7 +22,7 @@ def _without_extra(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_page_needs_no_extra(quick: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _without_extra(monkeypatch)
     page = tmp_path / "fold.html"
-    result = _run("fold", quick, "--html", page)
+    result = run("fold", quick, "--html", page)
     assert result.exit_code == 0, result.stderr
     assert f"written: {page}" in result.stdout
     found = re.search(r'type="application/json" id="fold">(.*?)</script>', page.read_text("utf-8"))
@@ -52,7 +38,7 @@ def test_a_page_needs_no_extra(quick: str, tmp_path: Path, monkeypatch: pytest.M
 def test_a_sheet_is_written(quick: str, tmp_path: Path, suffix: str) -> None:
     pytest.importorskip("matplotlib.figure")
     sheet = tmp_path / f"sheet.{suffix}"
-    result = _run("fold", quick, "--sheet", sheet)
+    result = run("fold", quick, "--sheet", sheet)
     assert result.exit_code == 0, result.stderr
     assert f"written: {sheet}" in result.stdout
     assert sheet.read_bytes()[:4] == {"pdf": b"%PDF", "png": b"\x89PNG"}[suffix]
@@ -71,10 +57,8 @@ def test_files_that_cannot_be_written_are_told_before_the_work(
     option: str, value: str, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cli, "simulate", lambda *_, **__: pytest.fail("simulated all the same"))
-    result = _run("fold", "paper/sequence-3", option, value)
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
-    assert f"error: {message}" in result.stderr
+    result = run("fold", "paper/sequence-3", option, value)
+    fails_in_one_line(result, f"error: {message}")
 
 
 @pytest.mark.parametrize("missing", ["PIL", "matplotlib.figure"])
@@ -85,6 +69,6 @@ def test_a_sheet_without_the_extra_is_refused_before_the_work(
         _without_extra(monkeypatch)
     monkeypatch.setitem(sys.modules, missing, None)
     monkeypatch.setattr(cli, "simulate", lambda *_, **__: pytest.fail("simulated all the same"))
-    result = _run("fold", quick, "--sheet", tmp_path / "sheet.pdf")
+    result = run("fold", quick, "--sheet", tmp_path / "sheet.pdf")
     assert result.exit_code == 2
     assert "pip install 'magfold_env[render]'" in result.stderr

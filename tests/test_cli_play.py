@@ -1,14 +1,9 @@
 """`magfold play`: what it opens, and what it refuses."""
 
 import pytest
-from typer.testing import CliRunner, Result
 
-from magfold_env import cli
 from magfold_env.envs.play import Game
-
-
-def _run(*arguments: str) -> Result:
-    return CliRunner().invoke(cli.app, ["play", *arguments])
+from tests.command_line import run
 
 
 def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -19,7 +14,7 @@ def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
         played.append(game)
 
     monkeypatch.setattr(Game, "run", note)
-    result = _run("--target", "LRL", "--fidelity", "quasistatic", "--seed", "4")
+    result = run("play", "--target", "LRL", "--fidelity", "quasistatic", "--seed", "4")
     assert result.exit_code == 0, result.output
     (game,) = played
     assert game.env.target == "LRL"
@@ -37,6 +32,6 @@ def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_wrong_options_are_named(arguments: tuple[str, ...], message: str) -> None:
-    result = _run(*arguments)
+    result = run("play", *arguments)
     assert result.exit_code == 2
     assert message in result.stderr

@@ -8,39 +8,17 @@ import pytest
 from PIL import Image
 
 import magfold_env as mf
-from magfold_env import shapes
 from magfold_env.render import draw_states, save_gif, save_png, style
-
-FREE = mf.load_scene("paper/sequence-3")
+from tests.folds import FREE, recorded
 
 
 def _count(picture: np.ndarray, colour: style.Colour) -> int:
     return int((picture == np.array(colour[:3])).all(axis=-1).sum())
 
 
-def _recorded(word: str, frames: int = 30, time: float = 0.5) -> mf.Fold:
-    share = np.linspace(0.0, 1.0, frames)
-    angles = np.array([shapes.headings(shapes.word_to_angles(word) * s, first=s) for s in share])
-    base = np.stack([0.02 * share, -0.01 * share], axis=1)
-    motion = mf.Trajectory(share * time, angles, base, 0 * angles, np.full(frames, FREE.n))
-    return mf.Fold(
-        scene=FREE,
-        status=mf.FoldStatus.FOLDED,
-        message="settled",
-        word=word,
-        angles=angles[-1],
-        base=base[-1],
-        energy=-1e-2,
-        time=time,
-        steps=1,
-        evaluations=1,
-        trajectory=motion,
-    )
-
-
 def test_png_of_a_fold(tmp_path: Path) -> None:
     path = tmp_path / "fold.png"
-    save_png(_recorded("LRLLL"), path, target="LRLLL", size=(400, 300))
+    save_png(recorded("LRLLL"), path, target="LRLLL", size=(400, 300))
     with Image.open(path) as image:
         assert image.size == (400, 300)
         assert _count(np.asarray(image.convert("RGB")), style.NORTH) > 500
@@ -49,7 +27,7 @@ def test_png_of_a_fold(tmp_path: Path) -> None:
 
 def test_gif_of_a_fold_plays_as_long_as_asked_and_is_small(tmp_path: Path) -> None:
     path = tmp_path / "fold.gif"
-    save_gif(_recorded("LRLLL"), path, fps=10, seconds=2.0, hold=1.0, targets=["LRLLL"])
+    save_gif(recorded("LRLLL"), path, fps=10, seconds=2.0, hold=1.0, targets=["LRLLL"])
     with Image.open(path) as image:
         assert image.size == (640, 480)
         durations: list[int] = []
@@ -64,7 +42,7 @@ def test_gif_of_a_fold_plays_as_long_as_asked_and_is_small(tmp_path: Path) -> No
 
 def test_gif_of_several_folds_is_one_sheet(tmp_path: Path) -> None:
     path = tmp_path / "folds.gif"
-    folds = [_recorded("LRLLL"), _recorded("LRLRL", frames=5, time=0.1), _recorded("LLRLL")]
+    folds = [recorded("LRLLL"), recorded("LRLRL", frames=5, time=0.1), recorded("LLRLL")]
     save_gif(folds, path, fps=5, seconds=1.0, size=(600, 200))
     with Image.open(path) as image:
         assert image.size == (600, 200)
@@ -77,7 +55,7 @@ def test_gif_of_several_folds_is_one_sheet(tmp_path: Path) -> None:
 
 
 def test_wrong_arguments_of_a_gif_are_named(tmp_path: Path) -> None:
-    fold = _recorded("LRLLL", frames=2)
+    fold = recorded("LRLLL", frames=2)
     still = mf.Fold(**{**vars(fold), "trajectory": None})
     path = tmp_path / "fold.gif"
     with pytest.raises(ValueError, match=r"folds: \[\] is not allowed"):
@@ -94,7 +72,7 @@ def test_wrong_arguments_of_a_gif_are_named(tmp_path: Path) -> None:
 
 
 def test_a_fold_that_broke_down_is_shown_up_to_there(tmp_path: Path) -> None:
-    fold = _recorded("LRLLL", frames=10)
+    fold = recorded("LRLLL", frames=10)
     assert fold.trajectory is not None
     fold.trajectory.angles[6:] = np.nan
     fold.angles[:] = np.nan

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from magfold_env.design.evidence import Evidence
 from magfold_env.energy.result import Mode
-from magfold_env.files import write_text
+from magfold_env.files import reading_json, write_text
 from magfold_env.scene import Scene
 from magfold_env.scene_base import PositiveEach
 from magfold_env.statistics import Share
@@ -119,31 +118,6 @@ class Design:
         write_text(path, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
 
     @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Design:
-        """Return the design that `to_dict` was made of.
-
-        Raises
-        ------
-        ValueError
-            If the values are not a design's.
-        """
-        rest = dict(data)
-        try:
-            if rest.pop("format") != FORMAT:
-                raise ValueError(f"format: {data['format']!r} is not allowed; must be {FORMAT!r}")
-            scene, evidence, probability = (
-                rest.pop(key) for key in ("scene", "evidence", "probability")
-            )
-            return cls(
-                scene=None if scene is None else Scene(**scene),
-                evidence=None if evidence is None else Evidence(**evidence),
-                probability=None if probability is None else Share(**probability),
-                **rest,
-            )
-        except (KeyError, TypeError) as error:
-            raise ValueError(f"is not a design; {error}") from None
-
-    @classmethod
     def from_json(cls, path: str | Path) -> Design:
         """Read a design that `to_json` wrote; equal to it.
 
@@ -152,10 +126,12 @@ class Design:
         ValueError
             If the file is no such design.
         """
-        try:
-            return cls.from_dict(json.loads(Path(path).read_text(encoding="utf-8")))
-        except (ValueError, AttributeError, TypeError) as error:
-            raise ValueError(f"{path}: {error}") from None
+        with reading_json(path, "a design", FORMAT) as data:
+            kinds = {"scene": Scene, "evidence": Evidence, "probability": Share}
+            for key, kind in kinds.items():
+                data[key] = None if data[key] is None else kind(**data[key])
+            del data["format"]
+            return cls(**data)
 
 
 def _plain(part: Evidence | Share | None) -> dict[str, Any] | None:

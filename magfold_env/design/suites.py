@@ -12,7 +12,7 @@ from magfold_env.errors import Problem, SceneError
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Scene
 from magfold_env.scene_base import Part
-from magfold_env.scene_io import load_scene, read_mapping
+from magfold_env.scene_io import load_scene, read_part
 from magfold_env.shapes import overlaps, parse_word
 from magfold_env.statistics import Share, share
 
@@ -120,12 +120,7 @@ def load_suite(name_or_path: str | Path) -> Suite:
         path = _folder() / f"{name_or_path}.yaml"
     if not path.is_file():
         raise SceneError(f"{name_or_path}: no such suite; shipped: {', '.join(suite_names())}")
-    try:
-        return Suite(**read_mapping(path, "suite"))
-    except SceneError as error:
-        if not error.problems:
-            raise
-        raise SceneError(error.problems, source=str(path)) from None
+    return read_part(path, Suite)
 
 
 def save_suite(suite: Suite, path: str | Path, comment: str) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.ensembles.run import Run, generator
-from magfold_env.files import write_text
+from magfold_env.files import reading_json, write_text
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene
 from magfold_env.simulate import simulate
@@ -176,14 +176,9 @@ class Ensemble:
         ValueError
             If the file is no such ensemble.
         """
-        try:
-            data = json.loads(Path(path).read_text(encoding="utf-8"))
-            if data["format"] != FORMAT:
-                raise ValueError(f"format: {data['format']!r} is not allowed; must be {FORMAT!r}")
-            scene = Scene(**data["scene"])
-            return cls.of(scene, data["seed"], [Run.from_record(each) for each in data["runs"]])
-        except (KeyError, TypeError, ValueError) as error:
-            raise ValueError(f"{path}: is not an ensemble; {error}") from None
+        with reading_json(path, "an ensemble", FORMAT) as data:
+            runs = [Run.from_record(each) for each in data["runs"]]
+            return cls.of(Scene(**data["scene"]), data["seed"], runs)
 
     def to_csv(self, path: str | Path) -> None:
         """Write `columns` as CSV, a line a run, under a temporary name first."""

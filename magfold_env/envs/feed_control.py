@@ -9,14 +9,13 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.chain_state import ChainState
+from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.control_episode import ControlEpisode
 from magfold_env.envs.control_setup import HORIZON, ControlSetup
 from magfold_env.envs.control_tasks import ControlTask
 from magfold_env.envs.moments import control_moment
-from magfold_env.envs.observation import ObservationLayout
 from magfold_env.envs.options import ControlOptions
-from magfold_env.envs.rendering import RENDER_MODES, Viewer
+from magfold_env.envs.rendering import RENDER_MODES
 from magfold_env.envs.speed_table import SpeedTable
 from magfold_env.scene import Scene
 
@@ -43,7 +42,7 @@ class ControlState:
     episode: ControlEpisode
 
 
-class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
+class FeedControlEnv(ChainEnv[NDArray[np.float32], ControlEpisode]):
     """Feed a chain whose magnets are given, so that it reaches one fold and not another.
 
     `reset` picks a task: a sequence, the direction of its feed, the fold to reach and the one to
@@ -94,16 +93,7 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
         **options: Unpack[ControlOptions],
     ) -> None:
         self.setup = ControlSetup(scene, **options)
-        self.render_mode = render_mode
-        self.viewer = Viewer(render_mode, self.metadata["render_fps"])
-        self.action_space = self.setup.actions.space
-        self.observation_space: gymnasium.Space[Any] = self.setup.layout.space
-        self._episode: ControlEpisode | None = None
-
-    @property
-    def scene(self) -> Scene:
-        """The scene that episodes are drawn from, but for the task's sequence and direction."""
-        return self.setup.scene
+        super().__init__(self.setup, render_mode)
 
     @property
     def tasks(self) -> tuple[ControlTask, ...]:
@@ -111,19 +101,9 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
         return self.setup.tasks
 
     @property
-    def layout(self) -> ObservationLayout:
-        """Where each group of entries lies in an observation."""
-        return self.setup.layout
-
-    @property
     def actions(self) -> SpeedTable:
         """How actions are read."""
         return self.setup.actions
-
-    @property
-    def state(self) -> ChainState:
-        """The chain as it is, beyond what an observation tells of it."""
-        return self._running().state
 
     @property
     def task(self) -> ControlTask:
@@ -197,24 +177,9 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
         self.np_random.bit_generator.state = state.rng
         return self._enter(state.task, state.episode.copy())
 
-    def render(self) -> Any:
-        """Return the chain as an image or as text, or show it, as `render_mode` says.
-
-        Raises
-        ------
-        gymnasium.error.ResetNeeded
-            Before the first reset.
-        """
-        self._running()
-        return self.viewer.render(self.moment)
-
     def moment(self) -> "Moment":
         """Return what a picture of this moment shows."""
         return control_moment(self.setup, self._running(), self._task)
-
-    def close(self) -> None:
-        """Close the window, if there is one; the environment stays as it is."""
-        self.viewer.close()
 
     def to_scene(self) -> Scene:
         """Return the concrete scene of the episode.
@@ -239,9 +204,3 @@ class FeedControlEnv(gymnasium.Env[NDArray[np.float32], Any]):
 
     def _observation(self, episode: ControlEpisode) -> NDArray[np.float32]:
         return self.setup.observe(episode, self._words)
-
-    def _running(self) -> ControlEpisode:
-        """Return the current episode."""
-        if self._episode is None:
-            raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
-        return self._episode

@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 
 from magfold_env.envs.action_table import ActionTable
 from magfold_env.envs.baseline import Baseline
-from magfold_env.envs.chain_state import ChainState
+from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.episode import Episode
 from magfold_env.envs.goals import Goal
 from magfold_env.envs.moments import fold_moment
-from magfold_env.envs.observation import ObservationLayout
 from magfold_env.envs.options import FoldOptions
-from magfold_env.envs.rendering import RENDER_MODES, Viewer
 from magfold_env.envs.task import FoldTask
 from magfold_env.scene import Scene
 
@@ -47,7 +45,7 @@ class EnvState:
     episode: Episode
 
 
-class FoldEnv(gymnasium.Env[ObsType, Any]):
+class FoldEnv(ChainEnv[ObsType, Episode]):
     """A chain whose magnets and feed speeds are chosen so that it folds into a target.
 
     Parameters
@@ -67,7 +65,6 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         For any option that is not allowed; the message names it and what is.
     """
 
-    metadata = {"render_modes": list(RENDER_MODES), "render_fps": 4}  # noqa: RUF012
     at_a_time: ClassVar[Literal["component", "chain"]] = "component"
     default_scene: ClassVar[str] = "tube-feed"
 
@@ -79,16 +76,7 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         **options: Unpack[FoldOptions],
     ) -> None:
         self.task = FoldTask(scene, self.default_scene, self.at_a_time, **options)
-        self.render_mode = render_mode
-        self.viewer = Viewer(render_mode, self.metadata["render_fps"])
-        self.action_space = self.task.actions.space
-        self.observation_space: gymnasium.Space[Any] = self.task.layout.space
-        self._episode: Episode | None = None
-
-    @property
-    def scene(self) -> Scene:
-        """The scene that episodes are drawn from, randomisation included."""
-        return self.task.scene
+        super().__init__(self.task, render_mode)
 
     @property
     def targets(self) -> tuple[str, ...]:
@@ -99,16 +87,6 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
     def actions(self) -> ActionTable:
         """How actions are read."""
         return self.task.actions
-
-    @property
-    def layout(self) -> ObservationLayout:
-        """Where each group of entries lies in an observation."""
-        return self.task.layout
-
-    @property
-    def state(self) -> ChainState:
-        """The chain as it is, beyond what an observation tells of it."""
-        return self._running().state
 
     @property
     def target(self) -> str:
@@ -199,24 +177,9 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         self._enter(state.goal, state.episode.copy())
         return self._observation(), self._info()
 
-    def render(self) -> Any:
-        """Return the chain as an image or as text, or show it, as `render_mode` says.
-
-        Raises
-        ------
-        gymnasium.error.ResetNeeded
-            Before the first reset.
-        """
-        self._running()
-        return self.viewer.render(self.moment)
-
     def moment(self) -> "Moment":
         """Return what a picture of this moment shows."""
         return fold_moment(self.task, self._running(), self._goal, self._baseline)
-
-    def close(self) -> None:
-        """Close the window, if there is one; the environment stays as it is."""
-        self.viewer.close()
 
     def to_scene(self) -> Scene:
         """Return the finished episode as a concrete scene.
@@ -257,9 +220,3 @@ class FoldEnv(gymnasium.Env[ObsType, Any]):
         """Play what has happened since the last time, if there is a window."""
         if self.render_mode == "human":
             self.viewer.play(self._running().motion, self.moment())
-
-    def _running(self) -> Episode:
-        """Return the current episode."""
-        if self._episode is None:
-            raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
-        return self._episode

@@ -11,13 +11,20 @@ from magfold_env import cli
 from magfold_env.benchmarks.design import friction, lengths, searches, targets
 from magfold_env.design import gap_designs
 from magfold_env.ensembles import release
+from magfold_env.shapes import folded_words
 
 
 def _silent(share: float, what: str) -> None:
     pass
 
 
-def test_targets_are_judged_beside_the_minimiser(tmp_path: Path) -> None:
+@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_targets_are_judged_beside_the_minimiser(
+    count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(targets, "folded_words", lambda n: folded_words(n)[:count])
+    if count == 1:
+        monkeypatch.setattr(targets, "SELECTION", 2)
     command = ["bench", "design", "--quick", "--only", "targets", "--out", str(tmp_path)]
     result = CliRunner().invoke(cli.app, command)
     assert result.exit_code == 0, result.output
@@ -47,9 +54,17 @@ def test_the_minimiser_takes_the_speed_at_which_it_does_best() -> None:
     assert targets.minimisers_choice(scene, "LRR", "free", {"LRR": None}, seed=3) is None
 
 
-def test_lengths_and_friction() -> None:
+@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_lengths_and_friction(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not whole:
+        monkeypatch.setattr(lengths, "QUICK", {5: 2})
+        monkeypatch.setattr(lengths, "RUNS", 2)
+        monkeypatch.setattr(friction, "QUICK_LENGTHS", (4,))
+        monkeypatch.setattr(friction, "FRICTIONS", (0.35, 0.05))
+        monkeypatch.setattr(friction, "RUNS", 1)
     part = lengths.run(True, _silent)
-    assert [row["components"] for row in part.rows] == [8, 8]
+    (n,) = lengths.QUICK
+    assert [row["components"] for row in part.rows] == [n, n]
     assert all(0.0 <= float(row["success"]) <= 1.0 for row in part.rows)
     part = friction.run(True, _silent)
     assert {row["friction"] for row in part.rows} == set(friction.FRICTIONS)

@@ -7,12 +7,21 @@ import pytest
 from typer.testing import CliRunner
 
 from magfold_env import cli
-from magfold_env.benchmarks.energy import ground_states, scan
+from magfold_env.benchmarks.energy import ground_states, predictors, scan
 from magfold_env.benchmarks.energy.command import PARTS
 
 
 @pytest.mark.parametrize("name", [*PARTS])
-def test_every_part_runs_and_is_written(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "little",
+    [pytest.param(True, id="little"), pytest.param(False, id="quick", marks=pytest.mark.slow)],
+)
+def test_every_part_runs_and_is_written(
+    little: bool, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if little:
+        monkeypatch.setattr(scan, "LENGTH", 5)
+        monkeypatch.setattr(predictors, "LENGTHS", (4, 6))
     arguments = ["bench", "energy", "--quick", "--only", name, "--out", str(tmp_path)]
     result = CliRunner().invoke(cli.app, arguments)
     assert result.exit_code == 0, result.stderr

@@ -1,13 +1,16 @@
 """The reference integrators: orders of convergence, and agreement with others."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics import dense, restarts
+from magfold_env.benchmarks.dynamics import dense, integrators, restarts
 from magfold_env.benchmarks.dynamics.integrators import (
     ADAMS,
-    ADAPTIVE,
     DOP853,
+    DP54,
     EULER,
     MIDPOINT,
     VERLET,
@@ -24,6 +27,30 @@ from magfold_env.benchmarks.dynamics.smooth_problems import (
 from magfold_env.simulate import accelerations, forces
 
 SHORT = 0.1  # [s] of the pendulum's swing
+
+
+def interpreted(method: Integrator) -> Integrator:
+    """The same method as Python runs it: compiling takes seconds, the runs here less."""
+    kernels: dict[str, Any] = {"fixed": method.fixed, "adaptive": method.adaptive}
+    plain = {kind: getattr(each, "py_func", each) for kind, each in kernels.items()}
+    return replace(method, **plain)
+
+
+@pytest.fixture(
+    scope="module",
+    autouse=True,
+    params=["interpreted", pytest.param("compiled", marks=pytest.mark.slow)],
+)
+def pairs(request):
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "interpreted":
+            plain = getattr(integrators.runge_kutta, "py_func", integrators.runge_kutta)
+            patch.setattr(integrators, "runge_kutta", plain)
+        yield
+
+
+ADAPTIVE = (DP54, DOP853, interpreted(ADAMS))
+FIXED = ((EULER, 1), (VERLET, 2), (MIDPOINT, 2))
 
 
 @pytest.fixture(scope="module")
@@ -47,13 +74,23 @@ def error(method: Integrator, problem, setting, exact):
     return np.abs(method.prepare(problem, setting)().angles - exact).max()
 
 
-@pytest.mark.parametrize(("method", "order"), [(EULER, 1), (VERLET, 2), (MIDPOINT, 2)])
+@pytest.mark.parametrize(
+    ("method", "order"),
+    [
+        *((interpreted(method), order) for method, order in FIXED),
+        *(pytest.param(*each, marks=pytest.mark.slow) for each in FIXED),
+    ],
+)
 def test_equal_steps_converge_at_their_order(method, order, swing, exact):
     errors = np.array([error(method, swing, steps, exact) for steps in (400, 800, 1600)])
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(order, abs=0.1)
 
 
-@pytest.mark.parametrize("method", ADAPTIVE, ids=lambda method: method.name)
+@pytest.mark.parametrize(
+    "method",
+    [*ADAPTIVE, pytest.param(ADAMS, marks=pytest.mark.slow)],
+    ids=lambda method: method.name,
+)
 def test_error_control_follows_the_tolerance(method, swing, exact):
     tolerances = 10.0 ** -np.arange(3, 11)
     errors = np.array([error(method, swing, t, exact) for t in tolerances])
@@ -111,7 +148,7 @@ def test_overlap_sees_squares_that_share_points(chain):
 
 
 def test_adams_is_as_exact_as_it_is_asked_for(swing, exact):
-    assert error(ADAMS, swing, 1e-12, exact) < 1e-11
+    assert error(ADAPTIVE[2], swing, 1e-12, exact) < 1e-11
 
 
 def test_starting_anew_costs_high_orders_most(chain):

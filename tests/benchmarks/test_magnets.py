@@ -11,6 +11,8 @@ from magfold_env import cli
 from magfold_env.benchmarks import drawing
 from magfold_env.benchmarks.magnets import (
     accuracy,
+    casings,
+    chains,
     command,
     devices,
     far,
@@ -85,7 +87,11 @@ def test_a_chain_turns_its_joints_as_the_reference_says():
     np.testing.assert_allclose(found, exact, rtol=0, atol=bound)
 
 
-def test_point_charges_are_too_strong_near_and_right_far_away():
+FEW_GAPS = points.GAPS[::5]
+
+
+def test_point_charges_are_too_strong_near_and_right_far_away(monkeypatch):
+    monkeypatch.setattr(points, "GAPS", FEW_GAPS)
     rows = points.force_rows()
     near = [float(row["magnets / exact"]) for row in points.rows_at(rows, 0.001)]
     far = [float(row["magnets / exact"]) for row in points.rows_at(rows, 0.03)]
@@ -217,8 +223,32 @@ def test_an_absent_peer_is_reported(monkeypatch):
     assert "magpylib is absent" in part.findings[0]
 
 
-@pytest.fixture(scope="module")
-def measured(tmp_path_factory):
+# Python takes less time for what little is summed here than it takes to compile the loops.
+@pytest.fixture(
+    scope="module",
+    autouse=True,
+    params=["interpreted", pytest.param("compiled", marks=pytest.mark.slow)],
+)
+def loops(request):
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name in ((casings, "sum_forces"), (chains, "chain_forces")):
+            kernel = getattr(module, name)
+            if request.param == "interpreted":
+                patch.setattr(module, name, getattr(kernel, "py_func", kernel))
+        yield
+
+
+LITTLE = accuracy.Effort(12, 2, 1, (1, 3), (3,), (1e-2, 1e-4), 1)
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(False, id="little"),
+        pytest.param(True, id="quick", marks=pytest.mark.slow),
+    ],
+)
+def measured(request, tmp_path_factory):
     """Function that has the command measure a part, once, and returns it and its files' names."""
     pytest.importorskip("matplotlib.figure")
 
@@ -234,6 +264,13 @@ def measured(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scaling, "QUICK_LENGTHS", (2, 60, 80))
         patch.setattr(scaling, "NODES_AT", 4)
+        if not request.param:
+            for module in (casings, chains):
+                patch.setattr(module, "enough_repeats", lambda work: 1)
+            patch.setattr(accuracy.Effort, "of", lambda quick: LITTLE)
+            patch.setattr(far.Effort, "of", lambda quick: far.Effort((30,), 1, (1e-3,), (4.0,), 1))
+            patch.setattr(fold.Effort, "of", lambda quick: fold.Effort((3,), 2, 1))
+            patch.setattr(points, "GAPS", FEW_GAPS)
         yield measure
 
 

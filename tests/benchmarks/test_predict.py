@@ -17,8 +17,11 @@ def _silent(share: float, what: str) -> None:
     pass
 
 
-def test_the_experiment_is_written_and_drawn(tmp_path: Path) -> None:
+def test_the_experiment_is_written_and_drawn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("matplotlib.figure")
+    monkeypatch.setattr(experiment, "QUICK_RUNS", 2)
     command = ["bench", "predict", "--quick", "--only", "experiment", "--out", str(tmp_path)]
     result = CliRunner().invoke(cli.app, command)
     assert result.exit_code == 0, result.output

@@ -13,7 +13,7 @@ SCENE = mf.load_scene("design").replace(sequence=("NNNN",) * 4)
 NUMBERS = np.random.default_rng(0).integers(2**15, size=12).tolist()
 
 
-@pytest.fixture(scope="module", params=["LRL", "LLR", "LSR"])
+@pytest.fixture(scope="module", params=["LRL", "LSR", pytest.param("LLR", marks=pytest.mark.slow)])
 def every(request: pytest.FixtureRequest) -> tuple[str, Exhaustive]:
     return request.param, Exhaustive(SCENE, request.param)
 

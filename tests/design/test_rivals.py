@@ -12,18 +12,14 @@ SCENE = mf.load_scene("design").replace(sequence=("NNNN",) * 4)
 TARGET = "LRL"
 
 
-def energy(scene: mf.Scene, word: str) -> float:
-    states = mf.minimise(scene, top=1000).states
-    return next(state.energy for state in states if state.word == word)
-
-
 def test_energies_are_those_above_the_target() -> None:
     rng = np.random.default_rng(1)
     rivals = Rivals(SCENE, TARGET, ["LLR", "SSS"])
     for _ in range(5):
         signs = rng.choice([-1.0, 1.0], 16)
-        scene = SCENE.replace(sequence=sequence_of_signs(signs))
-        expected = [energy(scene, word) - energy(scene, TARGET) for word in ("LLR", "SSS")]
+        states = mf.minimise(SCENE.replace(sequence=sequence_of_signs(signs)), top=1000).states
+        energy = {state.word: state.energy for state in states}
+        expected = [energy[word] - energy[TARGET] for word in ("LLR", "SSS")]
         np.testing.assert_allclose(rivals.energies(signs), expected, rtol=1e-9, atol=1e-15)
 
 

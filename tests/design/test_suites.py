@@ -44,10 +44,10 @@ def test_every_target_has_all_witnesses(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_witnesses_by_energy_hold(name: str) -> None:
+@pytest.mark.parametrize("every", [10, pytest.param(1, marks=pytest.mark.slow)])
+def test_witnesses_by_energy_hold(every: int, name: str) -> None:
     suite = load_suite(name)
-    # Long ones take some tenths of a second each.
-    for word in suite.targets[:: 1 if suite.n <= 8 else 10]:
+    for word in suite.targets[:: 1 if suite.n == 6 else every]:
         witnesses = suite.words[word]
         if (ground := witnesses["ground"]).sequence:
             scene = suite.scene().replace(sequence=ground.sequence)
@@ -131,7 +131,7 @@ def test_a_missing_suite_is_told() -> None:
         load_suite("n7")
 
 
-@pytest.mark.parametrize("n", LENGTHS)
+@pytest.mark.parametrize("n", [*LENGTHS[:-1], pytest.param(LENGTHS[-1], marks=pytest.mark.slow)])
 def test_words_of_a_suite_are_fixed(n: int) -> None:
     words = suite_words(n)
     assert words == sorted(set(words))

@@ -1,5 +1,7 @@
 """The paper's three sequences in its own model: Table 1, the states and their energies."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ STATES = {
 }
 
 
+@cache
 def search(k: int, mode: str = "free", among: str = "all", top: int = 300) -> Minimum:
     scene = mf.load_scene(f"paper/sequence-{k}-literal")
     return minimise(scene, mode, top=top, among=among)  # pyright: ignore[reportArgumentType]

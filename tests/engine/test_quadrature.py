@@ -76,12 +76,16 @@ def slide(rng):
     return places, headings
 
 
-@pytest.fixture(scope="module")
-def scattered():
+# Few of what is drawn at random, and many.
+FEW_OR_MANY = [pytest.param(1, id="few"), pytest.param(5, id="many", marks=pytest.mark.slow)]
+
+
+@pytest.fixture(scope="module", params=FEW_OR_MANY)
+def scattered(request):
     """Pairs of casings that do not overlap, at any angle or sliding past each other; forces."""
     rng = np.random.default_rng(17)
     pairs = []
-    for k in range(240):
+    for k in range(60 * request.param):
         scene = scene_of(rng, 2, "strips")
         pose = scatter(rng, 2, rng.choice([1e-4, 1e-3])) if k % 2 else slide(rng)
         pairs.append((scene, pose, Casings(scene.replace(magnets={"nodes": EXACT})).forces(*pose)))
@@ -115,10 +119,11 @@ GEOMETRIES = {
 
 @pytest.mark.parametrize("bound", [*BOUNDS, 1e-6])
 @pytest.mark.parametrize("geometry", GEOMETRIES)
-def test_bound_holds_for_pairs_far_apart(bound, geometry):
+@pytest.mark.parametrize("times", FEW_OR_MANY)
+def test_bound_holds_for_pairs_far_apart(times, bound, geometry):
     rng = np.random.default_rng(20)
     worst = 0.0
-    for _ in range(150):
+    for _ in range(30 * times):
         scene = scene_of(rng, 2, "strips").replace(magnets=GEOMETRIES[geometry])
         pose = far_apart(rng, rng.choice([2.0, 3.0, 6.0, 12.0]))
         exact = Casings(scene.replace(magnets={"nodes": EXACT})).forces(*pose)

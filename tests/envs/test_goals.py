@@ -62,7 +62,7 @@ def test_an_outlines_potential_is_that_of_the_likest_word(joints: np.ndarray) ->
     assert goal.potential(joints) == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.parametrize("n", [2, 5, 8])
+@pytest.mark.parametrize("n", [2, 5, 7, pytest.param(8, marks=pytest.mark.slow)])
 def test_an_outline_is_reached_by_exactly_the_words_that_cover_it(n: int) -> None:
     words = folded_words(n)
     for target in words:

@@ -14,10 +14,15 @@ pytestmark = pytest.mark.train
 QUICK: dict[str, Any] = {"fidelity": "quasistatic", "components": 3}
 
 
+def small() -> dict[str, Any]:
+    """Return the settings of a network that learns next to nothing, and that soon."""
+    return {"policy_kwargs": {"net_arch": [16]}}
+
+
 def test_masks_reach_the_learner_and_are_kept() -> None:
     built = ["NSNS", "SSNN"]
     env = gymnasium.make("MagFold/TubeFeed-v0", catalogue=built, **QUICK)
-    model = MaskablePPO("MlpPolicy", env, n_steps=32, batch_size=32, n_epochs=1, seed=0)
+    model = MaskablePPO("MlpPolicy", env, n_steps=32, batch_size=32, n_epochs=1, seed=0, **small())
     model.learn(64)
     observation, _ = env.reset(seed=0)
     for _ in range(50):
@@ -35,6 +40,7 @@ def test_hindsight_replay_relabels_goals() -> None:
         learning_starts=60,
         batch_size=16,
         seed=0,
+        **small(),
     )
     model.learn(90)
     buffer: Any = model.replay_buffer
@@ -50,4 +56,5 @@ def test_hindsight_replay_relabels_goals() -> None:
 def test_every_action_variant_has_a_learner(learner: Any, kind: str) -> None:
     env = gymnasium.make("MagFold/TubeFeed-v0", actions=kind, **QUICK)
     settings = {PPO: {"n_steps": 32, "batch_size": 32}, DQN: {"learning_starts": 10}}
-    learner("MlpPolicy", env, seed=0, **settings.get(learner, {"learning_starts": 10})).learn(32)
+    options = settings.get(learner, {"learning_starts": 10}) | small()
+    learner("MlpPolicy", env, seed=0, **options).learn(32)

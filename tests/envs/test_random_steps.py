@@ -1,5 +1,6 @@
 """Random actions never leave the spaces, break down or fill the memory."""
 
+import gc
 import mmap
 import tracemalloc
 from itertools import product
@@ -91,8 +92,10 @@ def test_memory_stays_flat(env_id: str, fidelity: str) -> None:
     tracemalloc.start()
     try:
         play(5)
+        gc.collect()
         before, _ = tracemalloc.get_traced_memory()
         play(15)
+        gc.collect()
         after, _ = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()

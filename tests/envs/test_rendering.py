@@ -225,7 +225,14 @@ def test_modes_are_told(env_id: str) -> None:
     assert env.metadata["render_fps"] > 0
 
 
-@every_variant
+# All film the pictures that `render` returns.
+@pytest.mark.parametrize(
+    ("env_id", "options"),
+    [
+        VARIANTS[0],
+        *(pytest.param(*v.values, id=v.id, marks=pytest.mark.slow) for v in VARIANTS[1:]),
+    ],
+)
 def test_episodes_can_be_filmed(env_id: str, options: dict, tmp_path: Path) -> None:
     env = RecordVideo(
         gymnasium.make(env_id, render_mode="rgb_array", **options),

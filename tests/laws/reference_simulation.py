@@ -7,23 +7,16 @@ events, no complementarity problem and no sticking, so it shares no weakness wit
 overlaps (about 1e-3 of the side) and its creep (below ``SLOW``) are its price.
 """
 
-# The loops spell out what the engine does in many kernels; numbers go in one by one.
-# ruff: noqa: PLR0912, PLR0913, PLR0915, PLR0917
-
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word
+from tests.laws.reference_kernels import run
 
-SLOW = 1e-5  # [m/s] friction is smooth below it
-STIFFNESS = 50.0  # of a joint stop [N m/rad]
-DAMPING = 0.05  # of a joint stop [N m s/rad]
-SHRINK = 5e-4  # squares are this share smaller, so that stops, not corners, hold a folded chain
 NODES = 8  # a pole face
 NORMALS = np.radians([45.0, 135.0, -135.0, -45.0])
 
@@ -83,7 +76,7 @@ def simulate(scene: Scene, *, step: float = 1e-5, after: float = 0.6, walls: boo
         nodes, shares = casing_nodes(scene)
         charges, height = letters @ shares, scene.magnets.height
     speed = scene.speeds[0] if tube else 0.0
-    times, angles, left = _run(
+    times, angles, left = run(
         np.concatenate([headings, [0.0, 0.0]]), n if tube else 0, speed, masses, inertias,
         scene.casing.side, nodes, np.ascontiguousarray(charges), height,
         scene.friction * scene.gravity.normal, 0.3826 * scene.casing.side,
@@ -92,235 +85,3 @@ def simulate(scene: Scene, *, step: float = 1e-5, after: float = 0.6, walls: boo
     if forward:
         angles = angles[:, ::-1] + np.pi
     return Run(times, angles, angles_to_word(np.diff(angles[-1])), left)
-
-
-@njit(cache=True)
-def _centres(q, n, lo, d):
-    x, y = np.zeros(n), np.zeros(n)
-    hx, hy = q[n], q[n + 1]
-    for i in range(lo, n):
-        x[i], y[i] = hx + d / 2 * np.cos(q[i]), hy + d / 2 * np.sin(q[i])
-        hx += d * np.cos(q[i])
-        hy += d * np.sin(q[i])
-    hx, hy = q[n], q[n + 1]
-    for i in range(lo - 1, -1, -1):
-        x[i], y[i] = hx - d / 2 * np.cos(q[i]), hy - d / 2 * np.sin(q[i])
-        hx -= d * np.cos(q[i])
-        hy -= d * np.sin(q[i])
-    return x, y
-
-
-@njit(cache=True, fastmath=True, error_model="numpy")
-def _magnet_forces(q, x, y, nodes, charges, height):
-    n, m = charges.shape
-    force = np.zeros((n, 3))
-    px, py = np.zeros((n, m)), np.zeros((n, m))
-    for i in range(n):
-        c, s = np.cos(q[i]), np.sin(q[i])
-        for a in range(m):
-            px[i, a] = c * nodes[a, 0] - s * nodes[a, 1]
-            py[i, a] = s * nodes[a, 0] + c * nodes[a, 1]
-    for i in range(n):
-        for j in range(i + 1, n):
-            ex, ey = x[i] - x[j], y[i] - y[j]
-            for a in range(m):
-                fx, fy, tj = 0.0, 0.0, 0.0
-                for b in range(m):
-                    dx = ex + px[i, a] - px[j, b]
-                    dy = ey + py[i, a] - py[j, b]
-                    r2 = dx * dx + dy * dy
-                    r = np.sqrt(r2)
-                    g = charges[j, b] * 2.0 / (r2 * (r + np.sqrt(r2 + height * height)))
-                    fx += g * dx
-                    fy += g * dy
-                    tj -= px[j, b] * (g * dy) - py[j, b] * (g * dx)
-                k = 1e-7 * charges[i, a]
-                force[i, 0] += k * fx
-                force[i, 1] += k * fy
-                force[i, 2] += k * (px[i, a] * fy - py[i, a] * fx)
-                force[j, 0] -= k * fx
-                force[j, 1] -= k * fy
-                force[j, 2] += k * tj
-    return force
-
-
-@njit(cache=True)
-def _point_row(row, q, n, lo, d, x, y, i, px, py, nx, ny):
-    """Add the velocity along (nx, ny) of the point (px, py) of component i to a Jacobian row."""
-    row[n] += nx
-    row[n + 1] += ny
-    for k in range(lo, i):
-        row[k] += d * (np.cos(q[k]) * ny - np.sin(q[k]) * nx)
-    if i >= lo:
-        hx = px - x[i] + d / 2 * np.cos(q[i])
-        hy = py - y[i] + d / 2 * np.sin(q[i])
-        row[i] += hx * ny - hy * nx
-
-
-@njit(cache=True)
-def _inside(cx, cy, c, s, a, b, px, py):
-    """Depth of a point in a box and the outward normal of its nearest face."""
-    u = c * (px - cx) + s * (py - cy)
-    w = -s * (px - cx) + c * (py - cy)
-    du, dw = a - abs(u), b - abs(w)
-    if du <= 0.0 or dw <= 0.0:
-        return 0.0, 0.0, 0.0
-    if du < dw:
-        e = 1.0 if u > 0 else -1.0
-        return du, e * c, e * s
-    e = 1.0 if w > 0 else -1.0
-    return dw, -e * s, e * c
-
-
-@njit(cache=True)
-def _rows(q, n, lo, d, side, x, y, half_bore, wall, rows, depth, kind):
-    """Rows of everything that touches; returns their number."""
-    count = 0
-    for k in range(max(lo, 1), n):
-        angle = q[k] - q[k - 1]
-        over = abs(angle) - np.pi / 2
-        if over > 0.0:
-            rows[count, :] = 0.0
-            e = 1.0 if angle > 0 else -1.0
-            rows[count, k] = -e
-            if k - 1 >= lo:
-                rows[count, k - 1] = e
-            depth[count], kind[count] = over, 0
-            count += 1
-    half = side / 2 * (1.0 - SHRINK)
-    for i in range(max(lo - 1, 0), n):
-        ci, si = np.cos(q[i] + np.pi / 4), np.sin(q[i] + np.pi / 4)
-        for j in range(max(lo - 1, 0), n):
-            if abs(i - j) < 2 or (x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2 > d * d:
-                continue
-            for corner in range(4):  # of j in i
-                a = q[j] + corner * np.pi / 2
-                px = x[j] + half * np.sqrt(2.0) * np.cos(a)
-                py = y[j] + half * np.sqrt(2.0) * np.sin(a)
-                over, nx, ny = _inside(x[i], y[i], ci, si, half, half, px, py)
-                if over > 0.0 and count < rows.shape[0]:
-                    rows[count, :] = 0.0
-                    _point_row(rows[count], q, n, lo, d, x, y, j, px, py, nx, ny)
-                    _point_row(rows[count], q, n, lo, d, x, y, i, px, py, -nx, -ny)
-                    depth[count], kind[count] = over, 1
-                    count += 1
-        if half_bore > 0.5 or i < lo or x[i] > d:
-            continue
-        for e in (-1.0, 1.0):
-            wy = e * (half_bore + wall / 2)
-            for corner in range(4):
-                a = q[i] + corner * np.pi / 2
-                px = x[i] + half * np.sqrt(2.0) * np.cos(a)
-                py = y[i] + half * np.sqrt(2.0) * np.sin(a)
-                over, nx, ny = _inside(-0.5, wy, 1.0, 0.0, 0.5, wall / 2, px, py)
-                if over > 0.0 and count < rows.shape[0]:
-                    rows[count, :] = 0.0
-                    _point_row(rows[count], q, n, lo, d, x, y, i, px, py, nx, ny)
-                    depth[count], kind[count] = over, 1
-                    count += 1
-                py = e * (half_bore + (wall if corner % 2 else 0.0))
-                px = 0.0
-                if corner > 1:
-                    continue
-                over, nx, ny = _inside(x[i], y[i], ci, si, half, half, px, py)
-                if over > 0.0 and count < rows.shape[0]:
-                    rows[count, :] = 0.0
-                    _point_row(rows[count], q, n, lo, d, x, y, i, px, py, -nx, -ny)
-                    depth[count], kind[count] = over, 1
-                    count += 1
-    return count
-
-
-@njit(cache=True)
-def _run(
-    q, lo, speed, masses, inertias, side, nodes, charges, height, grip, arm, half_bore, wall,
-    step, after,
-):  # fmt: skip
-    n = masses.size
-    d = side * np.sqrt(2.0)
-    v = np.zeros(n + 2)
-    v[n] = speed
-    rows, depth, kind = np.zeros((64, n + 2)), np.zeros(64), np.zeros(64, dtype=np.int64)
-    jx, jy = np.zeros((n, n + 2)), np.zeros((n, n + 2))
-    times, angles = [0.0], [q[:n].copy()]
-    t, released, next_frame, fastest = 0.0, 0.0, 0.0, 0.0
-    while lo > 0 or t < released + after:
-        h = step
-        if lo > 0:
-            h = min(h, max((d * np.cos(q[lo - 1]) - q[n]) / speed, 1e-12))
-        x, y = _centres(q, n, lo, d)
-        force = _magnet_forces(q, x, y, nodes, charges, height)
-        mass, rhs = np.zeros((n + 2, n + 2)), np.zeros(n + 2)
-        damp = np.zeros((n + 2, n + 2))
-        ax, ay = 0.0, 0.0
-        fastest = 0.0
-        for i in range(lo, n):
-            jx[i, :], jy[i, :] = 0.0, 0.0
-            _point_row(jx[i], q, n, lo, d, x, y, i, x[i], y[i], 1.0, 0.0)
-            _point_row(jy[i], q, n, lo, d, x, y, i, x[i], y[i], 0.0, 1.0)
-            w2 = v[i] * v[i]
-            cx, cy = np.cos(q[i]) * d * w2, np.sin(q[i]) * d * w2
-            fx = force[i, 0] - masses[i] * (ax - cx / 2)
-            fy = force[i, 1] - masses[i] * (ay - cy / 2)
-            ax -= cx
-            ay -= cy
-            vx, vy = np.dot(jx[i], v), np.dot(jy[i], v)
-            s = np.sqrt(vx * vx + vy * vy + (arm * v[i]) ** 2)
-            fastest = max(fastest, s)
-            k = grip * masses[i] / np.sqrt(s * s + SLOW * SLOW)
-            rhs += h * (fx * jx[i] + fy * jy[i])
-            rhs[i] += h * force[i, 2]
-            outer = np.outer(jx[i], jx[i]) + np.outer(jy[i], jy[i])
-            mass += masses[i] * outer
-            mass[i, i] += inertias[i]
-            damp += h * k * outer
-            damp[i, i] += h * k * arm * arm
-        rhs += np.dot(mass, v)
-        count = _rows(q, n, lo, d, side, x, y, half_bore, wall, rows, depth, kind)
-        active = np.ones(count, dtype=np.bool_)
-        # While the tube feeds the base has its own law.
-        first, last = lo, (n if lo > 0 else n + 2)
-        new = v.copy()
-        if last > first:
-            for _ in range(10):
-                matrix, right = mass + damp, rhs.copy()
-                for r in range(count):
-                    if active[r]:
-                        scale = 1.0 if kind[r] == 0 else 4.0 / (d * d)
-                        k, c = STIFFNESS * scale, DAMPING * scale
-                        matrix += h * (c + h * k) * np.outer(rows[r], rows[r])
-                        right += h * k * depth[r] * rows[r]
-                for k in range(last, n + 2):
-                    right -= matrix[:, k] * v[k]
-                new[first:last] = np.linalg.solve(
-                    np.ascontiguousarray(matrix[first:last, first:last]), right[first:last]
-                )
-                dropped = False
-                for r in range(count):
-                    push = STIFFNESS * depth[r]
-                    push -= (DAMPING + h * STIFFNESS) * np.dot(rows[r], new)
-                    if active[r] and push < 0.0:
-                        active[r] = False
-                        dropped = True
-                if not dropped:
-                    break
-        v[:] = new
-        for k in range(lo, n + 2):
-            q[k] += h * v[k]
-        t += h
-        if lo > 0 and q[n] >= d * np.cos(q[lo - 1]) - 1e-13:
-            lo -= 1
-            q[n] -= d * np.cos(q[lo])
-            q[n + 1] -= d * np.sin(q[lo])
-            v[lo] = 0.0
-            released = t
-        if t >= next_frame:
-            times.append(t)
-            angles.append(q[:n].copy())
-            next_frame += 1.0 / 240.0
-    times.append(t)
-    angles.append(q[:n].copy())
-    stacked = np.zeros((len(angles), n))
-    for f in range(len(angles)):
-        stacked[f] = angles[f]
-    return np.array(times), stacked, fastest

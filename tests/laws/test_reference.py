@@ -10,6 +10,7 @@ import pytest
 from magfold_env.scene_io import load_scene
 from magfold_env.simulate import simulate
 from tests.laws import reference_simulation as reference
+from tests.laws.reference_kernels import SLOW, run
 
 pytestmark = pytest.mark.laws
 
@@ -21,20 +22,22 @@ def compare(number, direction, seed, step, after):
     scene = scene.draw(np.random.default_rng(seed))
     fold = simulate(scene, frame_rate=240.0)
     slow = reference.simulate(scene, step=step, after=after)
-    assert slow.speed < reference.SLOW  # at rest but for the creep
+    assert slow.speed < SLOW  # at rest but for the creep
     assert slow.word == fold.word
     assert np.diff(slow.angles[-1]) == pytest.approx(fold.joint_angles, abs=0.01)
-    run = fold.trajectory
-    assert run is not None
+    path = fold.trajectory
+    assert path is not None
     joints = np.diff(slow.angles, axis=1).T
-    there = np.stack([np.interp(run.time, slow.time, joint) for joint in joints], axis=1)
-    apart = np.abs(there - np.diff(run.angles, axis=1))
+    there = np.stack([np.interp(path.time, slow.time, joint) for joint in joints], axis=1)
+    apart = np.abs(there - np.diff(path.angles, axis=1))
     # A snap of 90° that comes a few milliseconds early is a large difference for a frame or two.
     assert np.median(apart) < 5e-3
 
 
-def test_a_free_fold_agrees():
-    compare(2, "free", 0, 2e-5, 0.15)
+def test_a_free_fold_agrees(monkeypatch):
+    # Its outermost loop takes longer to compile than Python takes to run it once.
+    monkeypatch.setattr(reference, "run", getattr(run, "py_func", run))
+    compare(2, "free", 0, 5e-5, 0.15)
 
 
 @pytest.mark.slow

@@ -35,7 +35,7 @@ def test_threads_side_by_side_change_no_bit(alone):
     assert together == alone * 3
 
 
-@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("threads", [3, pytest.param(1, marks=pytest.mark.slow)])
 def test_the_number_of_threads_changes_no_bit(alone, threads):
     # A process may have compiled other kernels before; this one has not.
     code = f"from {__name__} import SEEDS, fingerprint; print(*map(fingerprint, SEEDS))"

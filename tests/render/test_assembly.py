@@ -134,7 +134,9 @@ def test_a_fold_that_broke_down_is_told_and_not_drawn() -> None:
     assert outcome.note.startswith("failed: ")
 
 
-@pytest.mark.parametrize(("count", "pages"), [(1, 1), (6, 1), (14, 2)])
+@pytest.mark.parametrize(
+    ("count", "pages"), [(1, 1), pytest.param(6, 1, marks=pytest.mark.slow), (14, 2)]
+)
 def test_long_chains_flow_onto_more_pages(count: int, pages: int, tmp_path: Path) -> None:
     scene = ANCHOR.replace(sequence=(ANCHOR.sequence * 3)[:count])
     fold = _fold(scene, "LR" * 7 if count > 14 else ("LR" * 7)[: count - 1])

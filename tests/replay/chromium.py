@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
-_PATIENCE = 60.0  # s: shared machines are slow
+_PATIENCE = 600.0  # [s] waited out only where nothing comes; shared machines are slow
 _FREE_NUMBER = 10  # file descriptors below may be taken by 3 and 4
 
 # Chromium reads commands from descriptor 3 and writes to 4.

@@ -9,7 +9,7 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.shapes import angles_to_word, centres
-from tests.replay.folds import FREE, recorded
+from tests.folds import FREE, recorded
 
 if os.name != "posix":
     pytest.skip("the browser is driven over POSIX pipes", allow_module_level=True)

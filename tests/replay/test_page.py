@@ -15,7 +15,7 @@ import magfold_env as mf
 from magfold_env.energy.along import energies_along
 from magfold_env.replay import write_html
 from magfold_env.replay.data import page_data
-from tests.replay.folds import FREE, recorded
+from tests.folds import FREE, recorded
 
 TUBE = mf.load_scene("tube-feed")
 

@@ -13,7 +13,7 @@ from magfold_env.ensembles import ensemble, release
 from magfold_env.scene_io import load_scene
 from magfold_env.shapes import folded_words
 
-LENGTHS = (6, 8, 10, 12, 16)
+LENGTHS, QUICK_LENGTHS = (6, 8, 10, 12, 16), (6, 8)
 FRICTIONS = (0.35, 0.2, 0.1, 0.05)
 SPEED = 0.2  # [m/s]
 WORDS, RUNS = 8, 6
@@ -21,7 +21,7 @@ WORDS, RUNS = 8, 6
 
 def run(quick: bool, progress: Progress) -> Part:
     """Feed designs forward over floors of different friction; a design is made without a floor."""
-    lengths = (6, 8) if quick else LENGTHS
+    lengths = QUICK_LENGTHS if quick else LENGTHS
     scene = load_scene("design-long")
     rng = np.random.default_rng(0)
     rows: list[Row] = []

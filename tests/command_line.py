@@ -1,0 +1,24 @@
+"""The `magfold` command in this process, and how to read what it says."""
+
+from typer.testing import CliRunner, Result
+
+from magfold_env import cli
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
+
+
+def rows(text: str) -> list[list[str]]:
+    """Cells of the tables' rows, headings left out."""
+    lines = (line for line in text.splitlines() if line.startswith("│"))
+    return [[cell.strip() for cell in line.strip("│").split("│")] for line in lines]
+
+
+def fails_in_one_line(result: Result, *parts: str) -> None:
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert result.stderr.count("\n") == 1
+    assert "Traceback" not in result.stderr
+    for part in ("error: ", *parts):
+        assert part in result.stderr
