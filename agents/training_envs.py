@@ -14,8 +14,8 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMoni
 from agents.env_settings import CONTROL_ENV, GOAL_ENV, CurriculumSettings, EnvSettings
 from agents.settings import SettingsError, TrainSettings
 from magfold_env.envs.chronicle import Chronicle
-from magfold_env.envs.fold_vector import FoldVectorEnv
 from magfold_env.envs.curriculum import Curriculum
+from magfold_env.envs.fold_vector import FoldVectorEnv
 from magfold_env.envs.sb3 import FoldVecEnv, make_sb3_vec
 
 
