@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from magfold_env.engine.endings import ending, work_cap
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.outcomes import REACHED
 from magfold_env.engine.pack import TURNED
-from magfold_env.engine.session import ending, work_cap
 from magfold_env.envs.actions import SIGNS
 from magfold_env.envs.board import Board
 from magfold_env.envs.drawn_chains import DrawnChains

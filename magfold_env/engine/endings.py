@@ -1,0 +1,52 @@
+"""How a run ends: statuses, and what they are in words."""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine import outcomes
+from magfold_env.engine.state import Model
+from magfold_env.fold import FoldStatus
+
+FOLDED_WITHIN = 0.05  # [rad] of ±90°
+BREAKDOWNS = {
+    outcomes.CAPPED: (FoldStatus.UNSETTLED, "stopped {at}: {limit} are the limit"),
+    outcomes.UNDERFLOW: (FoldStatus.FAILED, "step size underflow {at}: tolerance out of reach"),
+    outcomes.TOO_CROWDED: (FoldStatus.FAILED, "more contacts than there is room for {at}"),
+    outcomes.JAMMED: (FoldStatus.FAILED, "jammed {at}: the feed drives what cannot give way"),
+    outcomes.NO_SOLUTION: (FoldStatus.FAILED, "contact and friction forces not found {at}"),
+    outcomes.NOT_FINITE: (FoldStatus.FAILED, "accelerations are not finite {at}"),
+}
+
+
+def ending(outcome: int, time: float, joints: list[float], limit: str) -> tuple[FoldStatus, str]:
+    """Return how a run ended, and the same in words.
+
+    Parameters
+    ----------
+    outcome
+        Of its integration.
+    time
+        When it ended [s].
+    joints
+        Joint angles at the end [rad].
+    limit
+        The work cap, in words.
+    """
+    if outcome == outcomes.TIMED_OUT:
+        return FoldStatus.UNSETTLED, f"still moving after {time:.4g} s"
+    if outcome != outcomes.RESTED:
+        status, reason = BREAKDOWNS[outcome]
+        return status, reason.format(at=f"at t = {time:.6g} s", limit=limit)
+    straight = [abs(abs(angle) - math.pi / 2.0) > FOLDED_WITHIN for angle in joints]
+    if not any(straight):
+        return FoldStatus.FOLDED, f"folded at t = {time:.4g} s"
+    names = ", ".join(str(number) for number, is_open in enumerate(straight, 1) if is_open)
+    return FoldStatus.MISFOLDED, f"at rest at t = {time:.4g} s with joint {names} open"
+
+
+def work_cap(model: Model, steps: int) -> str:
+    """Return the work cap that a run met after so many steps."""
+    if steps >= model.max_steps:
+        return f"{model.max_steps} steps"
+    return f"{model.max_steps_per_second} steps a second"
