@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from magfold_env.envs.chronicle import Chronicle
 from magfold_env.envs.dynamic_fleet import DynamicFleet
-from magfold_env.envs.fleet import FAILED, FOLDED, Fleet
+from magfold_env.envs.fleet import Fleet
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.goal_board import GoalBoard
 from magfold_env.envs.moments import fold_moment
 from magfold_env.envs.quasistatic_fleet import QuasistaticFleet
 from magfold_env.envs.rendering import Viewer
-from magfold_env.envs.row_view import STATUSES
+from magfold_env.envs.vector_infos import Infos, last_news, news
 from magfold_env.envs.vector_options import (
     autoreset_mode_of,
     check_count,
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-Infos = dict[str, Any]
 ObsType = TypeVar("ObsType")
 
 
@@ -127,7 +126,7 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
                 self._rngs[row], _ = seeding.np_random(own)
         rows = np.flatnonzero(mask)
         self._begin(rows, given)
-        return self._observe(), self._news(rows)
+        return self._observe(), news(self.fleet, self.goals, rows)
 
     def step(self, actions: Any) -> tuple[ObsType, Floats, Bools, Bools, Infos]:
         """Take a step in every environment.
@@ -154,7 +153,7 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         self._chronicle.note(rows, patterns, speeds, scaled)
         self._act(rows, patterns, speeds, scaled)
         ended = rows[self.fleet.status[rows] > 0]
-        ends = self._ends(ended)
+        ends = last_news(self.fleet, self.goals, ended)
         rewards[rows] = self._rewards(rows, ended, ends)
         terminated = np.zeros(self.num_envs, dtype=np.bool_)
         terminated[ended] = True
@@ -165,18 +164,14 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
             for row, observation in zip(ended.tolist(), self._each(ended), strict=True):
                 final[row] = observation
             infos = {"final_obs": final, "_final_obs": terminated.copy()}
-            infos |= {"final_info": self._news(ended) | ends, "_final_info": terminated.copy()}
+            told = news(self.fleet, self.goals, ended) | ends
+            infos |= {"final_info": told, "_final_info": terminated.copy()}
             ends = {}
             self._begin(ended)
         elif len(rows) < self.num_envs:
             self._begin(np.flatnonzero(over))
-        return (
-            self._observe(),
-            rewards,
-            terminated,
-            truncated,
-            infos | self._news(self._rows) | ends,
-        )
+        infos |= news(self.fleet, self.goals, self._rows) | ends
+        return self._observe(), rewards, terminated, truncated, infos
 
     def get_state(self) -> Chronicle:
         """Return everything that decides how the environments go on.
@@ -294,51 +289,6 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
                 )
         return rewards
 
-    def _ends(self, rows: Ints) -> Infos:
-        """Return what is told of episodes that have just ended."""
-        if not len(rows):
-            return {}
-        fleet, count = self.fleet, self.num_envs
-        status = fleet.status[rows]
-        potential, near = self.goals.judge(rows, fleet.board.angles)
-        success = near & (status == FOLDED)
-        score = np.where(success, 1.0, np.where(status == FAILED, 0.0, potential))
-        told: dict[str, Any] = {
-            "status": np.array([str(STATUSES[int(each)]) for each in status], dtype=object),
-            "message": np.array([fleet.message(row) for row in rows.tolist()], dtype=object),
-            "energy": fleet.energies(rows),
-            "score": score,
-            "baseline": self.goals.baseline[rows],
-            "baseline_flagged": self.goals.flagged[rows],
-            "is_success": success,
-        }
-        infos: Infos = {}
-        for key, values in told.items():
-            infos[key] = np.zeros(count, dtype=values.dtype)
-            if values.dtype == object:
-                infos[key][:] = None
-            infos[key][rows] = values
-            infos[f"_{key}"] = _mask(rows, count)
-        return infos
-
-    def _news(self, rows: Ints) -> Infos:
-        """Return what is told of episodes at every moment."""
-        count, n = self.num_envs, self.task.scene.n
-        letters = np.empty((count, n - 1), dtype=np.uint32)
-        self.fleet.board.write_words(letters)
-        words = letters.view(f"<U{n - 1}")[:, 0].astype(object)
-        infos: Infos = {
-            "target": self.goals.names.copy(),
-            "word": words,
-            "step": self.fleet.fed.copy(),
-        }
-        if len(rows) < count:
-            absent = np.ones(count, dtype=np.bool_)
-            absent[rows] = False
-            infos["target"][absent] = infos["word"][absent] = None
-            infos["step"][absent] = 0
-        return infos | {f"_{key}": _mask(rows, count) for key in infos}
-
     def _observe(self) -> ObsType:
         """Return new observations of all environments."""
         raise NotImplementedError
@@ -346,9 +296,3 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
     def _each(self, rows: Ints) -> list[ObsType]:
         """Return new observations of some environments, one by one."""
         raise NotImplementedError
-
-
-def _mask(rows: Ints, count: int) -> Bools:
-    mask = np.zeros(count, dtype=np.bool_)
-    mask[rows] = True
-    return mask

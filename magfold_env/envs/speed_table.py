@@ -9,7 +9,8 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from magfold_env.envs.action_table import ActionKind, as_integers, as_numbers
+from magfold_env.envs.action_reading import as_integers, as_numbers
+from magfold_env.envs.action_table import ActionKind
 from magfold_env.envs.actions import FASTEST, speed_levels
 from magfold_env.envs.checks import one_of
 

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.design.suites import Suite, load_suite, suite_names
-from magfold_env.envs.action_table import ActionTable, read_catalogue
+from magfold_env.envs.action_reading import read_catalogue
+from magfold_env.envs.action_table import ActionTable
 from magfold_env.envs.baseline import Baseline, unknown_baseline
 from magfold_env.envs.baseline_store import BaselineStore
 from magfold_env.envs.checks import one_of, refuse_unknown

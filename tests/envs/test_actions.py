@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from magfold_env.envs.action_table import ActionKind, ActionTable, read_catalogue
+from magfold_env.envs.action_reading import read_catalogue
+from magfold_env.envs.action_table import ActionKind, ActionTable
 from magfold_env.envs.actions import (
     FASTEST,
     PATTERNS,
