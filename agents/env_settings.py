@@ -17,6 +17,7 @@ EnvId = Literal[
     "MagFold/TubeFeedGoal-v0",
     "MagFold/FeedControl-v0",
 ]
+TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
 CONTROL_ENV: EnvId = "MagFold/FeedControl-v0"
 
@@ -69,7 +70,7 @@ class EnvOptions(Group, frozen=True):
 class EnvSettings(EnvOptions, frozen=True):
     """The environment to train in."""
 
-    id: EnvId = "MagFold/TubeFeed-v0"
+    id: EnvId = TUBE_FEED
     """Its name with Gymnasium."""
 
     def options(self) -> dict[str, Any]:

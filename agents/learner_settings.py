@@ -20,6 +20,9 @@ class _Learner(Group, frozen=True):
     """Steps in a minibatch."""
     hidden: tuple[Count, ...] = (64, 64)
     """Widths of the hidden layers of every network."""
+    features: Literal["chain", "mouth"] = "chain"
+    """Whether networks see the chain from its first component to its last, or from the tube's mouth
+    outward, see `agents.features.FromTheMouth`; the latter for ``MagFold/TubeFeed-v0`` alone."""
 
 
 class PPOSettings(_Learner, frozen=True):

@@ -13,6 +13,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
+from agents.features import FromTheMouth
 from agents.learner_settings import LearnerSettings, SACSettings
 from agents.learning_rate import LearningRate
 from magfold_env.files import replacing
@@ -34,7 +35,11 @@ _BY_POLICY: dict[str, type[BaseAlgorithm]] = {
 
 
 def make_model(
-    settings: LearnerSettings, env: VecEnv, seed: int, device: str = "cpu"
+    settings: LearnerSettings,
+    env: VecEnv,
+    seed: int,
+    device: str = "cpu",
+    backward: bool = False,
 ) -> BaseAlgorithm:
     """Return an untrained model.
 
@@ -48,18 +53,24 @@ def make_model(
         Seed of networks and actions.
     device : str
         Where the networks live.
+    backward : bool
+        Whether the chain's last component leaves the tube first, for ``features: mouth``.
     """
-    own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight"}
+    own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
     options: dict[str, Any] = settings.model_dump(exclude=own)
     if isinstance(settings, SACSettings) and settings.hindsight is not None:
         options["replay_buffer_class"] = HerReplayBuffer
         options["replay_buffer_kwargs"] = settings.hindsight.model_dump()
+    policy: dict[str, Any] = {"net_arch": list(settings.hidden)}
+    if settings.features == "mouth":
+        policy["features_extractor_class"] = FromTheMouth
+        policy["features_extractor_kwargs"] = {"backward": backward}
     dictionary = isinstance(env.observation_space, spaces.Dict)
     return CLASSES[settings.algorithm](
         "MultiInputPolicy" if dictionary else "MlpPolicy",
         env,
         learning_rate=LearningRate(settings.learning_rate, settings.anneal),
-        policy_kwargs={"net_arch": list(settings.hidden)},
+        policy_kwargs=policy,
         seed=seed,
         device=device,
         **options,

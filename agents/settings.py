@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 import yaml
 from pydantic import Field, ValidationError, model_validator
 
-from agents.env_settings import GOAL_ENV, CurriculumSettings, EnvOptions, EnvSettings
+from agents.env_settings import GOAL_ENV, TUBE_FEED, CurriculumSettings, EnvOptions, EnvSettings
 from agents.learner_settings import LearnerSettings, PPOSettings, SACSettings
 from agents.seeds import MAX_TRAINING_SEED
 from agents.settings_base import Count, Group, Positive, Unit
@@ -106,6 +106,14 @@ class TrainSettings(Group, frozen=True):
         elif learner.algorithm == "maskable-ppo" and env.actions in ("box", "dict"):
             allowed = "must be 'multidiscrete' or 'discrete' with maskable-ppo"
             problems.append(Problem("env.actions", env.actions, allowed))
+        if learner.features == "mouth":
+            if env.id != TUBE_FEED:
+                allowed = f"must be {TUBE_FEED!r} with features 'mouth'"
+                problems.append(Problem("env.id", env.id, allowed))
+            if self.curriculum is not None:
+                # Chains of other lengths are filled up, which moves their entries.
+                value, allowed = learner.features, "must be 'chain' with a curriculum"
+                problems.append(Problem("learner.features", value, allowed))
         if problems:
             raise SceneError(problems)
         return self

@@ -72,6 +72,14 @@ def test_an_override_of_none_leaves_the_file_alone() -> None:
             "env: {actions: box}\nlearner: {algorithm: tqc, hindsight: {}}",
             r"env\.id: 'MagFold/TubeFeed-v0' is not .*must be 'MagFold/TubeFeedGoal-v0'",
         ),
+        (
+            "env: {id: MagFold/FeedControl-v0}\nlearner: {algorithm: ppo, features: mouth}",
+            r"env\.id: 'MagFold/FeedControl-v0' is not .*must be 'MagFold/TubeFeed-v0'",
+        ),
+        (
+            "curriculum: {stages: [{}]}\nlearner: {algorithm: ppo, features: mouth}",
+            r"learner\.features: 'mouth' is not allowed; must be 'chain' with a curriculum",
+        ),
         ("name: ../run", r"name: '\.\./run' is not allowed"),
     ],
 )

@@ -1,0 +1,92 @@
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from gymnasium import spaces
+
+from agents.features import WIDTHS, FromTheMouth
+from agents.learners import load_model, make_model
+from agents.training_envs import make_training_envs
+from magfold_env.envs.observation import ObservationLayout
+from magfold_env.envs.tube_feed import TubeFeedEnv
+from tests.agents.training import LEARNERS, tiny
+
+N = 5
+LAYOUT = ObservationLayout(N, side=1.0)
+
+
+def numbered(step: int, backward: bool) -> np.ndarray:
+    """Return an observation in which every entry tells its place, but for what is released."""
+    observation = np.arange(1.0, LAYOUT.size + 1)
+    released = np.arange(N) < step
+    observation[LAYOUT.slices["released"]] = released[::-1] if backward else released
+    return observation
+
+
+def seen(step: int, backward: bool) -> list[float]:
+    space = spaces.Box(-1.0, 1.0, (LAYOUT.size,))
+    features = FromTheMouth(space, backward)
+    batch = torch.tensor(numbered(step, backward)[None], dtype=torch.float32)
+    result = features(batch)
+    assert result.shape == (1, features.features_dim)
+    return result[0].tolist()
+
+
+@pytest.mark.parametrize("backward", [False, True])
+@pytest.mark.parametrize("step", range(N + 1))
+def test_everything_is_counted_from_the_mouth(step: int, backward: bool) -> None:
+    observation = numbered(step, backward)
+
+    def entries(group: str, width: int, fed: int) -> list[float]:
+        """Return the entries of what is fed as number `fed`, from 0; 0 where there is none."""
+        rows = observation[LAYOUT.slices[group]].reshape(-1, width)
+        if not 0 <= fed < len(rows):
+            return [0.0] * width
+        return rows[len(rows) - 1 - fed if backward else fed].tolist()
+
+    wanted: list[float] = []
+    for ahead in range(N - 1):
+        wanted += entries("target", 3, step - 1 + ahead)
+    for group, width in (("target", 3), ("joint", 1)):
+        for back in range(1, N):
+            wanted += entries(group, width, step - 1 - back)
+    for group, width in WIDTHS.items():
+        for back in range(N):
+            wanted += entries(group, width, step - 1 - back)
+    wanted += [float(number == step) for number in range(N + 1)]
+    assert seen(step, backward) == wanted
+
+
+def test_nothing_that_is_out_is_left_out() -> None:
+    everything = set(np.arange(1.0, LAYOUT.size + 1))
+    released = LAYOUT.slices["released"]
+    everything -= set(np.arange(released.start + 1.0, released.stop + 1.0))
+    assert everything <= set(seen(N, backward=False))
+
+
+def test_other_observations_are_refused() -> None:
+    space = spaces.Box(-1.0, 1.0, (LAYOUT.size + 1,))
+    with pytest.raises(ValueError, match="must be that of MagFold/TubeFeed-v0"):
+        FromTheMouth(space)
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_a_policy_that_sees_from_the_mouth_is_saved_and_plays(
+    tmp_path: Any, direction: str
+) -> None:
+    learner = {"algorithm": "ppo", "features": "mouth", "hidden": [16], **LEARNERS["ppo"]}
+    settings = tiny(learner=learner)
+    envs = make_training_envs(settings, 0)
+    model = make_model(settings.learner, envs, 0, backward=direction == "backward")
+    model.save(tmp_path / "policy.zip")
+    loaded = load_model(tmp_path / "policy.zip")
+    env: Any = TubeFeedEnv(components=3, fidelity="quasistatic")
+    observation, _ = env.reset(seed=0)
+    for _ in range(2):
+        action, _ = model.predict(observation, deterministic=True)
+        assert np.array_equal(action, loaded.predict(observation, deterministic=True)[0])
+        observation, *_ = env.step(action)
+    order: Any = loaded.policy.get_submodule("features_extractor").get_buffer("_order")
+    mirrored = FromTheMouth(env.observation_space, direction == "backward")
+    assert torch.equal(order, mirrored.get_buffer("_order"))
