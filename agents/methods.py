@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.episodes import Outcome
+from agents.shipped import shipped_files, shipped_names
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,8 @@ class Method:
         """Return the method that ``NAME=PATH,PATH,...``, or a policy alone, stands for.
 
         A file's name without its ending is what it is called then, with its folder's for
-        ``policy.zip``, the name that every training gives.
+        ``policy.zip``, the name that every training gives. The name of a set of shipped policies
+        stands for the paths of all its seeds.
 
         Raises
         ------
@@ -38,13 +40,18 @@ class Method:
             If a name or a policy is empty, or given twice.
         """
         name, separator, listed = text.rpartition("=")
-        policies = tuple(listed.split(","))
+        shipped = shipped_names()
+        policies = tuple(
+            path
+            for each in listed.split(",")
+            for path in (map(str, shipped_files(each)) if each in shipped else (each,))
+        )
         if not all(policies) or (separator and not name) or len(set(policies)) < len(policies):
             raise ValueError(
                 f"{text!r} is not allowed; must be random, minimiser, a path, or NAME=PATH,PATH,… "
                 "with a path for each seed"
             )
-        return cls(name or _short(policies), policies)
+        return cls(name or (listed if listed in shipped else _short(policies)), policies)
 
 
 def _short(policies: Sequence[str]) -> str:

@@ -1,0 +1,152 @@
+"""Make shipped policies of training runs: ``python -m agents.ship policies NAME RUN ...``.
+
+``python -m agents.ship results NAME results.json ...`` then writes what `agents.evaluate NAME`
+found onto their card.
+"""
+
+import json
+from collections import defaultdict
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+import yaml
+from rich.console import Console
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+
+from agents.learners import load_model, save_policy
+from agents.provenance import file_digest
+from agents.run_info import RunInfo
+from agents.settings import EnvSettings
+from agents.shipped import Card, CardError, CardResult, Training, policies_dir
+
+app = typer.Typer(help=__doc__, rich_markup_mode=None, no_args_is_help=True)
+"""The command."""
+
+
+def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
+    """Write the policies of training runs and a card without results to `folder`.
+
+    The optimisers' state, most of a checkpoint, is left out.
+
+    Parameters
+    ----------
+    name : str
+        Name of the set.
+    runs : list of Path
+        Folders of finished runs that differ in nothing but the seed.
+    folder : Path
+        Where to; made if need be.
+
+    Raises
+    ------
+    CardError
+        If a run is not finished, or two differ in more than the seed.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    policies: list[Training] = []
+    settings: dict[str, Any] | None = None
+    for number, run in enumerate(runs):
+        info = RunInfo.read(run)
+        if info is None or not info.finished:
+            raise CardError(f"{run}: is not the folder of a finished training run")
+        own: dict[str, Any] = yaml.safe_load((run / "settings.yaml").read_text(encoding="utf-8"))
+        del own["seed"]
+        if settings not in (None, own):
+            raise CardError(f"{run}: was trained with other settings than {runs[0]}")
+        settings = own
+        model = load_model(run / "policy.zip")
+        if not isinstance(model, OnPolicyAlgorithm):
+            raise CardError(f"{run}: only policies of ppo and maskable-ppo are small enough")
+        model.policy.optimizer.state.clear()
+        file = folder / f"{name}-{number}.zip"
+        save_policy(model, file)
+        policies.append(Training(file=file.name, sha256=str(file_digest(str(file))), run=info))
+    card = Card(name=name, settings=settings or {}, policies=tuple(policies))
+    card.write(folder / f"{name}.json")
+    return card
+
+
+def with_results(card: Card, files: list[Path]) -> Card:
+    """Return a card with the results of `agents.evaluate` in place of those that it had.
+
+    Raises
+    ------
+    CardError
+        If a file has no results of these policies.
+    """
+    return card.model_copy(update={"results": tuple(_result(card, file) for file in files)})
+
+
+def _result(card: Card, file: Path) -> CardResult:
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+        runs = {
+            each["sha256"]: episodes
+            for method in content["methods"].values()
+            for each, episodes in zip(method["policies"], method["runs"], strict=True)
+        }
+        env = EnvSettings.model_validate(content["env"])
+        played = [runs[policy.sha256] for policy in card.policies]
+        successes: dict[str, list[str]] = defaultdict(list)
+        for episodes in played:
+            ends: dict[str, str] = defaultdict(str)
+            for episode in episodes:
+                ends[episode["target"]] += str(int(episode["success"]))
+            for target, letters in ends.items():
+                successes[target].append(letters)
+        return CardResult(
+            env=env.model_dump(mode="json", exclude_defaults=True),
+            seeds=content["seeds"],
+            physics=content["provenance"]["physics"],
+            successes={target: tuple(rows) for target, rows in successes.items()},
+        )
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise CardError(f"{file}: has no results of all of {card.name}: {error!r}") from None
+
+
+Name = Annotated[str, typer.Argument(help="Name of the set.")]
+Folder = Annotated[Path | None, typer.Option(help="Where it lies; configs/policies by default.")]
+
+
+@app.command("policies")
+def policies_command(
+    name: Name,
+    runs: Annotated[list[Path], typer.Argument(help="Folders of training runs, one a seed.")],
+    folder: Folder = None,
+) -> None:
+    """Write the policies of training runs, small, and a card."""
+    _told(lambda: ship_policies(name, runs, folder or policies_dir()))
+
+
+@app.command("results")
+def results_command(
+    name: Name,
+    files: Annotated[list[Path], typer.Argument(help="results.json of agents.evaluate.")],
+    folder: Folder = None,
+) -> None:
+    """Write results onto the card."""
+    path = (folder or policies_dir()) / f"{name}.json"
+
+    def update() -> Card:
+        card = with_results(Card.read(path), files)
+        card.write(path)
+        return card
+
+    _told(update)
+
+
+def _told(work: Callable[[], Card]) -> None:
+    """Say what was done, or in one line why it could not be."""
+    console = Console(stderr=True)
+    try:
+        card = work()
+    except ValueError as error:
+        console.print(f"[red]error:[/red] {error}", highlight=False)
+        raise typer.Exit(1) from None
+    console.print(f"{card.name}: {len(card.policies)} policies, {len(card.results)} results")
+
+
+if __name__ == "__main__":
+    app()

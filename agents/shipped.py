@@ -1,0 +1,165 @@
+"""Trained policies that come with the project, and the cards that say what they are worth.
+
+`load_shipped("ppo-tube-feed")` loads one; `agents.evaluate` and `agents.sample_cost` take the name
+for the policies of all its seeds. A set of them lies in ``configs/policies``: a file for each
+seed and a card, JSON, with their training, checksums and results.
+"""
+
+from pathlib import Path
+from typing import Any, Self
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from agents.policies import TrainedPolicy
+from agents.provenance import file_digest
+from agents.run_info import RunInfo
+from magfold_env.files import configs_dir, write_text
+
+
+class CardError(ValueError):
+    """A card that cannot be read, or that is of other policies."""
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Training(_Part):
+    """Where the policy of one seed comes from.
+
+    Attributes
+    ----------
+    file, sha256 : str
+        Name of the file and its checksum.
+    run : RunInfo
+        What was noted of the training: commit, versions, seed, steps, seconds.
+    """
+
+    file: str
+    sha256: str
+    run: RunInfo
+
+
+class CardResult(_Part):
+    """What the policies scored in one environment.
+
+    Attributes
+    ----------
+    env : dict
+        Settings of the environment that differ from its own.
+    seeds : tuple of int
+        Of the draws that every target was played on.
+    physics : str
+        Digest of the physics' sources.
+    successes : dict of tuple of str
+        By target and policy which draws ended in it, a letter each: 1 or 0.
+    """
+
+    env: dict[str, Any]
+    seeds: tuple[int, ...]
+    physics: str
+    successes: dict[str, tuple[str, ...]]
+
+    def rate(self, policy: int) -> float:
+        """Return the share of successes of one policy over all targets."""
+        letters = "".join(row[policy] for row in self.successes.values())
+        return letters.count("1") / len(letters)
+
+
+class Card(_Part):
+    """What is known of a set of shipped policies.
+
+    Attributes
+    ----------
+    name : str
+        Of the set.
+    settings : dict
+        Those of the training, as in its YAML file, but for the seed.
+    policies : tuple of Training
+        One a seed.
+    results : tuple of CardResult
+        What was measured.
+    """
+
+    name: str
+    settings: dict[str, Any]
+    policies: tuple[Training, ...]
+    results: tuple[CardResult, ...] = ()
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Read a card.
+
+        Raises
+        ------
+        CardError
+            If it is damaged or of other policies than those that lie beside it.
+        """
+        try:
+            card = cls.model_validate_json(path.read_bytes())
+        except (OSError, ValidationError) as error:
+            raise CardError(f"{path}: is not a card of policies: {error}") from None
+        for policy in card.policies:
+            if file_digest(str(path.parent / policy.file)) != policy.sha256:
+                raise CardError(f"{path}: {policy.file} is missing, or is not the one it describes")
+        return card
+
+    def write(self, path: Path) -> None:
+        """Write the card to `path`."""
+        write_text(path, self.model_dump_json(indent=1) + "\n")
+
+
+def policies_dir() -> Path:
+    """Return the folder of the policies."""
+    return configs_dir() / "policies"
+
+
+def shipped_names() -> list[str]:
+    """Return the names of the sets of policies."""
+    return sorted(path.stem for path in policies_dir().glob("*.json"))
+
+
+def shipped_card(name: str) -> Card:
+    """Return the card of the policies called `name`.
+
+    Raises
+    ------
+    ValueError
+        If there are none, or they are damaged.
+    """
+    if name not in shipped_names():
+        known = ", ".join(shipped_names())
+        raise ValueError(f"{name}: no such policies; must be one of {known}")
+    return Card.read(policies_dir() / f"{name}.json")
+
+
+def shipped_files(name: str) -> list[Path]:
+    """Return the files of the policies called `name`, one a seed.
+
+    Raises
+    ------
+    ValueError
+        If there are none, or they are damaged.
+    """
+    return [policies_dir() / policy.file for policy in shipped_card(name).policies]
+
+
+def load_shipped(name: str, number: int = 0) -> TrainedPolicy:
+    """Load a policy that comes with the project.
+
+    Parameters
+    ----------
+    name : str
+        Name of the set, such as ``ppo-tube-feed``.
+    number : int
+        Which of the seeds.
+
+    Raises
+    ------
+    ValueError
+        If there is no such policy, or its file is damaged.
+    """
+    files = shipped_files(name)
+    if not 0 <= number < len(files):
+        raise ValueError(f"number: {number} is not allowed; must be 0 to {len(files) - 1}")
+    return TrainedPolicy.load(files[number])

@@ -1,0 +1,100 @@
+"""Shipped policies are those that were trained, and their cards say what they scored."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from agents import shipped
+from agents.evaluate import compare
+from agents.methods import Method
+from agents.ship import app, ship_policies, with_results
+from agents.shipped import Card, CardError, load_shipped, shipped_files
+from agents.training_run import train
+from tests.agents.training import same_weights, tiny
+
+pytestmark = pytest.mark.train
+
+NAME = "tiny-set"
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folders = [tmp_path_factory.mktemp("run") for _ in range(2)]
+    for seed, folder in enumerate(folders):
+        train(tiny(seed=seed, timesteps=24), folder)
+    return folders
+
+
+@pytest.fixture
+def card(runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Card:
+    monkeypatch.setattr(shipped, "policies_dir", lambda: tmp_path)
+    return ship_policies(NAME, runs, tmp_path)
+
+
+def test_policies_are_small_and_keep_their_weights(
+    card: Card, runs: list[Path], tmp_path: Path
+) -> None:
+    files = shipped_files(NAME)
+    assert [file.name for file in files] == [policy.file for policy in card.policies]
+    for run, file in zip(runs, files, strict=True):
+        assert same_weights(run / "policy.zip", file)
+        assert file.stat().st_size < (run / "policy.zip").stat().st_size
+    assert [policy.run.seed for policy in card.policies] == [0, 1]
+    assert Card.read(tmp_path / f"{NAME}.json") == card
+
+
+def test_a_shipped_policy_is_loaded_by_its_name(card: Card) -> None:
+    assert load_shipped(NAME, 1).training_steps == card.policies[1].run.steps
+    method = Method.parse(NAME)
+    assert method == Method(NAME, tuple(map(str, shipped_files(NAME))))
+    with pytest.raises(ValueError, match="number: 2 is not allowed; must be 0 to 1"):
+        load_shipped(NAME, 2)
+    with pytest.raises(ValueError, match=f"other: no such policies; must be one of {NAME}"):
+        load_shipped("other")
+
+
+def test_the_card_takes_what_an_evaluation_found(card: Card, tmp_path: Path) -> None:
+    settings = tiny().env
+    results = compare([Method.parse(NAME)], settings, 3, 1, tmp_path / "out")
+    found = with_results(card, [tmp_path / "out" / "results.json"]).results[0]
+    assert len(found.seeds) == 3
+    for number, run in enumerate(results[NAME]):
+        assert found.rate(number) == sum(each.success for each in run) / len(run)
+    assert found.env == settings.model_dump(mode="json", exclude_defaults=True)
+
+
+def test_results_of_other_policies_are_refused(card: Card, tmp_path: Path) -> None:
+    compare([], tiny().env, 1, 1, tmp_path / "out")
+    with pytest.raises(CardError, match=r"results\.json: has no results of all of tiny-set"):
+        with_results(card, [tmp_path / "out" / "results.json"])
+
+
+@pytest.mark.parametrize("damage", ["card", "policy"])
+def test_what_is_damaged_is_refused(card: Card, tmp_path: Path, damage: str) -> None:
+    path = tmp_path / (f"{NAME}.json" if damage == "card" else card.policies[0].file)
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(CardError, match=f"{NAME}.json: "):
+        load_shipped(NAME)
+
+
+def test_runs_of_other_settings_make_no_set(
+    runs: list[Path], tmp_path_factory: pytest.TempPathFactory, tmp_path: Path
+) -> None:
+    other = tmp_path_factory.mktemp("other")
+    train(tiny(timesteps=24, learner={"algorithm": "ppo", "n_steps": 24, "batch_size": 24}), other)
+    with pytest.raises(CardError, match="was trained with other settings than"):
+        ship_policies(NAME, [runs[0], other], tmp_path)
+    with pytest.raises(CardError, match="is not the folder of a finished training run"):
+        ship_policies(NAME, [tmp_path], tmp_path)
+
+
+def test_the_command_ships_and_tells_what_is_wrong(runs: list[Path], tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["policies", NAME, str(runs[0]), "--folder", str(tmp_path)])
+    assert done.exit_code == 0, done.stderr
+    wrong = tmp_path / "results.json"
+    wrong.write_text(json.dumps({}), encoding="utf-8")
+    refused = CliRunner().invoke(app, ["results", NAME, str(wrong), "--folder", str(tmp_path)])
+    assert refused.exit_code == 1
+    assert "has no results of all of tiny-set" in refused.stderr.replace("\n", " ")
