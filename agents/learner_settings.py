@@ -22,7 +22,7 @@ class _Learner(Group, frozen=True):
     """Widths of the hidden layers of every network."""
     features: Literal["chain", "mouth"] = "chain"
     """Whether networks see the chain from its first component to its last, or from the tube's mouth
-    outward, see `agents.features.FromTheMouth`; the latter for ``MagFold/TubeFeed-v0`` alone."""
+    outward, see `agents.features.FromTheMouth`; the latter for tube feed alone."""
 
 
 class PPOSettings(_Learner, frozen=True):

@@ -107,8 +107,8 @@ class TrainSettings(Group, frozen=True):
             allowed = "must be 'multidiscrete' or 'discrete' with maskable-ppo"
             problems.append(Problem("env.actions", env.actions, allowed))
         if learner.features == "mouth":
-            if env.id != TUBE_FEED:
-                allowed = f"must be {TUBE_FEED!r} with features 'mouth'"
+            if env.id not in (TUBE_FEED, GOAL_ENV):
+                allowed = f"must be {TUBE_FEED!r} or {GOAL_ENV!r} with features 'mouth'"
                 problems.append(Problem("env.id", env.id, allowed))
             if self.curriculum is not None:
                 # Chains of other lengths are filled up, which moves their entries.

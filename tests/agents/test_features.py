@@ -10,6 +10,7 @@ from agents.learners import load_model, make_model
 from agents.training_envs import make_training_envs
 from magfold_env.envs.observation import ObservationLayout
 from magfold_env.envs.tube_feed import TubeFeedEnv
+from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
 from tests.agents.training import LEARNERS, tiny
 
 N = 5
@@ -66,9 +67,28 @@ def test_nothing_that_is_out_is_left_out() -> None:
 
 
 def test_other_observations_are_refused() -> None:
-    space = spaces.Box(-1.0, 1.0, (LAYOUT.size + 1,))
-    with pytest.raises(ValueError, match="must be that of MagFold/TubeFeed-v0"):
-        FromTheMouth(space)
+    for size in (0, LAYOUT.size - 1, LAYOUT.size + 1):
+        with pytest.raises(ValueError, match="must be that of MagFold/TubeFeed-v0"):
+            FromTheMouth(spaces.Box(-1.0, 1.0, (size,)))
+
+
+@pytest.mark.parametrize("backward", [False, True])
+def test_wanted_angles_take_the_place_of_letters(backward: bool) -> None:
+    env = TubeFeedGoalEnv(components=N, fidelity="quasistatic")
+    features = FromTheMouth(env.observation_space, backward)
+    wanted = np.arange(1.0, N)
+    chain = np.zeros(env.layout.size)
+    released = np.arange(N) < 2
+    chain[env.layout.slices["released"]] = released[::-1] if backward else released
+    chain[env.layout.slices["joint"]] = 10.0 * wanted
+    goal = np.append(wanted, 1.0)
+    batch = {"observation": chain, "desired_goal": goal, "achieved_goal": 0.0 * goal}
+    seen = features({name: torch.tensor(each[None]).float() for name, each in batch.items()})
+    assert seen.shape == (1, features.features_dim)
+    order = wanted[::-1] if backward else wanted
+    ahead = [*order[1:], 0.0]
+    behind = [order[0], 0.0, 0.0, 0.0]
+    assert seen[0, : 3 * (N - 1)].tolist() == [*ahead, *behind, *(10 * each for each in behind)]
 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
