@@ -130,12 +130,15 @@ def _usual(given: Sequence[Method], settings: EnvSettings, console: Console) -> 
 def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
     """Return the environment of training settings with changes, each ``KEY=VALUE`` in YAML.
 
+    Rewards are its own, whatever the training's were: they say what a policy adds to the minimiser.
+
     Raises
     ------
     ValueError
         If there are no such settings, a change is not allowed, or magnets are not chosen there.
     """
-    settings = load_settings(config, [f"env.{change}" for change in changes]).env
+    own = ["reward=null", "shaping=null"]
+    settings = load_settings(config, [f"env.{change}" for change in own + list(changes)]).env
     if settings.id == FEED_CONTROL:
         raise ValueError(
             f"env.id: {settings.id!r} is not allowed; must be one in which magnets are chosen"

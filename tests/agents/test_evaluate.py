@@ -13,7 +13,7 @@ from agents.episodes import Outcome, make_env, play
 from agents.evaluate import compare, env_settings, evaluate
 from agents.methods import Method, Results
 from agents.policies import DesignPolicy
-from agents.settings import EnvSettings
+from agents.settings import EnvSettings, load_settings
 from magfold_env.simulate import simulate
 
 runner = CliRunner()
@@ -123,6 +123,12 @@ def test_a_chain_that_is_not_simulated_has_no_motion_to_show(tmp_path: Path) -> 
 def test_settings_of_the_environment_can_be_changed() -> None:
     changed = env_settings("ppo-tube-feed", ["randomisation=strong", "targets=[LRLLL]"])
     assert (changed.randomisation, changed.targets) == ("strong", ("LRLLL",))
+
+
+def test_rewards_are_the_environments_own() -> None:
+    assert load_settings("ppo-tube-feed").env.reward == "score"
+    assert env_settings("ppo-tube-feed", []).reward is None
+    assert env_settings("ppo-tube-feed", ["reward=sparse"]).reward == "sparse"
 
 
 @pytest.mark.parametrize(
