@@ -1,0 +1,93 @@
+"""Symmetric scenes fold symmetrically, unless a start moved by 1e-6 rad folds otherwise too."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from magfold_env.benchmarks.dynamics_laws.outcomes import SAME_WITHIN, moved_starts
+from magfold_env.benchmarks.dynamics_laws.stepping import SteppedSession
+from magfold_env.fold import Fold, FoldStatus
+from magfold_env.scene import Scene
+from magfold_env.simulate import simulate
+from magfold_env.stress.symmetry import mirrored, seen_from_other_end, turned
+from magfold_env.stress.verdict import Verdict
+
+Floats = npt.NDArray[np.float64]
+
+TURN = 1.0  # [rad], no multiple of anything
+AT_ONCE = 10**9  # steps without a look
+MOST_STEPS = 100_000  # of a run that is worth repeating
+End = tuple[FoldStatus, Floats]
+
+
+def hold_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
+    """Mirror it, turn it and look at it from its other end."""
+    if scene.n == 1 or fold.steps > MOST_STEPS:
+        return
+    here = (fold.status, fold.joint_angles)
+    ends: dict[str, End] = {"mirror": _flipped(end_of(mirrored(scene)))}
+    if scene.mount == "tube":
+        _hold_other_end_of_tube(scene, fold, verdict)
+    else:
+        ends["rotation"] = turned_end(scene)
+    if scene.mount == "free":
+        ends["other end"] = _reversed(end_of(seen_from_other_end(scene)))
+    different = {law: end for law, end in ends.items() if not alike(end, here)}
+    if different and is_sensitive(scene, here):
+        verdict.notes.append("sensitive to 1e-6 rad")
+        different = {}
+    for law in ends:
+        words = ""
+        if law in different:
+            status, joints = different[law]
+            words = f"ends {status.value}, {_apart(joints, here[1]):.3g} rad off"
+        verdict.demand(law, law not in different, words)
+
+
+def end_of(scene: Scene) -> End:
+    """Return how a scene ends."""
+    fold = simulate(scene)
+    return fold.status, fold.joint_angles
+
+
+def turned_end(scene: Scene) -> End:
+    """Return how a scene ends when all of it, the chain included, is turned."""
+    session = SteppedSession(turned(scene, TURN), stride=AT_ONCE)
+    session.turn(TURN)
+    session.run()
+    fold = session.fold()
+    return fold.status, fold.joint_angles
+
+
+def alike(one: End, other: End) -> bool:
+    """Whether two chains end alike."""
+    return one[0] is other[0] and _apart(one[1], other[1]) <= SAME_WITHIN
+
+
+def is_sensitive(scene: Scene, end: End) -> bool:
+    """Whether the fold changes when its start is moved by 1e-6 rad."""
+    starts = moved_starts(scene, np.random.default_rng(0))
+    return any(not alike(end_of(start), end) for start in starts)
+
+
+def _hold_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
+    """The engine counts from the held end: both views are one run, bit for bit."""
+    other = simulate(seen_from_other_end(scene))
+    status, joints = _reversed((other.status, other.joint_angles))
+    same = (status, other.time, other.steps) == (fold.status, fold.time, fold.steps)
+    off = _apart(joints, fold.joint_angles)
+    words = f"ends {status.value} at {other.time:.6g} s, {off:.3g} rad off"
+    verdict.demand("other end", same and off < 1e-9, words)
+
+
+def _flipped(end: End) -> End:
+    return end[0], -end[1]
+
+
+def _reversed(end: End) -> End:
+    return end[0], -end[1][::-1]
+
+
+def _apart(one: Floats, other: Floats) -> float:
+    return float(np.abs(one - other).max(initial=0.0))
