@@ -113,7 +113,7 @@ def _mapping(path: Path, what: str) -> dict[str, Any]:
         data = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
     except yaml.YAMLError as error:
         raise SceneError(_describe(error), source=str(path)) from None
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise SceneError(f"cannot be read: {error}", source=str(path)) from None
     if not isinstance(data, dict):
         message = f"{data!r} is not a {what}; must be a mapping of keys"

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count, islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -69,11 +70,11 @@ def run(
     kept = None if out is None else Checkpoint(out / "state", _key(seed, chosen))
     tally, done = Tally(), set[int]()
     if kept is not None:
-        for number, size, record in kept.load():
+        for number, size, part in kept.read(_block_of):
             # The last block of a shorter campaign is smaller.
             if number < len(blocks) and size == len(blocks[number]):
                 done.add(number)
-                tally.merge(Tally.from_dict(record))
+                tally.merge(part)
     until = None if minutes is None else time.monotonic() + 60.0 * minutes
     left = iter([number for number in range(len(blocks)) if number not in done])
     team = Workers(workers, "processes")
@@ -123,6 +124,12 @@ def ordered(seed: int, kinds: Sequence[str]) -> Iterator[Case]:
 def _blocks(cases: int, seed: int, kinds: Sequence[str]) -> list[list[Case]]:
     every = list(islice(ordered(seed, kinds), cases))
     return [every[k : k + BLOCK] for k in range(0, cases, BLOCK)]
+
+
+def _block_of(record: list[Any]) -> tuple[int, int, Tally]:
+    """Return a block's number, its size and what was found in it."""
+    number, size, part = record
+    return int(number), int(size), Tally.from_dict(part)
 
 
 def _key(seed: int, kinds: Sequence[str]) -> dict[str, object]:

@@ -36,7 +36,7 @@ class Case:
         """Judge the scene; an error that is raised breaks a law like any other."""
         try:
             return check(self.scene())
-        except Exception as error:  # noqa: BLE001 - whatever it is, it is to be reported
+        except Exception as error:
             found = Verdict(status="raised", message=f"{type(error).__name__}: {error}")
             found.demand("no exception", False, found.message)
             return found

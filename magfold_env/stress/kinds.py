@@ -51,12 +51,13 @@ def few(source: Source) -> int:
 def scene(source: Source, n: int, **changes: Any) -> Scene:
     """Return a scene of ``n`` components in which everything else is ordinary."""
     made: Changes = {
-        "sequence": sequence(source, n),
         "friction": source.pick((0.0, source.number(0.0, 1.0), 0.35)),
         "duration": DURATION,
         **changes,
     }
     made["solver"] = {"max_steps": MAX_STEPS, **made.get("solver", {})}
+    if "sequence" not in made:
+        made["sequence"] = sequence(source, n)
     if "mount" not in made:
         made |= mounted(source)
     if "start_angles" not in made:

@@ -22,6 +22,7 @@ LOOKS = 10_000  # states of a run that are kept at most
 SETTLED = (FoldStatus.FOLDED, FoldStatus.MISFOLDED)
 REFUSAL = "overlap at the start"
 DEEPEST = 1e-3  # overlap, share of the side, at tolerances up to the default
+SURELY, HARDLY = 2e-3, 5e-4  # overlaps that are refused, and that are not; 1e-3 is the bound
 LEAST = 1e-7  # [rad] beyond a stop, at the tightest tolerances
 ROUNDING = 1e-12  # of an energy
 FOLDED_WITHIN = 0.05  # [rad] of a right angle
@@ -31,7 +32,7 @@ AT_REST = 1e-9  # [rad/s]
 def check(scene: Scene) -> Verdict:
     """Simulate a scene, in which nothing may be left to draw, and judge it by every law."""
     verdict = Verdict()
-    # Of the paper's solver nothing is asked but numbers, which stay broken once they are.
+    # Of the paper's solver nothing is asked but the truth about its numbers, at the end.
     paper = scene.solver.method == "paper"
     stride = scene.solver.max_steps if paper else max(1, scene.solver.max_steps // LOOKS)
     motion, session = follow(scene, stride)
@@ -69,23 +70,23 @@ def is_finite(fold: Fold) -> bool:
 
 
 def hold_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
-    """Overlapping starts are refused, others not, and no run breaks down."""
+    """Ask that overlapping starts are refused, others not, and that no run breaks down."""
     refused = fold.status is FoldStatus.FAILED and REFUSAL in fold.message
     if scene.contact and scene.mount != "tube" and scene.solver.method == "adaptive":
         assert scene.start_angles is not None
         start = headings(scene.start_angles)
         deep = deepest_overlap(scene.replace(mount="free", field=None), start, np.zeros(2), scene.n)
         deep /= scene.casing.side
-        # The engine's own bound is 1e-3, of cores that are a little smaller.
-        verdict.demand("refusal", refused or deep < 2e-3, f"starts overlap by {deep:.3g}")
-        verdict.demand("refusal", not refused or deep > 5e-4, f"overlap by {deep:.3g} only")
+        words = f"squares overlap by {deep:.3g} at the start"
+        verdict.demand("refusal", refused or deep < SURELY, words)
+        verdict.demand("refusal", not refused or deep > HARDLY, words)
     if not refused:
         gave_up = fold.status is FoldStatus.FAILED
         verdict.demand("no breakdown", not gave_up, fold.message)
 
 
 def hold_limits(motion: Motion, verdict: Verdict) -> None:
-    """No penetration, joints within their stops, no energy or momentum from nowhere."""
+    """Ask that nothing penetrates, joints keep to their stops, and nothing comes from nowhere."""
     scene, tolerance = motion.scene, motion.scene.solver.tolerance
     if scene.contact:
         verdict.judge("no penetration", motion.overlap, max(DEEPEST, 10.0 * tolerance))
@@ -96,7 +97,7 @@ def hold_limits(motion: Motion, verdict: Verdict) -> None:
 
 
 def hold_passivity(motion: Motion, verdict: Verdict) -> None:
-    """Once nothing is fed, energy does not rise: relative to its range in the whole run."""
+    """Ask that energy does not rise once nothing is fed, relative to its range in the run."""
     total = motion.total
     alone = total[motion.released == motion.scene.n]
     if alone.size == 0:
@@ -110,7 +111,7 @@ def hold_passivity(motion: Motion, verdict: Verdict) -> None:
 
 
 def hold_momentum(motion: Motion, verdict: Verdict) -> None:
-    """What begins at rest and feels nothing from outside has no momentum."""
+    """Ask that what begins at rest and feels nothing from outside has no momentum."""
     scene = motion.scene
     outer = scene.field is not None and scene.field.any
     linear, angular = mechanics.momenta(
@@ -132,13 +133,13 @@ def hold_momentum(motion: Motion, verdict: Verdict) -> None:
 
 
 def hold_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
-    """The status says what is so: rest where rest is told, the limit that was met otherwise."""
+    """Ask that the status says what is so, and names the limit that was met."""
     scene, solver = fold.scene, fold.scene.solver
     off = np.abs(np.abs(fold.joint_angles) - np.pi / 2.0)
     shut = bool((off <= FOLDED_WITHIN).all())
     word = angles_to_word(fold.joint_angles)
     verdict.demand("status", fold.word == word, f"the word is {word}")
-    verdict.demand("status", fold.steps <= solver.max_steps, "more steps than allowed")
+    verdict.judge("work cap", float(fold.steps), float(solver.max_steps))
     if fold.status in SETTLED:
         told = fold.status is FoldStatus.FOLDED
         verdict.demand("status", told == shut, "told folded" if told else "told misfolded")
@@ -156,7 +157,7 @@ def hold_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
 
 
 def hold_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
-    """What is told to rest does, and stays where it is when it is put down again."""
+    """Ask that what is told to rest does, and does so again when it is put down there."""
     if fold.status not in SETTLED:
         return
     scene = fold.scene

@@ -1,0 +1,122 @@
+"""The laws find what is wrong: each with a fold in which it is."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from magfold_env.benchmarks.dynamics_laws.along_folds import Motion, follow
+from magfold_env.fold import Fold, FoldStatus
+from magfold_env.scene import Scene
+from magfold_env.stress import laws, symmetries
+from magfold_env.stress.verdict import Verdict
+
+START = (0.03, -0.02, 0.01)
+SCENE = Scene(sequence=("NSNS", "SNSN", "NSSN", "SSNN"), start_angles=START, friction=0.0)
+
+
+@pytest.fixture(scope="module")
+def ended() -> tuple[Motion, Fold]:
+    motion, session = follow(SCENE)
+    return motion, session.fold()
+
+
+def broken(verdict: Verdict) -> set[str]:
+    return {each.law for each in verdict.broken}
+
+
+def limits(motion: Motion) -> set[str]:
+    verdict = Verdict()
+    laws.hold_limits(motion, verdict)
+    return broken(verdict)
+
+
+def status(fold: Fold, motion: Motion) -> set[str]:
+    verdict = Verdict()
+    laws.hold_status(fold, motion, verdict)
+    return broken(verdict)
+
+
+def test_a_sound_fold_keeps_every_law() -> None:
+    verdict = laws.check(SCENE)
+    assert verdict.broken == []
+    assert {"no penetration", "passivity", "momentum", "mirror", "other end"} < set(verdict.worst)
+
+
+def test_overlaps_and_joints_past_their_stops_are_found(ended: tuple[Motion, Fold]) -> None:
+    motion, _ = ended
+    angles = motion.angles.copy()
+    angles[-1] = [0.0, 1.6, 3.2, 4.8]
+    assert limits(motion) == set()
+    assert {"no penetration", "joint stops"} <= limits(replace(motion, angles=angles))
+
+
+def test_energy_and_momentum_from_nowhere_are_found(ended: tuple[Motion, Fold]) -> None:
+    motion, _ = ended
+    potential = motion.potential.copy()
+    potential[-1] += 0.02 * np.ptp(potential)
+    assert "passivity" in limits(replace(motion, potential=potential))
+    drift = motion.base_velocity + np.array([0.1, 0.0])
+    assert {"momentum", "angular momentum"} <= limits(replace(motion, base_velocity=drift))
+
+
+def test_untrue_statuses_are_found(ended: tuple[Motion, Fold]) -> None:
+    motion, fold = ended
+    other = {FoldStatus.FOLDED: FoldStatus.MISFOLDED, FoldStatus.MISFOLDED: FoldStatus.FOLDED}
+    assert status(fold, motion) == set()
+    assert status(replace(fold, status=other[fold.status]), motion) == {"status"}
+    assert status(replace(fold, word="SSS"), motion) == {"status"}
+    assert status(replace(fold, steps=10**7), motion) == {"work cap"}
+    early = {"status": FoldStatus.UNSETTLED, "message": "still moving after 0.01 s"}
+    assert status(replace(fold, **early), motion) == {"status"}
+    capped = {"status": FoldStatus.UNSETTLED, "message": "stopped: 200000 steps are the limit"}
+    assert status(replace(fold, **capped), motion) == {"status"}
+
+
+def test_motion_that_is_told_to_be_rest_is_found(ended: tuple[Motion, Fold]) -> None:
+    motion, fold = ended
+    rates = motion.rates.copy()
+    rates[-1] = [0.0, 0.1, 0.0, 0.0]
+    joints = fold.angles + np.array([0.0, 0.0, 0.3, 0.3])
+    verdict = Verdict()
+    laws.hold_rest(replace(fold, angles=joints), replace(motion, rates=rates), verdict)
+    assert {"rest", "energy", "rest again"} <= broken(verdict)
+
+
+def test_wrong_refusals_and_breakdowns_are_found(ended: tuple[Motion, Fold]) -> None:
+    _, fold = ended
+    closed = SCENE.replace(sequence=("NNNN",) * 5, start_angles=[math.pi / 2] * 4)
+    cases = {
+        (closed, "folded at t = 1 s", FoldStatus.FOLDED): {"refusal"},
+        (SCENE, "components 1 and 4 overlap at the start", FoldStatus.FAILED): {"refusal"},
+        (SCENE, "step size underflow", FoldStatus.FAILED): {"no breakdown"},
+    }
+    for (scene, message, how), expected in cases.items():
+        verdict = Verdict()
+        laws.hold_refusal(scene, replace(fold, message=message, status=how), verdict)
+        assert broken(verdict) == expected
+
+
+def test_a_fold_that_is_not_symmetric_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The mirror image of another chain.
+    monkeypatch.setattr(symmetries, "mirrored", lambda scene: scene)
+    verdict = laws.check(SCENE)
+    assert broken(verdict) == {"mirror"}
+
+
+def test_what_changes_from_run_to_run_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulate = laws.simulate
+
+    def another(scene: Scene) -> Fold:
+        fold = simulate(scene)
+        return replace(fold, angles=np.nextafter(fold.angles, 9.0))
+
+    monkeypatch.setattr(laws, "simulate", another)
+    assert "determinism" in broken(laws.check(SCENE))
+
+
+def test_what_is_no_number_breaks_a_law() -> None:
+    verdict = Verdict()
+    verdict.judge("law", math.nan, 1.0)
+    assert broken(verdict) == {"law"}
