@@ -97,7 +97,10 @@ def hold_limits(motion: Motion, verdict: Verdict) -> None:
 
 
 def hold_passivity(motion: Motion, verdict: Verdict) -> None:
-    """Ask that energy does not rise once nothing is fed, relative to its range in the run."""
+    """Ask that energy does not rise once nothing is fed.
+
+    Relative to its range in the run, or to what was kinetic, if that is more.
+    """
     total = motion.total
     alone = total[motion.released == motion.scene.n]
     if alone.size == 0:
@@ -106,7 +109,8 @@ def hold_passivity(motion: Motion, verdict: Verdict) -> None:
     least = ROUNDING * max(float(np.abs(term).max()) for term in terms)
     rise = float((alone - np.minimum.accumulate(alone)).max())
     allowed = max(10.0 * motion.scene.solver.tolerance, 1e-9)
-    extent = max(float(np.ptp(total)), least / allowed, 1e-300)
+    moving = float(motion.kinetic.max())
+    extent = max(float(np.ptp(total)), moving, least / allowed, 1e-300)
     verdict.judge("passivity", rise / extent, allowed)
 
 

@@ -21,7 +21,6 @@ from agents.baselines.store import ChoiceFile, Chosen, read_choices, read_key
 from agents.open_loop import FrozenPolicy
 from agents.policies import TrainedPolicy
 from agents.settings import load_settings
-from magfold_env.checkpoint import Checkpoint
 from magfold_env.design.evidence import Evidence
 from magfold_env.design.result import Design
 from magfold_env.design.suites import load_suite
