@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.fuzz.mutations import mutated
 from tests.fuzz.readers import READERS, outcome
 
-quick = settings(suppress_health_check=[HealthCheck.too_slow])
+patient = settings(suppress_health_check=[HealthCheck.too_slow])
 
 
 @cache
@@ -25,7 +25,7 @@ def test_whole_files_are_read(name):
 
 
 @pytest.mark.parametrize("name", READERS)
-@quick
+@patient
 @given(data=st.data())
 def test_what_is_next_to_right_is_read_or_refused_clearly(name, data):
     reader = READERS[name]
