@@ -10,6 +10,7 @@ import numpy as np
 
 from magfold_env.benchmarks.dynamics_laws.random_scenes import designed_sequence
 from magfold_env.scene import Scene
+from magfold_env.scene_parts import Gravity, Solver
 from magfold_env.shapes import overlaps
 from magfold_env.stress.source import Source, logarithmic, numbers
 
@@ -261,14 +262,11 @@ def marathon(source: Source) -> Scene:
         magnets=None,
         mount="pinned",
         friction=0.0,
-        gravity={"in_plane": (0.0, -9.8)},
+        gravity=Gravity(in_plane=(0.0, -9.8)),
         contact=False,
         start_angles=numbers(source, -0.5, 0.5, n - 1),
         duration=1e9,
-        solver={
-            "tolerance": logarithmic(source, 1e-9, 1e-4),
-            "max_steps": MARATHON_STEPS,
-        },
+        solver=Solver(tolerance=logarithmic(source, 1e-9, 1e-4), max_steps=MARATHON_STEPS),
     )
 
 

@@ -74,13 +74,10 @@ def faces(scene: Scene, order: Sequence[int], step: int) -> dict[str, Any]:
         return changes
     magnets: dict[str, Any] = {}
     for name in (*SIZES, scene.magnets.strength_name):
-        value = getattr(scene.magnets, name)
-        if not isinstance(value, tuple):
-            continue
-        rows = np.array(value)
-        if rows.ndim > 1:
-            rows = rows[::step]
-        magnets[name] = rows[..., list(order)]
+        value = np.asarray(getattr(scene.magnets, name), dtype=np.float64)
+        if value.ndim:
+            rows = value[::step] if value.ndim > 1 else value
+            magnets[name] = rows[..., list(order)]
     changes["magnets"] = magnets
     return changes
 

@@ -90,8 +90,8 @@ def _signed(content: bytes) -> bytes:
     try:
         data = json.loads(content)
         data.pop("checksum", None)
-        tight = {"separators": (",", ":")} if "records" in data else {}
-        text = json.dumps(data, sort_keys=True, **tight)
+        tight = (",", ":") if "records" in data else None
+        text = json.dumps(data, sort_keys=True, separators=tight)
         return json.dumps({"checksum": hashlib.sha256(text.encode()).hexdigest(), **data}).encode()
     except (ValueError, AttributeError, TypeError, RecursionError):
         return content

@@ -39,7 +39,7 @@ OPTIONS: Mapping[str, Mapping[str, list[str]]] = {
 
 
 @pytest.mark.parametrize("command", OPTIONS)
-@patient
+@settings(patient, max_examples=settings().max_examples // 4)
 @given(data=st.data())
 def test_options_are_taken_or_refused(command: str, data: st.DataObject, quick: str) -> None:
     pairs = {name: st.sampled_from(values) for name, values in OPTIONS[command].items()}
