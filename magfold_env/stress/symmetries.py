@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
@@ -19,14 +21,27 @@ TURN = 1.0  # [rad], no multiple of anything
 ROUNDING = 1e-9  # [rad]
 AT_ONCE = 10**9  # steps without a look
 MOST_STEPS = 100_000  # of a run that is worth repeating
-End = tuple[FoldStatus, Floats]
+
+
+class End(NamedTuple):
+    """How a chain ends."""
+
+    status: FoldStatus
+    joints: Floats
+    capped: bool
+    """Whether its steps were too many: where that stops a chain depends on rounding."""
+
+    @classmethod
+    def of(cls, fold: Fold) -> End:
+        """Return how a fold ends."""
+        return cls(fold.status, fold.joint_angles, "are the limit" in fold.message)
 
 
 def hold_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
     """Mirror it, turn it and look at it from its other end."""
     if scene.n == 1 or fold.steps > MOST_STEPS:
         return
-    here = (fold.status, fold.joint_angles)
+    here = End.of(fold)
     ends: dict[str, End] = {"mirror": _flipped(end_of(mirrored(scene)))}
     if scene.mount == "tube":
         _hold_other_end_of_tube(scene, fold, verdict)
@@ -34,6 +49,9 @@ def hold_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
         ends["rotation"] = turned_end(scene)
     if scene.mount == "free":
         ends["other end"] = _reversed(end_of(seen_from_other_end(scene)))
+    if here.capped or any(end.capped for end in ends.values()):
+        verdict.notes.append("stopped by the work cap")
+        return
     different = {law: end for law, end in ends.items() if not alike(end, here)}
     if different and is_sensitive(scene, here):
         verdict.notes.append("sensitive to 1e-6 rad")
@@ -41,15 +59,14 @@ def hold_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
     for law in ends:
         words = ""
         if law in different:
-            status, joints = different[law]
-            words = f"ends {status.value}, {_apart(joints, here[1]):.3g} rad off"
+            end = different[law]
+            words = f"ends {end.status.value}, {_apart(end.joints, here.joints):.3g} rad off"
         verdict.demand(law, law not in different, words)
 
 
 def end_of(scene: Scene) -> End:
     """Return how a scene ends."""
-    fold = simulate(scene)
-    return fold.status, fold.joint_angles
+    return End.of(simulate(scene))
 
 
 def turned_end(scene: Scene) -> End:
@@ -57,13 +74,12 @@ def turned_end(scene: Scene) -> End:
     session = SteppedSession(turned(scene, TURN), stride=AT_ONCE)
     session.turn(TURN)
     session.run()
-    fold = session.fold()
-    return fold.status, fold.joint_angles
+    return End.of(session.fold())
 
 
 def alike(one: End, other: End) -> bool:
     """Whether two chains end alike."""
-    return one[0] is other[0] and _apart(one[1], other[1]) <= SAME_WITHIN
+    return one.status is other.status and _apart(one.joints, other.joints) <= SAME_WITHIN
 
 
 def is_sensitive(scene: Scene, end: End) -> bool:
@@ -75,19 +91,18 @@ def is_sensitive(scene: Scene, end: End) -> bool:
 def _hold_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
     """Ask for one run from both views, bit for bit: the engine counts from the held end."""
     other = simulate(seen_from_other_end(scene))
-    status, joints = _reversed((other.status, other.joint_angles))
-    same = (status, other.time, other.steps) == (fold.status, fold.time, fold.steps)
-    off = _apart(joints, fold.joint_angles)
-    words = f"ends {status.value} at {other.time:.6g} s, {off:.3g} rad off"
+    same = (other.status, other.time, other.steps) == (fold.status, fold.time, fold.steps)
+    off = _apart(_reversed(End.of(other)).joints, fold.joint_angles)
+    words = f"ends {other.status.value} at {other.time:.6g} s, {off:.3g} rad off"
     verdict.demand("other end", same and off <= ROUNDING, words)
 
 
 def _flipped(end: End) -> End:
-    return end[0], -end[1]
+    return end._replace(joints=-end.joints)
 
 
 def _reversed(end: End) -> End:
-    return end[0], -end[1][::-1]
+    return end._replace(joints=-end.joints[::-1])
 
 
 def _apart(one: Floats, other: Floats) -> float:
