@@ -17,6 +17,8 @@ CHEAP = ("ordinary", "friction", "overlapping", "straight", "stops")
 KNOWN = {
     "through-a-wall": "no penetration: a long step takes a casing through the tube's thin wall",
     "past-the-work-cap": "work cap: a step may count for two, and so exceed `max_steps` by one",
+    "false-jam": "no breakdown: tolerances below 1e-11 rad end jammed where 1e-10 folds",
+    "paper-breaks-down": "no breakdown: the paper's steps take its casings onto each other's poles",
     "light-end": "passivity: energy grows where a mass 1e5 times lighter than another rattles",
 }
 
