@@ -85,6 +85,7 @@ def test_time_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert run(1000, 0, ["overlapping"], minutes=2.0).cases == 2 * BLOCK
 
 
+@pytest.mark.slow
 def test_a_killed_campaign_goes_on(tmp_path: Path) -> None:
     code = """
 import sys
