@@ -2,7 +2,9 @@
 
 import hashlib
 import json
+import struct
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,20 @@ from magfold_env.checkpoint import CheckpointError, difference
 from magfold_env.files import replacing
 
 MANIFEST = "manifest.json"
+
+UNREADABLE = (
+    OSError,
+    ValueError,  # among them are wrong text and wrong JSON
+    AttributeError,
+    KeyError,
+    TypeError,
+    RuntimeError,  # encrypted, of an unknown method, or nested too deeply
+    EOFError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+"""What reading a file that is no zip file, or a damaged one, may raise."""
 
 
 def write_archive(path: Path, key: Mapping[str, Any], members: Mapping[str, bytes]) -> None:
@@ -49,7 +65,7 @@ def read_archive(path: Path, key: Mapping[str, Any]) -> dict[str, bytes]:
             members = {name: archive.read(name) for name in manifest["sha256"]}
             found = manifest["key"]
         wrong = [n for n in members if _sha256(members[n]) != manifest["sha256"][n]]
-    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile, NotImplementedError) as e:
+    except UNREADABLE as e:
         raise CheckpointError(f"{path}: is damaged ({e}); {_REMEDY}") from None
     if wrong:
         raise CheckpointError(f"{path}: is damaged ({wrong[0]} is not what was saved); {_REMEDY}")

@@ -13,6 +13,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
+from agents.archive import UNREADABLE
 from agents.features import FromTheMouth
 from agents.learner_settings import LearnerSettings, SACSettings
 from agents.learning_rate import LearningRate
@@ -96,7 +97,7 @@ def load_model(path: str | Path, device: str = "cpu") -> BaseAlgorithm:
     try:
         with zipfile.ZipFile(path) as archive:
             module = json.loads(archive.read("data"))["policy_class"]["__module__"]
-    except (zipfile.BadZipFile, KeyError, ValueError) as error:
+    except UNREADABLE as error:
         raise ValueError(f"{path}: is not a model of Stable-Baselines3: {error!r}") from None
     if module not in _BY_POLICY:
         raise ValueError(f"{path}: is not a model of {', '.join(CLASSES)}; its policy: {module}")

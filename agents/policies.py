@@ -1,6 +1,7 @@
 """Policies that can be compared: random, frozen choices, trained ones."""
 
 import json
+import pickle
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,6 +13,7 @@ import stable_baselines3
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 
+from agents.archive import UNREADABLE
 from agents.baselines.store import read_choices
 from agents.open_loop import FrozenPolicy
 from magfold_env.envs.fold_env import FoldEnv
@@ -85,7 +87,11 @@ class TrainedPolicy:
             If the file is damaged, or no checkpoint of an algorithm that is known.
         """
         torch.set_num_threads(1)
-        return cls(_algorithm(Path(path)).load(path, device="cpu"), sampled)
+        algorithm = _algorithm(Path(path))
+        try:
+            return cls(algorithm.load(path, device="cpu"), sampled)
+        except (*UNREADABLE, AssertionError, ImportError, pickle.UnpicklingError) as error:
+            raise ValueError(f"{path}: is not a checkpoint, or is damaged: {error}") from None
 
     @property
     def training_steps(self) -> int:
@@ -156,7 +162,7 @@ def _algorithm(path: Path) -> type[BaseAlgorithm]:
     try:
         with zipfile.ZipFile(path) as archive:
             module = json.loads(archive.read("data"))["policy_class"]["__module__"]
-    except (zipfile.BadZipFile, KeyError, TypeError, ValueError) as error:
+    except UNREADABLE as error:
         raise ValueError(f"{path}: is not a checkpoint, or is damaged: {error}") from None
     if module not in _ALGORITHMS:
         known = ", ".join(sorted(each.__name__ for each in _ALGORITHMS.values()))

@@ -143,6 +143,8 @@ def load_settings(
         content = yaml.safe_load(file.read_text(encoding="utf-8"))
     except yaml.YAMLError as error:
         raise SettingsError(f"{file}: not YAML: {error}") from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise SettingsError(f"{file}: cannot be read: {error}") from None
     if not isinstance(content, dict):
         raise SettingsError(f"{file}: {content!r} is not allowed; must be a mapping of keys")
     content |= {key: value for key, value in overrides.items() if value is not None}

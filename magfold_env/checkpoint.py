@@ -5,11 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 from magfold_env.files import write_text
+
+T = TypeVar("T")
 
 EVERY = 2.0
 """Longest time between two files [s]: what a kill may lose."""
@@ -47,6 +49,25 @@ class Checkpoint:
             If a file is damaged or holds another key.
         """
         return [record for path in self._paths() for record in self._read(path)]
+
+    def read(self, make: Callable[[Any], T]) -> list[T]:
+        """Return what ``make`` makes of every record, in the order they were added.
+
+        Raises
+        ------
+        CheckpointError
+            Also if ``make`` raises a ValueError, a TypeError or the like.
+        """
+        made: list[T] = []
+        for path in self._paths():
+            try:
+                made += map(make, self._read(path))
+            except CheckpointError:
+                raise
+            except (ValueError, TypeError, LookupError, AttributeError, OverflowError) as error:
+                message = f"{path}: holds a record that is not one of this run: {error}; remove it"
+                raise CheckpointError(message) from None
+        return made
 
     def add(self, record: object) -> None:
         """Add a record, of values that JSON can hold; write if the last file is `EVERY` old."""
@@ -90,9 +111,9 @@ def _whole(path: Path) -> dict[str, Any] | None:
         content: Any = json.loads(path.read_text(encoding="utf-8"))
         checksum = content.pop("checksum")
         fits = checksum == _checksum(content) and {"key", "records"} <= set(content)
-    except (ValueError, AttributeError, KeyError, TypeError):
+    except (ValueError, AttributeError, KeyError, TypeError, RecursionError):
         return None
-    return content if fits else None
+    return content if fits and isinstance(content["records"], list) else None
 
 
 def _canonical(content: Mapping[str, Any]) -> str:

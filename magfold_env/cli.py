@@ -250,6 +250,37 @@ def play(
 
 
 @app.command()
+def stress(
+    *,
+    cases: Annotated[int, typer.Option(help="Scenes to try.")] = 1000,
+    seed: Annotated[int, typer.Option(help="Seed of all draws.")] = 0,
+    only: Annotated[
+        list[str] | None, typer.Option(help="A kind of scenes, see the table; may repeat.")
+    ] = None,
+    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+    minutes: Annotated[
+        float | None, typer.Option(help="Begin no more after this time; no limit if left out.")
+    ] = None,
+    out: Annotated[
+        Path, typer.Option(help="Folder of the results; a killed command goes on in it.")
+    ] = Path("runs/stress"),
+    rerun: Annotated[
+        Path | None, typer.Option(help="Judge the scene in this file, and try nothing else.")
+    ] = None,
+) -> None:
+    """Try to break the simulation by random and extreme scenes; exit code 1 if a law is broken."""
+    from magfold_env import cli_stress  # noqa: PLC0415 - for this command only
+
+    with errors_in_one_line():
+        if rerun is not None:
+            kept = cli_stress.try_again(rerun)
+        else:
+            kept = cli_stress.try_cases(cases, seed, only or [], workers, minutes, out)
+    if not kept:
+        raise typer.Exit(1)
+
+
+@app.command()
 def scenes() -> None:
     """List the shipped scenes."""
     with errors_in_one_line():

@@ -99,5 +99,5 @@ def reading_json(path: str | Path, what: str, form: str) -> Generator[dict[str, 
         if data["format"] != form:
             raise ValueError(f"format: {data['format']!r} is not allowed; must be {form!r}")
         yield data
-    except (KeyError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise ValueError(f"{path}: is not {what}; {error}") from None

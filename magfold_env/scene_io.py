@@ -75,10 +75,21 @@ def load_scene(name_or_path: str | Path) -> Scene:
     raise SceneError(f"{name_or_path}: no such scene; {shipped}")
 
 
-def save_scene(scene: Scene, path: str | Path) -> None:
-    """Write a scene as YAML, every field spelt out, so that `load_scene` gives it back equal."""
+def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
+    """Write a scene as YAML, every field spelt out, so that `load_scene` gives it back equal.
+
+    Parameters
+    ----------
+    scene
+        What to write.
+    path
+        Where to.
+    comment
+        Lines to put before it.
+    """
     data = scene.model_dump(mode="json")
-    write_text(path, yaml.safe_dump(data, sort_keys=False, default_flow_style=None))
+    head = "".join(f"# {line}\n" for line in comment.splitlines())
+    write_text(path, head + yaml.safe_dump(data, sort_keys=False, default_flow_style=None))
 
 
 def read_part(path: Path, kind: type[PartType]) -> PartType:
@@ -102,7 +113,7 @@ def _mapping(path: Path, what: str) -> dict[str, Any]:
         data = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
     except yaml.YAMLError as error:
         raise SceneError(_describe(error), source=str(path)) from None
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise SceneError(f"cannot be read: {error}", source=str(path)) from None
     if not isinstance(data, dict):
         message = f"{data!r} is not a {what}; must be a mapping of keys"

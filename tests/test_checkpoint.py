@@ -75,6 +75,14 @@ def test_a_damaged_file_is_refused(damage: Callable[[str], str], tmp_path: Path)
     assert Checkpoint(tmp_path, KEY).load() == [22]
 
 
+def test_records_that_cannot_be_used_are_refused_with_their_file(tmp_path: Path) -> None:
+    kept = written(tmp_path, ["1", "2"], ["three"])
+    with pytest.raises(CheckpointError, match=r"part-000001.json: holds a record .*'three'"):
+        kept.read(int)
+    parts(tmp_path)[1].unlink()
+    assert kept.read(int) == [1, 2]
+
+
 @pytest.mark.parametrize(
     ("key", "difference"),
     [

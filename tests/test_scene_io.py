@@ -114,3 +114,11 @@ def test_saving_leaves_no_temporary_file_and_needs_the_folder(tmp_path: Path) ->
     assert [path.name for path in tmp_path.iterdir()] == ["scene.yaml"]
     with pytest.raises(FileNotFoundError, match="does not exist"):
         mf.save_scene(scene, tmp_path / "nowhere" / "scene.yaml")
+
+
+def test_comments_stand_before_a_saved_scene(tmp_path: Path) -> None:
+    scene = mf.Scene(sequence=("NSNS",))
+    path = tmp_path / "scene.yaml"
+    mf.save_scene(scene, path, "one\ntwo")
+    assert path.read_text(encoding="utf-8").startswith("# one\n# two\nsequence:")
+    assert mf.load_scene(path) == scene

@@ -7,7 +7,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
 from agents.open_loop import OpenLoop
+from magfold_env.errors import Problem, dotted
 from magfold_env.files import write_text
 
 FORMAT = "magfold_env choices 1"
@@ -67,7 +70,7 @@ class ChoiceFile:
                         f"{path}: was written by another search, with {name} {there!r}; "
                         f"must be {value!r}, or give another file"
                     )
-            self._chosen = _chosen_in(content)
+            self._chosen = _chosen_in(content, path)
 
     @property
     def chosen(self) -> Mapping[str, Chosen]:
@@ -92,7 +95,7 @@ def read_choices(path: Path) -> dict[str, OpenLoop]:
     ValueError
         If it is no such file, or damaged.
     """
-    return {target: each.choice for target, each in _chosen_in(_read(path)).items()}
+    return {target: each.choice for target, each in _chosen_in(_read(path), path).items()}
 
 
 def read_key(path: Path) -> dict[str, Any]:
@@ -111,20 +114,24 @@ def _read(path: Path) -> dict[str, Any]:
         content = json.loads(path.read_text(encoding="utf-8"))
         checksum = content.pop("checksum")
         whole = content["format"] == FORMAT and checksum == _checksum(content)
-    except (ValueError, AttributeError, KeyError, TypeError):
+        whole = whole and isinstance(content["key"], dict)
+    except (OSError, ValueError, AttributeError, KeyError, TypeError, RecursionError):
         whole, content = False, {}
     if not whole:
         raise ValueError(f"{path}: holds no choices of agents.baselines, or is damaged")
     return content
 
 
-def _chosen_in(content: Mapping[str, Any]) -> dict[str, Chosen]:
-    return {
-        target: Chosen(
-            **each | {"sequence": tuple(each["sequence"]), "speeds": tuple(each["speeds"])}
-        )
-        for target, each in content["choices"].items()
-    }
+def _chosen_in(content: Mapping[str, Any], path: Path) -> dict[str, Chosen]:
+    try:
+        return _CHOICES.validate_python(content.get("choices"))
+    except ValidationError as error:
+        wrong = error.errors(include_url=False)[0]
+        key = dotted(("choices", *wrong["loc"]))
+        raise ValueError(f"{path}: {Problem(key, wrong['input'], wrong['msg'])}") from None
+
+
+_CHOICES = TypeAdapter(dict[str, Chosen])
 
 
 def _checksum(content: Mapping[str, Any]) -> str:

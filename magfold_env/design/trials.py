@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -60,8 +61,7 @@ class Trials:
         self._team, self._kept, self._report = team, kept, report
         self._known: dict[Key, float] = {}
         self._asked: set[Key] = set()
-        for sequence, speed, draw, score in kept.load() if kept else []:
-            self._known[(tuple(sequence.split()), speed, draw)] = score
+        self._known.update(kept.read(_release_of) if kept else [])
 
     @property
     def count(self) -> int:
@@ -96,6 +96,12 @@ def hurried(scene: Scene) -> Scene:
     steps = round(PACE * scene.n * (1e-3 / scene.solver.tolerance) ** 0.2)
     most = min(max(steps, 1), scene.solver.max_steps_per_second)
     return scene.replace(solver={"max_steps_per_second": most})
+
+
+def _release_of(record: list[Any]) -> tuple[Key, float]:
+    """Return a release and its score as they were kept."""
+    sequence, speed, draw, score = record
+    return (tuple(sequence.split()), speed, int(draw)), float(score)
 
 
 def _score(scene: Scene, target: str, seed: int, key: Key) -> float:

@@ -73,7 +73,8 @@ def ensemble(
     kept = None if state is None else Checkpoint(state, _key(scene, seed))
     made: dict[int, Run] = {}
     if kept is not None:
-        made = {run.number: run for run in map(Run.from_record, kept.load()) if run.number < runs}
+        found = kept.read(partial(Run.from_record, n=scene.n))
+        made = {run.number: run for run in found if run.number < runs}
     missing = [index for index in range(runs) if index not in made]
     try:
         for _, run in finished(partial(run_one, scene, seed), missing, team):

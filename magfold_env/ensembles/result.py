@@ -177,8 +177,9 @@ class Ensemble:
             If the file is no such ensemble.
         """
         with reading_json(path, "an ensemble", FORMAT) as data:
-            runs = [Run.from_record(each) for each in data["runs"]]
-            return cls.of(Scene(**data["scene"]), data["seed"], runs)
+            scene = Scene(**data["scene"])
+            runs = [Run.from_record(each, scene.n) for each in data["runs"]]
+            return cls.of(scene, data["seed"], runs)
 
     def to_csv(self, path: str | Path) -> None:
         """Write `columns` as CSV, a line a run, under a temporary name first."""

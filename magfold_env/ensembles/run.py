@@ -7,7 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
+from magfold_env.shapes import parse_word
 from magfold_env.simulate import simulate
 
 
@@ -33,11 +35,19 @@ class Run(NamedTuple):
         return [self.number, self.word, self.status, *finite]
 
     @classmethod
-    def from_record(cls, record: list[Any]) -> Run:
-        """Return the run that `to_record` was made of."""
+    def from_record(cls, record: list[Any], n: int) -> Run:
+        """Return the run of a chain of ``n`` components that `to_record` was made of.
+
+        Raises
+        ------
+        ValueError
+            If it was made of none.
+        """
         number, word, status, *values = record
         energy, time, *angles = (math.nan if x is None else float(x) for x in values)
-        return cls(int(number), str(word), str(status), energy, time, tuple(angles))
+        if not isinstance(number, int) or number < 0 or len(angles) != n:
+            raise ValueError(f"a run of {n} components is not {record!r}")
+        return cls(number, parse_word(word), FoldStatus(status).value, energy, time, tuple(angles))
 
 
 def generator(seed: int, index: int) -> np.random.Generator:

@@ -40,16 +40,16 @@ def read_tasks(tasks: str | Sequence[ControlTask | Mapping[str, Any]]) -> tuple[
         If a task is not valid; one line per problem.
     """
     given: Sequence[ControlTask | Mapping[str, Any]]
-    if isinstance(tasks, str):
-        if tasks not in control_suite_names():
-            raise ValueError(
-                f"tasks: {tasks!r} is not allowed; must be a list of tasks or one of "
-                f"{', '.join(control_suite_names())}"
-            )
+    if isinstance(tasks, str) and tasks in control_suite_names():
         path = configs_dir() / "control" / f"{tasks}.yaml"
         given = yaml.safe_load(path.read_text(encoding="utf-8"))
-    else:
+    elif isinstance(tasks, (list, tuple)) and all(map(_is_task, tasks)):
         given = tasks
+    else:
+        raise ValueError(
+            f"tasks: {tasks!r} is not allowed; must be a list of tasks or one of "
+            f"{', '.join(control_suite_names())}"
+        )
     found = tuple(each if isinstance(each, ControlTask) else ControlTask(**each) for each in given)
     lengths = sorted({len(task.sequence) for task in found})
     if len(lengths) != 1:
@@ -60,6 +60,10 @@ def read_tasks(tasks: str | Sequence[ControlTask | Mapping[str, Any]]) -> tuple[
     for task in found:
         _check_words(task)
     return found
+
+
+def _is_task(value: object) -> bool:
+    return isinstance(value, (ControlTask, Mapping))
 
 
 def _check_words(task: ControlTask) -> None:

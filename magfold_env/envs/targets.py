@@ -30,7 +30,7 @@ def resolve_targets(targets: Sequence[str] | None, n: int) -> tuple[str, ...]:
                 f"must be a list (up to {LONGEST_LISTED} components all words are taken)"
             )
         return tuple(folded_words(n))
-    if isinstance(targets, str) or not targets:
+    if not _is_list(targets) or not targets:
         raise ValueError(f"targets: {targets!r} is not allowed; must be a list of fold words")
     for word in targets:
         if not is_target(word, n):
@@ -39,6 +39,10 @@ def resolve_targets(targets: Sequence[str] | None, n: int) -> tuple[str, ...]:
                 f"components without overlap, such as {_examples(n)}"
             )
     return tuple(targets)
+
+
+def _is_list(value: object) -> bool:
+    return isinstance(value, Sequence) and not isinstance(value, str)
 
 
 def is_target(word: object, n: int) -> bool:

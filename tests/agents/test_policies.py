@@ -80,6 +80,11 @@ def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
         archive.writestr("data", json.dumps({"policy_class": {"__module__": "somewhere.else"}}))
     with pytest.raises(ValueError, match=r"'somewhere\.else'; must be of one of MaskablePPO, PPO"):
         make_policy(str(path))
+    with zipfile.ZipFile(path, "w") as archive:
+        module = "stable_baselines3.common.policies"
+        archive.writestr("data", json.dumps({"policy_class": {"__module__": module}}))
+    with pytest.raises(ValueError, match=r"policy\.zip: is not a checkpoint, or is damaged"):
+        make_policy(str(path))
 
 
 def test_frozen_choices_are_a_policy(tmp_path: Path) -> None:

@@ -64,10 +64,11 @@ def test_designs_hardly_repel_anywhere_in_their_folds():
 @given(seed=seeds)
 def test_separation_agrees_with_points_along_the_edges(seed):
     rng = np.random.default_rng(seed)
-    one = overlap.square(np.zeros(2), rng.uniform(0, 7), 1.0)
-    other = overlap.square(rng.uniform(-1.5, 1.5, 2), rng.uniform(0, 7), 1.0)
-    found = overlap.separation(one, other)
-    assert found == pytest.approx(overlap.separation(other, one), abs=1e-12)
+    first = box(np.zeros(2), rng.uniform(0, 7), rng.uniform(0.1, 1.0, 2))
+    second = box(rng.uniform(-1.5, 1.5, 2), rng.uniform(0, 7), rng.uniform(0.1, 1.0, 2))
+    one, other = first.corners[0], second.corners[0]
+    found = separation(first, second)
+    assert found == pytest.approx(separation(second, first), abs=1e-12)
     share = np.linspace(0.0, 1.0, 200, endpoint=False)[:, None]
     edges = [np.concatenate([a + share * (b - a) for a, b in pairs(p)]) for p in (one, other)]
     apart = np.hypot(*(edges[0][:, None] - edges[1]).T).min()
@@ -76,8 +77,19 @@ def test_separation_agrees_with_points_along_the_edges(seed):
     else:
         # Moved by as much as it lies inside, along some direction, it just touches.
         ways = [(np.cos(t), np.sin(t)) for t in np.linspace(0.0, 2 * np.pi, 400)]
-        moved = [overlap.separation(one, other - found * np.array(way)) for way in ways]
+        moved = [
+            separation(first, second._replace(centre=second.centre - found * np.array([way])))
+            for way in ways
+        ]
         assert max(moved) == pytest.approx(0.0, abs=1e-3)
+
+
+def box(centre, turn, half):
+    return overlap.Boxes(np.array([centre]), np.array([turn]), np.array([half]))
+
+
+def separation(one, other):
+    return float(overlap.separation(one, other)[0])
 
 
 def pairs(polygon):

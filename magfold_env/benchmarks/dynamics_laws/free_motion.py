@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics_laws.mechanics import kinetic_energy, momenta
+from magfold_env.benchmarks.dynamics_laws.mechanics import Floats, kinetic_energy, momenta
 from magfold_env.benchmarks.dynamics_laws.random_scenes import LARGEST, SMALLEST, random_sequence
 from magfold_env.benchmarks.dynamics_laws.stepping import SteppedSession
 from magfold_env.scene import Scene
@@ -45,17 +45,17 @@ def momentum_errors(seed: int, tolerance: float, *, contact: bool) -> tuple[floa
     """
     session = thrown(seed, tolerance, contact=contact)
     scene = session.scene()
-    energy = kinetic_energy(scene, session.angles, session.rates, session.base_velocity)
+    energy = float(kinetic_energy(scene, session.angles, session.rates, session.base_velocity))
     size = float(np.sqrt(2.0 * energy * scene.masses.sum()))
     before = _momenta(session)
     session.run()
     after = _momenta(session)
     length = scene.n * scene.casing.diagonal
     linear = float(np.hypot(*(after[0] - before[0]))) / size
-    return linear, abs(after[1] - before[1]) / (size * length)
+    return linear, float(abs(after[1] - before[1])) / (size * length)
 
 
-def _momenta(session: SteppedSession) -> tuple[np.ndarray, float]:
+def _momenta(session: SteppedSession) -> tuple[Floats, Floats]:
     s = session
     return momenta(s.scene(), s.angles, s.rates, s.base, s.base_velocity)
 

@@ -1,4 +1,7 @@
-"""Plain NumPy mechanics of a chain, independent of the engine: energies, momenta, mass matrix."""
+"""Plain NumPy mechanics of a chain, independent of the engine: energies, momenta, mass matrix.
+
+Headings, rates and the base (the outer hinge of component 1) may come stacked: (..., n), (..., 2).
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.scene import Scene
+from magfold_env.shapes import centres
 
 Floats = npt.NDArray[np.float64]
 
@@ -21,8 +25,6 @@ def levers(scene: Scene) -> Floats:
 
 def centre_jacobian(scene: Scene, angles: Floats) -> Floats:
     """Velocities of the centres for unit rates and unit velocities of the base.
-
-    The base is the outer hinge of component 1.
 
     Returns
     -------
@@ -44,17 +46,32 @@ def mass_matrix(scene: Scene, angles: Floats) -> Floats:
     return np.einsum("aik,i,ail->kl", jacobian, scene.masses, jacobian) + spin
 
 
-def kinetic_energy(scene: Scene, angles: Floats, rates: Floats, base_velocity: Floats) -> float:
-    """Kinetic energy [J]."""
-    v = np.append(rates, base_velocity)
-    return 0.5 * float(v @ mass_matrix(scene, angles) @ v)
+def centre_velocities(scene: Scene, angles: Floats, rates: Floats, base_velocity: Floats) -> Floats:
+    """Velocities of the centres [m/s], shape (..., n, 2)."""
+    across = np.stack([-np.sin(angles), np.cos(angles)], axis=-1)
+    swing = scene.casing.diagonal * rates[..., None] * across
+    return base_velocity[..., None, :] + np.cumsum(swing, axis=-2) - 0.5 * swing
+
+
+def kinetic_energy(scene: Scene, angles: Floats, rates: Floats, base_velocity: Floats) -> Floats:
+    """Kinetic energy [J], shape (...)."""
+    velocity = centre_velocities(scene, angles, rates, base_velocity)
+    linear = (velocity**2).sum(axis=-1) @ scene.masses
+    return 0.5 * (linear + rates**2 @ scene.inertias)
+
+
+def weight_energy(scene: Scene, angles: Floats, base: Floats) -> Floats:
+    """Potential energy of in-plane gravity [J], shape (...); 0 at the origin."""
+    places = centres(angles, scene.casing.side, base)
+    return -(places @ np.array(scene.gravity.in_plane)) @ scene.masses
 
 
 def momenta(
     scene: Scene, angles: Floats, rates: Floats, base: Floats, base_velocity: Floats
-) -> tuple[Floats, float]:
-    """Linear momentum (2,) [kg m/s] and angular momentum about the origin [kg m²/s]."""
-    velocity = centre_jacobian(scene, angles) @ np.append(rates, base_velocity)
-    x, y = base[:, None] + np.stack([np.cos(angles), np.sin(angles)]) @ levers(scene).T
-    orbital = scene.masses @ (x * velocity[1] - y * velocity[0])
-    return velocity @ scene.masses, float(scene.inertias @ rates + orbital)
+) -> tuple[Floats, Floats]:
+    """Linear momentum (..., 2) [kg m/s] and angular momentum about the origin [kg m²/s]."""
+    velocity = centre_velocities(scene, angles, rates, base_velocity)
+    places = centres(angles, scene.casing.side, base)
+    orbital = places[..., 0] * velocity[..., 1] - places[..., 1] * velocity[..., 0]
+    linear = np.swapaxes(velocity, -1, -2) @ scene.masses
+    return linear, orbital @ scene.masses + rates @ scene.inertias

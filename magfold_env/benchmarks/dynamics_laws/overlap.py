@@ -1,13 +1,13 @@
-"""How deep casings with rounded corners lie in each other and in the walls; plain NumPy.
+"""How deep casings with rounded corners lie in each other, in walls and in magnets; plain NumPy.
 
-A casing is a square core widened by the corner's radius. Where cores are apart, what counts is the
-least distance of a corner of one from an edge of the other; where they overlap, the least way out
-along an edge's normal.
+A casing is a square core widened by the corner's radius, an obstacle a rectangle likewise. Where
+cores are apart, what counts is the least distance of a corner of one from the other; where they
+overlap, the least way out along an edge's normal.
 """
 
 from __future__ import annotations
 
-from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,78 +17,139 @@ from magfold_env.shapes import centres
 
 Floats = npt.NDArray[np.float64]
 
+TO_FACE = 0.25 * np.pi  # from a casing's heading to the normal of its first face
+SIGNS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 
-def deepest_overlap(scene: Scene, angles: Floats, base: Floats, released: int) -> float:
-    """Return the deepest overlap of two casings, or of a casing and a wall [m]; 0 if none.
 
-    Components that the tube holds are guided by it: walls are for the others.
+class Boxes(NamedTuple):
+    """Rectangles, each array of shape (k, 2) but the turn's."""
+
+    centre: Floats
+    """[m]."""
+    turn: Floats
+    """Of the first side's direction [rad], shape (k,)."""
+    half: Floats
+    """Half the lengths of both sides [m]."""
+
+    @property
+    def axes(self) -> Floats:
+        """Directions of the sides, shape (k, 2, 2): side, then x and y."""
+        c, s = np.cos(self.turn), np.sin(self.turn)
+        return np.stack([np.stack([c, s], axis=1), np.stack([-s, c], axis=1)], axis=1)
+
+    @property
+    def corners(self) -> Floats:
+        """Shape (k, 4, 2)."""
+        return self.centre[:, None] + (SIGNS * self.half[:, None]) @ self.axes
+
+    def of(self, chosen: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> Boxes:
+        """Return some of the boxes."""
+        return Boxes(self.centre[chosen], self.turn[chosen], self.half[chosen])
+
+
+def deepest_overlaps(
+    scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]
+) -> Floats:
+    """Return the deepest overlap of two casings, or of a casing and an obstacle [m]; 0 if none.
+
+    Components that the tube holds are guided by it: obstacles are for the others.
 
     Parameters
     ----------
     angles
-        Headings [rad], shape (n,).
+        Headings of m states [rad], shape (m, n).
     base
-        Outer hinge of component 1 [m], shape (2,).
+        Outer hinge of component 1 [m], shape (m, 2).
     released
-        Components that are out of the tube.
+        Components that are out of the tube, shape (m,).
+
+    Returns
+    -------
+    (m,) array
     """
+    worst = np.zeros(len(angles))
     side, radius = scene.casing.side, scene.casing.corner_radius
     places = centres(angles, side, base)
-    cores = [square(p, a, side - 2.0 * radius) for p, a in zip(places, angles, strict=True)]
-    reach = scene.casing.diagonal
-    worst = 0.0
-    for i, j in combinations(range(scene.n), 2):
-        if np.hypot(*(places[i] - places[j])) < reach:
-            worst = max(worst, 2.0 * radius - separation(cores[i], cores[j]))
-    if scene.mount == "tube":
-        edge = min(radius, 0.25 * scene.feed.wall)
-        forward = scene.feed.direction == "forward"
-        free = slice(released) if forward else slice(scene.n - released, None)
-        for wall in walls(scene, edge):
-            for core, place in zip(cores[free], places[free], strict=True):
-                if place[0] < reach:
-                    worst = max(worst, radius + edge - separation(core, wall))
+
+    def cores(frame: npt.NDArray[np.intp], component: npt.NDArray[np.intp]) -> Boxes:
+        half = np.full((len(frame), 2), 0.5 * side - radius)
+        return Boxes(places[frame, component], angles[frame, component] + TO_FACE, half)
+
+    def deepen(frame: npt.NDArray[np.intp], depth: Floats) -> None:
+        np.maximum.at(worst, frame, depth)
+
+    # Farther apart, the circles around two casings do not meet.
+    reach2 = scene.casing.diagonal**2
+    for apart in range(1, scene.n):
+        away2 = ((places[:, apart:] - places[:, :-apart]) ** 2).sum(axis=2)
+        frame, i = np.nonzero(away2 < reach2)
+        gap = separation(cores(frame, i), cores(frame, i + apart), 2.0 * radius)
+        deepen(frame, 2.0 * radius - gap)
+    number, held = np.arange(scene.n), scene.n - released[:, None]
+    forward = scene.feed.direction == "forward"
+    free = number < scene.n - held if forward else number >= held
+    for obstacle, edge in obstacles(scene):
+        near = ((places - obstacle.centre) @ obstacle.axes[0].T) ** 2
+        within = (near < (obstacle.half + 0.5 * scene.casing.diagonal) ** 2).all(axis=2)
+        frame, i = np.nonzero(free & within)
+        alike = obstacle.of(np.zeros(len(frame), dtype=np.intp))
+        gap = separation(cores(frame, i), alike, radius + edge)
+        deepen(frame, radius + edge - gap)
     return worst
 
 
-def square(centre: Floats, heading: float, side: float) -> Floats:
-    """Corners (4, 2) of a square whose diagonal points along the heading, counterclockwise."""
-    turn = heading + 0.5 * np.pi * np.arange(4)
-    return centre + side / np.sqrt(2.0) * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+def deepest_overlap(scene: Scene, angles: Floats, base: Floats, released: int) -> float:
+    """Return `deepest_overlaps` of one state: angles (n,), base (2,)."""
+    return float(deepest_overlaps(scene, angles[None], base[None], np.array([released]))[0])
 
 
-def walls(scene: Scene, radius: float) -> list[Floats]:
-    """Cores (4, 2) of the tube's two walls, counterclockwise; the mouth is at x = 0."""
-    left = -2.0 * (scene.n + 1) * scene.casing.diagonal
-    found: list[Floats] = []
-    for middle in (0.5, -0.5):
-        y = middle * (scene.bore + scene.feed.wall)
-        half = 0.5 * scene.feed.wall - radius
-        low, high, right = y - half, y + half, -radius
-        found.append(np.array([[left, low], [right, low], [right, high], [left, high]]))
+def obstacles(scene: Scene) -> list[tuple[Boxes, float]]:
+    """Cores of the tube's walls (its mouth is at x = 0) and of a fixed magnet, and their radii."""
+    found: list[tuple[Boxes, float]] = []
+    radius = scene.casing.corner_radius
+    if scene.mount == "tube":
+        wall, length = scene.feed.wall, 2.0 * (scene.n + 1) * scene.casing.diagonal
+        edge = min(radius, 0.25 * wall)
+        for sign in (0.5, -0.5):
+            centre = (-0.5 * length, sign * (scene.bore + wall))
+            found.append((_box(centre, 0.0, (length, wall), edge), edge))
+    magnet = scene.field.magnet if scene.field is not None else None
+    if magnet is not None:
+        edge = min(radius, 0.25 * min(magnet.thickness, magnet.width))
+        sides = (magnet.thickness, magnet.width)
+        found.append((_box(magnet.position, magnet.heading, sides, edge), edge))
     return found
 
 
-def separation(one: Floats, other: Floats) -> float:
-    """Distance of two convex polygons [m]; where they overlap, minus the shortest way out."""
-    gaps = np.array([_largest_gap(one, other), _largest_gap(other, one)])
-    if gaps.max() <= 0.0:
-        return float(gaps.max())
-    return min(_corner_distance(one, other), _corner_distance(other, one))
+def _box(
+    centre: tuple[float, float], turn: float, sides: tuple[float, float], edge: float
+) -> Boxes:
+    """Return the core of one rectangle."""
+    return Boxes(np.array([centre]), np.array([turn]), 0.5 * np.array([sides]) - edge)
 
 
-def _largest_gap(one: Floats, other: Floats) -> float:
-    """Largest gap along an outward normal of an edge of ``one``."""
-    edge = np.roll(one, -1, axis=0) - one
-    normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.hypot(*edge.T)[:, None]
-    beyond = normal @ other.T - np.sum(normal * one, axis=1)[:, None]
-    return float(beyond.min(axis=1).max())
+def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
+    """Distances of pairs of boxes [m], shape (k,); where they overlap, minus the way out.
+
+    Distances from ``wanted`` on need not be exact, but are not below it.
+    """
+    away = other.centre - one.centre
+    gap = np.full(len(away), -np.inf)
+    for box, partner in ((one, other), (other, one)):
+        axes = box.axes
+        reach = np.abs(axes @ np.swapaxes(partner.axes, 1, 2)) @ partner.half[:, :, None]
+        along = np.abs(axes @ away[:, :, None])[..., 0]
+        gap = np.maximum(gap, (along - box.half - reach[..., 0]).max(axis=1))
+    # Between corners the distance is larger than along any side.
+    close = (gap > 0.0) & (gap < wanted)
+    if close.any():
+        a, b = one.of(close), other.of(close)
+        gap[close] = np.minimum(_corner_distance(a, b), _corner_distance(b, a))
+    return gap
 
 
-def _corner_distance(one: Floats, other: Floats) -> float:
-    """Least distance of a corner of ``other`` from an edge of ``one``."""
-    edge = np.roll(one, -1, axis=0) - one
-    away = other[:, None] - one
-    share = np.sum(away * edge, axis=2) / np.sum(edge**2, axis=1)
-    nearest = away - np.clip(share, 0.0, 1.0)[..., None] * edge
-    return float(np.hypot(nearest[..., 0], nearest[..., 1]).min())
+def _corner_distance(box: Boxes, partner: Boxes) -> Floats:
+    """Least distance of a corner of ``partner`` from a box that is apart from it."""
+    seen = (partner.corners - box.centre[:, None]) @ np.swapaxes(box.axes, 1, 2)
+    outside = np.maximum(np.abs(seen) - box.half[:, None], 0.0)
+    return np.hypot(outside[..., 0], outside[..., 1]).min(axis=1)

@@ -1,0 +1,1 @@
+"""Random scenes and extreme corners that try to break the simulation: `magfold stress`."""

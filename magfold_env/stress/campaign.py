@@ -1,0 +1,171 @@
+"""Many cases, on one or more processes; a killed campaign goes on where it was."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count, islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magfold_env.checkpoint import Checkpoint
+from magfold_env.errors import Problem, SceneError
+from magfold_env.files import physics_digest
+from magfold_env.parallel import Workers, finished
+from magfold_env.stress.case import Case
+from magfold_env.stress.kinds import KINDS
+from magfold_env.stress.tally import Tally
+
+BLOCK = 20
+"""Cases that are handed to a worker, and kept, at once."""
+WAVE = 4
+"""Blocks a worker that are handed out before the time is looked at."""
+
+Progress = Callable[[Tally], object]
+
+
+def run(
+    cases: int,
+    seed: int,
+    only: Sequence[str] = (),
+    *,
+    workers: int = 1,
+    minutes: float | None = None,
+    out: Path | None = None,
+    progress: Progress | None = None,
+) -> Tally:
+    """Try cases and count what becomes of them.
+
+    Parameters
+    ----------
+    cases
+        How many.
+    seed
+        Of all draws.
+    only
+        Names of the kinds to draw from; all that have a share if empty.
+    workers
+        Processes.
+    minutes
+        After which no more are begun; None for none.
+    out
+        Folder of the state, and of the scenes of failing cases; None keeps nothing.
+    progress
+        Is told the tally so far.
+
+    Raises
+    ------
+    SceneError
+        If an argument is not allowed.
+    CheckpointError
+        If the folder holds the state of another campaign, or a damaged one.
+    """
+    _check(cases, seed, only, workers, minutes)
+    chosen = list(only) or [name for name, kind in KINDS.items() if kind.share]
+    blocks = _blocks(cases, seed, chosen)
+    kept = None if out is None else Checkpoint(out / "state", _key(seed, chosen))
+    tally, done = Tally(), set[int]()
+    if kept is not None:
+        for number, size, part in kept.read(_block_of):
+            # The last block of a shorter campaign is smaller.
+            if number < len(blocks) and size == len(blocks[number]):
+                done.add(number)
+                tally.merge(part)
+    until = None if minutes is None else time.monotonic() + 60.0 * minutes
+    left = iter([number for number in range(len(blocks)) if number not in done])
+    team = Workers(workers, "processes")
+    size = WAVE * workers if workers > 1 else 1
+    try:
+        while wave := list(islice(left, size)):
+            if until is not None and time.monotonic() > until:
+                break
+            for place, part in finished(try_block, [blocks[number] for number in wave], team):
+                tally.merge(part)
+                if kept is not None:
+                    kept.add([wave[place], len(blocks[wave[place]]), part.to_dict()])
+                if progress is not None:
+                    progress(tally)
+    finally:
+        if kept is not None:
+            kept.save()
+    if out is not None:
+        _save_failures(tally, out / "failures")
+    return tally
+
+
+def try_block(block: Sequence[Case]) -> Tally:
+    """Judge some cases."""
+    tally = Tally()
+    for case in block:
+        begun = time.process_time()
+        verdict = case.verdict()
+        tally.add(case, verdict, time.process_time() - begun)
+    return tally
+
+
+def ordered(seed: int, kinds: Sequence[str]) -> Iterator[Case]:
+    """Yield cases of the kinds in proportion to their shares, without end.
+
+    A case's scene depends on its kind and its number only, not on which others are tried.
+    """
+    shares = [max(KINDS[name].share, 1) for name in kinds]
+    mix = np.random.default_rng(0).permutation(np.repeat(np.arange(len(kinds)), shares))
+    numbers = Counter[str]()
+    for k in count():
+        name = kinds[int(mix[k % len(mix)])]
+        yield Case(seed, name, numbers[name])
+        numbers[name] += 1
+
+
+def _blocks(cases: int, seed: int, kinds: Sequence[str]) -> list[list[Case]]:
+    every = list(islice(ordered(seed, kinds), cases))
+    return [every[k : k + BLOCK] for k in range(0, cases, BLOCK)]
+
+
+def _block_of(record: list[Any]) -> tuple[int, int, Tally]:
+    """Return a block's number, its size and what was found in it."""
+    number, size, part = record
+    return int(number), int(size), Tally.from_dict(part)
+
+
+def _key(seed: int, kinds: Sequence[str]) -> dict[str, object]:
+    checks = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        checks.update(path.read_bytes())
+    return {
+        "kind": "stress",
+        "physics": physics_digest(),
+        "checks": checks.hexdigest()[:16],
+        "seed": seed,
+        "kinds": list(kinds),
+    }
+
+
+def _save_failures(tally: Tally, folder: Path) -> None:
+    if tally.failures:
+        folder.mkdir(parents=True, exist_ok=True)
+    for failure in tally.failures:
+        seed, number = map(int, failure["case"].split("-")[1:])
+        case = Case(seed, failure["kind"], number)
+        case.save([words for _, words in failure["broken"]], folder)
+
+
+def _check(cases: int, seed: int, only: Sequence[str], workers: int, minutes: float | None) -> None:
+    problems = [
+        Problem(key, value, f"must be at least {least}")
+        for key, value, least in (("cases", cases, 1), ("seed", seed, 0), ("workers", workers, 1))
+        if value < least
+    ]
+    if minutes is not None and not minutes > 0.0:
+        problems.append(Problem("minutes", minutes, "must be greater than 0"))
+    problems += [
+        Problem("only", name, f"must be one of {', '.join(KINDS)}")
+        for name in only
+        if name not in KINDS
+    ]
+    if problems:
+        raise SceneError(problems)

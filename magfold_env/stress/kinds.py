@@ -1,0 +1,289 @@
+"""Kinds of scenes: ordinary ones, and one extreme corner each. Nothing in them is left to draw."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from magfold_env.benchmarks.dynamics_laws.random_scenes import designed_sequence
+from magfold_env.scene import Scene
+from magfold_env.scene_parts import Gravity, Solver
+from magfold_env.shapes import overlaps
+from magfold_env.stress.source import Source, logarithmic, numbers
+
+DURATION = 0.5  # [s] after the last release; most chains are at rest after 0.3 s
+MAX_STEPS = 3000  # a fold of six components takes some 150
+LONG_STEPS = 60
+LONGEST, LONGEST_IN_CONTACT = 1000, 500
+MARATHON_STEPS = 10_000_000
+STOP = 0.5 * math.pi
+
+# Geometries are few, because the splines of each are made once and kept.
+GAPS = (5e-6, 5e-5)  # insets [m]: touching faces are twice as far apart
+DEVICES: tuple[Mapping[str, Any], ...] = (
+    {},
+    {"accuracy": 1e-5},
+    {"model": "points"},
+    {"model": "points", "nodes": 7, "inset": 5e-4},
+    {"width": (4e-3, 6e-3, 5e-3, 4e-3), "height": (6e-3, 6e-3, 8e-3, 6e-3)},
+)
+
+Changes = dict[str, Any]
+
+
+class Kind(NamedTuple):
+    """One kind of scenes."""
+
+    draws: str
+    """What is extreme about them."""
+    make: Callable[[Source], Scene]
+    share: int
+    """How many of a hundred cases; those with none must be asked for."""
+
+
+def few(source: Source) -> int:
+    """Draw a small number of components."""
+    return source.integer(1, source.pick((3, 5, 7, 12)))
+
+
+def scene(source: Source, n: int, **changes: Any) -> Scene:
+    """Return a scene of ``n`` components in which everything else is ordinary."""
+    made: Changes = {
+        "friction": source.pick((0.0, source.number(0.0, 1.0), 0.35)),
+        "duration": DURATION,
+        **changes,
+    }
+    made["solver"] = {"max_steps": MAX_STEPS, **made.get("solver", {})}
+    if "sequence" not in made:
+        made["sequence"] = sequence(source, n)
+    if "mount" not in made:
+        made |= mounted(source)
+    if "start_angles" not in made:
+        # In the tube there is little room.
+        wide = 0.03 if made["mount"] == "tube" else source.pick((0.03, 0.5))
+        made["start_angles"] = numbers(source, -wide, wide, n - 1)
+    return Scene(**made)
+
+
+def sequence(source: Source, n: int) -> tuple[str, ...]:
+    """Draw magnets, some of which are meant to fold."""
+    if n > 2 and source.integer(0, 2) == 0:
+        return designed_sequence(np.random.default_rng(source.integer(0, 2**31)), n)
+    letters = source.pick(("NS", "NS", "NS-"))
+    return tuple("".join(source.pick(letters) for _ in range(4)) for _ in range(n))
+
+
+def mounted(source: Source, slowest: float = 0.01, fastest: float = 0.6) -> Changes:
+    """Draw a mount, and how the tube feeds."""
+    mount = source.pick(("free", "pinned", "tube"))
+    if mount != "tube":
+        return {"mount": mount}
+    return {"mount": mount, "feed": fed(source, logarithmic(source, slowest, fastest))}
+
+
+def fed(source: Source, speed: float | tuple[float, ...]) -> Changes:
+    """Draw how the tube feeds."""
+    return {
+        "direction": source.pick(("forward", "backward")),
+        "loading": source.pick(("preloaded", "at_mouth")),
+        "speed": speed,
+    }
+
+
+def ordinary(source: Source) -> Scene:
+    """Draw what users simulate."""
+    return scene(source, few(source))
+
+
+def masses(source: Source) -> Scene:
+    """Draw masses up to a million times apart, and inertias that do not go with them."""
+    return scene(source, n := few(source), casing=uneven(source, n))
+
+
+def uneven(source: Source, n: int) -> Changes:
+    """Draw masses and inertias."""
+    mass = tuple(logarithmic(source, 1e-6, 1.0) for _ in range(n))
+    even = np.array(mass) * 0.0125**2 / 6.0
+    factor = [logarithmic(source, 0.1, 10.0) for _ in range(n)]
+    return {"mass": mass, "inertia": source.pick((None, tuple(even * factor)))}
+
+
+def friction(source: Source) -> Scene:
+    """Draw friction of 0, of 10 and of all orders between."""
+    return scene(source, few(source), friction=rubbing(source))
+
+
+def rubbing(source: Source) -> float:
+    """Draw a friction coefficient."""
+    return source.pick((0.0, 10.0, logarithmic(source, 1e-4, 10.0)))
+
+
+def feed(source: Source) -> Scene:
+    """Draw feed speeds from 0.1 mm/s to 10 m/s, also from component to component."""
+    n = few(source)
+    return scene(source, n, mount="tube", feed=hurried(source, n))
+
+
+def hurried(source: Source, n: int) -> Changes:
+    """Draw feed speeds."""
+    one = logarithmic(source, 1e-4, 10.0)
+    each = tuple(logarithmic(source, 1e-4, 10.0) for _ in range(n))
+    return fed(source, source.pick((one, each)))
+
+
+def remanence(source: Source) -> Scene:
+    """Draw magnets of 0 to 1.5 T, also magnet by magnet, in several makes."""
+    n = few(source)
+    return scene(source, n, magnets=strong(source, n))
+
+
+def strong(source: Source, n: int) -> Changes | None:
+    """Draw magnets, or none."""
+    if source.integer(0, 9) == 0:
+        return None
+    one = logarithmic(source, 1e-6, 1.5)
+    rows = tuple(tuple(logarithmic(source, 1e-6, 1.5) for _ in range(4)) for _ in range(n))
+    strength = source.pick((1.5, one, rows))
+    return {**source.pick(DEVICES), "remanence": strength}
+
+
+def gaps(source: Source) -> Scene:
+    """Draw magnets that come as near as 10 µm, and casings with all kinds of corners."""
+    return scene(
+        source,
+        few(source),
+        magnets=close(source),
+        casing={"corner_radius": logarithmic(source, 1e-7, 1e-3)},
+    )
+
+
+def close(source: Source) -> Changes:
+    """Draw magnets just below the faces."""
+    points = {"model": "points", "inset": logarithmic(source, 5e-6, 5e-4)}
+    strips = {"inset": source.pick(GAPS)}
+    summed = {"inset": logarithmic(source, 5e-6, 5e-4), "nodes": source.integer(1, 24)}
+    return {**source.pick((points, strips, summed)), "remanence": logarithmic(source, 0.01, 1.5)}
+
+
+def stops(source: Source) -> Scene:
+    """Draw starts at the stops, where squares touch already; some overlap and are refused."""
+    n = few(source)
+    at = tuple(source.pick((-STOP, STOP, 0.0, source.number(-STOP, STOP))) for _ in range(n - 1))
+    return scene(source, n, mount=source.pick(("free", "pinned")), start_angles=at)
+
+
+def overlapping(source: Source) -> Scene:
+    """Draw starts in which squares lie in each other: to be refused."""
+    n = source.integer(5, 9)
+    turns = "".join(source.pick("LSR") for _ in range(n - 1))
+    if not overlaps(turns):
+        turns = source.pick("LR") * (n - 1)
+    off = numbers(source, 0.0, 0.02, n - 1)
+    at = [STOP * "RSL".index(t) - STOP for t in turns]
+    angles = tuple(angle - math.copysign(o, angle) for angle, o in zip(at, off, strict=True))
+    return scene(source, n, mount=source.pick(("free", "pinned")), start_angles=angles)
+
+
+def straight(source: Source) -> Scene:
+    """Draw chains that are their own mirror image, exactly straight or next to it."""
+    n = few(source)
+    halves = [(source.pick("NS-"), source.pick("NS-")) for _ in range(n)]
+    off = source.pick((0.0, 0.0, 1e-15, 1e-9))
+    return scene(
+        source,
+        n,
+        sequence=tuple(front + back + back + front for front, back in halves),
+        start_angles=tuple(off * source.pick((-1.0, 1.0)) for _ in range(n - 1)),
+    )
+
+
+def tolerances(source: Source) -> Scene:
+    """Draw tolerances from 1e-1 to 1e-12 rad."""
+    solver = {"tolerance": logarithmic(source, 1e-12, 1e-1)}
+    return scene(source, source.integer(1, 6), solver=solver)
+
+
+def fields(source: Source) -> Scene:
+    """Draw fields and gravity in the plane, and fixed magnets to run into."""
+    n = few(source)
+    return scene(source, n, **outside(source, n))
+
+
+def outside(source: Source, n: int) -> Changes:
+    """Draw what acts from outside; a fixed magnet lies beside the straight chain."""
+    pull = source.pick(((0.0, 0.0), numbers(source, -20.0, 20.0, 2)))
+    size = {name: source.number(0.005, 0.03) for name in ("width", "height", "thickness")}
+    beside = source.pick((-1.0, 1.0)) * (0.04 + 0.3 * 0.0177 * n + source.number(0.0, 0.1))
+    magnet = {
+        "position": (source.number(0.0, 0.0177 * n), beside),
+        "heading": source.number(-math.pi, math.pi),
+        **size,
+    }
+    even = source.pick(((0.0, 0.0), numbers(source, -0.1, 0.1, 2)))
+    return {
+        "field": {"uniform": even, "magnet": source.pick((None, magnet))},
+        "gravity": {"in_plane": pull},
+        "start_angles": numbers(source, -0.03, 0.03, n - 1),
+    }
+
+
+def paper(source: Source) -> Scene:
+    """Draw the paper's solver with time steps of up to 20 ms."""
+    solver = {"method": "paper", "time_step": logarithmic(source, 1e-5, 0.02)}
+    return scene(source, few(source), mount="pinned", solver=solver)
+
+
+def long(source: Source) -> Scene:
+    """Draw chains of up to 1,000 components, stopped by the work cap."""
+    n = round(logarithmic(source, 13, LONGEST))
+    free = {"contact": False, "friction": 0.0} if n > LONGEST_IN_CONTACT else {}
+    letters = tuple("".join(source.pick("NS") for _ in range(4)) for _ in range(n))
+    return scene(source, n, sequence=letters, solver={"max_steps": LONG_STEPS}, **free)
+
+
+def mixed(source: Source) -> Scene:
+    """Draw all extremes at once."""
+    n = few(source)
+    changes: Changes = {"casing": uneven(source, n), "friction": rubbing(source)}
+    changes |= source.pick(({}, outside(source, n)))
+    changes["magnets"] = source.pick((strong(source, n), close(source)))
+    changes["solver"] = {"tolerance": logarithmic(source, 1e-8, 1e-2)}
+    return scene(source, n, **mounted(source, 1e-3, 10.0), **changes)
+
+
+def marathon(source: Source) -> Scene:
+    """Draw a pendulum that swings for ten million steps."""
+    n = source.integer(1, 3)
+    return Scene(
+        sequence=("NNNN",) * n,
+        magnets=None,
+        mount="pinned",
+        friction=0.0,
+        gravity=Gravity(in_plane=(0.0, -9.8)),
+        contact=False,
+        start_angles=numbers(source, -0.5, 0.5, n - 1),
+        duration=1e9,
+        solver=Solver(tolerance=logarithmic(source, 1e-9, 1e-4), max_steps=MARATHON_STEPS),
+    )
+
+
+KINDS: dict[str, Kind] = {
+    "ordinary": Kind("what users simulate, 1 to 12 components", ordinary, 24),
+    "masses": Kind("masses a million times apart", masses, 8),
+    "friction": Kind("friction 0, 10 and all orders between", friction, 8),
+    "feed": Kind("feed of 0.1 mm/s to 10 m/s", feed, 8),
+    "remanence": Kind("0 to 1.5 T, magnet by magnet", remanence, 8),
+    "gaps": Kind("magnets 10 µm apart, all kinds of corners", gaps, 7),
+    "stops": Kind("starts at the stops", stops, 7),
+    "overlapping": Kind("overlapping starts", overlapping, 4),
+    "straight": Kind("exactly straight, symmetric chains", straight, 5),
+    "tolerances": Kind("tolerances of 1e-1 to 1e-12 rad", tolerances, 5),
+    "fields": Kind("fields, fixed magnets, gravity in the plane", fields, 5),
+    "paper": Kind("the paper's solver, steps up to 20 ms", paper, 3),
+    "long": Kind("13 to 1,000 components, 60 steps", long, 1),
+    "mixed": Kind("all of these at once", mixed, 7),
+    "marathon": Kind("ten million steps of a pendulum", marathon, 0),
+}

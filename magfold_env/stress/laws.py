@@ -1,0 +1,180 @@
+"""The laws that every scene is held against, whatever kind it is of.
+
+Bounds are in units of the scene itself: its side, its energies' range, its tolerance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from magfold_env.benchmarks.dynamics_laws import mechanics
+from magfold_env.benchmarks.dynamics_laws.along_folds import Motion, follow
+from magfold_env.benchmarks.dynamics_laws.overlap import deepest_overlap
+from magfold_env.fold import Fold, FoldStatus
+from magfold_env.scene import Scene
+from magfold_env.shapes import angles_to_word, headings
+from magfold_env.simulate import energy, simulate
+from magfold_env.stress.symmetries import hold_symmetries
+from magfold_env.stress.verdict import Verdict
+
+LOOKS = 10_000  # states of a run that are kept at most
+
+SETTLED = (FoldStatus.FOLDED, FoldStatus.MISFOLDED)
+REFUSAL = "overlap at the start"
+DEEPEST = 1e-3  # overlap, share of the side, at tolerances up to the default
+SURELY, HARDLY = 2e-3, 5e-4  # overlaps that are refused, and that are not; 1e-3 is the bound
+LEAST = 1e-7  # [rad] beyond a stop, at the tightest tolerances
+ROUNDING = 1e-12  # of an energy
+FOLDED_WITHIN = 0.05  # [rad] of a right angle
+AT_REST = 1e-9  # [rad/s]
+
+
+def check(scene: Scene) -> Verdict:
+    """Simulate a scene, in which nothing may be left to draw, and judge it by every law."""
+    verdict = Verdict()
+    # Of the paper's solver nothing is asked but the truth about its numbers, at the end.
+    paper = scene.solver.method == "paper"
+    stride = scene.solver.max_steps if paper else max(1, scene.solver.max_steps // LOOKS)
+    motion, session = follow(scene, stride)
+    stepped, fold = session.fold(), simulate(scene)
+    verdict.status, verdict.message, verdict.steps = fold.status.value, fold.message, fold.steps
+    same = identical(stepped, fold)
+    verdict.demand("determinism", same, "another run, stopped at every step, ends otherwise")
+    hold_refusal(scene, fold, verdict)
+    if fold.status is FoldStatus.FAILED:
+        return verdict
+    verdict.demand("finite", motion.finite and is_finite(fold), "a value is no number")
+    if not motion.finite:
+        return verdict
+    hold_status(fold, motion, verdict)
+    if paper:
+        return verdict
+    hold_limits(motion, verdict)
+    hold_rest(fold, motion, verdict)
+    hold_symmetries(scene, fold, verdict)
+    return verdict
+
+
+def identical(one: Fold, other: Fold) -> bool:
+    """Whether two folds are equal, bit for bit."""
+    return all(
+        np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True)
+        for name in ("angles", "base", "energy", "time", "steps", "evaluations")
+    ) and (one.status, one.message, one.word) == (other.status, other.message, other.word)
+
+
+def is_finite(fold: Fold) -> bool:
+    """Whether all numbers at the end are."""
+    values = np.concatenate([fold.angles, fold.base, [fold.energy, fold.time]])
+    return bool(np.isfinite(values).all())
+
+
+def hold_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
+    """Ask that overlapping starts are refused, others not, and that no run breaks down."""
+    refused = fold.status is FoldStatus.FAILED and REFUSAL in fold.message
+    if scene.contact and scene.mount != "tube" and scene.solver.method == "adaptive":
+        assert scene.start_angles is not None
+        start = headings(scene.start_angles)
+        deep = deepest_overlap(scene.replace(mount="free", field=None), start, np.zeros(2), scene.n)
+        deep /= scene.casing.side
+        words = f"squares overlap by {deep:.3g} at the start"
+        verdict.demand("refusal", refused or deep < SURELY, words)
+        verdict.demand("refusal", not refused or deep > HARDLY, words)
+    if not refused:
+        gave_up = fold.status is FoldStatus.FAILED
+        verdict.demand("no breakdown", not gave_up, fold.message)
+
+
+def hold_limits(motion: Motion, verdict: Verdict) -> None:
+    """Ask that nothing penetrates, joints keep to their stops, and nothing comes from nowhere."""
+    scene, tolerance = motion.scene, motion.scene.solver.tolerance
+    if scene.contact:
+        verdict.judge("no penetration", motion.overlap, max(DEEPEST, 10.0 * tolerance))
+        verdict.judge("joint stops", motion.past_stop, max(LEAST, tolerance))
+    hold_passivity(motion, verdict)
+    if scene.mount == "free" and scene.friction == 0.0:
+        hold_momentum(motion, verdict)
+
+
+def hold_passivity(motion: Motion, verdict: Verdict) -> None:
+    """Ask that energy does not rise once nothing is fed.
+
+    Relative to its range in the run, or to what was kinetic, if that is more.
+    """
+    total = motion.total
+    alone = total[motion.released == motion.scene.n]
+    if alone.size == 0:
+        return
+    terms = (motion.potential, motion.kinetic, total)
+    least = ROUNDING * max(float(np.abs(term).max()) for term in terms)
+    rise = float((alone - np.minimum.accumulate(alone)).max())
+    allowed = max(10.0 * motion.scene.solver.tolerance, 1e-9)
+    moving = float(motion.kinetic.max())
+    extent = max(float(np.ptp(total)), moving, least / allowed, 1e-300)
+    verdict.judge("passivity", rise / extent, allowed)
+
+
+def hold_momentum(motion: Motion, verdict: Verdict) -> None:
+    """Ask that what begins at rest and feels nothing from outside has no momentum."""
+    scene = motion.scene
+    outer = scene.field is not None and scene.field.any
+    linear, angular = mechanics.momenta(
+        scene, motion.angles, motion.rates, motion.base, motion.base_velocity
+    )
+    mass = float(scene.masses.sum())
+    weight = mass * np.array(scene.gravity.in_plane)
+    length = scene.n * scene.casing.diagonal
+    # An error of a rate moves all that lies beyond it.
+    size = mass * length * float(np.abs(motion.rates).max())
+    if outer or size == 0.0:
+        return
+    allowed = 10.0 * scene.solver.tolerance
+    off = np.hypot(*(linear - motion.time[:, None] * weight).T).max()
+    verdict.judge("momentum", float(off) / size, allowed)
+    if not weight.any():
+        spin = float(np.abs(angular).max())
+        verdict.judge("angular momentum", spin / (size * length), allowed)
+
+
+def hold_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
+    """Ask that the status says what is so, and names the limit that was met."""
+    scene, solver = fold.scene, fold.scene.solver
+    off = np.abs(np.abs(fold.joint_angles) - np.pi / 2.0)
+    shut = bool((off <= FOLDED_WITHIN).all())
+    word = angles_to_word(fold.joint_angles)
+    verdict.demand("status", fold.word == word, f"the word is {word}")
+    verdict.judge("work cap", float(fold.steps), float(solver.max_steps))
+    if fold.status in SETTLED:
+        told = fold.status is FoldStatus.FOLDED
+        verdict.demand("status", told == shut, "told folded" if told else "told misfolded")
+        return
+    if "a second are the limit" in fold.message:
+        capped = fold.steps >= solver.max_steps_per_second
+        verdict.demand("status", capped, "told a limit that was not met")
+    elif "are the limit" in fold.message:
+        capped = fold.steps >= solver.max_steps
+        verdict.demand("status", capped, "told a limit that was not met")
+    else:
+        fed = float(motion.time[motion.released < scene.n].max(initial=0.0))
+        late = fold.time >= (fed + scene.duration) * (1.0 - 1e-9)
+        verdict.demand("status", late, "told to be out of time and is not")
+
+
+def hold_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
+    """Ask that what is told to rest does, and does so again when it is put down there."""
+    if fold.status not in SETTLED:
+        return
+    scene = fold.scene
+    turning = float(np.abs(np.diff(motion.rates[-1])).max(initial=0.0))
+    verdict.judge("rest", turning, AT_REST, "joints turn at the end [rad/s]")
+    if scene.field is None and scene.magnets is not None:
+        there = energy(scene, fold.angles)
+        unit = max(abs(there), 1e-300)
+        verdict.judge("energy", abs(fold.energy - there) / unit, 1e-9)
+    outside = scene.field is not None or any(scene.gravity.in_plane)
+    if scene.mount == "tube" or outside:
+        return
+    joints = np.clip(fold.joint_angles, -np.pi / 2.0, np.pi / 2.0)
+    again = simulate(scene.replace(start_angles=joints))
+    moved = float(np.abs(again.joint_angles - joints).max(initial=0.0))
+    verdict.judge("rest again", moved, 1e-6, f"put down again [rad], then {again.message}")

@@ -1,0 +1,109 @@
+"""Symmetric scenes fold symmetrically, unless a start moved by 1e-6 rad folds otherwise too."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from magfold_env.benchmarks.dynamics_laws.outcomes import SAME_WITHIN, moved_starts
+from magfold_env.benchmarks.dynamics_laws.stepping import SteppedSession
+from magfold_env.fold import Fold, FoldStatus
+from magfold_env.scene import Scene
+from magfold_env.simulate import simulate
+from magfold_env.stress.symmetry import mirrored, seen_from_other_end, turned
+from magfold_env.stress.verdict import Verdict
+
+Floats = npt.NDArray[np.float64]
+
+TURN = 1.0  # [rad], no multiple of anything
+ROUNDING = 1e-9  # [rad]
+AT_ONCE = 10**9  # steps without a look
+MOST_STEPS = 100_000  # of a run that is worth repeating
+
+
+class End(NamedTuple):
+    """How a chain ends."""
+
+    status: FoldStatus
+    joints: Floats
+    capped: bool
+    """Whether its steps were too many: where that stops a chain depends on rounding."""
+
+    @classmethod
+    def of(cls, fold: Fold) -> End:
+        """Return how a fold ends."""
+        return cls(fold.status, fold.joint_angles, "are the limit" in fold.message)
+
+
+def hold_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
+    """Mirror it, turn it and look at it from its other end."""
+    if scene.n == 1 or fold.steps > MOST_STEPS:
+        return
+    here = End.of(fold)
+    ends: dict[str, End] = {"mirror": _flipped(end_of(mirrored(scene)))}
+    if scene.mount == "tube":
+        _hold_other_end_of_tube(scene, fold, verdict)
+    else:
+        ends["rotation"] = turned_end(scene)
+    if scene.mount == "free":
+        ends["other end"] = _reversed(end_of(seen_from_other_end(scene)))
+    if here.capped or any(end.capped for end in ends.values()):
+        verdict.notes.append("stopped by the work cap")
+        return
+    different = {law: end for law, end in ends.items() if not alike(end, here)}
+    if different and is_sensitive(scene, here):
+        verdict.notes.append("sensitive to 1e-6 rad")
+        different = {}
+    for law in ends:
+        words = ""
+        if law in different:
+            end = different[law]
+            words = f"ends {end.status.value}, {_apart(end.joints, here.joints):.3g} rad off"
+        verdict.demand(law, law not in different, words)
+
+
+def end_of(scene: Scene) -> End:
+    """Return how a scene ends."""
+    return End.of(simulate(scene))
+
+
+def turned_end(scene: Scene) -> End:
+    """Return how a scene ends when all of it, the chain included, is turned."""
+    session = SteppedSession(turned(scene, TURN), stride=AT_ONCE)
+    session.turn(TURN)
+    session.run()
+    return End.of(session.fold())
+
+
+def alike(one: End, other: End) -> bool:
+    """Whether two chains end alike."""
+    return one.status is other.status and _apart(one.joints, other.joints) <= SAME_WITHIN
+
+
+def is_sensitive(scene: Scene, end: End) -> bool:
+    """Whether the fold changes when its start is moved by 1e-6 rad."""
+    starts = moved_starts(scene, np.random.default_rng(0))
+    return any(not alike(end_of(start), end) for start in starts)
+
+
+def _hold_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
+    """Ask for one run from both views, bit for bit: the engine counts from the held end."""
+    other = simulate(seen_from_other_end(scene))
+    same = (other.status, other.time, other.steps) == (fold.status, fold.time, fold.steps)
+    off = _apart(_reversed(End.of(other)).joints, fold.joint_angles)
+    words = f"ends {other.status.value} at {other.time:.6g} s, {off:.3g} rad off"
+    verdict.demand("other end", same and off <= ROUNDING, words)
+
+
+def _flipped(end: End) -> End:
+    return end._replace(joints=-end.joints)
+
+
+def _reversed(end: End) -> End:
+    return end._replace(joints=-end.joints[::-1])
+
+
+def _apart(one: Floats, other: Floats) -> float:
+    return float(np.abs(one - other).max(initial=0.0))

@@ -1,0 +1,172 @@
+"""Every kind of file that a user can hand in: how it is read, and whole ones to begin with.
+
+A reader may succeed or raise a `ValueError` that names the file. Anything else is a defect.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import tempfile
+import zipfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import magfold_env as mf
+from agents.archive import read_archive, write_archive
+from agents.baselines.store import ChoiceFile, Chosen, read_choices, read_key
+from agents.open_loop import FrozenPolicy
+from agents.policies import TrainedPolicy
+from agents.settings import load_settings
+from magfold_env.design.evidence import Evidence
+from magfold_env.design.result import Design
+from magfold_env.design.suites import load_suite
+from magfold_env.ensembles import Ensemble, ensemble
+from magfold_env.files import configs_dir
+
+SCENE = mf.Scene(sequence=("NSNS", "SN-N"), duration=0.01)
+KEY: dict[str, Any] = {"seed": 1, "settings": {"n": [1, 2]}}
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A kind of file."""
+
+    suffix: str
+    read: Callable[[Path], object]
+    whole: Callable[[], list[bytes]]
+    """Contents of files that are read without error."""
+    signed: Callable[[bytes], bytes] = lambda content: content
+    """Makes a checksum fit again, so that what lies behind it is reached."""
+
+
+def outcome(reader: Reader, content: bytes) -> str:
+    """Read a file; returns what it was told, empty if nothing was wrong.
+
+    Raises whatever is no clear error.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"given{reader.suffix}"
+        path.write_bytes(content)
+        try:
+            reader.read(path)
+        except ValueError as error:
+            if "given" not in str(error):
+                raise AssertionError(f"does not name the file: {error!r}") from error
+            return str(error)
+    return ""
+
+
+def _shipped(folder: str, most: int) -> list[bytes]:
+    found = [path.read_bytes() for path in sorted((configs_dir() / folder).rglob("*.yaml"))]
+    return [content for content in found if len(content) < most]
+
+
+def _scenes() -> list[bytes]:
+    scene = mf.load_scene("anchor")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "whole.yaml"
+        mf.save_scene(scene, path)
+        return [*_shipped("scenes", 4000), path.read_bytes()]
+
+
+def _suites() -> list[bytes]:
+    text = """scene_name: tube-feed
+words:
+  LR:
+    ground: {sequence: NSNS SNSN NNSS, gap: 1.0e-3}
+    forward: {sequence: NSNS SNSN NNSS, speed: 0.1, successes: 3, releases: 4}
+  LL:
+    unique: {certificate: none of them}
+"""
+    return [text.encode()]
+
+
+def _signed(content: bytes) -> bytes:
+    """Sign a state file or a file of choices again; both hash their content without checksum."""
+    try:
+        data = json.loads(content)
+        data.pop("checksum", None)
+        tight = (",", ":") if "records" in data else None
+        text = json.dumps(data, sort_keys=True, separators=tight)
+        return json.dumps({"checksum": hashlib.sha256(text.encode()).hexdigest(), **data}).encode()
+    except (ValueError, AttributeError, TypeError, RecursionError):
+        return content
+
+
+def _read_state(path: Path) -> None:
+    """Read it as the state of an ensemble, which is what uses the records."""
+    state = path.with_name("given")
+    state.mkdir()
+    path.rename(state / "part-000000.json")
+    ensemble(SCENE, 2, state=state, workers=1)
+
+
+def _states() -> list[bytes]:
+    with tempfile.TemporaryDirectory() as folder:
+        ensemble(SCENE, 2, state=folder, workers=1)
+        return [path.read_bytes() for path in Path(folder).iterdir()]
+
+
+def _read_choices(path: Path) -> None:
+    read_key(path)
+    FrozenPolicy(read_choices(path))
+    ChoiceFile(path, KEY)
+
+
+def _choices() -> list[bytes]:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "choices.json"
+        file = ChoiceFile(path, KEY)
+        file.add("LR", Chosen(("NSNS",) * 3, (0.1,) * 3, calls=10, successes=3, releases=4))
+        return [path.read_bytes()]
+
+
+def _written(write: Callable[[Path], object]) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "whole"
+        write(path)
+        return path.read_bytes()
+
+
+def _designs() -> list[bytes]:
+    evidence = asdict(Evidence(-1e-3, 1e-4, "R", 0.1, stable=True, only_stable=False))
+    data = {
+        "format": "magfold_env design 1", "target": "L", "mode": "forward",
+        "objective": "ground", "search": "exhaustive", "scene": SCENE.model_dump(mode="json"),
+        "reached": True, "score": 1e-4, "bound": None, "evidence": evidence, "probability": None,
+        "releases_seed": 0, "calls": {"energies": 3}, "certificate": "",
+    }  # fmt: skip
+    return [json.dumps(data).encode()]
+
+
+def _policies() -> list[bytes]:
+    # As far as the header goes; behind it lie pickles, which are the user's own to trust.
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        archive.writestr("data", json.dumps({"policy_class": {"__module__": "elsewhere"}}))
+    return [buffer.getvalue()]
+
+
+READERS: dict[str, Reader] = {
+    "scene": Reader(".yaml", mf.load_scene, _scenes),
+    "suite": Reader(".yaml", load_suite, _suites),
+    "settings": Reader(".yaml", load_settings, lambda: _shipped("agents", 4000)),
+    "ensemble": Reader(
+        ".json",
+        Ensemble.from_json,
+        lambda: [_written(ensemble(SCENE, 2, workers=1).to_json)],
+    ),
+    "design": Reader(".json", Design.from_json, _designs),
+    "state": Reader(".json", _read_state, _states, _signed),
+    "choices": Reader(".json", _read_choices, _choices, _signed),
+    "archive": Reader(
+        ".zip",
+        lambda path: read_archive(path, KEY),
+        lambda: [_written(lambda path: write_archive(path, KEY, {"a": b"1", "b": b"22"}))],
+    ),
+    "policy": Reader(".zip", TrainedPolicy.load, _policies),
+}

@@ -1,0 +1,165 @@
+"""Campaigns: which cases are tried, what is kept of them, and what a kill leaves."""
+
+import json
+from itertools import islice
+from pathlib import Path
+
+import pytest
+
+from magfold_env.checkpoint import CheckpointError
+from magfold_env.scene_io import load_scene
+from magfold_env.stress import campaign, laws
+from magfold_env.stress.campaign import BLOCK, ordered, run
+from magfold_env.stress.case import Case
+from magfold_env.stress.kinds import KINDS
+from magfold_env.stress.tally import Tally
+from magfold_env.stress.verdict import Verdict
+from tests.command_line import fails_in_one_line, rows
+from tests.command_line import run as command
+from tests.killed import run_until_killed
+
+CASES = 2 * BLOCK + 5
+BROKEN = "overlapping-0-3"
+
+
+@pytest.fixture
+def _judged_quickly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Judge by name alone: one case breaks a law."""
+
+    def verdict(case: Case) -> Verdict:
+        found = Verdict(status="folded", message="", steps=case.number)
+        found.judge("law", 2.0 if case.name == BROKEN else 0.01 * case.number, 1.0, "too much")
+        return found
+
+    monkeypatch.setattr(Case, "verdict", verdict)
+
+
+def counts(tally: Tally) -> dict[str, object]:
+    return {key: value for key, value in tally.to_dict().items() if key != "seconds"}
+
+
+def test_kinds_come_in_their_shares() -> None:
+    first = [case.kind for case in islice(ordered(0, list(KINDS)[:-1]), 100)]
+    assert {kind: first.count(kind) for kind in set(first)} == {
+        name: kind.share for name, kind in KINDS.items() if kind.share
+    }
+
+
+def test_a_case_does_not_depend_on_what_else_is_tried() -> None:
+    alone = list(islice(ordered(3, ["stops"]), 5))
+    among = [case for case in islice(ordered(3, list(KINDS)), 200) if case.kind == "stops"]
+    assert among[:5] == alone == [Case(3, "stops", number) for number in range(5)]
+
+
+@pytest.mark.usefixtures("_judged_quickly")
+def test_a_campaign_counts_and_saves_what_breaks_a_law(tmp_path: Path) -> None:
+    tally = run(CASES, 0, ["overlapping"], out=tmp_path)
+    assert tally.cases == CASES == tally.held["law"]
+    assert tally.worst["law"] == (0.01 * (CASES - 1), f"overlapping-0-{CASES - 1}")
+    assert tally.broken() == {"law": {"overlapping": 1}}
+    path = tmp_path / "failures" / f"{BROKEN}.yaml"
+    assert list(path.parent.iterdir()) == [path]
+    assert load_scene(path) == Case(0, "overlapping", 3).scene()
+    assert "# law: too much: 2, allowed 1\n" in path.read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("_judged_quickly")
+def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
+    whole = run(CASES, 0, ["overlapping"])
+    assert run(BLOCK, 0, ["overlapping"], out=tmp_path).cases == BLOCK
+    seen: list[int] = []
+    again = run(
+        CASES, 0, ["overlapping"], out=tmp_path, progress=lambda tally: seen.append(tally.cases)
+    )
+    assert seen == [2 * BLOCK, CASES]
+    assert counts(again) == counts(whole)
+    with pytest.raises(CheckpointError, match="whose seed is 0 where this one's is 1"):
+        run(CASES, 1, ["overlapping"], out=tmp_path)
+
+
+@pytest.mark.usefixtures("_judged_quickly")
+def test_time_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter(range(0, 1000, 50))
+    monkeypatch.setattr(campaign.time, "monotonic", lambda: float(next(clock)))
+    # Begun at 0 s, then looked at before every block.
+    assert run(1000, 0, ["overlapping"], minutes=2.0).cases == 2 * BLOCK
+
+
+@pytest.mark.slow
+def test_a_killed_campaign_goes_on(tmp_path: Path) -> None:
+    code = """
+import sys
+from pathlib import Path
+from magfold_env.stress.campaign import run
+run(60, 0, ["overlapping"], out=Path(sys.argv[1]))
+"""
+    run_until_killed(1, code, str(tmp_path))
+    seen: list[int] = []
+    tally = run(
+        60, 0, ["overlapping"], out=tmp_path, progress=lambda tally: seen.append(tally.cases)
+    )
+    assert seen == [40, 60]
+    assert tally.statuses == {"overlapping": {"failed": 60}}
+    assert tally.failures == []
+
+
+@pytest.mark.slow
+def test_processes_find_what_one_does(tmp_path: Path) -> None:
+    one = run(60, 0, ["overlapping"])
+    assert counts(run(60, 0, ["overlapping"], workers=2)) == counts(one)
+
+
+def test_an_error_that_is_raised_breaks_a_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(_: object) -> None:
+        raise ZeroDivisionError("by zero")
+
+    monkeypatch.setattr("magfold_env.stress.case.check", fails)
+    verdict = Case(0, "stops", 0).verdict()
+    assert [str(each) for each in verdict.broken] == ["no exception: ZeroDivisionError: by zero"]
+
+
+def test_the_command_shows_and_writes_what_was_found(tmp_path: Path) -> None:
+    options = ("--cases", 30, "--only", "overlapping", "--out", tmp_path)
+    result = command("stress", *options)
+    assert result.exit_code == 0, result.stderr
+    table = rows(result.stdout)
+    assert table[0] == ["overlapping", "overlapping starts", "30", "0", "0", "0", "30", "0"]
+    data = json.loads((tmp_path / "stress.json").read_text(encoding="utf-8"))
+    assert data["cases"] == 30
+    assert data["failures"] == []
+    assert (tmp_path / "stress.png").is_file()
+
+
+@pytest.mark.usefixtures("_judged_quickly")
+def test_the_command_fails_where_a_law_is_broken(tmp_path: Path) -> None:
+    result = command("stress", "--cases", 20, "--only", "overlapping", "--out", tmp_path)
+    assert result.exit_code == 1
+    assert BROKEN in result.stdout
+
+
+def test_a_scene_is_judged_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = Case(0, "overlapping", 0).save(["law: words"], tmp_path)
+    result = command("stress", "--rerun", path)
+    assert result.exit_code == 0
+    assert ["refusal", "0", ""] in rows(result.stdout)
+    monkeypatch.setattr(laws, "REFUSAL", "another message")
+    result = command("stress", "--rerun", path)
+    assert result.exit_code == 1
+    assert "no breakdown" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "told"),
+    [
+        ("--cases", 0, "cases: 0 is not allowed; must be at least 1"),
+        ("--workers", 0, "workers: 0 is not allowed"),
+        ("--seed", -1, "seed: -1 is not allowed"),
+        ("--minutes", "nan", "minutes: nan is not allowed"),
+        ("--only", "easy", "only: 'easy' is not allowed; must be one of ordinary"),
+        ("--rerun", "nowhere.yaml", "nowhere.yaml: no such file"),
+    ],
+)
+def test_wrong_options_are_told_in_one_line(
+    option: str, value: object, told: str, tmp_path: Path
+) -> None:
+    fails_in_one_line(command("stress", option, value, "--out", tmp_path), told)

@@ -1,0 +1,128 @@
+"""The laws find what is wrong: each with a fold in which it is."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from magfold_env.benchmarks.dynamics_laws.along_folds import Motion, follow
+from magfold_env.fold import Fold, FoldStatus
+from magfold_env.scene import Scene
+from magfold_env.shapes import headings
+from magfold_env.stress import laws, symmetries
+from magfold_env.stress.verdict import Verdict
+
+START = (0.03, -0.02, 0.01)
+SCENE = Scene(sequence=("NSNS", "SNSN", "NSSN", "SSNN"), start_angles=START)
+SLIDING = SCENE.replace(friction=0.0, duration=0.1)
+
+
+@pytest.fixture(scope="module")
+def ended() -> tuple[Motion, Fold]:
+    motion, session = follow(SCENE)
+    return motion, session.fold()
+
+
+def broken(verdict: Verdict) -> set[str]:
+    return {each.law for each in verdict.broken}
+
+
+def limits(motion: Motion) -> set[str]:
+    verdict = Verdict()
+    laws.hold_limits(motion, verdict)
+    return broken(verdict)
+
+
+def status(fold: Fold, motion: Motion) -> set[str]:
+    verdict = Verdict()
+    laws.hold_status(fold, motion, verdict)
+    return broken(verdict)
+
+
+def test_sound_folds_keep_every_law() -> None:
+    sound, sliding = laws.check(SCENE), laws.check(SLIDING)
+    assert sound.broken == sliding.broken == []
+    assert {"no penetration", "passivity", "rest again", "mirror", "other end"} < set(sound.worst)
+    assert {"momentum", "angular momentum"} < set(sliding.worst)
+
+
+def test_overlaps_and_joints_past_their_stops_are_found(ended: tuple[Motion, Fold]) -> None:
+    motion, _ = ended
+    angles = motion.angles.copy()
+    angles[-1] = [0.0, 1.6, 3.2, 4.8]
+    assert limits(motion) == set()
+    assert {"no penetration", "joint stops"} <= limits(replace(motion, angles=angles))
+
+
+def test_energy_and_momentum_from_nowhere_are_found() -> None:
+    motion, _ = follow(SLIDING)
+    assert limits(motion) == set()
+    potential = motion.potential.copy()
+    potential[-1] += 0.02 * np.ptp(potential)
+    assert "passivity" in limits(replace(motion, potential=potential))
+    drift = motion.base_velocity + np.array([0.1, 0.0])
+    assert "momentum" in limits(replace(motion, base_velocity=drift))
+    assert "angular momentum" in limits(replace(motion, rates=motion.rates + 5.0))
+
+
+def test_untrue_statuses_are_found(ended: tuple[Motion, Fold]) -> None:
+    motion, fold = ended
+    other = {FoldStatus.FOLDED: FoldStatus.MISFOLDED, FoldStatus.MISFOLDED: FoldStatus.FOLDED}
+    assert status(fold, motion) == set()
+    assert status(replace(fold, status=other[fold.status]), motion) == {"status"}
+    assert status(replace(fold, word="SSS"), motion) == {"status"}
+    assert status(replace(fold, steps=10**7), motion) == {"work cap"}
+    early: dict[str, Any] = {"status": FoldStatus.UNSETTLED, "message": "still moving after 0.01 s"}
+    assert status(replace(fold, **early), motion) == {"status"}
+    capped = early | {"message": "stopped: 200000 steps are the limit"}
+    assert status(replace(fold, **capped), motion) == {"status"}
+
+
+def test_motion_that_is_told_to_be_rest_is_found(ended: tuple[Motion, Fold]) -> None:
+    motion, fold = ended
+    rates = motion.rates.copy()
+    rates[-1] = [0.0, 0.1, 0.0, 0.0]
+    at_the_start = replace(fold, angles=headings(START))
+    verdict = Verdict()
+    laws.hold_rest(at_the_start, replace(motion, rates=rates), verdict)
+    assert broken(verdict) == {"rest", "energy", "rest again"}
+
+
+def test_wrong_refusals_and_breakdowns_are_found(ended: tuple[Motion, Fold]) -> None:
+    _, fold = ended
+    closed = SCENE.replace(sequence=("NNNN",) * 5, start_angles=[math.pi / 2] * 4)
+    failed = FoldStatus.FAILED
+    for scene, message, how, law in (
+        (closed, "folded at t = 1 s", FoldStatus.FOLDED, "refusal"),
+        (SCENE, "components 1 and 4 overlap at the start", failed, "refusal"),
+        (SCENE, "step size underflow", failed, "no breakdown"),
+    ):
+        verdict = Verdict()
+        laws.hold_refusal(scene, replace(fold, message=message, status=how), verdict)
+        assert broken(verdict) == {law}
+
+
+def test_a_fold_that_is_not_symmetric_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The mirror image of another chain.
+    monkeypatch.setattr(symmetries, "mirrored", lambda scene: scene)
+    verdict = laws.check(SCENE)
+    assert broken(verdict) == {"mirror"}
+
+
+def test_what_changes_from_run_to_run_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulate = laws.simulate
+
+    def another(scene: Scene) -> Fold:
+        fold = simulate(scene)
+        return replace(fold, angles=np.nextafter(fold.angles, 9.0))
+
+    monkeypatch.setattr(laws, "simulate", another)
+    assert "determinism" in broken(laws.check(SCENE))
+
+
+def test_what_is_no_number_breaks_a_law() -> None:
+    verdict = Verdict()
+    verdict.judge("law", math.nan, 1.0)
+    assert broken(verdict) == {"law"}
