@@ -1,5 +1,7 @@
 """A search on a Ray cluster by Ray Tune, whose trials are drawn by Optuna."""
 
+# pyright: reportMissingImports=false
+
 import json
 from functools import partial
 from pathlib import Path
