@@ -1,16 +1,23 @@
 """A search goes on where it was, breaks off what does badly, and ends in settings to train with."""
 
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
-import optuna
 import pytest
 import typer
 import yaml
-from optuna.trial import TrialState
 from typer.testing import CliRunner
 
-from agents import tuning_trials
+pytest.importorskip("optuna", reason="needs Optuna, the extra tune")
+import optuna
+from optuna.trial import TrialState
+
+from agents import tuning_study, tuning_trials
 from agents.run_info import RunInfo
 from agents.settings import SettingsError, load_settings, save_settings
 from agents.training_run import DivergedError, train
@@ -166,6 +173,47 @@ def test_an_interrupted_trial_is_taken_up_in_its_folder(
     assert first.state is TrialState.FAIL
     assert second.params == first.params
     assert [trial.folder.name for trial in found] == ["trial-0000", "trial-0002"]
+
+
+def started(file: str, folder: Path) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "agents.tune", file, "--output", str(folder)]
+    return subprocess.Popen(command, start_new_session=True)
+
+
+@pytest.mark.slow
+def test_a_killed_trial_goes_on_at_its_checkpoint(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = {"timesteps": 6_000, "validate_every": 3_000, "checkpoint_every": 200}
+    long, folder = changed(file, settings=settings, trials=1), tmp_path / "out"
+    process = started(long, folder)
+    while not (folder / "trial-0000" / "resume.zip").exists():
+        assert process.poll() is None
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL, "the search was over before it was killed"
+    monkeypatch.setattr(tuning_study, "HEARTBEAT", 1)
+    time.sleep(4.0)  # the database counts whole seconds
+    (trial,) = search_here(load_search(long), folder)
+    run = RunInfo.read(trial.folder)
+    assert run is not None
+    assert run.resumed_at
+    whole = train(load_settings(trial.folder / "settings.yaml"), tmp_path / "whole")
+    assert same_weights(whole, folder / "trial-0000" / "policy.zip")
+
+
+@pytest.mark.slow
+def test_processes_share_a_study(file: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    many = changed(file, trials=6)
+    processes = [started(many, folder) for _ in range(2)]
+    assert [process.wait() for process in processes] == [0, 0]
+    trials = study_in(folder).trials
+    # One may be under way when the other makes the last.
+    assert len(trials) in (6, 7)
+    assert all(trial.state is TrialState.COMPLETE for trial in trials)
+    assert len({str(trial.params) for trial in trials}) == len(trials)
+    assert load_settings(folder / "best.yaml")
 
 
 def test_a_run_whose_numbers_break_down_is_worth_nothing(
