@@ -13,7 +13,6 @@ from magfold_env.checkpoint import CheckpointError
 
 Config = Annotated[str, typer.Argument(help="A YAML file, or a name in configs/tuning.")]
 Trials = Annotated[int | None, typer.Option(help="Trials in all.")]
-Minutes = Annotated[float | None, typer.Option(help="Time after which no trial begins.")]
 Assignments = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="A setting of all trials: learner.gamma=0.9."),
@@ -24,7 +23,7 @@ Output = Annotated[Path | None, typer.Option(help="Folder; runs/NAME by default.
 def main(
     config: Config,
     trials: Trials = None,
-    minutes: Minutes = None,
+    minutes: Annotated[float | None, typer.Option(help="Time after which no trial begins.")] = None,
     assignments: Assignments = None,
     output: Output = None,
     storage: Annotated[

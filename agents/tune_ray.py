@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 
 from agents.settings import SettingsError
-from agents.tune import Assignments, Config, Minutes, Output, Trials
+from agents.tune import Assignments, Config, Output, Trials
 from agents.tuning_settings import load_search
 from agents.tuning_trials import tell_best
 
@@ -15,7 +15,6 @@ from agents.tuning_trials import tell_best
 def main(
     config: Config,
     trials: Trials = None,
-    minutes: Minutes = None,
     assignments: Assignments = None,
     output: Output = None,
     address: Annotated[
@@ -31,7 +30,7 @@ def main(
 
         search = load_search(config, assignments or (), trials)
         folder = output or Path("runs") / search.settings.name
-        tell_best(search, search_on_ray(search, folder, address, cpus, minutes), folder)
+        tell_best(search, search_on_ray(search, folder, address, cpus), folder)
     except ModuleNotFoundError as error:
         message = f"[red]error:[/red] {error}; it comes with the extras tune and ray"
         console.print(message, highlight=False)

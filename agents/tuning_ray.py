@@ -32,11 +32,7 @@ folder, and whether the run has come to its end."""
 
 
 def search_on_ray(
-    search: Search,
-    output: Path,
-    address: str | None = None,
-    cpus: int = 1,
-    minutes: float | None = None,
+    search: Search, output: Path, address: str | None = None, cpus: int = 1
 ) -> list[Trial]:
     """Run the trials that are left on a Ray cluster; return all that came to their end.
 
@@ -53,8 +49,6 @@ def search_on_ray(
         Of the cluster; None takes the one in ``RAY_ADDRESS``, or starts one here.
     cpus : int
         CPUs of the cluster that each trial takes.
-    minutes : float, optional
-        Time after which no further trial is begun.
 
     Raises
     ------
@@ -67,7 +61,7 @@ def search_on_ray(
     if started:
         ray.init(address=address, logging_level="warning", log_to_driver=False)
     try:
-        results = _tuner(search, output, cpus, minutes).fit()
+        results = _tuner(search, output, cpus).fit()
     finally:
         if started:
             ray.shutdown()
@@ -92,7 +86,7 @@ def _refuse_other(search: Search, output: Path) -> None:
     write_text(file, json.dumps(key, indent=1) + "\n")
 
 
-def _tuner(search: Search, output: Path, cpus: int, minutes: float | None) -> tune.Tuner:
+def _tuner(search: Search, output: Path, cpus: int) -> tune.Tuner:
     """Return what runs the trials, made or taken up."""
     settings = search.settings
     given = tune.with_parameters(_train, search=search, output=output, cpus=cpus)
@@ -112,7 +106,6 @@ def _tuner(search: Search, output: Path, cpus: int, minutes: float | None) -> tu
             ),
             scheduler=_scheduler(search),
             num_samples=settings.trials,
-            time_budget_s=None if minutes is None else 60.0 * minutes,
         ),
         run_config=tune.RunConfig(
             name="ray",
