@@ -124,7 +124,7 @@ def _scheduler(search: Search) -> TrialScheduler:
             time_attr=VALIDATION,
             grace_period=settings.least_validations,
             min_samples_required=settings.startup_trials,
-            min_time_slice=search.validations,  # until there are as many, do not take turns
+            min_time_slice=float("inf"),  # until there are as many, trials do not take turns
         )
     if settings.pruner == "hyperband":
         return AsyncHyperBandScheduler(
