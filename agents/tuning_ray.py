@@ -139,7 +139,7 @@ def _scheduler(search: Search) -> TrialScheduler:
 
 def _train(config: dict[str, Drawn], search: Search, output: Path, cpus: int) -> None:
     """Train as a trial says, in whichever process of the cluster; report its validations."""
-    numba.set_num_threads(min(cpus, numba.config.NUMBA_NUM_THREADS))
+    numba.set_num_threads(min(cpus, numba.get_num_threads()))
     folder = output / f"trial-{tune.get_context().get_trial_id()}"
     last = 0
 
