@@ -29,7 +29,8 @@ def ppo_config(settings: TrainSettings, runners: int = 0) -> PPOConfig:
     Parameters
     ----------
     settings : TrainSettings
-        For `agents.train`; phases before the main one, validation and stops are left out.
+        For `agents.train`; of them, phases before the main one, features, validation and stops
+        are left out.
     runners : int
         Processes that step the environments; with 0 the one that learns does.
 

@@ -21,12 +21,14 @@ app.command()(main)
 
 
 def test_settings_are_told_in_rllibs_words() -> None:
-    settings = load_settings("ppo-tube-feed")
-    config = ppo_config(settings)
+    settings = tiny(envs=3, timesteps=500)
+    learner = settings.learner.model_copy(update={"anneal": True, "learning_rate": 0.01})
+    config = ppo_config(settings.model_copy(update={"learner": learner}))
     assert config.env == "MagFold/TubeFeed-v0"
-    assert config.env_config == {"id": config.env, "gamma": 1.0, "shaping": "similarity"}
-    assert config.train_batch_size == 255 * 2
-    assert config.lr == [[0, 1.5e-3], [settings.timesteps, 0.0]]
+    own = {"id": config.env, "gamma": 1.0}
+    assert config.env_config == {"fidelity": "quasistatic", "components": 3, **own}
+    assert config.train_batch_size == 24 * 3
+    assert config.lr == [[0, 0.01], [500, 0.0]]
 
 
 def test_rllib_trains_and_leaves_a_checkpoint(tmp_path: Path) -> None:
