@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from typing import Self
 
 import numpy as np
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -23,7 +24,7 @@ def progress_bar() -> Progress:
 
 
 class ProgressCallback(BaseCallback):
-    """Shows steps, episodes' recent rate of success and the time left.
+    """Shows steps, episodes' recent rate of success and the time left, in a ``with`` block.
 
     Parameters
     ----------
@@ -39,17 +40,18 @@ class ProgressCallback(BaseCallback):
         self._bar = progress_bar()
         self._task = self._bar.add_task(description, total=end - start, note="")
 
-    def _on_training_start(self) -> None:
+    def __enter__(self) -> Self:
         self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
 
     def _on_step(self) -> bool:
         recent = self.model.ep_success_buffer or [0.0]
         note = f"success {100 * float(np.mean(recent)):.0f} %"
         self._bar.update(self._task, completed=self.num_timesteps - self._start, note=note)
         return True
-
-    def _on_training_end(self) -> None:
-        self._bar.stop()
 
 
 class BoundaryCallback(BaseCallback):

@@ -1,6 +1,7 @@
 """The learners of Stable-Baselines3 and sb3-contrib, made from settings and read from files."""
 
 import json
+import pickle
 import warnings
 import zipfile
 from pathlib import Path
@@ -33,6 +34,7 @@ _BY_POLICY: dict[str, type[BaseAlgorithm]] = {
     "stable_baselines3.sac.policies": SAC,
     "sb3_contrib.tqc.policies": TQC,
 }
+"""The class that wrote a model, by the module of its policy."""
 
 
 def make_model(
@@ -92,20 +94,32 @@ def load_model(path: str | Path, device: str = "cpu") -> BaseAlgorithm:
     Raises
     ------
     ValueError
-        If the file is not a model, or of another algorithm.
+        If there is no such file, or it is damaged or no model of an algorithm that is known.
     """
+    written_by = _class_of(Path(path))
+    # A replay buffer is large, and hindsight's wants an environment.
+    without: dict[str, Any] = {}
+    if issubclass(written_by, OffPolicyAlgorithm):
+        without = {"buffer_size": 1, "replay_buffer_class": None, "replay_buffer_kwargs": {}}
+    try:
+        return written_by.load(path, device=device, **without)
+    except (*UNREADABLE, AssertionError, ImportError, pickle.UnpicklingError) as error:
+        raise ValueError(f"{path}: is not a model, or is damaged: {error}") from None
+
+
+def _class_of(path: Path) -> type[BaseAlgorithm]:
+    """Return the class that wrote a model, without unpickling anything."""
+    if not path.is_file():
+        raise ValueError(f"{path}: no such file; must be a model (.zip)")
     try:
         with zipfile.ZipFile(path) as archive:
             module = json.loads(archive.read("data"))["policy_class"]["__module__"]
     except UNREADABLE as error:
-        raise ValueError(f"{path}: is not a model of Stable-Baselines3: {error!r}") from None
+        raise ValueError(f"{path}: is not a model, or is damaged: {error}") from None
     if module not in _BY_POLICY:
-        raise ValueError(f"{path}: is not a model of {', '.join(CLASSES)}; its policy: {module}")
-    # A replay buffer is large, and hindsight's wants an environment.
-    without: dict[str, Any] = {}
-    if issubclass(_BY_POLICY[module], OffPolicyAlgorithm):
-        without = {"buffer_size": 1, "replay_buffer_class": None, "replay_buffer_kwargs": {}}
-    return _BY_POLICY[module].load(path, device=device, **without)
+        known = ", ".join(CLASSES)
+        raise ValueError(f"{path}: its policy is from {module!r}; must be of one of {known}")
+    return _BY_POLICY[module]
 
 
 def enter(model: BaseAlgorithm, envs: VecEnv) -> None:

@@ -1,20 +1,16 @@
 """Policies that can be compared: random, frozen choices, trained ones."""
 
-import json
-import pickle
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol, Self
 
 import numpy as np
 import sb3_contrib
-import stable_baselines3
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from agents.archive import UNREADABLE
 from agents.baselines.store import read_choices
+from agents.learners import load_model
 from agents.open_loop import FrozenPolicy
 from magfold_env.envs.fold_env import FoldEnv
 
@@ -87,11 +83,7 @@ class TrainedPolicy:
             If the file is damaged, or no checkpoint of an algorithm that is known.
         """
         torch.set_num_threads(1)
-        algorithm = _algorithm(Path(path))
-        try:
-            return cls(algorithm.load(path, device="cpu"), sampled)
-        except (*UNREADABLE, AssertionError, ImportError, pickle.UnpicklingError) as error:
-            raise ValueError(f"{path}: is not a checkpoint, or is damaged: {error}") from None
+        return cls(load_model(path), sampled)
 
     @property
     def training_steps(self) -> int:
@@ -144,27 +136,3 @@ def make_policy(name: str) -> Policy:
             "or a checkpoint (.zip)"
         )
     return FrozenPolicy(read_choices(path)) if path.suffix == ".json" else TrainedPolicy.load(path)
-
-
-_ALGORITHMS: Mapping[str, type[BaseAlgorithm]] = {
-    "stable_baselines3.common.policies": stable_baselines3.PPO,
-    "sb3_contrib.common.maskable.policies": sb3_contrib.MaskablePPO,
-    "stable_baselines3.sac.policies": stable_baselines3.SAC,
-    "sb3_contrib.tqc.policies": sb3_contrib.TQC,
-}
-"""Which algorithm a checkpoint is of, by the module of its policy."""
-
-
-def _algorithm(path: Path) -> type[BaseAlgorithm]:
-    """Return the class that wrote a checkpoint, without unpickling anything."""
-    if not path.is_file():
-        raise ValueError(f"{path}: no such file; must be a checkpoint (.zip)")
-    try:
-        with zipfile.ZipFile(path) as archive:
-            module = json.loads(archive.read("data"))["policy_class"]["__module__"]
-    except UNREADABLE as error:
-        raise ValueError(f"{path}: is not a checkpoint, or is damaged: {error}") from None
-    if module not in _ALGORITHMS:
-        known = ", ".join(sorted(each.__name__ for each in _ALGORITHMS.values()))
-        raise ValueError(f"{path}: its policy is from {module!r}; must be of one of {known}")
-    return _ALGORITHMS[module]

@@ -21,6 +21,8 @@ class Progress:
         Steps at the last validation and at the last checkpoint.
     last, best : dict or None
         Results of the last validation of the phase, and of its best.
+    validations : int
+        Validations of the phase.
     stale : int
         Validations since the best one.
     stopping : bool
@@ -34,6 +36,7 @@ class Progress:
     saved_at: int = 0
     last: dict[str, float] | None = None
     best: dict[str, float] | None = None
+    validations: int = 0
     stale: int = 0
     stopping: bool = False
 
@@ -43,6 +46,7 @@ class Progress:
         More successes are better; among equally many the higher score is.
         """
         self.last = result
+        self.validations += 1
         best = self.best is None or _rank(result) > _rank(self.best)
         if best:
             self.best, self.stale = result, 0
@@ -57,6 +61,7 @@ class Progress:
         """Begin the next phase, with `steps` made so far."""
         self.phase += 1
         self.phase_start = steps
+        self.validations = 0
         self.best, self.stale, self.stopping = None, 0, False
 
 

@@ -1,6 +1,6 @@
 """Training settings: typed, checked and read from YAML."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -12,14 +12,18 @@ from agents.env_settings import GOAL_ENV, TUBE_FEED, CurriculumSettings, EnvOpti
 from agents.learner_settings import LearnerSettings, PPOSettings, SACSettings
 from agents.seeds import MAX_TRAINING_SEED
 from agents.settings_base import Count, Group, Positive, Unit
+from agents.settings_files import SettingsError, find_config, parse_assignment, put, read_mapping
 from magfold_env.errors import Problem, SceneError, problems_of
-from magfold_env.files import configs_dir, write_text
+from magfold_env.files import write_text
 
-__all__ = ["EnvSettings", "SettingsError", "TrainSettings", "load_settings", "save_settings"]
-
-
-class SettingsError(ValueError):
-    """Settings that cannot be used: one line per problem, each naming key, value and remedy."""
+__all__ = [
+    "EnvSettings",
+    "SettingsError",
+    "TrainSettings",
+    "changed_settings",
+    "load_settings",
+    "save_settings",
+]
 
 
 class StopSettings(Group, frozen=True):
@@ -138,23 +142,33 @@ def load_settings(
     SettingsError
         If there is no such file or something in it is not allowed.
     """
-    file = _find(path)
-    try:
-        content = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        raise SettingsError(f"{file}: not YAML: {error}") from None
-    except (OSError, ValueError, RecursionError) as error:
-        raise SettingsError(f"{file}: cannot be read: {error}") from None
-    if not isinstance(content, dict):
-        raise SettingsError(f"{file}: {content!r} is not allowed; must be a mapping of keys")
+    file = find_config(path, "agents")
+    content = read_mapping(file)
     content |= {key: value for key, value in overrides.items() if value is not None}
     for assignment in assignments:
-        _assign(content, assignment)
-    try:
-        return TrainSettings.model_validate(content)
-    except ValidationError as error:
-        lines = [f"{file}: {problem}" for problem in problems_of(error, TrainSettings)]
-        raise SettingsError("\n".join(lines)) from None
+        put(content, *parse_assignment(assignment))
+    return _checked(content, str(file))
+
+
+def changed_settings(settings: TrainSettings, changes: Mapping[str, Any]) -> TrainSettings:
+    """Return `settings` with other values.
+
+    Parameters
+    ----------
+    settings : TrainSettings
+        What is changed.
+    changes : mapping
+        Values by dotted key, such as ``learner.gamma``.
+
+    Raises
+    ------
+    SettingsError
+        If there is no such key, or the value is not allowed.
+    """
+    content = settings.model_dump(mode="json")
+    for key, value in changes.items():
+        put(content, key, value)
+    return _checked(content, settings.name)
 
 
 def save_settings(settings: TrainSettings, path: Path) -> None:
@@ -162,28 +176,10 @@ def save_settings(settings: TrainSettings, path: Path) -> None:
     write_text(path, yaml.safe_dump(settings.model_dump(mode="json"), sort_keys=False))
 
 
-def _assign(content: dict[str, Any], assignment: str) -> None:
-    """Put the value of ``key.key=value`` where it belongs in `content`."""
-    keys, separator, text = assignment.partition("=")
-    *groups, last = keys.strip().split(".")
-    if not separator:
-        raise SettingsError(f"{assignment!r} is not allowed; must be a key and a value, key=value")
-    for depth, group in enumerate(groups):
-        content = content.setdefault(group, {})
-        if not isinstance(content, dict):
-            key = ".".join(groups[: depth + 1])
-            raise SettingsError(f"{assignment!r} is not allowed; {key} is not a group of settings")
+def _checked(content: dict[str, Any], source: str) -> TrainSettings:
+    """Return the settings that `content` holds, which comes from `source`."""
     try:
-        content[last] = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise SettingsError(f"{assignment!r} is not allowed; not YAML: {error}") from None
-
-
-def _find(path: str | Path) -> Path:
-    """Return the file that `path` names."""
-    folder = configs_dir() / "agents"
-    for candidate in (Path(path), folder / path, folder / f"{path}.yaml"):
-        if candidate.is_file():
-            return candidate
-    shipped = ", ".join(sorted(file.stem for file in folder.glob("*.yaml")))
-    raise SettingsError(f"{path}: no such file; shipped settings: {shipped}")
+        return TrainSettings.model_validate(content)
+    except ValidationError as error:
+        lines = [f"{source}: {problem}" for problem in problems_of(error, TrainSettings)]
+        raise SettingsError("\n".join(lines)) from None

@@ -10,7 +10,7 @@ from agents.loggers import import_wandb
 from agents.run_folder import Resume
 from agents.settings import SettingsError, load_settings
 from agents.training_envs import check_envs
-from agents.training_run import train
+from agents.training_run import DivergedError, train
 from magfold_env.checkpoint import CheckpointError
 
 
@@ -46,7 +46,7 @@ def main(
             import_wandb()
         check_envs(settings)
         policy = train(settings, output or Path("runs") / settings.name, how, wandb)
-    except (SettingsError, CheckpointError) as error:
+    except (SettingsError, CheckpointError, DivergedError) as error:
         console.print(f"[red]error:[/red] {error}", highlight=False)
         raise typer.Exit(1) from None
     console.print(f"policy: {policy}")

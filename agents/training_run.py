@@ -1,5 +1,6 @@
 """One run of training: its phases, and what is kept of it on the way."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -28,9 +29,21 @@ from magfold_env.files import replacing
 EPISODES_PER_RECORD = 60
 """How often learners that learn all the time write their numbers."""
 
+Watch = Callable[[int, dict[str, float]], object]
+"""Is told the number, from 1, and the result of a validation of the main phase. What it raises
+breaks the run off."""
+
+
+class DivergedError(ArithmeticError):
+    """The networks hold numbers that are not finite; nothing can be learned from there on."""
+
 
 def train(
-    settings: TrainSettings, path: Path, resume: Resume = Resume.AUTO, wandb: bool = False
+    settings: TrainSettings,
+    path: Path,
+    resume: Resume = Resume.AUTO,
+    wandb: bool = False,
+    watch: Watch | None = None,
 ) -> Path:
     """Run the training that `settings` describe, or what is left of it.
 
@@ -44,6 +57,8 @@ def train(
         What to do with an earlier run in the folder.
     wandb : bool
         Whether to log to Weights & Biases too.
+    watch : callable, optional
+        Follows the validations; may break the run off.
 
     Returns
     -------
@@ -56,6 +71,8 @@ def train(
         If another run lies in the folder, or none where one is to be taken up.
     CheckpointError
         If the checkpoint to take up is damaged, or another run's.
+    DivergedError
+        If the numbers in the networks break down.
     """
     # The networks are small: more threads only get in the way of the simulations.
     torch.set_num_threads(1)
@@ -67,7 +84,7 @@ def train(
     with Console().status("preparing the engine; its first use compiles it, for up to a minute"):
         for phase in settings.phases:
             warm_up(phase.env)
-    run = TrainingRun(folder, parts, wandb)
+    run = TrainingRun(folder, parts, wandb, watch)
     run.finish()
     return folder.policy
 
@@ -92,15 +109,24 @@ class TrainingRun:
         The state to go on from.
     wandb : bool
         Whether to log to Weights & Biases too.
+    watch : callable, optional
+        Follows the validations of the main phase.
     """
 
-    def __init__(self, folder: RunFolder, parts: dict[str, bytes] | None, wandb: bool) -> None:
+    def __init__(
+        self,
+        folder: RunFolder,
+        parts: dict[str, bytes] | None,
+        wandb: bool,
+        watch: Watch | None = None,
+    ) -> None:
         settings = folder.settings
         self._folder = folder
         self._settings = settings
         self._key = folder.key
         self._model: BaseAlgorithm | None = None
         self._parts = parts
+        self._watch = watch
         self._progress = Progress()
         info = RunInfo.begin(settings.name, settings.learner.algorithm, settings.seed)
         if parts is not None:
@@ -116,21 +142,40 @@ class TrainingRun:
 
     def finish(self) -> None:
         """Train to the end and save the policy."""
-        info, progress, phases = self._info, self._progress, self._settings.phases
-        info.write(self._folder.path)
+        self._info.write(self._folder.path)
+        try:
+            self._learn_all()
+            if self._model is not None:
+                save_policy(self._model, self._folder.policy)
+            self._info.finished = True
+        finally:
+            self._note()
+            self._logger.close()
+        self._folder.state.unlink(missing_ok=True)
+
+    def _learn_all(self) -> None:
+        """Train through the phases that are left."""
+        progress, phases = self._progress, self._settings.phases
         out_of_time = False
         while progress.phase < len(phases) and not out_of_time:
             envs = make_training_envs(self._settings, progress.phase)
             try:
                 out_of_time = self._learn(self._model_in(envs), envs, phases[progress.phase])
+            except ValueError as error:
+                self._check_finite(error)
+                raise
             finally:
                 envs.close()
-        if self._model is not None:
-            save_policy(self._model, self._folder.policy)
-        info.finished = True
-        self._note()
-        self._folder.state.unlink(missing_ok=True)
-        self._logger.close()
+
+    def _check_finite(self, error: ValueError) -> None:
+        """Raise if numbers broke down, which torch says at length when it shall draw actions."""
+        model = self._model
+        if model is None or all(bool(each.isfinite().all()) for each in model.policy.parameters()):
+            return
+        raise DivergedError(
+            f"after {model.num_timesteps} steps the networks hold numbers that are not finite; "
+            "a smaller learner.learning_rate may help"
+        ) from error
 
     def _learn(self, model: BaseAlgorithm, envs: VecMonitor, phase: Phase) -> bool:
         """Train to the end of a phase; return whether the run's time is over."""
@@ -150,12 +195,13 @@ class TrainingRun:
         boundaries.init_callback(model)
         if model.num_timesteps < end:
             name = f"training {progress.phase + 1}/{len(settings.phases)}"
-            model.learn(
-                end - model.num_timesteps,
-                callback=[ProgressCallback(start, end, name), boundaries],
-                log_interval=self._log_interval(model),
-                reset_num_timesteps=False,
-            )
+            with ProgressCallback(start, end, name) as bar:
+                model.learn(
+                    end - model.num_timesteps,
+                    callback=[bar, boundaries],
+                    log_interval=self._log_interval(model),
+                    reset_num_timesteps=False,
+                )
             if not boundaries.interrupted:
                 boundaries.visit()
         if progress.validated_at < model.num_timesteps:
@@ -196,6 +242,8 @@ class TrainingRun:
         self._progress.validated_at = model.num_timesteps
         if self._progress.note(result, phase.stop):
             save_policy(model, self._folder.best)
+        if self._watch is not None and self._progress.phase == len(self._settings.phases) - 1:
+            self._watch(self._progress.validations, result)
 
     def _save(self, model: BaseAlgorithm, envs: VecMonitor) -> None:
         """Write a checkpoint to go on from, and the policy as it is."""

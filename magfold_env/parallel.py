@@ -153,9 +153,15 @@ def _pool(backend: Backend, workers: Workers) -> Generator[tuple[Runner, Errors]
     joblib: Any = importlib.import_module("joblib")  # slow to import
     count = -1 if workers.count is None else workers.count
     if backend == "ray":
+
+        def waves(calls: Calls) -> Iterable[tuple[int, Any]]:
+            # Counted every time: the cluster may have lost a node, or got one.
+            cpus = joblib.effective_n_jobs(-1)
+            size = min(workers.count or cpus, cpus)
+            return _in_waves(joblib.Parallel(size), calls, 2 * size)
+
         with _ray(workers.address) as (options, lost), joblib.parallel_config("ray", **options):
-            least = 2 * joblib.effective_n_jobs(count)
-            yield lambda calls: _in_waves(joblib.Parallel(count), calls, least), lost
+            yield waves, lost
         return
     name = {"threads": "threading", "processes": "loky"}[backend]
     broken: Any = importlib.import_module("concurrent.futures.process")
@@ -181,8 +187,10 @@ def _ray(address: str | None) -> Generator[tuple[dict[str, Any], Errors]]:
     if started:
         ray.init(address=address, logging_level="warning", log_to_driver=False)
     try:
-        # Ray starts a lost worker again, elsewhere if need be, and repeats its tasks.
-        again = {"max_restarts": LOSSES, "max_task_retries": LOSSES}
+        # Ray starts a lost worker again, elsewhere if need be, and repeats its tasks. Workers that
+        # claim nothing crowd on one node, and those that claim a whole CPU find none elsewhere.
+        # Ray fills a node to the half before it takes the next: each gets a worker a CPU.
+        again = {"num_cpus": 0.5, "max_restarts": LOSSES, "max_task_retries": LOSSES}
         yield {"ray_remote_args": again}, (ray.exceptions.RayError,)
     finally:
         if started:

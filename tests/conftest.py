@@ -1,7 +1,9 @@
 """Settings and fixtures shared by all tests."""
 
 import os
+from collections.abc import Generator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -22,3 +24,21 @@ def quick(tmp_path: Path) -> str:
     path = tmp_path / "quick.yaml"
     path.write_text("sequence: [NSNS, SN-N]\nmount: free\nduration: 0.05\n", encoding="utf-8")
     return str(path)
+
+
+@pytest.fixture(scope="module")
+def head() -> Generator[Any]:
+    """Offer a Ray cluster of one node with one CPU."""
+    ray: Any = pytest.importorskip("ray.cluster_utils", reason="needs Ray, the extra ray")
+    nodes = ray.Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    yield nodes
+    nodes.shutdown()
+
+
+@pytest.fixture
+def cluster(head: Any) -> Any:
+    """Return a Ray cluster of two nodes with a CPU each, to which nobody is connected."""
+    if not head.worker_nodes:
+        head.add_node(num_cpus=1)
+        head.wait_for_nodes()
+    return head

@@ -154,7 +154,7 @@ def test_ray_is_started_where_it_is_not_running(
     cluster = FakeCluster(monkeypatch, running=running)
     found = list(finished(square, range(50), Workers(2, "ray", "there:1")))
     assert sorted(found) == [(k, k * k) for k in range(50)]
-    again = {"max_restarts": LOSSES, "max_task_retries": LOSSES}
+    again = {"num_cpus": 0.5, "max_restarts": LOSSES, "max_task_retries": LOSSES}
     assert ("options", again) in cluster.calls
     outer = [call for call in cluster.calls if call[0] != "options"]
     assert outer == ([] if running else [("init", "there:1"), ("shutdown", None)])

@@ -74,16 +74,16 @@ def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
         make_policy("nothing")
     path = tmp_path / "policy.zip"
     path.write_bytes(b"no archive")
-    with pytest.raises(ValueError, match=r"policy\.zip: is not a checkpoint, or is damaged"):
+    with pytest.raises(ValueError, match=r"policy\.zip: is not a model, or is damaged"):
         make_policy(str(path))
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("data", json.dumps({"policy_class": {"__module__": "somewhere.else"}}))
-    with pytest.raises(ValueError, match=r"'somewhere\.else'; must be of one of MaskablePPO, PPO"):
+    with pytest.raises(ValueError, match=r"'somewhere\.else'; must be of one of ppo, maskable-ppo"):
         make_policy(str(path))
     with zipfile.ZipFile(path, "w") as archive:
         module = "stable_baselines3.common.policies"
         archive.writestr("data", json.dumps({"policy_class": {"__module__": module}}))
-    with pytest.raises(ValueError, match=r"policy\.zip: is not a checkpoint, or is damaged"):
+    with pytest.raises(ValueError, match=r"policy\.zip: is not a model, or is damaged"):
         make_policy(str(path))
 
 

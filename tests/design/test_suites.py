@@ -25,7 +25,7 @@ NAMES = suite_names()
 
 
 def test_suites_are_shipped() -> None:
-    assert NAMES == [f"n{n}" for n in LENGTHS]
+    assert [f"n{n}" for n in LENGTHS] == NAMES
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,0 +1,101 @@
+"""Train with RLlib's PPO instead of Stable-Baselines3's: ``python -m agents.rllib_example``."""
+
+# pyright: reportMissingImports=false
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import gymnasium
+import ray
+import typer
+from ray.rllib.algorithms.ppo import PPO, PPOConfig
+from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
+from ray.tune.registry import register_env
+from rich.console import Console
+
+import magfold_env  # noqa: F401 (registers the environments, in every process of a cluster)
+from agents.learner_settings import PPOSettings
+from agents.settings import SettingsError, TrainSettings, load_settings
+
+
+def make_env(options: dict[str, Any]) -> gymnasium.Env[Any, Any]:
+    """Return the environment whose id and options these are."""
+    return gymnasium.make(**options)
+
+
+def ppo_config(settings: TrainSettings, runners: int = 0) -> PPOConfig:
+    """Return training settings in RLlib's words.
+
+    Parameters
+    ----------
+    settings : TrainSettings
+        For `agents.train`; of them, phases before the main one, features, validation and stops
+        are left out.
+    runners : int
+        Processes that step the environments; with 0 the one that learns does.
+
+    Raises
+    ------
+    SettingsError
+        If their learner is not PPO.
+    """
+    learner, env = settings.learner, settings.env
+    if not isinstance(learner, PPOSettings) or learner.algorithm != "ppo":
+        raise SettingsError(f"learner.algorithm: {learner.algorithm!r} is not allowed; must be ppo")
+    register_env(env.id, make_env)
+    rate = learner.learning_rate
+    return (
+        PPOConfig()
+        .environment(env.id, env_config={"id": env.id, "gamma": learner.gamma, **env.options()})
+        .env_runners(num_env_runners=runners, num_envs_per_env_runner=settings.envs)
+        .training(
+            lr=[[0, rate], [settings.timesteps, 0.0]] if learner.anneal else rate,
+            gamma=learner.gamma,
+            lambda_=learner.gae_lambda,
+            train_batch_size=learner.n_steps * settings.envs,
+            minibatch_size=learner.batch_size,
+            num_epochs=learner.n_epochs,
+            clip_param=learner.clip_range,
+            entropy_coeff=learner.ent_coef,
+            vf_loss_coeff=learner.vf_coef,
+            vf_clip_param=float("inf"),
+            use_kl_loss=False,
+            grad_clip=0.5,
+        )
+        .rl_module(
+            model_config=DefaultModelConfig(
+                fcnet_hiddens=list(learner.hidden), fcnet_activation="tanh"
+            )
+        )
+        .debugging(seed=settings.seed, log_level="ERROR")
+    )
+
+
+def main(
+    config: Annotated[str, typer.Argument(help="As for agents.train; PPO's.")] = "ppo-tube-feed",
+    timesteps: Annotated[int | None, typer.Option(help="Environment steps in all.")] = None,
+    runners: Annotated[int, typer.Option(min=0, help="Processes that step environments.")] = 0,
+    address: Annotated[
+        str | None,
+        typer.Option(help="Of a cluster; by default that in RAY_ADDRESS, or one started here."),
+    ] = None,
+    output: Annotated[Path, typer.Option(help="Folder of the checkpoint.")] = Path("runs/rllib"),
+) -> None:
+    """Train by RLlib and save its checkpoint."""
+    console = Console(stderr=True)
+    settings = load_settings(config, timesteps=timesteps)
+    ray.init(address=address, logging_level="warning")
+    algorithm: PPO = ppo_config(settings, runners).build_algo()
+    steps = 0
+    while steps < settings.timesteps:
+        result = algorithm.train()
+        steps = int(result["num_env_steps_sampled_lifetime"])
+        mean = result["env_runners"].get("episode_return_mean", float("nan"))
+        console.print(f"{steps}/{settings.timesteps} steps, mean return {mean:.3f}")
+    console.print(f"checkpoint: {algorithm.save_to_path(str(output.resolve()))}")
+    algorithm.stop()
+    ray.shutdown()
+
+
+if __name__ == "__main__":
+    typer.run(main)

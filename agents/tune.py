@@ -1,0 +1,51 @@
+"""Search for hyper-parameters: ``python -m agents.tune CONFIG``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from agents.settings import SettingsError
+from agents.tuning_settings import load_search
+from agents.tuning_trials import tell_best
+from magfold_env.checkpoint import CheckpointError
+
+Config = Annotated[str, typer.Argument(help="A YAML file, or a name in configs/tuning.")]
+Trials = Annotated[int | None, typer.Option(help="Trials in all.")]
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="A setting of all trials: learner.gamma=0.9."),
+]
+Output = Annotated[Path | None, typer.Option(help="Folder; runs/NAME by default.")]
+
+
+def main(
+    config: Config,
+    trials: Trials = None,
+    minutes: Annotated[float | None, typer.Option(help="Time after which no trial begins.")] = None,
+    assignments: Assignments = None,
+    output: Output = None,
+    storage: Annotated[
+        str | None,
+        typer.Option(help="Database of the study; sqlite:///OUTPUT/study.db by default."),
+    ] = None,
+) -> None:
+    """Train with settings drawn from ranges and tell the best; called again, go on."""
+    console = Console(stderr=True)
+    try:
+        from agents.tuning_study import search_here  # noqa: PLC0415 (only searches need Optuna)
+
+        search = load_search(config, assignments or (), trials)
+        folder = output or Path("runs") / search.settings.name
+        tell_best(search, search_here(search, folder, storage, minutes), folder)
+    except ModuleNotFoundError as error:
+        console.print(f"[red]error:[/red] {error}; it comes with the extra tune", highlight=False)
+        raise typer.Exit(1) from None
+    except (SettingsError, CheckpointError) as error:
+        console.print(f"[red]error:[/red] {error}", highlight=False)
+        raise typer.Exit(1) from None
+
+
+if __name__ == "__main__":
+    typer.run(main)

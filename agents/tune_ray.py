@@ -1,0 +1,44 @@
+"""Search for hyper-parameters on a Ray cluster: ``python -m agents.tune_ray CONFIG``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from agents.settings import SettingsError
+from agents.tune import Assignments, Config, Output, Trials
+from agents.tuning_settings import load_search
+from agents.tuning_trials import tell_best
+
+
+def main(
+    config: Config,
+    trials: Trials = None,
+    assignments: Assignments = None,
+    output: Output = None,
+    address: Annotated[
+        str | None,
+        typer.Option(help="Of the cluster; by default that in RAY_ADDRESS, or one started here."),
+    ] = None,
+    cpus: Annotated[int, typer.Option(min=1, help="CPUs of a trial.")] = 1,
+) -> None:
+    """Spread the trials over a cluster; called again, go on."""
+    console = Console(stderr=True)
+    try:
+        from agents.tuning_ray import search_on_ray  # noqa: PLC0415 (needs Ray and Optuna)
+
+        search = load_search(config, assignments or (), trials)
+        folder = output or Path("runs") / search.settings.name
+        tell_best(search, search_on_ray(search, folder, address, cpus), folder)
+    except ModuleNotFoundError as error:
+        message = f"[red]error:[/red] {error}; it comes with the extras tune and ray"
+        console.print(message, highlight=False)
+        raise typer.Exit(1) from None
+    except SettingsError as error:
+        console.print(f"[red]error:[/red] {error}", highlight=False)
+        raise typer.Exit(1) from None
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,191 @@
+"""Settings of a search for hyper-parameters: what is varied, within what, and for how long."""
+
+import json
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
+
+from agents.settings import SettingsError, TrainSettings, changed_settings, load_settings
+from agents.settings_base import Count, Group
+from agents.settings_files import find_config, parse_assignment, read_mapping
+from agents.training_envs import check_envs
+from magfold_env.errors import Problem, SceneError, problems_of
+
+Drawn = float | int | str
+"""A value as Optuna keeps it: a number, or a choice written as JSON."""
+
+
+class Interval(Group, frozen=True):
+    """Numbers between two; whole ones if both ends are written as whole numbers."""
+
+    low: int | float
+    """The smallest."""
+    high: int | float
+    """The largest."""
+    log: bool = False
+    """Whether every factor is as likely as any other, rather than every difference."""
+
+    @property
+    def ends(self) -> tuple[int | float, ...]:
+        """What is checked before a search begins."""
+        return self.low, self.high
+
+    def read(self, drawn: Drawn) -> Any:
+        """Return the value of the setting."""
+        return drawn
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.low >= self.high:
+            raise SceneError([Problem("high", self.high, f"must be greater than low, {self.low}")])
+        if self.log and self.low <= 0:
+            raise SceneError([Problem("low", self.low, "must be greater than 0 with log")])
+        return self
+
+
+class Choices(Group, frozen=True):
+    """One of some values of any kind."""
+
+    choices: Annotated[tuple[Any, ...], Field(min_length=2)]
+    """The values."""
+
+    @property
+    def ends(self) -> tuple[Any, ...]:
+        """What is checked before a search begins."""
+        return self.choices
+
+    @property
+    def texts(self) -> list[str]:
+        """The values as JSON: storages keep words and numbers, not lists."""
+        return [json.dumps(value) for value in self.choices]
+
+    def read(self, drawn: Drawn) -> Any:
+        """Return the value of the setting."""
+        return json.loads(str(drawn))
+
+
+def _branch(value: Any) -> str:
+    chosen = isinstance(value, Choices) or (isinstance(value, dict) and "choices" in value)
+    return "<choices>" if chosen else "<interval>"
+
+
+Domain = Annotated[
+    Annotated[Interval, Tag("<interval>")] | Annotated[Choices, Tag("<choices>")],
+    Discriminator(_branch),
+]
+"""What a setting is drawn from."""
+
+Objective = Literal["score", "success_rate"]
+
+
+class TuneSettings(Group, frozen=True):
+    """A search."""
+
+    name: Annotated[str, Field(pattern=r"^[\w.-]+$")]
+    """Name of the study, and of its folder under ``runs/``."""
+    config: str
+    """What is varied: training settings, a file or the name of one in ``configs/agents``."""
+    settings: Annotated[dict[str, Any], Field(default_factory=dict)]
+    """What is different in all trials, by dotted key."""
+    space: Annotated[dict[str, Domain], Field(min_length=1)]
+    """What is drawn for each trial, by dotted key."""
+    objective: Objective = "score"
+    """Which result of a trial's last validation shall be high."""
+    trials: Count = 50
+    """Number of trials in all, those of earlier calls and of other processes included."""
+    pruner: Literal["median", "hyperband", "none"] = "median"
+    """What breaks off trials that do worse than others did after as many validations: those below
+    the median of all, or all but the best third at each of a few stages."""
+    startup_trials: Count = 10
+    """Trials that are drawn evenly, before what was found guides the draws and the median."""
+    least_validations: Count = 2
+    """Validations that every trial is given."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """A search that can begin: settings that were checked, and the runs it varies.
+
+    Attributes
+    ----------
+    settings : TuneSettings
+        What is searched.
+    base : TrainSettings
+        What every trial has in common.
+    """
+
+    settings: TuneSettings
+    base: TrainSettings
+
+    @property
+    def key(self) -> dict[str, Any]:
+        """Everything that must be the same for trials to be comparable."""
+        own = self.settings.model_dump(mode="json", include={"name", "space", "objective"})
+        return own | {"training": self.base.model_dump(mode="json")}
+
+    @property
+    def validations(self) -> int:
+        """Number of validations of a trial that is not broken off."""
+        return max(self.base.timesteps // self.base.validate_every, 1)
+
+    def run_settings(self, drawn: Mapping[str, Drawn], trial: str) -> TrainSettings:
+        """Return the training settings of a trial, from what was drawn for it and its name."""
+        space = self.settings.space
+        values = {key: space[key].read(value) for key, value in drawn.items()}
+        return changed_settings(self.base, {**values, "name": f"{self.settings.name}-{trial}"})
+
+
+def load_search(path: str, assignments: Sequence[str] = (), trials: int | None = None) -> Search:
+    """Read and check a search.
+
+    Parameters
+    ----------
+    path : str
+        A file, or the name of one in ``configs/tuning``, with or without its suffix.
+    assignments : sequence of str
+        Training settings that are different in all trials, such as ``learner.gamma=0.9``.
+    trials : int, optional
+        Number of trials; None leaves the file's.
+
+    Raises
+    ------
+    SettingsError
+        If there is no such file, or something is not allowed: in the search, in the settings it
+        varies, or in those that a trial would have at either end of a range.
+    """
+    file = find_config(path, "tuning")
+    content = read_mapping(file)
+    if trials is not None:
+        content["trials"] = trials
+    try:
+        settings = TuneSettings.model_validate(content)
+    except ValidationError as error:
+        lines = [f"{file}: {problem}" for problem in problems_of(error, TuneSettings)]
+        raise SettingsError("\n".join(lines)) from None
+    with _told_of(file, "settings"):
+        given = settings.settings | dict(map(parse_assignment, assignments))
+        base = changed_settings(load_settings(settings.config), given)
+        check_envs(base)
+    with _told_of(file, "space"):
+        for key, domain in settings.space.items():
+            for value in domain.ends:
+                check_envs(changed_settings(base, {key: value}))
+    search = Search(settings, base)
+    if settings.least_validations > search.validations:
+        allowed = f"must be at most {search.validations}, the validations of a trial"
+        problem = Problem("least_validations", settings.least_validations, allowed)
+        raise SettingsError(f"{file}: {problem}")
+    return search
+
+
+@contextmanager
+def _told_of(file: Path, group: str) -> Generator[None]:
+    """Name the file and the group of settings that wrong training settings come from."""
+    try:
+        yield
+    except SettingsError as error:
+        raise SettingsError(f"{file}: {group}: {error}") from None

@@ -1,0 +1,139 @@
+"""A search by Optuna: its storage, its sampler and its pruners; several processes may share it."""
+
+import warnings
+from functools import partial
+from pathlib import Path
+
+import optuna
+from optuna.exceptions import ExperimentalWarning
+from optuna.pruners import BasePruner, HyperbandPruner, MedianPruner, NopPruner
+from optuna.samplers import TPESampler
+from optuna.storages import RDBStorage, RetryHeartbeatStaleTrialCallback
+from optuna.study import MaxTrialsCallback
+from optuna.trial import FrozenTrial, TrialState
+
+from agents.settings import SettingsError
+from agents.tuning_settings import Choices, Domain, Search
+from agents.tuning_trials import Trial, run_trial
+from magfold_env.checkpoint import difference
+from magfold_env.files import physics_digest
+
+FOLDER = "folder"
+ENDED = (TrialState.COMPLETE, TrialState.PRUNED)
+
+HEARTBEAT = 60
+"""How often a trial shows that its process lives [s]; after twice that it is taken up again."""
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", ExperimentalWarning)
+    _again = RetryHeartbeatStaleTrialCallback()
+    """Queues a trial again that was broken off, as the same run."""
+
+
+def search_here(
+    search: Search, output: Path, storage: str | None = None, minutes: float | None = None
+) -> list[Trial]:
+    """Run the trials that are left; return all that came to their end.
+
+    Parameters
+    ----------
+    search : Search
+        What is searched.
+    output : Path
+        Folder of the trials' runs, and of the storage unless another is given.
+    storage : str, optional
+        Address of the database that keeps the study, as SQLAlchemy writes it; by default the
+        SQLite file ``study.db`` in `output`.
+    minutes : float, optional
+        Time after which no further trial is begun.
+
+    Raises
+    ------
+    SettingsError
+        If the storage holds another search of this name.
+    """
+    output.mkdir(parents=True, exist_ok=True)
+    study = _open(search, storage or f"sqlite:///{output / 'study.db'}")
+    if len(study.get_trials(deepcopy=False, states=ENDED)) < search.settings.trials:
+        study.optimize(
+            partial(_objective, search, output),
+            timeout=None if minutes is None else 60.0 * minutes,
+            callbacks=[MaxTrialsCallback(search.settings.trials, states=ENDED)],
+        )
+    finished = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+    return [
+        Trial(_folder(output, trial), trial.value, trial.params)
+        for trial in finished
+        if trial.value is not None
+    ]
+
+
+def suggest(space: dict[str, Domain], trial: optuna.Trial) -> None:
+    """Let a trial draw every setting of the space."""
+    for key, domain in space.items():
+        if isinstance(domain, Choices):
+            trial.suggest_categorical(key, domain.texts)
+        elif isinstance(domain.low, int) and isinstance(domain.high, int):
+            trial.suggest_int(key, domain.low, domain.high, log=domain.log)
+        else:
+            trial.suggest_float(key, domain.low, domain.high, log=domain.log)
+
+
+def _open(search: Search, storage: str) -> optuna.Study:
+    """Return the study, made or taken up."""
+    settings = search.settings
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExperimentalWarning)
+        kept = RDBStorage(
+            storage, heartbeat_interval=HEARTBEAT, heartbeat_stale_trial_callback=_again
+        )
+    study = optuna.create_study(
+        storage=kept,
+        study_name=settings.name,
+        sampler=TPESampler(n_startup_trials=settings.startup_trials),
+        pruner=_pruner(search),
+        direction="maximize",
+        load_if_exists=True,
+    )
+    key = search.key | {"physics": physics_digest()}
+    if where := difference(study.user_attrs.get("search", key), key):
+        raise SettingsError(
+            f"{storage}: holds another search named {settings.name}, {where}; "
+            "give this one another name, --output or --storage"
+        )
+    study.set_user_attr("search", key)
+    return study
+
+
+def _pruner(search: Search) -> BasePruner:
+    settings = search.settings
+    if settings.pruner == "median":
+        return MedianPruner(settings.startup_trials, settings.least_validations)
+    if settings.pruner == "hyperband":
+        return HyperbandPruner(settings.least_validations, search.validations)
+    return NopPruner()
+
+
+def _objective(search: Search, output: Path, trial: optuna.Trial) -> float:
+    """Train as a trial says; report its validations."""
+    suggest(search.settings.space, trial)
+    objective = search.settings.objective
+
+    def watch(validation: int, result: dict[str, float]) -> None:
+        trial.report(result[objective], validation)
+        if trial.should_prune():
+            raise optuna.TrialPruned
+
+    folder = _folder(output, trial)
+    trial.set_user_attr(FOLDER, folder.name)
+    settings = search.run_settings(trial.params, folder.name)
+    try:
+        return run_trial(settings, folder, watch)[objective]
+    except KeyboardInterrupt:
+        _again(trial.study, trial.study.trials[trial.number])
+        raise
+
+
+def _folder(output: Path, trial: optuna.Trial | FrozenTrial) -> Path:
+    """Return the run folder of a trial; one that is queued again keeps its first."""
+    return output / trial.user_attrs.get(FOLDER, f"trial-{trial.number:04d}")

@@ -1,0 +1,283 @@
+"""A search goes on where it was, breaks off what does badly, and ends in settings to train with."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+import yaml
+from typer.testing import CliRunner
+
+pytest.importorskip("optuna", reason="needs Optuna, the extra tune")
+import optuna
+from optuna.trial import TrialState
+
+from agents import tuning_study, tuning_trials
+from agents.run_info import RunInfo
+from agents.settings import SettingsError, load_settings, save_settings
+from agents.training_run import DivergedError, train
+from agents.tune import main
+from agents.tuning_settings import Search, load_search
+from agents.tuning_study import search_here
+from magfold_env.files import configs_dir
+from tests.agents.training import same_weights, tiny
+
+pytestmark = pytest.mark.train
+
+app = typer.Typer()
+app.command()(main)
+
+SPACE: dict[str, Any] = {
+    "learner.learning_rate": {"low": 1e-4, "high": 1e-1, "log": True},
+    "learner.n_epochs": {"low": 1, "high": 3},
+    "learner.hidden": {"choices": [[8], [8, 8]]},
+}
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """Return the file of a search with trials of a second."""
+    save_settings(tiny(), tmp_path / "base.yaml")
+    search = {
+        "name": "search",
+        "config": str(tmp_path / "base.yaml"),
+        "settings": {"timesteps": 96, "validate_every": 48},
+        "space": SPACE,
+        "trials": 2,
+    }
+    return written(tmp_path / "search.yaml", search)
+
+
+def written(path: Path, content: dict[str, Any]) -> Path:
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return path
+
+
+def changed(file: Path, **changes: Any) -> str:
+    """Return a file like `file` with other keys."""
+    content = yaml.safe_load(file.read_text(encoding="utf-8")) | changes
+    return str(written(file.with_name("changed.yaml"), content))
+
+
+def study_in(folder: Path) -> optuna.Study:
+    return optuna.load_study(study_name="search", storage=f"sqlite:///{folder / 'study.db'}")
+
+
+def test_the_same_command_goes_on_with_the_same_study(file: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    arguments = [str(file), "--output", str(folder)]
+    assert CliRunner().invoke(app, arguments).exit_code == 0
+    first = study_in(folder).trials
+    assert CliRunner().invoke(app, arguments).exit_code == 0
+    assert study_in(folder).trials == first
+    result = CliRunner().invoke(app, [*arguments, "--trials", "3"])
+    assert result.exit_code == 0
+    trials = study_in(folder).trials
+    assert trials[:2] == first
+    assert len(trials) == 3
+    for trial in trials:
+        run = RunInfo.read(folder / f"trial-{trial.number:04d}")
+        assert run is not None
+        assert run.finished
+        assert run.validation is not None
+        assert run.validation["score"] == trial.value
+        assert f"trial-{trial.number:04d}" in result.output
+
+
+def test_the_best_settings_train_the_same_policy_again(file: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    assert CliRunner().invoke(app, [str(file), "--output", str(folder)]).exit_code == 0
+    best = study_in(folder).best_trial
+    settings = load_settings(folder / "best.yaml")
+    assert settings.learner.learning_rate == best.params["learner.learning_rate"]
+    assert str(list(settings.learner.hidden)) == best.params["learner.hidden"]
+    policy = train(settings, tmp_path / "again")
+    assert same_weights(policy, folder / f"trial-{best.number:04d}" / "policy.zip")
+
+
+class Scripted:
+    """Stands for runs whose scores are known: in each, trial k's are those of row k."""
+
+    def __init__(self, scores: list[list[float]]) -> None:
+        self._rows = iter(scores)
+        self.validated: list[int] = []
+
+    def __call__(self, settings: Any, folder: Path, watch: Any) -> None:
+        folder.mkdir()
+        self.validated.append(0)
+        info = RunInfo("run", "ppo", 0, {})
+        for number, score in enumerate(next(self._rows), start=1):
+            self.validated[-1] += 1
+            info.validation = {"success_rate": 0.0, "score": score}
+            watch(number, info.validation)
+        info.write(folder)
+
+
+@pytest.mark.parametrize("pruner", ["median", "hyperband", "none"])
+def test_runs_that_do_badly_are_broken_off(
+    pruner: str, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    good, bad = [0.5, 0.6, 0.7, 0.8, 0.9, 0.9], [0.4, 0.3, 0.2, 0.1, 0.1, 0.1]
+    runs = Scripted([good] * 5 + [bad])
+    monkeypatch.setattr(tuning_trials, "train", runs)
+    settings = {"timesteps": 288, "validate_every": 48}
+    given = {"settings": settings, "trials": 6, "startup_trials": 5, "pruner": pruner}
+    search = load_search(changed(file, **given))
+    assert search.validations == 6
+    found = search_here(search, tmp_path / "out")
+    states = [trial.state for trial in study_in(tmp_path / "out").trials]
+    if pruner == "none":
+        assert states == [TrialState.COMPLETE] * 6
+        assert runs.validated == [6] * 6
+    else:
+        assert states[-1] is TrialState.PRUNED
+        assert runs.validated[-1] == 2
+        assert all(trial.value == 0.9 for trial in found)
+
+
+def test_a_run_that_is_broken_off_can_be_trained_to_its_end(file: Path, tmp_path: Path) -> None:
+    settings = load_search(str(file)).run_settings({}, "run")
+
+    def stop(number: int, _: dict[str, float]) -> None:
+        if number == 1:
+            raise optuna.TrialPruned
+
+    with pytest.raises(optuna.TrialPruned):
+        train(settings, tmp_path / "broken", watch=stop)
+    info = RunInfo.read(tmp_path / "broken")
+    assert info is not None
+    assert not info.finished
+    train(settings, tmp_path / "whole")
+    policy = train(settings, tmp_path / "broken")
+    assert same_weights(policy, tmp_path / "whole" / "policy.zip")
+
+
+def test_an_interrupted_trial_is_taken_up_in_its_folder(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    search, folder = load_search(str(file)), tmp_path / "out"
+    with monkeypatch.context() as patch:
+        patch.setattr(tuning_trials, "train", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            search_here(search, folder)
+    found = search_here(search, folder)
+    first, second, _ = study_in(folder).trials
+    assert first.state is TrialState.FAIL
+    assert second.params == first.params
+    assert [trial.folder.name for trial in found] == ["trial-0000", "trial-0002"]
+
+
+def started(file: str, folder: Path) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "agents.tune", file, "--output", str(folder)]
+    return subprocess.Popen(command, start_new_session=True)
+
+
+@pytest.mark.slow
+def test_a_killed_trial_goes_on_at_its_checkpoint(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = {"timesteps": 6_000, "validate_every": 3_000, "checkpoint_every": 200}
+    long, folder = changed(file, settings=settings, trials=1), tmp_path / "out"
+    process = started(long, folder)
+    while not (folder / "trial-0000" / "resume.zip").exists():
+        assert process.poll() is None
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL, "the search was over before it was killed"
+    monkeypatch.setattr(tuning_study, "HEARTBEAT", 1)
+    time.sleep(4.0)  # the database counts whole seconds
+    (trial,) = search_here(load_search(long), folder)
+    run = RunInfo.read(trial.folder)
+    assert run is not None
+    assert run.resumed_at
+    whole = train(load_settings(trial.folder / "settings.yaml"), tmp_path / "whole")
+    assert same_weights(whole, folder / "trial-0000" / "policy.zip")
+
+
+@pytest.mark.slow
+def test_processes_share_a_study(file: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    many = changed(file, trials=6)
+    processes = [started(many, folder) for _ in range(2)]
+    assert [process.wait() for process in processes] == [0, 0]
+    trials = study_in(folder).trials
+    # One may be under way when the other makes the last.
+    assert len(trials) in (6, 7)
+    assert all(trial.state is TrialState.COMPLETE for trial in trials)
+    assert len({str(trial.params) for trial in trials}) == len(trials)
+    assert load_settings(folder / "best.yaml")
+
+
+def test_a_run_whose_numbers_break_down_is_worth_nothing(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def diverge(*_: Any, **__: Any) -> None:
+        raise DivergedError("not finite")
+
+    monkeypatch.setattr(tuning_trials, "train", diverge)
+    found = search_here(load_search(str(file)), tmp_path / "out")
+    assert [trial.value for trial in found] == [0.0, 0.0]
+
+
+def test_networks_that_are_not_finite_are_told(tmp_path: Path) -> None:
+    settings = tiny(learner={**tiny().learner.model_dump(), "learning_rate": 1e30})
+    with pytest.raises(DivergedError, match=r"smaller learner\.learning_rate"):
+        train(settings, tmp_path)
+
+
+def test_another_search_of_that_name_is_refused(file: Path, tmp_path: Path) -> None:
+    assert CliRunner().invoke(app, [str(file), "--output", str(tmp_path / "out")]).exit_code == 0
+    more = load_search(str(file), ["learner.gamma=0.5"])
+    with pytest.raises(SettingsError, match=r"whose training\.learner\.gamma is 1\.0 where this"):
+        search_here(more, tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"trial": 5}, "trial: 5 is not allowed; unknown key, must be one of name, config"),
+        ({"trials": 0}, "trials: 0 is not allowed; must be greater"),
+        ({"space": {}}, r"space: \{\} is not allowed"),
+        (
+            {"space": {"learner.gamm": {"low": 0.5, "high": 1.0}}},
+            r"learner\.gamm: 0.5 is not .*unk",
+        ),
+        ({"space": {"learner.gamma": {"low": 0.5, "high": 2.0}}}, r"learner\.gamma: 2.0 is not"),
+        ({"space": {"learner.hidden": {"choices": [[8], [0]]}}}, r"learner\.hidden\[0\]: 0 is not"),
+        ({"space": {"envs": {"low": 3, "high": 2}}}, r"space\.envs\.high: 2 is not .*greater than"),
+        ({"space": {"envs": {"low": 0, "high": 2, "log": True}}}, r"space\.envs\.low: 0 is not"),
+        ({"space": {"envs": {"low": 1, "top": 2}}}, r"space\.envs\.top: 2 is not .*unknown key"),
+        ({"space": {"envs": {"choices": [1]}}}, r"space\.envs\.choices: \[1\] is not allowed"),
+        ({"space": {"env.scene": {"choices": ["no", "where"]}}}, "space: env: .*no"),
+        ({"settings": {"env.speeds": 1}}, r"settings: tiny: env\.speeds: 1 is not allowed"),
+        ({"least_validations": 5}, "least_validations: 5 is not allowed; must be at most 2"),
+        ({"pruner": "best"}, "pruner: 'best' is not allowed; must be 'median'"),
+        ({"config": "ppo-tub"}, "ppo-tub: no such file; shipped settings"),
+    ],
+)
+def test_wrong_searches_name_key_value_and_remedy(
+    changes: dict[str, Any], message: str, file: Path
+) -> None:
+    with pytest.raises(SettingsError, match=message):
+        load_search(changed(file, **changes))
+
+
+def test_a_wrong_search_ends_the_command(file: Path) -> None:
+    result = CliRunner().invoke(app, [changed(file, trials=-1)])
+    assert result.exit_code == 1
+    assert "trials: -1 is not allowed" in " ".join(result.output.split())
+
+
+@pytest.mark.parametrize("path", sorted((configs_dir() / "tuning").glob("*.yaml")))
+def test_shipped_searches_are_valid(path: Path) -> None:
+    search = load_search(path.stem)
+    assert isinstance(search, Search)
+    assert search.validations >= search.settings.least_validations
