@@ -72,7 +72,7 @@ SHIPPED = [
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_settings_make_their_environments_and_learner(name: str) -> None:
-    settings = load_settings(name, ["envs=1"])
+    settings = load_settings(name)
     check_envs(settings)
     envs = make_training_envs(settings, len(settings.phases) - 1)
     model = make_model(settings.learner, envs, 0)
