@@ -3,7 +3,7 @@
 import gc
 import mmap
 import tracemalloc
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from typing import get_args
 
@@ -91,12 +91,12 @@ def test_memory_stays_flat(env_id: str, fidelity: str) -> None:
     play(10)
     tracemalloc.start()
     try:
-        play(5)
-        gc.collect()
-        before, _ = tracemalloc.get_traced_memory()
-        play(15)
-        gc.collect()
-        after, _ = tracemalloc.get_traced_memory()
+        held: list[int] = []
+        for _ in range(4):
+            play(6)
+            gc.collect()
+            held.append(tracemalloc.get_traced_memory()[0])
     finally:
         tracemalloc.stop()
-    assert after - before < 100_000
+    # What leaks does so every time; what is looked up once and kept, or another thread's, does not.
+    assert min(after - before for before, after in pairwise(held)) < 12_000
