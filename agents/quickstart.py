@@ -3,12 +3,16 @@
 from pathlib import Path
 from typing import Annotated
 
+import joblib
 import typer
 
-from agents.evaluate import compare
+from agents.evaluate import compare, env_settings
 from agents.run_folder import Resume
 from agents.settings import load_settings
 from agents.training_run import train
+
+CONFIG = "ppo-quickstart"
+"""Settings of the training."""
 
 
 def main(
@@ -17,9 +21,9 @@ def main(
     output: Annotated[Path, typer.Option(help="Folder of all results.")] = Path("runs/quickstart"),
 ) -> None:
     """Train a policy briefly and compare it with random actions and the energy minimiser."""
-    settings = load_settings("ppo-quickstart", minutes=minutes)
+    settings = load_settings(CONFIG, minutes=minutes)
     policy = train(settings, output, Resume.NEVER)
-    compare([policy], settings.env, draws, settings.envs, output)
+    compare([policy], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
 
 
 if __name__ == "__main__":
