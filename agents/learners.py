@@ -19,6 +19,7 @@ from agents.features import FromTheMouth
 from agents.learner_settings import LearnerSettings, SACSettings
 from agents.learning_rate import LearningRate
 from magfold_env.files import replacing
+from magfold_env.scene import Scene
 
 CLASSES: dict[str, type[BaseAlgorithm]] = {
     "ppo": PPO,
@@ -38,11 +39,7 @@ _BY_POLICY: dict[str, type[BaseAlgorithm]] = {
 
 
 def make_model(
-    settings: LearnerSettings,
-    env: VecEnv,
-    seed: int,
-    device: str = "cpu",
-    backward: bool = False,
+    settings: LearnerSettings, env: VecEnv, seed: int, device: str = "cpu"
 ) -> BaseAlgorithm:
     """Return an untrained model.
 
@@ -56,8 +53,6 @@ def make_model(
         Seed of networks and actions.
     device : str
         Where the networks live.
-    backward : bool
-        Whether the chain's last component leaves the tube first, for ``features: mouth``.
     """
     own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
     options: dict[str, Any] = settings.model_dump(exclude=own)
@@ -67,7 +62,8 @@ def make_model(
     policy: dict[str, Any] = {"net_arch": list(settings.hidden)}
     if settings.features == "mouth":
         policy["features_extractor_class"] = FromTheMouth
-        policy["features_extractor_kwargs"] = {"backward": backward}
+        scene: Scene = env.get_attr("scene")[0]
+        policy["features_extractor_kwargs"] = {"backward": scene.feed.direction == "backward"}
     dictionary = isinstance(env.observation_space, spaces.Dict)
     return CLASSES[settings.algorithm](
         "MultiInputPolicy" if dictionary else "MlpPolicy",

@@ -72,12 +72,6 @@ def make_env(
     return Curriculum(env, stages, threshold=curriculum.threshold, window=curriculum.window)
 
 
-def fed_backward(settings: EnvSettings) -> bool:
-    """Return whether the chain's last component leaves the tube first."""
-    env: Any = make_env(settings).unwrapped
-    return settings.id != CONTROL_ENV and env.scene.feed.direction == "backward"
-
-
 def check_envs(settings: TrainSettings) -> None:
     """Make every environment of a run once.
 

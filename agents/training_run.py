@@ -22,7 +22,7 @@ from agents.run_folder import Resume, RunFolder, Standing
 from agents.run_info import RunInfo
 from agents.run_state import MODEL, pack, set_records, unpack_model, unpack_rest
 from agents.settings import Phase, TrainSettings
-from agents.training_envs import fed_backward, make_training_envs
+from agents.training_envs import make_training_envs
 from agents.validation import Validation, log_validation
 from magfold_env.files import replacing
 
@@ -222,9 +222,7 @@ class TrainingRun:
             set_records(self._logger, state)
             self._parts = None
         else:
-            self._model = make_model(
-                settings.learner, envs, settings.seed, settings.device, fed_backward(settings.env)
-            )
+            self._model = make_model(settings.learner, envs, settings.seed, settings.device)
             self._model.set_logger(self._logger)
         return self._model
 

@@ -11,6 +11,7 @@ from agents.training_envs import make_training_envs
 from magfold_env.envs.observation import ObservationLayout
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
+from magfold_env.scene_io import load_scene, save_scene
 from tests.agents.training import LEARNERS, tiny
 
 N = 5
@@ -95,13 +96,15 @@ def test_wanted_angles_take_the_place_of_letters(backward: bool) -> None:
 def test_a_policy_that_sees_from_the_mouth_is_saved_and_plays(
     tmp_path: Any, direction: str
 ) -> None:
+    save_scene(load_scene("tube-feed").replace(feed={"direction": direction}), tmp_path / "s.yaml")
+    options: dict[str, Any] = {"components": 3, "fidelity": "quasistatic"}
+    options["scene"] = str(tmp_path / "s.yaml")
     learner = {"algorithm": "ppo", "features": "mouth", "hidden": [16], **LEARNERS["ppo"]}
-    settings = tiny(learner=learner)
-    envs = make_training_envs(settings, 0)
-    model = make_model(settings.learner, envs, 0, backward=direction == "backward")
+    settings = tiny(learner=learner, env=options)
+    model = make_model(settings.learner, make_training_envs(settings, 0), 0)
     model.save(tmp_path / "policy.zip")
     loaded = load_model(tmp_path / "policy.zip")
-    env: Any = TubeFeedEnv(components=3, fidelity="quasistatic")
+    env: Any = TubeFeedEnv(**options)
     observation, _ = env.reset(seed=0)
     for _ in range(2):
         action, _ = model.predict(observation, deterministic=True)
