@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 
 from agents.callbacks import progress_bar
+from agents.command_errors import errors_told
 from agents.episodes import Outcome, make_env, play_all, players, warm_up
 from agents.gif import save_folds
 from agents.methods import Method, Results, parse_methods
@@ -169,8 +170,7 @@ def main(
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
 ) -> None:
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
-    console = Console(stderr=True)
-    try:
+    with errors_told(ValueError):
         settings = env_settings(config, env or [])
         methods = parse_methods(agents or [])
         for method in methods:
@@ -178,9 +178,6 @@ def main(
                 make_policy(policy)
         warm_up(settings)
         compare(methods, settings, draws, processes, output, built)
-    except ValueError as error:
-        console.print(f"[red]error:[/red] {error}", highlight=False)
-        raise typer.Exit(1) from None
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ from agents.baselines.search import freeze, freeze_unseen
 from agents.baselines.searches import SEARCHES, search_of
 from agents.baselines.store import Chosen
 from agents.callbacks import progress_bar
+from agents.command_errors import errors_told
 from agents.episodes import make_env, play, players, warm_up
 from agents.evaluate import env_settings
 from agents.intervals import Estimate, estimate
@@ -236,7 +237,7 @@ def main(
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/sample-cost"),
 ) -> None:
     """Measure what physics calls at test time buy each method."""
-    try:
+    with errors_told(ValueError):
         settings, budgets = env_settings(config, env or []), _budgets(calls)
         every = parse_methods(methods)
         for policy in (policy for method in every for policy in method.policies):
@@ -244,9 +245,6 @@ def main(
                 TrainedPolicy.load(policy)
         warm_up(settings)
         curves = measure(every, settings, budgets, draws, seed, processes)
-    except ValueError as error:
-        Console(stderr=True).print(f"[red]error:[/red] {error}", highlight=False)
-        raise typer.Exit(1) from None
     found = success(curves, budgets)
     n = make_env(settings).scene.n
     content = {

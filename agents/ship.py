@@ -6,7 +6,6 @@ found onto their card.
 
 import json
 from collections import defaultdict
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,6 +14,7 @@ import yaml
 from rich.console import Console
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
+from agents.command_errors import errors_told
 from agents.learners import load_model, save_policy
 from agents.provenance import file_digest
 from agents.run_info import RunInfo
@@ -117,7 +117,8 @@ def policies_command(
     folder: Folder = None,
 ) -> None:
     """Write the policies of training runs, small, and a card."""
-    _told(lambda: ship_policies(name, runs, folder or policies_dir()))
+    with errors_told(ValueError):
+        _say(ship_policies(name, runs, folder or policies_dir()))
 
 
 @app.command("results")
@@ -128,24 +129,15 @@ def results_command(
 ) -> None:
     """Write results onto the card."""
     path = (folder or policies_dir()) / f"{name}.json"
-
-    def update() -> Card:
+    with errors_told(ValueError):
         card = with_results(Card.read(path), files)
         card.write(path)
-        return card
-
-    _told(update)
+        _say(card)
 
 
-def _told(work: Callable[[], Card]) -> None:
-    """Say what was done, or in one line why it could not be."""
-    console = Console(stderr=True)
-    try:
-        card = work()
-    except ValueError as error:
-        console.print(f"[red]error:[/red] {error}", highlight=False)
-        raise typer.Exit(1) from None
-    console.print(f"{card.name}: {len(card.policies)} policies, {len(card.results)} results")
+def _say(card: Card) -> None:
+    told = f"{card.name}: {len(card.policies)} policies, {len(card.results)} results"
+    Console(stderr=True).print(told)
 
 
 if __name__ == "__main__":

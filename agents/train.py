@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from agents.command_errors import errors_told
 from agents.loggers import import_wandb
 from agents.run_folder import Resume
 from agents.settings import SettingsError, load_settings
@@ -36,9 +37,8 @@ def main(
     wandb: Annotated[bool, typer.Option("--wandb", help="Log to Weights & Biases too.")] = False,
 ) -> None:
     """Train a policy as CONFIG says; options take precedence over the file."""
-    console = Console(stderr=True)
     how = {None: Resume.AUTO, True: Resume.ALWAYS, False: Resume.NEVER}[resume]
-    try:
+    with errors_told(SettingsError, CheckpointError, DivergedError):
         settings = load_settings(
             config, assignments or (), timesteps=timesteps, minutes=minutes, seed=seed
         )
@@ -46,10 +46,7 @@ def main(
             import_wandb()
         check_envs(settings)
         policy = train(settings, output or Path("runs") / settings.name, how, wandb)
-    except (SettingsError, CheckpointError, DivergedError) as error:
-        console.print(f"[red]error:[/red] {error}", highlight=False)
-        raise typer.Exit(1) from None
-    console.print(f"policy: {policy}")
+        Console(stderr=True).print(f"policy: {policy}")
 
 
 if __name__ == "__main__":

@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from agents.command_errors import errors_told
 from agents.settings import SettingsError
 from agents.tuning_settings import load_search
 from agents.tuning_trials import tell_best
@@ -32,19 +32,12 @@ def main(
     ] = None,
 ) -> None:
     """Train with settings drawn from ranges and tell the best; called again, go on."""
-    console = Console(stderr=True)
-    try:
+    with errors_told(SettingsError, CheckpointError, extras="the extra tune"):
         from agents.tuning_study import search_here  # noqa: PLC0415 (only searches need Optuna)
 
         search = load_search(config, assignments or (), trials)
         folder = output or Path("runs") / search.settings.name
         tell_best(search, search_here(search, folder, storage, minutes), folder)
-    except ModuleNotFoundError as error:
-        console.print(f"[red]error:[/red] {error}; it comes with the extra tune", highlight=False)
-        raise typer.Exit(1) from None
-    except (SettingsError, CheckpointError) as error:
-        console.print(f"[red]error:[/red] {error}", highlight=False)
-        raise typer.Exit(1) from None
 
 
 if __name__ == "__main__":

@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from agents.command_errors import errors_told
 from agents.settings import SettingsError
 from agents.tune import Assignments, Config, Output, Trials
 from agents.tuning_settings import load_search
@@ -24,20 +24,12 @@ def main(
     cpus: Annotated[int, typer.Option(min=1, help="CPUs of a trial.")] = 1,
 ) -> None:
     """Spread the trials over a cluster; called again, go on."""
-    console = Console(stderr=True)
-    try:
+    with errors_told(SettingsError, extras="the extras tune and ray"):
         from agents.tuning_ray import search_on_ray  # noqa: PLC0415 (needs Ray and Optuna)
 
         search = load_search(config, assignments or (), trials)
         folder = output or Path("runs") / search.settings.name
         tell_best(search, search_on_ray(search, folder, address, cpus), folder)
-    except ModuleNotFoundError as error:
-        message = f"[red]error:[/red] {error}; it comes with the extras tune and ray"
-        console.print(message, highlight=False)
-        raise typer.Exit(1) from None
-    except SettingsError as error:
-        console.print(f"[red]error:[/red] {error}", highlight=False)
-        raise typer.Exit(1) from None
 
 
 if __name__ == "__main__":

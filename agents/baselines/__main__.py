@@ -8,6 +8,7 @@ from rich.console import Console
 
 from agents.baselines.searches import SEARCHES, choose
 from agents.callbacks import progress_bar
+from agents.command_errors import errors_told
 from agents.episodes import make_env
 from agents.evaluate import env_settings
 
@@ -34,7 +35,7 @@ def main(
     """Choose a sequence and speeds for every target; called again, go on where it was left."""
     path = output or Path("runs/baselines") / f"{search}.json"
     calls = targets = 0
-    try:
+    with errors_told(ValueError):
         settings = env_settings(config, env or [])
         total = len(make_env(settings).targets)
         with progress_bar() as bar:
@@ -42,9 +43,6 @@ def main(
             for _, chosen in choose(search, settings, path, budget, goal, seed, processes):
                 calls, targets = calls + chosen.calls, targets + 1
                 bar.update(task, advance=1, note=f"{calls / targets:.0f} calls a target")
-    except ValueError as error:
-        Console(stderr=True).print(f"[red]error:[/red] {error}", highlight=False)
-        raise typer.Exit(1) from None
     Console().print(f"{calls} physics calls for {targets} targets; choices written to {path}")
 
 
