@@ -2,11 +2,12 @@
 
 Virtual machines seldom let instructions be counted, and seconds depend on the other work there. So
 the time of a kernel is divided by that of a reference compiled in the same process, which does what
-kernels do: look-ups that wait for numbers, polynomials, divisions and square roots. They take turns
-in samples of a fraction of a millisecond, and of each the shortest counts: other work can only add
-to it, and samples as short as these find gaps between other programs' turns even on a machine with
-five times as much to do as it has cores. Every pass uses new arrays, for it matters where they lie.
-More passes are made while a kernel seems too slow, so noise costs time and no failure.
+kernels do: look-ups that wait for numbers, polynomials, divisions and square roots. The reference
+runs right before and after each sample of a kernel, all of a fraction of a millisecond; the shorter
+of the two is what counts, and of a pass's ratios the least: other work can only make a sample
+longer, and what slows the processor slows both. Every pass uses new arrays, for it matters where
+they lie. More passes are made while a kernel seems too slow, with pauses in which other work may
+end: noise costs time and no failure. What is stored is typical of a pass.
 
 Ratios depend on what the compiler makes for a processor, so they are stored for each processor and
 version of Numba. How often whole folds evaluate their accelerations is the same everywhere.
@@ -20,6 +21,7 @@ import math
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import llvmlite.binding
@@ -50,6 +52,7 @@ COMPONENTS = 6
 SEEDS = range(4)  # of the folds of each kind whose evaluations are counted
 SAMPLES = 12  # in a pass
 PASSES = 20  # at most
+PAUSE = 0.3  # [s] between passes
 LIMIT = 1.15  # times what is stored: noise must not hide a fifth
 
 Work = Callable[[], object]
@@ -142,41 +145,49 @@ KERNELS = {
 
 
 class Clock:
-    """The shortest times seen so far."""
+    """The least ratios to the reference seen so far, by kernel."""
 
     def __init__(self) -> None:
-        self.reference = math.inf
-        self.shortest = dict.fromkeys([*KERNELS, *FOLDS], math.inf)
+        self.ratios: dict[str, float] = {}
 
     def watch(self, names: Iterable[str]) -> None:
-        """Take more samples of some kernels."""
+        """Make one more pass over some kernels."""
         standard = reference_work()
         works = {name: KERNELS[name]() for name in names if name in KERNELS}
         folds = [name for name in names if name in FOLDS]
         for work in works.values():
             work()
         for k in range(SAMPLES):
-            self.reference = min(self.reference, seconds(standard))
-            some = works | {name: FOLDS[name]() for name in folds if k % 3 == 0}
-            for name, work in some.items():
-                self.shortest[name] = min(self.shortest[name], seconds(work))
+            for name, work in works.items():
+                work()  # other programs may have emptied the caches
+                self.sample(name, work, standard)
+            for name in folds if k % 3 == 0 else ():
+                self.sample(name, FOLDS[name](), standard)
 
-    @property
-    def ratios(self) -> dict[str, float]:
-        """Times over the reference's."""
-        return {name: least / self.reference for name, least in self.shortest.items()}
+    def sample(self, name: str, work: Work, standard: Work) -> None:
+        """Time a kernel once."""
+        before, spent, after = seconds(standard), seconds(work), seconds(standard)
+        ratio = spent / min(before, after)
+        self.ratios[name] = min(ratio, self.ratios.get(name, math.inf))
 
 
 def slower(known: dict[str, float]) -> dict[str, float]:
     """Return how many times as much kernels cost as is known, of those beyond the limit."""
-    clock, found = Clock(), dict.fromkeys(known, math.inf)
-    for _ in range(PASSES):
+    clock, found = Clock(), known
+    for again in range(PASSES):
+        if again > 0:
+            time.sleep(PAUSE)
         clock.watch(found)
-        beyond = {name: clock.ratios[name] / known[name] for name in found}
-        found = {name: times for name, times in beyond.items() if times > LIMIT}
+        found = beyond(clock.ratios, known)
         if not found:
             break
     return found
+
+
+def beyond(ratios: dict[str, float], known: dict[str, float]) -> dict[str, float]:
+    """Return how many times as much as is known, where that is more than the limit."""
+    times = {name: ratio / known[name] for name, ratio in ratios.items()}
+    return {name: more for name, more in times.items() if more > LIMIT}
 
 
 def seconds(work: Work) -> float:
@@ -205,14 +216,20 @@ def stored() -> dict[str, dict[str, Any]]:
     return json.loads(STORED.read_text(encoding="utf-8"))
 
 
+def typical(names: Iterable[str], passes: int) -> dict[str, float]:
+    """Return the medians of some passes."""
+    clocks = [Clock() for _ in range(passes)]
+    for clock in clocks:
+        clock.watch(names)
+    return {name: median(clock.ratios[name] for clock in clocks) for name in names}
+
+
 def renew() -> None:
     """Measure this machine and store it beside the others."""
-    clock = Clock()
-    for _ in range(2 * PASSES):
-        clock.watch(clock.shortest)
+    ratios = typical([*KERNELS, *FOLDS], 2 * PASSES)
     record = stored()
     record["evaluations"] = {kind: evaluations(kind) for kind in KINDS}
-    record["ratios"][processor()] = {name: round(r, 3) for name, r in clock.ratios.items()}
+    record["ratios"][processor()] = {name: round(r, 3) for name, r in ratios.items()}
     write_text(STORED, json.dumps(record, indent=1) + "\n")
 
 
