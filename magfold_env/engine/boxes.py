@@ -132,6 +132,24 @@ def corner_depth(work: Work, box: int, other: int, k: int) -> float:
 
 
 @inlined
+def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> float:
+    """How far corner k of ``other`` has come through the face of a wall [m]; negative if it has not.
+
+    The face is the one that the centre of ``other`` looks at. A corner that swings fast may have
+    left a thin wall on its far side, where its gap says nothing.
+    """
+    px, py = corner(work, other, k)
+    x, y = work.box_x[other] - work.box_x[wall], work.box_y[other] - work.box_y[wall]
+    half = work.box_b[wall]
+    side = 1.0 if y > 0.0 else -1.0
+    before, behind = side * y - half, half - side * (y + py)
+    if before <= 0.0 or behind <= 0.0:
+        return -1.0
+    where = x + px * before / (before + behind)
+    return behind + clearance(model, wall, other) if abs(where) <= work.box_a[wall] else -1.0
+
+
+@inlined
 def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
     """Cheap test that drops pairs too far apart to touch; ``j >= n`` is an obstacle."""
     reach = model.bodies.length[0] * 1.01

@@ -48,9 +48,13 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
         j = boxes.next_partner(model, lo, i, i)
         while j < model.n + boxes.OBSTACLES:
             if boxes.may_touch(model, work, i, j):
+                wall = model.n <= j < model.n + 2
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)
-                    gap = boxes.corner_gap(model, work, box, other, c % 4) / model.side
+                    gap = boxes.corner_gap(model, work, box, other, c % 4)
+                    if wall and c >= 4:
+                        gap = min(gap, -boxes.behind_face(model, work, j, i, c % 4))
+                    gap /= model.side
                     if gap < worst and not contact.is_row(work, box, other, c % 4):
                         worst = gap
             j = boxes.next_partner(model, lo, i, j)

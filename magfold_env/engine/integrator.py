@@ -177,12 +177,12 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     remaining = until - state.clock[TIME]
     growth = 5.0
     limit = longest_step(lo, model, state, work)
+    state.counter[STEPS] += 1
     while True:
         h = min(state.clock[STEP], remaining, limit)
         last = h >= remaining
         if h < SHORTEST_STEP and not last:
             return TOO_SHORT
-        state.counter[STEPS] += 1
         if not stages(model, state, work, h):
             state.clock[STEP] = 0.25 * h
             continue

@@ -52,6 +52,7 @@ SHARE = 0.05  # of the tolerance, that a step's change of velocity may move an a
 HOPELESS = 1e-3  # finest steps: shorter ones do not help either
 ROUNDING = 1e-12  # [m/s]
 PUSH_OUT = 0.2  # share of an overlap that one step takes back
+GENTLE = 1e-6  # the tightest tolerance whose finest step is long enough for that
 VIOLENT = 100.0  # times the energy of the free motion: nothing asks for that
 
 
@@ -248,7 +249,7 @@ def allowance(model: Model, gap: float, time: float) -> float:
     """Return the closing velocity that a gap allows; overlaps are taken back gently."""
     if gap >= 0.0:
         return gap / time
-    return PUSH_OUT * gap / max(time, FINEST * model.tolerance / model.rate_scale)
+    return PUSH_OUT * gap / max(time, FINEST * max(model.tolerance, GENTLE) / model.rate_scale)
 
 
 @kernel
