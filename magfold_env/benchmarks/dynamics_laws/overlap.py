@@ -52,7 +52,8 @@ def deepest_overlaps(
 ) -> Floats:
     """Return the deepest overlap of two casings, or of a casing and an obstacle [m]; 0 if none.
 
-    Components that the tube holds are guided by it: obstacles are for the others.
+    Components that the tube holds are guided by it, so obstacles are for the others; between these
+    and all that is held, but for the component at the mouth, there are the tube's walls.
 
     Parameters
     ----------
@@ -78,16 +79,18 @@ def deepest_overlaps(
     def deepen(frame: npt.NDArray[np.intp], depth: Floats) -> None:
         np.maximum.at(worst, frame, depth)
 
+    number, held = np.arange(scene.n), scene.n - released[:, None]
+    forward = scene.feed.direction == "forward"
+    free = number < scene.n - held if forward else number >= held
+    inside = number > scene.n - held if forward else number < held - 1
     # Farther apart, the circles around two casings do not meet.
     reach2 = scene.casing.diagonal**2
     for apart in range(1, scene.n):
         away2 = ((places[:, apart:] - places[:, :-apart]) ** 2).sum(axis=2)
-        frame, i = np.nonzero(away2 < reach2)
+        walled = (inside[:, apart:] & free[:, :-apart]) | (free[:, apart:] & inside[:, :-apart])
+        frame, i = np.nonzero((away2 < reach2) & ~walled)
         gap = separation(cores(frame, i), cores(frame, i + apart), 2.0 * radius)
         deepen(frame, 2.0 * radius - gap)
-    number, held = np.arange(scene.n), scene.n - released[:, None]
-    forward = scene.feed.direction == "forward"
-    free = number < scene.n - held if forward else number >= held
     for obstacle, edge in obstacles(scene):
         near = ((places - obstacle.centre) @ obstacle.axes[0].T) ** 2
         within = (near < (obstacle.half + 0.5 * scene.casing.diagonal) ** 2).all(axis=2)
