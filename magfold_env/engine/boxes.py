@@ -133,7 +133,7 @@ def corner_depth(work: Work, box: int, other: int, k: int) -> float:
 
 @inlined
 def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> float:
-    """How far corner k of ``other`` has come through the face of a wall [m]; negative if it has not.
+    """How far corner k of ``other`` has come through the face of a wall [m]; −1 if it has not.
 
     The face is the one that the centre of ``other`` looks at. A corner that swings fast may have
     left a thin wall on its far side, where its gap says nothing.

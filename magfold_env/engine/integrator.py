@@ -28,6 +28,7 @@ from magfold_env.engine.events import STALLED, first_touch, interpolate
 from magfold_env.engine.feed import is_free
 from magfold_env.engine.hops import end_hops
 from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.momentum import keep_if_left_alone
 from magfold_env.engine.moreau import moreau_step
 from magfold_env.engine.outcomes import (
     ACCEPTED,
@@ -214,6 +215,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
         interpolate(state.q, work.slope_q, h, fraction, work.new_q)
         interpolate(state.v, work.slope_v, h, fraction, work.new_v)
     touching = work.row_count[1] > work.row_count[0]
+    keep_if_left_alone(model, state, work, work.new_q, fraction * h)
     if touching and not keep_contacts(model, state, work, work.new_q, work.new_v):
         return RATTLED
     record_step(record, state, work, h, fraction)

@@ -17,6 +17,7 @@ import numpy as np
 from magfold_env.engine.jit import inlined
 
 COULOMB = 1e-7  # µ0 / 4π [N/A²]
+NEAREST2 = 1e-16  # [m²] poles do not come nearer than 10 nm, lest forces end as no numbers
 LN2 = math.log(2.0)
 SQRT2 = math.sqrt(2.0)
 EXPONENT = 0x7FF0000000000000  # the bits of a double's exponent
@@ -29,6 +30,7 @@ def node_force(strips: bool, sum2: float, difference2: float, r2: float) -> floa
 
     ``sum2`` is a² and ``difference2`` is b² [m²]; points have neither.
     """
+    r2 = max(r2, NEAREST2)
     if strips:
         return 2.0 / (r2 * (math.sqrt(r2 + difference2) + math.sqrt(r2 + sum2)))
     return 1.0 / (r2 * math.sqrt(r2))
@@ -42,6 +44,7 @@ def node_law(
 
     Lines are ``even`` if all have one height: ``difference2`` is then left out.
     """
+    r2 = max(r2, NEAREST2)
     r = math.sqrt(r2)
     if not strips:
         return 1.0 / (r2 * r), 1.0 / r
@@ -119,7 +122,7 @@ def between_rules(
     low, lx, ly, lt = far
     weight, slope = step_down(ratio, spread)
     # −∂w/∂x (U_near − U_far) acts along the line of the centres.
-    push = -slope / radius * (u - low) / math.sqrt(ex * ex + ey * ey)
+    push = -slope / radius * (u - low) / math.sqrt(max(ex * ex + ey * ey, NEAREST2))
     return (
         low + weight * (u - low),
         lx + weight * (fx - lx) + push * ex,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from magfold_env.engine import chain
+from magfold_env.engine.feed import is_free
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import LO, Array, Model, State, Work
 
@@ -51,22 +52,34 @@ def held_or_walled(model: Model, work: Work) -> bool:
     return False
 
 
+@inlined
+def keep_if_left_alone(model: Model, state: State, work: Work, end: Array, time: float) -> None:
+    """As `keep_momentum` if nothing from outside acts but gravity, for so long."""
+    lo = state.counter[LO]
+    if model.frictional or model.field.present or not is_free(lo, model):
+        return
+    if held_or_walled(model, work):
+        return
+    push = 0.0
+    for i in range(lo, model.n):
+        push += model.bodies.mass[i] * time
+    keep_momentum(model, state, work, end, push * model.gravity_x, push * model.gravity_y, 0.0)
+
+
 @kernel
 def keep_momentum(
-    model: Model, state: State, work: Work, h: float,
+    model: Model, state: State, work: Work, end: Array,
     push_x: float, push_y: float, twist: float,
 ) -> None:  # fmt: skip
     """Move the new velocity so that only the outer impulses [N·s, N·m·s] changed the momenta.
 
-    All else in the step acts between components; their rotation during it, if velocities jump,
-    would else leave a trace of first order. The chain is moved as one rigid body, so no gap
-    closes faster or slower.
+    All else in the step acts between components, and ``end`` is where it ends. The base may be a
+    light component that moves fast: the least of its errors carries a heavy one away. Where
+    velocities jump, the rotation during the step would leave a trace of first order. The chain is
+    moved as one rigid body, so no gap closes faster or slower.
     """
     n, lo = model.n, state.counter[LO]
     before_x, before_y, before, _ = momentum(lo, model, state.q, state.v, work)
-    end = work.slope_q[2]
-    for k in range(n + 2):
-        end[k] = work.stage_q[k] + 0.5 * h * work.new_v[k]
     after_x, after_y, after, inertia = momentum(lo, model, end, work.new_v, work)
     x, y, mass = centre_of_mass(lo, model, work)
     spin = (before + twist - after) / inertia

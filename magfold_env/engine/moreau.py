@@ -48,6 +48,7 @@ from magfold_env.engine.state import (
 
 FINEST = 10.0  # shortest step: tolerances of a typical rate
 COARSEST = 0.01  # [s]
+TURN = 0.1  # [rad] that no component turns by in a step, at its rate before
 SHARE = 0.05  # of the tolerance, that a step's change of velocity may move an angle by
 HOPELESS = 1e-3  # finest steps: shorter ones do not help either
 ROUNDING = 1e-12  # [m/s]
@@ -73,7 +74,10 @@ def moreau_step(
     unconstrained(lo, model, work, work.smooth)
     state.counter[STEPS] += 1
     remaining = until - state.clock[TIME]
-    finest = FINEST * model.tolerance / model.rate_scale
+    fastest = model.rate_scale
+    for k in range(lo, n):
+        fastest = max(fastest, abs(state.v[k]))
+    finest = min(FINEST * model.tolerance / model.rate_scale, TURN / fastest)
     # Friction turns around when a component stops: no step goes far beyond.
     h = min(max(1.5 * state.clock[STEP], finest), COARSEST, max(state.clock[BRAKE], 0.1 * finest))
     while True:
@@ -159,7 +163,10 @@ def velocity_after(model: Model, state: State, work: Work, h: float, old: float)
     if not constrain(model, state, work.stage_q, middle, work, h, 0.5 * h):
         return False
     if is_free(lo, model) and not held_or_walled(model, work):
-        keep_momentum(model, state, work, h, h * push_x, h * push_y, h * twist)
+        end = work.slope_q[2]
+        for k in range(n + 2):
+            end[k] = work.stage_q[k] + 0.5 * h * work.new_v[k]
+        keep_momentum(model, state, work, end, h * push_x, h * push_y, h * twist)
     return True
 
 
