@@ -14,13 +14,7 @@ from tests.stress.drawn import scenes
 
 NEVER_SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 CHEAP = ("ordinary", "friction", "overlapping", "straight", "stops")
-KNOWN = {
-    "through-a-wall": "no penetration: a long step takes a casing through the tube's thin wall",
-    "past-the-work-cap": "work cap: a step may count for two, and so exceed `max_steps` by one",
-    "false-jam": "no breakdown: tolerances below 1e-11 rad end jammed where 1e-10 folds",
-    "paper-breaks-down": "no breakdown: the paper's steps take its casings onto each other's poles",
-    "light-end": "passivity: energy grows where a mass 1e5 times lighter than another rattles",
-}
+FOUND = sorted((Path(__file__).parent / "found").glob("*.yaml"))
 
 
 @pytest.mark.parametrize("kind", CHEAP)
@@ -52,10 +46,6 @@ def test_ten_million_steps_of_a_pendulum_keep_every_law():
     assert Case(0, "marathon", 0).verdict().broken == []
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=pytest.mark.xfail(reason=why)) for name, why in KNOWN.items()],
-)
-def test_known_defects_of_the_engine(name):
-    path = Path(__file__).parent / "known" / f"{name}.yaml"
+@pytest.mark.parametrize("path", FOUND, ids=[path.stem for path in FOUND])
+def test_scenes_that_once_broke_a_law_keep_all(path: Path):
     assert check(load_scene(path)).broken == []
