@@ -23,7 +23,7 @@ from magfold_env.envs.goals import Match
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Scene
 
-PHYSICS_VERSION = "4"
+PHYSICS_VERSION = "5"
 """Changes whenever the same scene may fold differently, which makes older baselines void."""
 
 _log = logging.getLogger(__name__)

@@ -153,6 +153,33 @@ def test_engine_looks_at_every_pair_that_can_meet():
 
 
 @given(seed=seeds)
+def test_a_corner_beyond_a_wall_is_told_from_one_in_front_of_it(seed):
+    rng = np.random.default_rng(seed)
+    case = Boxes(5, 0, tube=True)
+    case.place(case.random_q(rng))
+    work, model = case.work, case.model
+    wall, k = case.n + int(rng.integers(2)), int(rng.integers(4))
+    # Somewhere at the mouth, at either face of the wall.
+    work.box_x[2], work.box_y[2] = rng.uniform(-1.0, 1.0, 2) * SIDE + (0.0, work.box_y[wall])
+    turn = rng.uniform(-np.pi, np.pi)
+    work.box_c[2], work.box_s[2] = np.cos(turn), np.sin(turn)
+
+    centre = np.array([work.box_x[2], work.box_y[2]])
+    corner = centre + boxes.corner(work, 2, k)
+    half_length, half = work.box_a[wall], work.box_b[wall]
+    middle = np.array([work.box_x[wall], work.box_y[wall]])
+    side = np.sign(centre[1] - middle[1])
+    face = middle[1] + side * half
+    before, behind = side * (centre[1] - face), side * (face - corner[1])
+    expected = -1.0
+    if before > 0.0 and behind > 0.0:
+        crossing = np.interp(0.0, [-before, behind], [centre[0], corner[0]])
+        if abs(crossing - middle[0]) <= half_length:
+            expected = behind + case.radii(wall, 2)
+    assert boxes.behind_face(model, work, wall, 2, k) == pytest.approx(expected, abs=1e-12)
+
+
+@given(seed=seeds)
 def test_every_touching_corner_becomes_a_row(seed):
     # A far-reaching touch, so that random chains have contacts.
     rng = np.random.default_rng(seed)
