@@ -1,0 +1,214 @@
+"""How much is lost on words never trained on: ``python -m agents.generalise CONFIG``.
+
+All fully folded words are dealt to some folds. For each fold a policy is trained on the words of
+the others, then plays its own, held out, and theirs, seen. Another method, chosen for every word
+by itself, may play them all beside. Killed, the command goes on where it was when called again.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from agents.command_errors import errors_told
+from agents.evaluate import env_settings, evaluate
+from agents.intervals import Estimate, difference, estimate, percent
+from agents.methods import Method, by_target
+from agents.provenance import file_digest, provenance
+from agents.run_folder import Resume
+from agents.settings import EnvSettings, TrainSettings, load_settings
+from agents.training_run import train
+from magfold_env.envs.draws import evaluation_seeds
+from magfold_env.errors import SceneError
+from magfold_env.files import write_text
+from magfold_env.shapes import folded_words
+
+FORMAT = "magfold_env generalisation 1"
+DEAL = 0
+"""Seed of the deal, so that one length has one deal for all methods."""
+
+
+@dataclass(frozen=True)
+class Fold:
+    """One fold, and how its policy did.
+
+    Attributes
+    ----------
+    held, seen : dict of float
+        Rate of success by word.
+    policy : str
+        SHA-256 of the policy's file.
+    """
+
+    held: dict[str, float]
+    seen: dict[str, float]
+    policy: str
+
+
+def deal(words: Sequence[str], folds: int) -> list[list[str]]:
+    """Return the words of each fold, dealt at random, always alike."""
+    order = np.random.default_rng(DEAL).permutation(len(words))
+    return [[words[int(k)] for k in order[fold::folds]] for fold in range(folds)]
+
+
+def settings_of(
+    config: str, assignments: Sequence[str], components: int, held: Sequence[str], fold: int
+) -> TrainSettings:
+    """Return the training on all words but those held out."""
+    seen = [word for word in folded_words(components) if word not in held]
+    own = [f"env.components={components}", f"env.targets=[{', '.join(seen)}]"]
+    return load_settings(config, [*assignments, *own], seed=fold)
+
+
+def play(
+    policy: str, env: EnvSettings, words: Sequence[str], draws: int, processes: int
+) -> dict[str, float]:
+    """Return the rate of success of a policy on each of some words."""
+    env = env.model_copy(update={"targets": tuple(words)})
+    runs = evaluate([Method("policy", (policy,))], env, draws, processes)["policy"]
+    return dict(zip(words, by_target(runs)[0].tolist(), strict=True))
+
+
+def measure(
+    settings: Sequence[TrainSettings],
+    env: EnvSettings,
+    folds: Sequence[Sequence[str]],
+    draws: tuple[int, int],
+    folder: Path,
+    processes: int = 1,
+) -> list[Fold]:
+    """Train a policy for each fold, and let it play all words.
+
+    Parameters
+    ----------
+    settings : sequence of TrainSettings
+        The training of each fold.
+    env : EnvSettings
+        Where the policies play.
+    folds : sequence of sequences of str
+        The words of each fold.
+    draws : tuple of int
+        Episodes of each word that was held out, and of each that was seen.
+    folder : Path
+        Of the training runs, ``fold-0`` and so on, and of what each came to.
+    processes : int
+        Episodes at a time.
+    """
+    found: list[Fold] = []
+    words = [word for fold in folds for word in fold]
+    for k, (held, each) in enumerate(zip(folds, settings, strict=True)):
+        policy = train(each, folder / f"fold-{k}", Resume.AUTO)
+        seen = [word for word in words if word not in held]
+        key = {
+            "format": FORMAT,
+            "policy": file_digest(str(policy)),
+            "env": env.model_dump(mode="json"),
+            "draws": list(draws),
+        }
+        path = folder / f"fold-{k}.json"
+        known: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.exists() else {}
+        if known.get("key") != key:
+            held_rates, seen_rates = (
+                play(str(policy), env, some, count, processes)
+                for some, count in zip((held, seen), draws, strict=True)
+            )
+            fold = Fold(held_rates, seen_rates, str(key["policy"]))
+            known = {"key": key, "fold": asdict(fold)}
+            write_text(path, json.dumps(known, indent=1) + "\n")
+        found.append(Fold(**known["fold"]))
+    return found
+
+
+def summary(found: Sequence[Fold], other: dict[str, float] | None = None) -> dict[str, Estimate]:
+    """Return what the folds come to; intervals are from the bootstrap over words.
+
+    Each word was held out once and seen by the policies of all other folds, whose mean is taken.
+    """
+    words = [word for fold in found for word in fold.held]
+    held = np.array([[rate for fold in found for rate in fold.held.values()]])
+    often = [[fold.seen[word] for fold in found if word in fold.seen] for word in words]
+    seen = np.array([[sum(rates) / len(rates) for rates in often]])
+    rows = {"held out": estimate(held), "seen": estimate(seen), "lost": difference(seen, held)}
+    if other is not None:
+        beside = np.array([[other[word] for word in words]])
+        rows["other"] = estimate(beside)
+        rows["ahead of it, held out"] = difference(held, beside)
+    return rows
+
+
+def show(rows: dict[str, Estimate], folds: int) -> Table:
+    """Return the table of a summary."""
+    table = Table(title=f"Words held out, {folds} folds", box=SIMPLE_HEAD)
+    table.add_column("")
+    table.add_column("success (95 %)", justify="right")
+    for name, each in rows.items():
+        text = str(each)
+        if name in ("lost", "ahead of it, held out"):
+            value, low, high = (percent(float(part), "+") for part in each)
+            text = f"{value} points ({low}…{high})"
+        table.add_row(name, text)
+    return table
+
+
+def main(
+    config: Annotated[str, typer.Argument(help="Training settings.")] = "ppo-floor-8",
+    components: Annotated[int, typer.Option(min=2, help="Length of the chain.")] = 8,
+    folds: Annotated[int, typer.Option(min=2, help="Number of folds.")] = 5,
+    draws: Annotated[
+        int,
+        typer.Option(
+            min=1, help="Episodes of each word held out; of each seen, a quarter for each policy."
+        ),
+    ] = 20,
+    against: Annotated[
+        str | None,
+        typer.Option(help="Choices of agents.baselines (.json) for all words, to play beside."),
+    ] = None,
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Any setting: env.randomisation=nominal."),
+    ] = None,
+    processes: Annotated[int, typer.Option(min=1, help="Episodes at a time.")] = 2,
+    output: Annotated[
+        Path | None, typer.Option(help="Folder; runs/generalise-COMPONENTS by default.")
+    ] = None,
+) -> None:
+    """Train on all fully folded words but some, and play these."""
+    folder = output or Path("runs") / f"generalise-{components}"
+    with errors_told(ValueError, SceneError):
+        dealt = deal(list(folded_words(components)), folds)
+        settings = [
+            settings_of(config, assignments or (), components, held, fold)
+            for fold, held in enumerate(dealt)
+        ]
+        own = [each[4:] for each in assignments or () if each.startswith("env.")]
+        places = env_settings(config, [*own, f"components={components}"])
+        found = measure(settings, places, dealt, (draws, -(-draws // 4)), folder, processes)
+        other = None
+        if against is not None:
+            words = [word for held in dealt for word in held]
+            other = play(against, places, words, draws, processes)
+    rows = summary(found, other)
+    Console().print(show(rows, folds))
+    content = {
+        "format": FORMAT,
+        "env": places.model_dump(mode="json"),
+        "seeds": evaluation_seeds(draws),
+        "provenance": provenance(),
+        "summary": {name: [float(part) for part in each] for name, each in rows.items()},
+        "folds": [asdict(fold) for fold in found],
+        "other": other,
+    }
+    write_text(folder / "generalise.json", json.dumps(content, indent=1) + "\n")
+    Console().print(f"written: {folder / 'generalise.json'}")
+
+
+if __name__ == "__main__":
+    typer.run(main)
