@@ -1,0 +1,1 @@
+"""The paper, reproduced: each of its figures and tables beside what is found here."""

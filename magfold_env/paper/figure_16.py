@@ -1,0 +1,125 @@
+"""Figure 16: computing time against the number of components."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from magfold_env.benchmarks.dynamics import chain_scaling, figures
+from magfold_env.benchmarks.dynamics.chain_contenders import DENSE, SCALAR, missing
+from magfold_env.benchmarks.part import Progress, Row, Table
+from magfold_env.paper.quoted import LONG_POWER, LONGEST, NEAR_LINEAR, NEAR_LINEAR_UP_TO
+from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
+from magfold_env.plotting import save_figure
+from magfold_env.report_page import Picture
+
+NEAR = 0.25
+"""Powers of n that differ by less than this agree."""
+SHORTEST = 6
+"""Components of the chain from which growth is judged: below, a call costs more than its work."""
+QUADRATIC = 1.75
+"""Powers of n above this are nearer to two than to the paper's."""
+TIME = "time [µs]"
+
+
+def measure(quick: bool, progress: Progress) -> Measured:
+    """Time the accelerations of a pinned chain: `magfold bench dynamics --only scaling`."""
+    part = chain_scaling.run(quick, progress)
+    return {"times": part.rows, "absent": [{"peer": name} for name in missing()]}
+
+
+def tables(measured: Measured) -> list[Table]:
+    """Return a row a length and a column a contender."""
+    rows = measured["times"]
+    contenders = list(dict.fromkeys(str(row["contender"]) for row in rows))
+    shown: list[Row] = []
+    for n in dict.fromkeys(int(row["n"]) for row in rows):
+        line: Row = {"n": str(n)}
+        for name in contenders:
+            found = select(rows, contender=name, n=n)
+            line[name] = f"{float(found[0][TIME]):.3g}" if found else ""
+        shown.append(line)
+    title = "Accelerations of one chain [µs], as many ms for 1000 time steps"
+    return [Table(title, shown)]
+
+
+def claims(measured: Measured) -> list[Claim]:
+    """Compare how the times grow, and the dense method with the recursion."""
+    rows = measured["times"]
+    up_to, beyond = (NEAR_LINEAR_UP_TO, LONGEST)
+    short, long = power(rows, DENSE, SHORTEST, up_to), power(rows, DENSE, up_to, beyond)
+    ours = power(rows, SCALAR, up_to, beyond)
+    times = {
+        n: float(row["times one chain's"])
+        for n in (SHORTEST, up_to, beyond)
+        for row in select(rows, contender=DENSE, n=n)
+    }
+    listed = ", ".join(f"{ratio:.0f} times at n = {n}" for n, ratio in times.items())
+    steeper = long > LONG_POWER + NEAR
+    return [
+        Claim(
+            f"up to about {up_to} components the time grows nearly linearly.",
+            f"the same method's grows like n to the {short:.2f} from {SHORTEST} to {up_to}.",
+            abs(short - NEAR_LINEAR) < NEAR,
+            "So few numbers cost less than the calls that work on them.",
+        ),
+        Claim(
+            f"up to {beyond} components it grows about like n to the {LONG_POWER:g}.",
+            f"from {up_to} to {beyond} it grows like n to the {long:.2f}.",
+            abs(long - LONG_POWER) < NEAR,
+            "To fill a dense matrix takes n² operations and to solve with it n³, so the power "
+            "grows with the length. The paper measured on twelve cores over which NumPy spreads "
+            "such work, and averaged from short chains on."
+            if steeper
+            else "",
+        ),
+        Claim(
+            "the vectorised equation speeds the computation up; recursion, component by "
+            "component, is the known efficient way.",
+            f"the recursion in compiled code grows like n to the {ours:.2f} from {up_to} to "
+            f"{beyond}, and the dense equation in NumPy takes {listed} its time.",
+            None,
+            "The paper gives no times of other methods.",
+        ),
+    ]
+
+
+def power(rows: list[Row], name: str, low: int, high: int) -> float:
+    """Return with which power of n a contender's time grows between two lengths."""
+    mine = [row for row in select(rows, contender=name) if low <= int(row["n"]) <= high]
+    n, time = (np.log([float(row[key]) for row in mine]) for key in ("n", TIME))
+    return float(np.polyfit(n, time, 1)[0])
+
+
+def draw(measured: Measured, folder: Path) -> list[Picture]:
+    """Draw the times as the benchmark does."""
+    path = folder / "figure-16.png"
+    save_figure(figures.DRAWINGS["scaling"](measured["times"]), path)
+    absent = ", ".join(str(row["peer"]) for row in measured["absent"])
+    return [
+        Picture(
+            path,
+            "Time of one chain's accelerations; 1 µs is 1 ms for the 1000 time steps that the "
+            "paper times." + (f" Not installed, so not measured: {absent}." if absent else ""),
+        )
+    ]
+
+
+REPRODUCTION = Reproduction(
+    "figure-16",
+    "Figure 16: computing time against the number of components",
+    shows="The time of 1000 time steps of a pendulum of n components, by equation 39 in NumPy, up "
+    f"to {NEAR_LINEAR_UP_TO} and up to {LONGEST} components, on a processor of twelve cores. "
+    f"Stated: nearly linear, then about n to the {LONG_POWER:g}.",
+    computed="The accelerations of one pinned chain, which is what a time step consists of: "
+    "equation 39 as a dense system in NumPy, this project's recursion for one chain and for many, "
+    "and two engines of others (Pinocchio, MuJoCo) where they are installed. All must agree before "
+    "they are timed; they take turns.",
+    missing="The paper's own code and processor: only how times grow is compared, not how long "
+    "they are.",
+    measure=measure,
+    tables=tables,
+    claims=claims,
+    draw=draw,
+)

@@ -1,0 +1,257 @@
+"""Figure 18: how often each sequence ends in which shape, by mode of release."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from magfold_env.benchmarks.part import Progress, Row, Table
+from magfold_env.benchmarks.predict import experiment, figures
+from magfold_env.benchmarks.predict.experiment import PAPER
+from magfold_env.energy.result import Mode
+from magfold_env.fold import FoldStatus
+from magfold_env.paper import states
+from magfold_env.paper.quoted import SEQUENCES
+from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
+from magfold_env.plotting import save_figure
+from magfold_env.report_page import Picture
+from magfold_env.shapes import centres, headings, word_to_angles
+
+MODES: tuple[Mode, ...] = ("free", "forward", "backward")
+FOLDED = FoldStatus.FOLDED.value
+NEARLY = 1.05
+"""Shapes within this factor of the least movement count as those of least movement."""
+MOST = 0.5
+
+
+def measure(quick: bool, progress: Progress) -> Measured:
+    """Release as often as the paper: `magfold bench predict --only experiment`.
+
+    All of it takes seconds, so quick does no less.
+    """
+    return {"bars": experiment.run(False, progress).rows}
+
+
+def tables(measured: Measured) -> list[Table]:
+    """Return every outcome with its share, beside the paper's words."""
+    shown: list[Row] = []
+    for number in SEQUENCES:
+        for mode in MODES:
+            stated = PAPER[number, mode]
+            for row in select(measured["bars"], sequence=number, mode=mode):
+                share = f"{float(row['probability']):.0%}".replace("%", " %")
+                interval = f"{100 * float(row['low']):.0f}–{100 * float(row['high']):.0f} %"
+                line: Row = {"sequence": str(number), "mode": mode, "releases": row["runs"]}
+                line |= {"ends in": named(number, str(row["word"])), "": str(row["status"])}
+                line |= {"share": share, "95 %": interval, "in the paper": stated}
+                shown.append(line)
+                stated = ""
+    return [Table("Simulated releases", shown)]
+
+
+def named(number: int, word: str) -> str:
+    """Return a word with the paper's name for it, if it has one."""
+    name = states.names(number).get(word)
+    return f"{word} = {name}" if name else word
+
+
+def claims(measured: Measured) -> list[Claim]:
+    """Compare with sections 6.1 and 7."""
+    bars = measured["bars"]
+    return [
+        *(_least(bars, number, mode) for number in (1, 2) for mode in MODES[:2]),
+        *(_even_split(bars, number) for number in (1, 2)),
+        _named_split(bars),
+        _only_s3a(bars),
+        _misfolds(bars),
+        _modes_matter(bars),
+    ]
+
+
+def _least(bars: list[Row], number: int, mode: Mode) -> Claim:
+    """Judge whether a chain prefers the stable states of least movement to the global minimum."""
+    mine = select(bars, sequence=number, mode=mode)
+    best = states.folded(number)[0].word
+    least = least_moved(number)
+    full = [row for row in mine if row["status"] == FOLDED]
+    most = str(full[0]["word"]) if full else ""
+    misfolded = 1.0 - sum(float(row["probability"]) for row in full)
+    share = sum(_rate(mine, word) for word in least)
+    return Claim(
+        f"sequence {number}, {mode}: most often the shape of least movement, not the global "
+        "minimum.",
+        f"{_per_cent(share)} of all releases end in the stable states of least movement "
+        f"({', '.join(named(number, word) for word in least)}), {_per_cent(_rate(mine, best))} in "
+        f"the global minimum ({named(number, best)}); "
+        + (f"the most frequent full fold is {named(number, most)}; " if most else "none folds; ")
+        + f"{_per_cent(misfolded)} stop before they are folded.",
+        most in least and share > _rate(mine, best),
+        "" if most in least else _why_not(number, misfolded),
+    )
+
+
+def _why_not(number: int, misfolded: float) -> str:
+    why = (
+        "Friction with the floor and the spread of a release by hand are assumed, and the "
+        "sequences are not the paper's own: small differences of energy decide which way a joint "
+        "turns."
+    )
+    if misfolded > MOST:
+        return f"Friction holds most chains of sequence {number} before they are folded. {why}"
+    return why
+
+
+def _even_split(bars: list[Row], number: int) -> Claim:
+    mine = select(bars, sequence=number, mode="backward")
+    full = [row for row in mine if row["status"] == FOLDED]
+    listed = ", ".join(
+        f"{named(number, str(r['word']))} {_per_cent(float(r['probability']))}" for r in full
+    )
+    even = len(full) > 1 and float(full[0]["low"]) <= float(full[1]["high"])
+    return Claim(
+        f"sequence {number}, backward: nearly equal probabilities of several shapes.",
+        f"{listed or 'no full fold'}; the intervals of the first two "
+        f"{'overlap' if even else 'do not overlap'}.",
+        even,
+        "" if even else "Several shapes occur, but one of them more often.",
+    )
+
+
+def _named_split(bars: list[Row]) -> Claim:
+    mine = select(bars, sequence=1, mode="backward")
+    first_two = [str(row["word"]) for row in mine if row["status"] == FOLDED][:2]
+    wanted = [states.word_of("S1A"), states.word_of("S1C")]
+    return Claim(
+        "sequence 1, backward: these shapes are S1A and S1C, S1B being much rarer.",
+        f"the two most frequent are {' and '.join(named(1, word) for word in first_two)}.",
+        set(first_two) == set(wanted),
+        "The reconstructed sequence has other stable states near in energy: a backward feed ends "
+        "here in shapes whose joints turn as in the paper's but for the first two."
+        if set(first_two) == {_first_turned(word) for word in wanted}
+        else "",
+    )
+
+
+def _first_turned(word: str) -> str:
+    """Return a word whose first joint turns the other way."""
+    return {"L": "R", "R": "L"}.get(word[0], word[0]) + word[1:]
+
+
+def _only_s3a(bars: list[Row]) -> Claim:
+    mine = select(bars, sequence=3)
+    folded = {str(row["word"]) for row in mine if row["status"] == FOLDED}
+    shares = ", ".join(
+        f"{mode} {_per_cent(_rate(select(mine, mode=mode), states.word_of('S3A')))}"
+        for mode in MODES
+    )
+    return Claim(
+        "sequence 3 folds into S3A or misfolds, in every mode.",
+        f"full folds are {', '.join(named(3, word) for word in sorted(folded)) or 'none'}; "
+        f"S3A's share is {shares}.",
+        folded == {states.word_of("S3A")},
+    )
+
+
+def _misfolds(bars: list[Row]) -> Claim:
+    """Judge where misfolds of sequence 3 stop."""
+    mine = [row for row in select(bars, sequence=3) if row["status"] != FOLDED]
+    outer = (4, 5)
+    total = sum(float(row["probability"]) for row in mine)
+    there = sum(
+        float(row["probability"])
+        for row in mine
+        if any(str(row["word"])[joint - 1] == "S" for joint in outer)
+    )
+    listed = ", ".join(f"{row['word']} ({row['mode']})" for row in mine)
+    return Claim(
+        "sequence 3 misfolds because component 5 has to drag 6 along, free and forward.",
+        f"misfolds are {listed or 'none'}"
+        + (f"; {_per_cent(there / total)} of them stop at joints 4 or 5." if mine else "."),
+        there > total / 2 if mine else None,
+    )
+
+
+def _modes_matter(bars: list[Row]) -> Claim:
+    """Judge whether the share of misfolds of sequence 3 depends on the mode."""
+    ends = {mode: _folded_interval(select(bars, sequence=3, mode=mode)) for mode in MODES}
+    listed = ", ".join(f"{mode} {_per_cent(1.0 - rate)}" for mode, (rate, _, _) in ends.items())
+    apart = max(low for _, low, _ in ends.values()) > min(high for _, _, high in ends.values())
+    return Claim(
+        "the mode of release measurably changes how often sequence 3 misfolds.",
+        f"it misfolds {listed}; the intervals {'do not all' if apart else 'all'} overlap.",
+        apart,
+    )
+
+
+def _folded_interval(rows: list[Row]) -> tuple[float, float, float]:
+    """Return the share of S3A, folded, and its interval."""
+    for row in rows:
+        if row["status"] == FOLDED and row["word"] == states.word_of("S3A"):
+            return float(row["probability"]), float(row["low"]), float(row["high"])
+    return 0.0, 0.0, 0.0
+
+
+def _rate(rows: list[Row], word: str) -> float:
+    """Return how often a word is folded fully."""
+    return sum(float(r["probability"]) for r in select(rows, word=word, status=FOLDED))
+
+
+def _per_cent(share: float) -> str:
+    return f"{100.0 * share:.0f} %"
+
+
+def movement(word: str) -> float:
+    """Return how far centres move from a straight chain to a word, both laid on each other.
+
+    Root mean square over components, in sides, after the turn and the shift that make it least
+    (Kabsch's).
+    """
+    straight, there = (
+        places - places.mean(axis=0)
+        for places in (centres(np.zeros(len(word) + 1)), centres(headings(word_to_angles(word))))
+    )
+    # The best turn in the plane, with places as complex numbers.
+    one, other = straight @ [1, 1j], there @ [1, 1j]
+    turn = np.vdot(other, one)
+    return float(np.sqrt(np.mean(np.abs(other * turn / abs(turn) - one) ** 2)))
+
+
+def least_moved(number: int) -> list[str]:
+    """Return the stable states of a sequence that need the least movement, or nearly so."""
+    moved = {state.word: movement(state.word) for state in states.folded(number) if state.stable}
+    least = min(moved.values())
+    return [word for word, moves in moved.items() if moves <= NEARLY * least]
+
+
+def draw(measured: Measured, folder: Path) -> list[Picture]:
+    """Draw the bars as the benchmark does."""
+    path = folder / "figure-18.png"
+    save_figure(figures.draw_experiment(measured["bars"]), path)
+    return [
+        Picture(
+            path,
+            "Shares of the releases with 95 % intervals; below each bar the chain of one release "
+            "that ended so, component 1 filled.",
+        )
+    ]
+
+
+REPRODUCTION = Reproduction(
+    "figure-18",
+    "Figure 18: fold probabilities by mode of release",
+    shows="How often each sequence folded into each of its shapes, or misfolded, in 100 free folds "
+    "and 50 feeds out of a tube in either direction. Its numbers are not in the text, its "
+    "description is.",
+    computed="As many simulated releases of the reconstructed sequences, with magnets as built, "
+    "this project's solver and a spread as of a release by hand: start angles, friction, masses, "
+    "magnets and feed differ a little from release to release.",
+    missing="Neither the sequences, nor masses, nor spreads are in the text: they are "
+    "reconstructed or assumed. The paper does not define least (lateral) movement; here it is that "
+    "of the centres from a straight chain laid on the fold, root mean square, nearly equal ones "
+    "together.",
+    measure=measure,
+    tables=tables,
+    claims=claims,
+    draw=draw,
+)

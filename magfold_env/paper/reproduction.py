@@ -1,0 +1,72 @@
+"""What one figure or table of the paper is here: a measurement, a picture, and what is stated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from magfold_env.benchmarks.part import Progress, Row, Table
+from magfold_env.report_page import Picture, Verdict
+
+Measured = dict[str, list[Row]]
+"""Rows by what they are of, plain values throughout; the rows of one have equal keys."""
+
+
+class Claim(NamedTuple):
+    """Something that the paper states, and what is found here."""
+
+    stated: str
+    """In our words."""
+    found: str
+    """With the numbers that were measured."""
+    holds: bool | None
+    """Whether they agree, going by those numbers; None where they cannot be compared."""
+    why: str = ""
+    """The reason, if one is known."""
+
+    @property
+    def word(self) -> str:
+        """Return the verdict in a word or two."""
+        return {True: "Agrees", False: "Disagrees", None: "Cannot be compared"}[self.holds]
+
+    def to_verdict(self) -> Verdict:
+        """Return the claim as a block of a page."""
+        why = f" {self.why}" if self.why else ""
+        tone = "plain" if self.holds is None else "good" if self.holds else "bad"
+        return Verdict(self.word, f"The paper: {self.stated} Here: {self.found}{why}", tone)
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """The counterpart of a figure or a table.
+
+    Attributes
+    ----------
+    name : str
+        For ``--only``, and of its files.
+    title : str
+        Its heading.
+    shows, computed, missing : str
+        What the paper shows, what is computed here, and what is not covered.
+    measure : callable
+        Takes whether to do less, and a progress; everything else is made of what it returns.
+    tables, claims, draw : callable
+        Make tables, comparisons and pictures of it; pictures are written to a folder.
+    """
+
+    name: str
+    title: str
+    shows: str
+    computed: str
+    missing: str
+    measure: Callable[[bool, Progress], Measured]
+    tables: Callable[[Measured], list[Table]]
+    claims: Callable[[Measured], list[Claim]]
+    draw: Callable[[Measured, Path], list[Picture]]
+
+
+def select(rows: list[Row], **wanted: str | float) -> list[Row]:
+    """Return the rows in which columns have given values."""
+    return [row for row in rows if all(row[key] == value for key, value in wanted.items())]
