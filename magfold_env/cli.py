@@ -281,6 +281,28 @@ def stress(
 
 
 @app.command()
+def paper(
+    *,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="table-1, figure-7, figure-11, figure-12, figures-13-14, figure-15, figure-16, "
+            "figure-18 or figure-19; may repeat."
+        ),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")] = False,
+    out: Annotated[
+        Path, typer.Option(help="Folder of the results; a killed command goes on in it.")
+    ] = Path("runs/paper"),
+) -> None:
+    """Reproduce the paper's figures and tables on one page, and say what agrees."""
+    with errors_in_one_line():
+        from magfold_env import cli_paper  # noqa: PLC0415 - for this command only
+
+        cli_paper.reproduce(only or [], quick, out)
+
+
+@app.command()
 def scenes() -> None:
     """List the shipped scenes."""
     with errors_in_one_line():

@@ -12,16 +12,12 @@ from rich.table import Table
 
 from magfold_env.energy import Minimum, State, minimise
 from magfold_env.fold import Fold
+from magfold_env.paper.quoted import TABLE_1
 from magfold_env.scene import Scene
 from magfold_env.scene_io import load_scene
 from magfold_env.simulate import energy
 
 _MODES = ("forward", "backward")
-# What the paper's Table 1 says of its three sequences.
-_TABLE_1: dict[int, dict[str, str]] = {
-    number: dict(zip(_MODES, ends, strict=True))
-    for number, ends in {1: ("S1A", "S1C"), 2: ("S2B", "S2B"), 3: ("S3A", "S3A")}.items()
-}
 
 
 def fold_table(fold: Fold, taken: float) -> Table:
@@ -104,7 +100,7 @@ def one_by_one_table(scene: Scene, feeds: Sequence[Minimum]) -> Table:
         state = found.best
         cells = [found.mode, state.word, _millijoules(state.energy), _pairs(state)]
         if number is not None:
-            cells += [names.get(state.word, "not stable"), _TABLE_1[number][found.mode]]
+            cells += [names.get(state.word, "not stable"), TABLE_1[number][found.mode]]
         table.add_row(*cells)
     if len(feeds) < len(_MODES):
         table.caption = "A direction that is missing shuts itself in: every letter overlaps."
@@ -166,7 +162,7 @@ def _range(values: np.ndarray) -> str:
 
 def _paper_number(scene: Scene) -> int | None:
     """Return which of the paper's sequences a scene has, if any."""
-    for number in _TABLE_1:
+    for number in TABLE_1:
         if scene.sequence == load_scene(f"paper/sequence-{number}").sequence:
             return number
     return None

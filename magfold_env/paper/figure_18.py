@@ -126,8 +126,8 @@ def _named_split(bars: list[Row]) -> Claim:
         "sequence 1, backward: these shapes are S1A and S1C, S1B being much rarer.",
         f"the two most frequent are {' and '.join(named(1, word) for word in first_two)}.",
         set(first_two) == set(wanted),
-        "The reconstructed sequence has other stable states near in energy: a backward feed ends "
-        "here in shapes whose joints turn as in the paper's but for the first two."
+        "They are S1A and S1C with the first joint turned the other way, which leaves the tube "
+        "last; in the reconstructed sequence that costs little energy."
         if set(first_two) == {_first_turned(word) for word in wanted}
         else "",
     )
@@ -212,9 +212,9 @@ def movement(word: str) -> float:
         for places in (centres(np.zeros(len(word) + 1)), centres(headings(word_to_angles(word))))
     )
     # The best turn in the plane, with places as complex numbers.
-    one, other = straight @ [1, 1j], there @ [1, 1j]
-    turn = np.vdot(other, one)
-    return float(np.sqrt(np.mean(np.abs(other * turn / abs(turn) - one) ** 2)))
+    one, other = (places[:, 0] + 1j * places[:, 1] for places in (straight, there))
+    turn = complex(np.vdot(other, one))
+    return float(np.sqrt(np.square(np.abs(other * turn / abs(turn) - one)).mean()))
 
 
 def least_moved(number: int) -> list[str]:

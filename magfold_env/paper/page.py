@@ -1,0 +1,83 @@
+"""The page: every reproduction beside what the paper states, with a verdict for each statement."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from magfold_env.benchmarks.part import Row, Table
+from magfold_env.paper.reproduction import Claim, Measured, Reproduction
+from magfold_env.report_page import Block, Entries, Page, Picture, Section
+
+TITLE = "“On planar self-folding magnetic chains”, reproduced"
+
+_LEAD = (
+    "T.H. Fass, G. Hao and P. Cantillon-Murphy compare two ways to predict how a chain of square "
+    "casings with magnets folds itself: by energy minimisation and by simulation. This page puts "
+    "the counterpart of each of their figures and tables whose content the text gives beside what "
+    "the text says about it. Every statement that can be compared has a verdict, computed from "
+    "the numbers measured for this page.",
+    "What to keep in mind: the drawings of the paper's sequences and casing are not at hand. The "
+    "three sequences are reconstructions that satisfy what its text says about their energies; "
+    "where that makes an agreement no evidence, the verdict says so. Masses, sizes and how much "
+    "releases by hand differ are assumed.",
+    "A fold is a word over L (+90°), S (0°) and R (−90°), one letter a joint from component 1 on. "
+    "Folded: at rest with every joint at ±90°; misfolded: at rest otherwise.",
+)
+_QUICK = (
+    "Made with --quick: shorter series, fewer rounds of timing. It shows that everything works; "
+    "numbers to quote come from a run without it."
+)
+
+
+class Done(NamedTuple):
+    """A reproduction with what was measured, when and where."""
+
+    part: Reproduction
+    measured: Measured
+    machine: dict[str, str]
+    """`benchmarks.machine.describe` when it was measured."""
+    seconds: float
+    """How long that took."""
+    pictures: list[Picture]
+
+    @property
+    def claims(self) -> list[Claim]:
+        """What is compared."""
+        return self.part.claims(self.measured)
+
+
+def page(done: Sequence[Done], *, quick: bool) -> Page:
+    """Return the page for the reproductions that are done, at least one."""
+    lead: list[Block] = list(_LEAD)
+    if quick:
+        lead.append(_QUICK)
+    lead.append(overview(done))
+    return Page(TITLE, [_section(each) for each in done], lead, done[-1].machine)
+
+
+def overview(done: Sequence[Done]) -> Table:
+    """Return how many statements agree, figure by figure."""
+    rows: list[Row] = []
+    for each in done:
+        words = [claim.holds for claim in each.claims]
+        rows.append(
+            {
+                "": each.part.title,
+                "agree": words.count(True),
+                "disagree": words.count(False),
+                "cannot be compared": words.count(None),
+            }
+        )
+    return Table("Statements of the paper, and how many agree", rows)
+
+
+def _section(done: Done) -> Section:
+    part = done.part
+    texts = {"The paper": part.shows, "Here": part.computed, "Not covered": part.missing}
+    when = f"{done.machine['time']}, in {done.seconds:.0f} s, commit {done.machine['commit']}"
+    blocks: list[Block] = [Entries(texts), *done.pictures]
+    blocks += part.tables(done.measured)
+    blocks += [claim.to_verdict() for claim in done.claims]
+    blocks.append(f"Measured {when}. Again: magfold paper --only {part.name}")
+    return Section(part.title, blocks)
