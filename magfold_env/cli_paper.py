@@ -14,7 +14,7 @@ from magfold_env.paper.page import Done, overview
 from magfold_env.paper.run import NUMBERS, PAGE, run
 from magfold_env.plotting import figure_class
 
-FILE_WIDTH = 120  # of what is said where it is not written to a terminal
+FILE_WIDTH = 150  # of what is said where it is not written to a terminal
 
 
 def reproduce(only: Sequence[str], quick: bool, out: Path) -> None:

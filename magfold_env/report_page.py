@@ -64,6 +64,8 @@ class Verdict:
     word: str
     sentence: str
     tone: Tone = "plain"
+    more: Sequence[str] = ()
+    """Further sentences, each a line of its own."""
 
 
 Block = str | Picture | Entries | Points | Verdict | Tabular
@@ -147,7 +149,9 @@ def _block(block: Block) -> str:
             return f"<ul>{items}</ul>"
         case Verdict():
             badge = f'<strong class="badge">{_escaped(block.word)}</strong>'
-            return f'<p class="verdict {block.tone}">{badge} {_escaped(block.sentence)}</p>'
+            more = "".join(f"<p>{_escaped(text)}</p>" for text in block.more)
+            first = f"<p>{badge} {_escaped(block.sentence)}</p>"
+            return f'<div class="verdict {block.tone}">{first}{more}</div>'
         case _:
             return _table(block)
 

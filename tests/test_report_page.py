@@ -73,7 +73,7 @@ def test_everything_given_is_on_the_page_and_nothing_comes_from_elsewhere(pictur
         Picture(picture, "A caption."),
         Entries({"Label": "An entry."}),
         Points(["A point."]),
-        Verdict("agrees", "A reason.", "good"),
+        Verdict("agrees", "A reason.", "good", ["Another reason."]),
         Rows(
             "A table", [{"name": "first", "time [s]": 0.12345}, {"name": "second", "time [s]": 2}]
         ),
@@ -81,7 +81,18 @@ def test_everything_given_is_on_the_page_and_nothing_comes_from_elsewhere(pictur
     page = Page("A title", [Section("One", blocks), Section("Two", [])], ["A lead."], {"os": "any"})
     found = read(render(page))
     said = ["A title", "A lead.", "A paragraph.", "A caption.", "Label", "An entry.", "A point."]
-    said += ["agrees", "A reason.", "A table", "time [s]", "first", "0.123", "One", "Two", "any"]
+    said += [
+        "agrees",
+        "A reason.",
+        "Another reason.",
+        "A table",
+        "time [s]",
+        "first",
+        "0.123",
+        "One",
+        "Two",
+        "any",
+    ]
     assert [each for each in said if each not in found.text] == []
     assert all(each.startswith(("data:", "#")) for each in found.addresses)
 
@@ -96,10 +107,11 @@ def test_the_contents_lead_to_the_sections() -> None:
 def test_text_stays_text() -> None:
     nasty = '</title><script>alert("1")</script> & $$title'
     table = Rows(nasty, [{nasty: nasty}])
-    blocks = [nasty, Entries({nasty: nasty}), Points([nasty]), Verdict(nasty, nasty), table]
+    blocks = [nasty, Entries({nasty: nasty}), Points([nasty]), Verdict(nasty, nasty, more=[nasty])]
+    blocks.append(table)
     text = render(Page(nasty, [Section(nasty, blocks)], [nasty], {nasty: nasty}))
     assert "<script" not in text
-    assert read(text).text.count(nasty) == 15
+    assert read(text).text.count(nasty) == 16
 
 
 def test_an_empty_table_says_so() -> None:

@@ -22,6 +22,8 @@ QUICK_STEPS, QUICK_FINEST = (1, 2, 5, 10, 20), 200
 SMALL = 0.1
 """An error below this share of the paper's own distance from its film is small."""
 
+LEAST = 1e-5  # [rad²] that is drawn
+
 ERROR, OWN, SMOOTH = "error [rad²]", "from its limit [rad²]", "without friction [rad²]"
 EARLY = "before the first snap: "
 LABELS = {
@@ -62,9 +64,9 @@ def measure(quick: bool, progress: Progress) -> Measured:
                     EARLY + OWN: _mean(found, limit, early),
                     EARLY + SMOOTH: _mean(free, ours_smooth, early_free),
                     "word": found.word,
-                    "ended": found.status,
-                    "word here": ours.word,
-                    "ended here": ours.status,
+                    "ended": found.ended,
+                    "reference": ours.word,
+                    "reference ended": ours.ended,
                 }
             )
     return {"over-time": over_time, "means": means}
@@ -117,7 +119,7 @@ def _claims(name: str, rows: list[Row]) -> list[Claim]:
     whole = Claim(
         f"{stated[:-1]} ({name}, the whole fold).",
         f"from there on, smaller steps end in {', '.join(words)}; this project's solver in "
-        f"{rows[0]['word here']} ({rows[0]['ended here']}).",
+        f"{rows[0]['reference']} ({rows[0]['reference ended']}).",
         len(words) == 1,
         ""
         if len(words) == 1
@@ -154,6 +156,9 @@ def draw(measured: Measured, folder: Path) -> list[Picture]:
     axes[2].plot([], [], color=COLOURS[0], linestyle="--", label="dashed: whole charge")
     axes[2].set_title("before the first snap, by what it is measured from", fontsize=10)
     axes[2].set_xlabel("time step Δt [ms]")
+    steps = dict.fromkeys(float(row["Δt [ms]"]) for row in measured["means"])
+    axes[2].set_xticks(list(steps), [f"{step:.2g}" for step in steps])
+    axes[2].minorticks_off()
     axes[2].legend(fontsize=8, frameon=False)
     axes[0].set_ylabel("mean squared error of the relative angles [rad²]")
     path = folder / "figure-11.png"
@@ -172,7 +177,7 @@ def _draw_over_time(axis: Any, name: str, rows: list[Row]) -> None:
     counts = list(dict.fromkeys(int(row["steps a frame"]) for row in rows))
     for k, count in enumerate(counts):
         mine = select(rows, **{"steps a frame": count})
-        error = np.maximum(numbers(mine, ERROR), 1e-7)
+        error = np.maximum(numbers(mine, ERROR), LEAST)
         chosen = count == COMPUTATIONS
         axis.semilogy(
             numbers(mine, "time [s]"),
@@ -183,7 +188,7 @@ def _draw_over_time(axis: Any, name: str, rows: list[Row]) -> None:
         )
     axis.set_title(f"{name} on a pole face", fontsize=10)
     axis.set_xlabel("time [s]")
-    axis.set_ylim(1e-7, 30.0)
+    axis.set_ylim(LEAST, 30.0)
     axis.legend(fontsize=8, frameon=False, title="steps a frame", title_fontsize=8)
 
 

@@ -25,6 +25,8 @@ NEAR_FORCE = 0.1
 """Within this share of the exact force points count as right."""
 GAP = 0.001  # [m] between two faces that touch, each magnet being 0.5 mm inside its casing
 
+LEAST = 1e-5  # [rad²] that is drawn
+
 ERROR, MANY = "error [rad²]", "from 30 charges [rad²]"
 EARLY = "before the first snap: "
 
@@ -58,9 +60,9 @@ def measure(quick: bool, progress: Progress) -> Measured:
                     EARLY + MANY: _mean(motions.squared_error(motion, many), early),
                     "whole fold, " + MANY: float(motions.squared_error(motion, many).mean()),
                     "word": motion.word,
-                    "ended": motion.status,
-                    "word, rectangles": reference.word,
-                    "ended, rectangles": reference.status,
+                    "ended": motion.ended,
+                    "reference": reference.word,
+                    "reference ended": reference.ended,
                 }
             )
     return {"over-time": over_time, "means": means, "forces": force_rows()}
@@ -112,7 +114,7 @@ def _claims(name: str, rows: list[Row]) -> list[Claim]:
             f"{stated} ({name}, the whole fold).",
             f"they differ by {whole:.2g} rad and end in {few['word']} and {many['word']}; "
             f"rectangles of the same charge, in this project's solver, in "
-            f"{few['word, rectangles']} ({few['ended, rectangles']}).",
+            f"{few['reference']} ({few['reference ended']}).",
             same and whole < SMALL * ANGLE,
             ""
             if same and whole < SMALL * ANGLE
@@ -166,7 +168,7 @@ def _draw_over_time(axis: Any, name: str, rows: list[Row]) -> None:
     for k, count in enumerate(COUNTS):
         mine = select(rows, h=count)
         time = numbers(mine, "time [s]")
-        error = np.maximum(numbers(mine, ERROR), 1e-7)
+        error = np.maximum(numbers(mine, ERROR), LEAST)
         axis.semilogy(
             time,
             error,
@@ -179,7 +181,7 @@ def _draw_over_time(axis: Any, name: str, rows: list[Row]) -> None:
         )
     axis.set_title(f"{name} on a pole face", fontsize=10)
     axis.set_xlabel("time [s]")
-    axis.set_ylim(1e-7, 30.0)
+    axis.set_ylim(LEAST, 30.0)
     axis.legend(fontsize=8, frameon=False, title="charges h", title_fontsize=8)
 
 

@@ -148,7 +148,8 @@ def draw(measured: Measured, folder: Path) -> list[Picture]:
         Picture(
             path,
             f"Mean over {PENDULUM_STEPS} time steps. Methods with a tolerance take as many steps "
-            "of their own within a time step as they need.",
+            "of their own within a time step as they need, at least one; this project's solver "
+            "takes its steps over the whole run, and is looked at every time step.",
         )
     ]
 

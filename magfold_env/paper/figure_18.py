@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from magfold_env.benchmarks.part import Progress, Row, Table
 from magfold_env.benchmarks.predict import experiment, figures
@@ -93,12 +94,12 @@ def _least(bars: list[Row], number: int, mode: Mode) -> Claim:
 
 def _why_not(number: int, misfolded: float) -> str:
     why = (
-        "Friction with the floor and the spread of a release by hand are assumed, and the "
+        "Friction's static part, masses and the spread of a release by hand are assumed, and the "
         "sequences are not the paper's own: small differences of energy decide which way a joint "
         "turns."
     )
     if misfolded > MOST:
-        return f"Friction holds most chains of sequence {number} before they are folded. {why}"
+        return f"Most chains of sequence {number} come to rest before they are folded. {why}"
     return why
 
 
@@ -207,14 +208,16 @@ def movement(word: str) -> float:
     Root mean square over components, in sides, after the turn and the shift that make it least
     (Kabsch's).
     """
-    straight, there = (
-        places - places.mean(axis=0)
-        for places in (centres(np.zeros(len(word) + 1)), centres(headings(word_to_angles(word))))
-    )
-    # The best turn in the plane, with places as complex numbers.
-    one, other = (places[:, 0] + 1j * places[:, 1] for places in (straight, there))
+    one, other = _planar(np.zeros(len(word) + 1)), _planar(headings(word_to_angles(word)))
     turn = complex(np.vdot(other, one))
     return float(np.sqrt(np.square(np.abs(other * turn / abs(turn) - one)).mean()))
+
+
+def _planar(angles: npt.NDArray[np.float64]) -> npt.NDArray[np.complex128]:
+    """Return the centres of casings around their mean, as complex numbers [sides]."""
+    places = centres(angles)
+    flat = places[:, 0] + 1j * places[:, 1]
+    return np.asarray(flat - flat.mean(), dtype=np.complex128)
 
 
 def least_moved(number: int) -> list[str]:

@@ -11,7 +11,7 @@ from magfold_env.ensembles import ensemble
 from magfold_env.fold import FoldStatus
 from magfold_env.paper import states
 from magfold_env.paper.figure_7 import drawn, turned_joints
-from magfold_env.paper.quoted import BUILT_IN, SCORE_S1A, SCORE_S1B
+from magfold_env.paper.quoted import SCORE_S1A, SCORE_S1B
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.report_page import Picture
 
@@ -86,7 +86,7 @@ def claims(measured: Measured) -> list[Claim]:
             f"{100 * (1 - SCORE_S1B / SCORE_S1A):.2f} %); they differ in joint "
             f"{', '.join(map(str, joints))}.",
             0.99 * scores["S1A"] > scores["S1B"] > scores["S1A"],
-            BUILT_IN,
+            built_in=True,
         )
     ]
     for name, stated in STATED.items():

@@ -9,7 +9,7 @@ import numpy as np
 
 from magfold_env.benchmarks.part import Progress, Row, Table
 from magfold_env.paper import states
-from magfold_env.paper.quoted import BUILT_IN, FROM_S2A, FROM_S2C, SEQUENCES
+from magfold_env.paper.quoted import FROM_S2A, FROM_S2C, SEQUENCES
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.report_page import Picture
 from magfold_env.shapes import cells, outline
@@ -93,7 +93,7 @@ def _stable_states(rows: list[Row]) -> Claim:
         "sequences 1 and 2 have several stable states, sequence 3 exactly one.",
         ", ".join(f"sequence {n} has {count}" for n, count in counts.items()) + ".",
         counts[1] > 1 and counts[2] > 1 and counts[3] == 1,
-        BUILT_IN,
+        built_in=True,
     )
 
 
@@ -106,7 +106,7 @@ def _outlines(by_name: dict[str, Row]) -> Claim:
         f"their outlines are {'equal' if same else 'different'}, their scores are "
         f"{scores[0]:.2f} and {scores[1]:.2f} mJ.",
         same and abs(scores[0] - scores[1]) > NEAR * abs(scores[0]),
-        BUILT_IN,
+        built_in=True,
     )
 
 
@@ -122,7 +122,7 @@ def _below_s1c(rows: list[Row]) -> Claim:
         len(below) - len(conflicts) == 2
         and below[0]["state"] == "S1A"
         and [row["conflicts"] for row in conflicts] == ["4-5"],
-        BUILT_IN,
+        built_in=True,
     )
 
 
@@ -144,7 +144,7 @@ def _global_minimum(rows: list[Row], by_name: dict[str, Row]) -> Claim:
         and "3-6" in str(best["touching"]).split(", ")
         and more > 0
         and straight,
-        BUILT_IN,
+        built_in=True,
     )
 
 
@@ -155,7 +155,7 @@ def _positive(by_name: dict[str, Row]) -> Claim:
         "inside a component count.",
         ", ".join(f"{name} {score:+.3f} mJ" for name, score in scores.items()) + ".",
         min(scores.values()) > 0.0,
-        BUILT_IN,
+        built_in=True,
     )
 
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from magfold_env.energy.along import energies_along
+from magfold_env.fold import FoldStatus, Trajectory
 from magfold_env.paper import states
 from magfold_env.paper.quoted import COMPUTATIONS, FRAME_RATE, MAGNET_CHARGE, SNAP
 from magfold_env.scene import Scene
@@ -37,8 +39,10 @@ class Motion:
     """Headings [rad], shape (m, n)."""
     end: float
     """When the chain came to rest, or `UNTIL` [s]."""
-    status: str
-    """How it ended."""
+    ended: str
+    """How: a `FoldStatus`, or still moving."""
+    gained: float
+    """The most by which kinetic and magnetic energy were above those at the start [J]."""
 
     @property
     def joints(self) -> Floats:
@@ -101,7 +105,15 @@ def follow(scene: Scene) -> Motion:
     last = fold.angles if np.isfinite(fold.angles).all() else seen.angles[-1]
     padding = np.tile(last, (max(time.size - len(seen), 0), 1))
     angles = np.concatenate([seen.angles, padding])[: time.size]
-    return Motion(fold.scene, time, angles, min(fold.time, UNTIL), fold.status.value)
+    moving = fold.status is FoldStatus.UNSETTLED
+    ended = "still moving" if moving else fold.status.value
+    return Motion(fold.scene, time, angles, min(fold.time, UNTIL), ended, _gain(fold.scene, seen))
+
+
+def _gain(scene: Scene, seen: Trajectory) -> float:
+    found = energies_along(scene, seen)
+    total = found.kinetic + found.magnetic
+    return float((total - total[0]).max())
 
 
 def squared_error(one: Motion, other: Motion) -> Floats:

@@ -19,11 +19,6 @@ TABLE_1: dict[int, dict[Mode, str]] = {
 }
 """Where the component-by-component search ends, by sequence and direction."""
 
-BUILT_IN = (
-    "No evidence: the sequences, which the text does not give, were reconstructed so that this "
-    "holds."
-)
-
 SCORE_S1A, SCORE_S1B = -25.8098, -25.6527
 """Coulomb energies of Figure 19; no unit is given, mJ is the right order."""
 

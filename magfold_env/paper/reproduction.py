@@ -5,13 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from magfold_env.benchmarks.part import Progress, Row, Table
-from magfold_env.report_page import Picture, Verdict
+from magfold_env.report_page import Picture, Tone, Verdict
 
 Measured = dict[str, list[Row]]
 """Rows by what they are of, plain values throughout; the rows of one have equal keys."""
+
+
+Outcome = Literal["agrees", "agrees by construction", "disagrees", "cannot be compared"]
+
+BUILT_IN = (
+    "The sequences, which the text does not give, were reconstructed so that this holds: it is no "
+    "evidence."
+)
+_TONES: dict[Outcome, Tone] = {"agrees": "good", "disagrees": "bad"}
 
 
 class Claim(NamedTuple):
@@ -25,17 +34,24 @@ class Claim(NamedTuple):
     """Whether they agree, going by those numbers; None where they cannot be compared."""
     why: str = ""
     """The reason, if one is known."""
+    built_in: bool = False
+    """Whether the sequences were reconstructed so that it holds."""
 
     @property
-    def word(self) -> str:
-        """Return the verdict in a word or two."""
-        return {True: "Agrees", False: "Disagrees", None: "Cannot be compared"}[self.holds]
+    def outcome(self) -> Outcome:
+        """What the comparison came to."""
+        if self.holds is None:
+            return "cannot be compared"
+        if not self.holds:
+            return "disagrees"
+        return "agrees by construction" if self.built_in else "agrees"
 
     def to_verdict(self) -> Verdict:
         """Return the claim as a block of a page."""
-        why = f" {self.why}" if self.why else ""
-        tone = "plain" if self.holds is None else "good" if self.holds else "bad"
-        return Verdict(self.word, f"The paper: {self.stated} Here: {self.found}{why}", tone)
+        why = BUILT_IN if self.outcome == "agrees by construction" else self.why
+        more = [f"Here: {self.found}", *([f"Why: {why}"] if why else [])]
+        tone = _TONES.get(self.outcome, "plain")
+        return Verdict(self.outcome.capitalize(), f"The paper: {self.stated}", tone, more)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 from magfold_env.benchmarks.part import Progress, Row, Table
 from magfold_env.energy import minimise
 from magfold_env.paper import states
-from magfold_env.paper.quoted import BUILT_IN, TABLE_1
+from magfold_env.paper.quoted import TABLE_1
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.report_page import Picture
 
@@ -62,7 +62,7 @@ def _claim(model: states.Model, rows: list[Row]) -> Claim:
         f"with {states.MODELS[model]}, {len(equal)} of {len(rows)} are the same"
         + (f": {named}." if named else "."),
         not others,
-        BUILT_IN,
+        built_in=True,
     )
 
 
