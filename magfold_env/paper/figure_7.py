@@ -129,7 +129,7 @@ def _below_s1c(rows: list[Row]) -> Claim:
 def _global_minimum(rows: list[Row], by_name: dict[str, Row]) -> Claim:
     best, s2b = by_name["S2A"], by_name["S2B"]
     others = [r for r in select(rows, sequence=2, stable="yes") if r["state"] != "S2A"]
-    more = int(best["contacts"]) - max(int(row["contacts"]) for row in others)
+    more = int(best["contacts"]) - max((int(row["contacts"]) for row in others), default=0)
     turned = turned_joints(str(best["word"]), str(s2b["word"]))
     straight = is_straight(str(s2b["word"]))
     return Claim(

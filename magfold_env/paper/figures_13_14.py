@@ -15,7 +15,7 @@ from magfold_env.paper.quoted import ANGLE, DISPLACEMENT, SNAP
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.paper.states import word_of
 from magfold_env.plotting import GRID, INK, figure_class, save_figure
-from magfold_env.report_page import Picture
+from magfold_env.report_page import Picture, cell_text
 
 LIKE = 2.0
 """Distances within this factor of the paper's count as like it."""
@@ -77,6 +77,7 @@ def _fold_row(name: str, made_by: str, motion: Motion) -> Row:
         "ended": motion.ended,
         "at [s]": motion.end,
         "joints in the order in which they shut": " ".join(map(str, snaps)) or "none",
+        "magnets set free [mJ]": 1e3 * motion.freed,
         "energy won [mJ]": 1e3 * motion.gained,
     }
 
@@ -168,13 +169,15 @@ def _passive(name: str, folds: dict[str, Row]) -> Claim:
         f"components snap together without bouncing, and the collision handling approximates the "
         f"transfer of impulse ({name}).",
         "kinetic and magnetic energy, which friction and impacts can only lessen, rise above those "
-        f"at the start by {won[PAPER]:.2g} mJ with the paper's solver, by "
-        f"{max(won[OURS], won[DEVICE]):.1g} mJ at most with this project's.",
+        f"at the start by {cell_text(won[PAPER])} mJ with the paper's solver, by "
+        f"{cell_text(max(won[OURS], won[DEVICE]))} mJ at most with this project's, whose fold with "
+        f"the same points sets {cell_text(folds[OURS]['magnets set free [mJ]'])} mJ free.",
         won[PAPER] <= WINS,
         ""
         if won[PAPER] <= WINS
-        else "To set an angle and to average two rates keeps neither momentum nor energy: the "
-        "chain is thrown about.",
+        else "To set an angle and to average two rates keeps neither momentum nor energy, and "
+        "point charges that pass close by each other in one step may win any amount: the chain is "
+        "thrown about.",
     )
 
 

@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.energy.along import energies_along
-from magfold_env.fold import FoldStatus, Trajectory
+from magfold_env.fold import FoldStatus
 from magfold_env.paper import states
 from magfold_env.paper.quoted import COMPUTATIONS, FRAME_RATE, MAGNET_CHARGE, SNAP
 from magfold_env.scene import Scene
 from magfold_env.scene_io import load_scene
 from magfold_env.shapes import angles_to_word, centres
-from magfold_env.simulate import simulate
+from magfold_env.simulate import energy, simulate
 
 Floats = npt.NDArray[np.float64]
 
@@ -43,6 +43,8 @@ class Motion:
     """How: a `FoldStatus`, or still moving."""
     gained: float
     """The most by which kinetic and magnetic energy were above those at the start [J]."""
+    freed: float
+    """What the magnets have less at the end than at the start [J]."""
 
     @property
     def joints(self) -> Floats:
@@ -107,13 +109,17 @@ def follow(scene: Scene) -> Motion:
     angles = np.concatenate([seen.angles, padding])[: time.size]
     moving = fold.status is FoldStatus.UNSETTLED
     ended = "still moving" if moving else fold.status.value
-    return Motion(fold.scene, time, angles, min(fold.time, UNTIL), ended, _gain(fold.scene, seen))
-
-
-def _gain(scene: Scene, seen: Trajectory) -> float:
-    found = energies_along(scene, seen)
-    total = found.kinetic + found.magnetic
-    return float((total - total[0]).max())
+    energies = energies_along(fold.scene, seen)
+    total = energies.kinetic + energies.magnetic
+    return Motion(
+        fold.scene,
+        time,
+        angles,
+        end=min(fold.time, UNTIL),
+        ended=ended,
+        gained=float((total - total[0]).max()),
+        freed=float(energies.magnetic[0] - energy(fold.scene, last)),
+    )
 
 
 def squared_error(one: Motion, other: Motion) -> Floats:

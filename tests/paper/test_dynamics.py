@@ -1,0 +1,207 @@
+"""Figures 11 to 16: what is said of errors and times follows from the numbers."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from magfold_env.benchmarks.dynamics.chain_contenders import DENSE, SCALAR
+from magfold_env.benchmarks.dynamics.integrators import EULER, VERLET
+from magfold_env.benchmarks.part import Row
+from magfold_env.paper import (
+    figure_11,
+    figure_12,
+    figure_15,
+    figure_16,
+    figures_13_14,
+    motions,
+    pendulum,
+)
+from magfold_env.paper.reproduction import Measured
+from magfold_env.report_page import PNG_START
+from tests.paper.measured import changed, outcomes
+
+CASES = (motions.HALF, motions.WHOLE)
+
+
+def steps(own: float = 1e-4) -> Measured:
+    """Errors of first order that end in one word, all alike."""
+    means: list[Row] = []
+    for name in CASES:
+        for count in (1, 5, 20):
+            row: Row = {"charge": name, "steps a frame": count, "Δt [ms]": 1e3 / (240.0 * count)}
+            row[figure_11.ERROR] = 1.0
+            early = {figure_11.ERROR: 1e-2, figure_11.OWN: own, figure_11.SMOOTH: own}
+            row |= {figure_11.EARLY + key: error / count**2 for key, error in early.items()}
+            ends = {"word": "LRLLL", "ended": "folded", "reference": "LRLLL"}
+            means.append({**row, **ends, "reference ended": "folded"})
+    return {"means": means}
+
+
+def test_figure_11_agrees_where_errors_are_small_and_ends_equal() -> None:
+    assert outcomes(figure_11.claims(steps())) == ["agrees"] * 4
+
+
+def test_figure_11_disagrees_with_large_errors() -> None:
+    found = outcomes(figure_11.claims(steps(own=0.1)))
+    assert found == ["disagrees", "agrees"] * 2
+
+
+def test_figure_11_disagrees_where_finer_steps_end_otherwise() -> None:
+    where: Row = {"charge": motions.HALF, "steps a frame": 20}
+    found = figure_11.claims(changed(steps(), "means", where, word="RRRRR"))
+    assert outcomes(found) == ["agrees", "disagrees", "agrees", "agrees"]
+    assert "LRLLL, RRRRR" in found[1].found
+
+
+def test_the_power_of_the_step_is_found() -> None:
+    rows = [row for row in steps()["means"] if row["charge"] == motions.HALF]
+    assert figure_11.power(rows, figure_11.EARLY + figure_11.OWN) == pytest.approx(2.0)
+
+
+def points(word: str, difference: float, force: float) -> Measured:
+    means: list[Row] = [
+        {
+            "charge": name,
+            "h": h,
+            figure_12.EARLY + figure_12.MANY: difference,
+            "whole fold, " + figure_12.MANY: difference,
+            "word": word if h == 3 else "LRLLL",
+            "reference": "LRLLL",
+            "reference ended": "folded",
+        }
+        for name in CASES
+        for h in figure_12.COUNTS
+    ]
+    forces: list[Row] = [
+        {"gap [mm]": gap, "h": h, "magnets / exact": force}
+        for h in figure_12.COUNTS
+        for gap in (0.5, 1.0, 2.0)
+    ]
+    return {"means": means, "forces": forces}
+
+
+def test_figure_12_judges_difference_end_and_force() -> None:
+    assert outcomes(figure_12.claims(points("LRLLL", 1e-4, 1.01))) == ["agrees"] * 5
+    assert outcomes(figure_12.claims(points("LRLLL", 0.1, 5.0))) == ["disagrees"] * 5
+    other = outcomes(figure_12.claims(points("RRRRR", 1e-4, 1.01)))
+    assert other == ["agrees", "disagrees", "agrees", "disagrees", "agrees"]
+
+
+ORDER = "joints in the order in which they shut"
+
+
+def followed() -> Measured:
+    folds: list[Row] = [
+        {"charge": name, "made by": made_by, "word": "LRLLL", "ended": "folded",
+         ORDER: "1 2 3", "energy won [mJ]": 0.0, "magnets set free [mJ]": 9.0}
+        for name in CASES
+        for made_by in (figures_13_14.PAPER, figures_13_14.OURS, figures_13_14.DEVICE)
+    ]  # fmt: skip
+    apart: list[Row] = [
+        {"charge": motions.WHOLE, "different": "both", "displacement [mm]": 8.0,
+         "before the first snap [mm]": 1.0, "angle [rad]": 0.4, "before the first snap [rad]": 0.1,
+         "largest jump [mm]": 5.0, "jump at [s]": 0.1, "snap beside it": "yes"}
+    ]  # fmt: skip
+    return {"folds": folds, "differences": apart}
+
+
+SHAPES, PASSIVE = slice(0, 2), slice(2, 4)
+DISTANCES, SHUT, JUMPS = slice(4, 6), 6, 7
+PAPER: Row = {"charge": motions.WHOLE, "made by": figures_13_14.PAPER}
+
+
+def test_figures_13_and_14_judge_shape_energy_distance_order_and_jumps() -> None:
+    found = outcomes(figures_13_14.claims(followed()))
+    assert found[SHAPES] == found[PASSIVE] == found[DISTANCES] == ["agrees"] * 2
+    assert found[SHUT] == "disagrees"  # the paper says that the orders differ
+    assert found[JUMPS] == "agrees"
+
+
+def test_figures_13_and_14_disagree_with_other_numbers() -> None:
+    measured = changed(followed(), "folds", PAPER, **{"energy won [mJ]": 7.0, ORDER: "2 1 3"})
+    far = {"displacement [mm]": 40.0, "angle [rad]": 2.0, "snap beside it": "no"}
+    found = outcomes(figures_13_14.claims(changed(measured, "differences", {}, **far)))
+    assert found[PASSIVE] == ["agrees", "disagrees"]
+    assert found[DISTANCES] == ["disagrees"] * 2
+    assert (found[SHUT], found[JUMPS]) == ("agrees", "disagrees")
+
+
+def test_distances_between_different_shapes_are_not_compared() -> None:
+    found = outcomes(figures_13_14.claims(changed(followed(), "folds", PAPER, word="RRRRR")))
+    assert found[SHAPES] == ["agrees", "disagrees"]
+    assert found[DISTANCES] == ["cannot be compared"] * 2
+
+
+def test_a_swinging_pendulum_keeps_its_energy() -> None:
+    assert pendulum.engine_change(1.0 / 1200.0, 1e-9) < 1e-9
+
+
+def test_the_energy_to_swing_with_is_that_of_the_centres() -> None:
+    scene = pendulum.problem().scene
+    gravity = float(np.hypot(*scene.gravity.in_plane))
+    below = scene.casing.diagonal * (np.arange(scene.n) + 0.5)
+    assert pendulum.depth(scene) == pytest.approx(gravity * float(scene.masses @ below))
+
+
+def test_what_broke_down_changes_the_energy_beyond_measure() -> None:
+    scene = pendulum.problem().scene
+    angles = np.full((3, scene.n), np.nan)
+    assert pendulum.change(scene, angles, np.zeros_like(angles)) == np.inf
+
+
+@pytest.mark.slow
+def test_double_euler_changes_the_energy_more_than_verlet_and_less_with_smaller_steps() -> None:
+    coarse, fine = 1.0 / 1200.0, 1.0 / 12_000.0
+    changes = [pendulum.integrator_change(EULER, step, 1e-4) for step in (coarse, fine)]
+    assert changes[0] > changes[1]
+    assert changes[0] > pendulum.integrator_change(VERLET, coarse, 1e-4)
+
+
+def energies(euler: tuple[float, ...], tight: float, other: float) -> Measured:
+    names = {EULER.name: euler, "better": (other,) * 3}
+    names["this project's solver, tolerance 1e-10"] = (tight,) * 3
+    rows: list[Row] = [
+        {"integrator": name, "steps a frame": n, "Δt [ms]": 4.0 / n, figure_15.CHANGE: change}
+        for name, changes in names.items()
+        for n, change in zip((1, 5, 20), changes, strict=True)
+    ]
+    return {"energy": rows, "broke-down": []}
+
+
+def test_figure_15_judges_the_fall_and_what_better_methods_do() -> None:
+    assert outcomes(figure_15.claims(energies((1.0, 0.1, 0.01), 1e-9, 1e-4))) == ["agrees"] * 3
+    rising = outcomes(figure_15.claims(energies((0.01, 0.1, 1.0), 2.0, 3.0)))
+    assert rising == ["disagrees"] * 3
+
+
+def test_figure_15_says_where_euler_breaks_down() -> None:
+    measured = energies((1.0, 0.1, 0.01), 1e-9, 1e-4)
+    lost: Row = {"integrator": EULER.name, "steps a frame": 0.5, "Δt [ms]": 8.0}
+    found = figure_15.claims(measured | {"broke-down": [lost]})
+    assert "At 8 ms it breaks down." in found[0].found
+
+
+def times(short: float, long: float) -> Measured:
+    """Times that grow with one power of n up to 60 and another one up to 450."""
+    rows: list[Row] = []
+    for n in (1, 6, 20, 60, 200, 450):
+        dense = 60.0**short * (n / 60.0) ** (short if n <= 60 else long)
+        rows.append({"contender": DENSE, "n": n, "time [µs]": dense, "times one chain's": 7.0})
+        rows.append({"contender": SCALAR, "n": n, "time [µs]": 0.1 * n, "times one chain's": 1.0})
+    return {"times": rows, "absent": [{"peer": "a peer"}]}
+
+
+def test_figure_16_judges_powers_of_the_length() -> None:
+    agreeing = outcomes(figure_16.claims(times(1.0, 2.0)))
+    assert agreeing == ["agrees", "agrees", "cannot be compared"]
+    other = outcomes(figure_16.claims(times(2.0, 3.0)))
+    assert other == ["disagrees", "disagrees", "cannot be compared"]
+    rows = times(1.0, 2.0)["times"]
+    assert figure_16.power(rows, DENSE, 60, 450) == pytest.approx(2.0)
+    assert figure_16.power(rows, SCALAR, 6, 450) == pytest.approx(1.0)
+
+
+def test_a_picture_is_drawn(tmp_path: Path) -> None:
+    (picture,) = figure_15.draw(energies((1.0, 0.1, 0.01), 1e-9, 1e-4), tmp_path)
+    assert picture.path.read_bytes().startswith(PNG_START)

@@ -1,0 +1,130 @@
+"""Table 1, and Figures 7 and 19: what is said of energies follows from the numbers."""
+
+from pathlib import Path
+
+import pytest
+
+from magfold_env.paper import figure_7, figure_19, states, table_1
+from magfold_env.paper.reproduction import Measured
+from magfold_env.report_page import PNG_START
+from tests.paper.measured import changed, outcomes
+
+
+def nothing(share: float, what: str) -> None:
+    assert 0.0 <= share <= 1.0
+
+
+@pytest.fixture(scope="module")
+def ends() -> Measured:
+    return table_1.measure(True, nothing)
+
+
+@pytest.fixture(scope="module")
+def folds() -> Measured:
+    return figure_7.measure(True, nothing)
+
+
+def test_table_1_is_the_papers(ends: Measured) -> None:
+    expected = {
+        (1, "forward"): "S1A", (1, "backward"): "S1C", (2, "forward"): "S2B",
+        (2, "backward"): "S2B", (3, "forward"): "S3A", (3, "backward"): "S3A",
+    }  # fmt: skip
+    rows = ends["ends"]
+    assert len(rows) == 2 * len(expected)
+    for row in rows:
+        assert row["state"] == row["in the paper"]
+        assert row["state"] == expected[int(row["sequence"]), str(row["direction"])]
+    assert outcomes(table_1.claims(ends)) == ["agrees by construction"] * 2
+
+
+def test_another_end_disagrees_for_its_model_alone(ends: Measured) -> None:
+    where = {"sequence": 1, "direction": "backward", "magnets": "device"}
+    other = changed(ends, "ends", where, state="S1A")
+    literal, device = table_1.claims(other)
+    assert literal.outcome == "agrees by construction"
+    assert device.outcome == "disagrees"
+    assert "5 of 6" in device.found
+    assert "sequence 1 backward ends in S1A" in device.found
+
+
+def test_names_go_by_energy_stable_states_first() -> None:
+    assert states.names(1) == {
+        "LRLLL": "S1A", "RRLLL": "S1B", "LRLLR": "S1C", "RRLLR": "S1D", "LRRRL": "S1E"
+    }  # fmt: skip
+    for number in (1, 2, 3):
+        words = states.names(number)
+        assert sorted(words.values()) == [f"S{number}{letter}" for letter in "ABCDE"]
+        assert all(states.word_of(name) == word for word, name in words.items())
+
+
+def test_figure_7_lists_every_full_fold_by_energy(folds: Measured) -> None:
+    for number in (1, 2, 3):
+        rows = [row for row in folds["states"] if row["sequence"] == number]
+        scores = [float(row["score [mJ]"]) for row in rows]
+        assert len(rows) == 26
+        assert scores == sorted(scores)
+        assert all((row["stable"] == "yes") == (not row["conflicts"]) for row in rows)
+
+
+SAID = ["stable", "outlines", "below S1C", "S2A", "positive", "S2A's", "S2C's", "compact"]
+
+
+@pytest.mark.parametrize(
+    ("where", "change", "claim"),
+    [
+        ({"sequence": 2, "stable": "yes"}, {"stable": "no"}, "stable"),
+        ({"state": "S3A"}, {"score [mJ]": -26.6765}, "outlines"),
+        ({"state": "S1E"}, {"conflicts": "2-3"}, "below S1C"),
+        ({"state": "S2A"}, {"rank": 2}, "S2A"),
+        ({"state": "S2A"}, {"contacts": 5}, "S2A"),
+        ({"state": "S2B"}, {"word": "LRRRL"}, "S2A"),
+        ({"state": "S2A"}, {"score [mJ]": -0.1}, "positive"),
+        ({"state": "S1A"}, {"contacts": 1}, "compact"),
+    ],
+)
+def test_figure_7_disagrees_with_other_numbers(
+    folds: Measured, where: dict[str, str | int], change: dict[str, object], claim: str
+) -> None:
+    before = dict(zip(SAID, outcomes(figure_7.claims(folds)), strict=True))
+    after = outcomes(figure_7.claims(changed(folds, "states", {**where}, **change)))
+    assert before[claim].startswith("agrees")
+    assert dict(zip(SAID, after, strict=True))[claim] == "disagrees"
+
+
+def test_the_printed_distances_of_energies_agree_with_themselves(folds: Measured) -> None:
+    assert outcomes(figure_7.claims(folds))[5:7] == ["disagrees"] * 2
+    fitting = changed(folds, "states", {"state": "S2A"}, **{"score [mJ]": 1.0 - 0.5589})
+    fitting = changed(fitting, "states", {"state": "S2B"}, **{"score [mJ]": 1.0})
+    fitting = changed(fitting, "states", {"state": "S2C"}, **{"score [mJ]": 1.0875})
+    assert outcomes(figure_7.claims(fitting))[5:7] == ["agrees"] * 2
+
+
+def test_figure_7_draws_five_states_of_each_sequence(folds: Measured, tmp_path: Path) -> None:
+    pictures = figure_7.draw(folds, tmp_path)
+    assert len(pictures) == 3
+    for number, picture in enumerate(pictures, start=1):
+        assert picture.path.read_bytes().startswith(PNG_START)
+        assert f"S{number}A" in picture.caption
+
+
+def test_conflicts_are_drawn_where_they_are(folds: Measured) -> None:
+    row = next(row for row in folds["states"] if row["state"] == "S1E")
+    assert figure_7.drawn(row).conflicts == ((4, 5),)
+    assert figure_7.drawn(row | {"conflicts": "1-2, 4-5"}).conflicts == ((1, 2), (4, 5))
+    assert figure_7.drawn(row | {"conflicts": ""}).conflicts == ()
+
+
+def of_figure_19(a: float, b: float, share: float) -> Measured:
+    states_of = [
+        {"state": name, "word": states.word_of(name), "score [mJ]": score}
+        for name, score in (("S1A", a), ("S1B", b))
+    ]
+    releases = {"mode": "free", "releases": 9, "state": "S1B", "share": share}
+    return {"states": states_of, "releases": [releases | {"low": share / 2, "high": 2 * share}]}
+
+
+def test_figure_19_agrees_with_the_printed_numbers_and_with_no_others() -> None:
+    fitting = of_figure_19(-25.8098, -25.6527, 0.0)
+    assert outcomes(figure_19.claims(fitting)) == ["agrees by construction", *["agrees"] * 3]
+    other = of_figure_19(-25.0, -26.0, 0.1)
+    assert outcomes(figure_19.claims(other)) == ["disagrees"] * 4

@@ -1,0 +1,101 @@
+"""Figure 18: what is said of outcomes follows from their shares; what least movement is."""
+
+import numpy as np
+import pytest
+
+from magfold_env.benchmarks.part import Row
+from magfold_env.paper import figure_18
+from magfold_env.paper.reproduction import Measured
+from magfold_env.shapes import centres, headings, mirror, reverse, word_to_angles
+from magfold_env.statistics import share
+from tests.paper.measured import outcomes
+
+Ends = dict[tuple[int, str], list[tuple[str, str, int]]]
+
+AGREEING: Ends = {
+    (1, "free"): [("LRLLR", "folded", 80), ("LRLLL", "folded", 20)],
+    (1, "forward"): [("LRRLL", "folded", 90), ("LRSLL", "misfolded", 10)],
+    (1, "backward"): [("LRLLL", "folded", 45), ("LRLLR", "folded", 40), ("RRLLL", "folded", 15)],
+    (2, "free"): [("LRLRL", "folded", 100)],
+    (2, "forward"): [("LRLRL", "folded", 60), ("LRLLL", "folded", 40)],
+    (2, "backward"): [("LRLRL", "folded", 35), ("LRLLL", "folded", 33), ("LRRLL", "folded", 32)],
+    (3, "free"): [("LRLLL", "folded", 80), ("LRLSS", "misfolded", 20)],
+    (3, "forward"): [("LRLLL", "folded", 60), ("LRLSL", "misfolded", 40)],
+    (3, "backward"): [("LRLLL", "folded", 100)],
+}
+SAID = (
+    "1 free", "1 forward", "2 free", "2 forward", "split 1", "split 2", "named", "only S3A",
+    "misfolds", "modes",
+)  # fmt: skip
+
+
+def measured(ends: Ends) -> Measured:
+    rows: list[Row] = []
+    for (sequence, mode), outcome in ends.items():
+        for word, status, count in outcome:
+            found = share(count, 100)
+            row: Row = {"sequence": sequence, "mode": mode, "runs": 100, "word": word}
+            row |= {"status": status, "probability": found.rate}
+            rows.append(row | {"low": found.low, "high": found.high})
+    return {"bars": rows}
+
+
+def judged(ends: Ends) -> dict[str, str]:
+    return dict(zip(SAID, outcomes(figure_18.claims(measured(ends))), strict=True))
+
+
+def test_the_papers_words_agree_with_themselves() -> None:
+    assert judged(AGREEING) == dict.fromkeys(SAID, "agrees")
+
+
+@pytest.mark.parametrize(
+    ("case", "ends", "claim"),
+    [
+        ((1, "free"), [("LRLLL", "folded", 60), ("LRLLR", "folded", 40)], "1 free"),
+        ((1, "forward"), [("LRSLR", "misfolded", 100)], "1 forward"),
+        ((2, "forward"), [("LRRLL", "folded", 90), ("LRLRL", "folded", 10)], "2 forward"),
+        ((1, "backward"), [("LRLLL", "folded", 90), ("LRLLR", "folded", 10)], "split 1"),
+        ((1, "backward"), [("RRLLL", "folded", 50), ("RRLLR", "folded", 50)], "named"),
+        ((2, "backward"), [("LRLLL", "folded", 100)], "split 2"),
+        ((3, "backward"), [("RRLLL", "folded", 100)], "only S3A"),
+    ],
+)
+def test_other_shares_disagree(
+    case: tuple[int, str], ends: list[tuple[str, str, int]], claim: str
+) -> None:
+    assert judged({**AGREEING, case: ends})[claim] == "disagrees"
+
+
+def test_where_and_when_sequence_3_misfolds() -> None:
+    cases = [key for key in AGREEING if key[0] == 3]
+    never = judged({**AGREEING, **{key: [("LRLLL", "folded", 100)] for key in cases}})
+    assert (never["misfolds"], never["modes"]) == ("cannot be compared", "disagrees")
+    early = [("SRLLL", "misfolded", 90), ("LRLLL", "folded", 10)]
+    assert judged({**AGREEING, (3, "free"): early})["misfolds"] == "disagrees"
+
+
+def test_movement_is_that_of_the_shape() -> None:
+    assert figure_18.movement("SSSSS") == pytest.approx(0.0, abs=1e-12)
+    for word in ("LRLLR", "LLSRL", "LRLRL"):
+        moves = figure_18.movement(word)
+        assert moves > 0.0
+        assert figure_18.movement(mirror(word)) == pytest.approx(moves)
+        assert figure_18.movement(reverse(word)) == pytest.approx(moves)
+
+
+def test_no_turn_makes_the_movement_less() -> None:
+    word = "LRRLS"
+    straight, there = centres(np.zeros(6)), centres(headings(word_to_angles(word)))
+    straight, there = (places - places.mean(axis=0) for places in (straight, there))
+    tried: list[float] = []
+    for turn in np.linspace(0.0, 2.0 * np.pi, 721):
+        c, s = np.cos(turn), np.sin(turn)
+        apart = there @ np.array([[c, s], [-s, c]]) - straight
+        tried.append(float(np.sqrt((apart**2).sum(axis=1).mean())))
+    assert figure_18.movement(word) == pytest.approx(min(tried), rel=1e-4)
+    assert figure_18.movement(word) <= min(tried) + 1e-12
+
+
+def test_the_straight_line_moves_least_in_sequence_2() -> None:
+    assert figure_18.least_moved(2) == ["LRLRL"]
+    assert "LRLLL" not in figure_18.least_moved(1)

@@ -1,0 +1,138 @@
+"""Runs: part by part, kept, resumed; the page they write."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from magfold_env.benchmarks.part import Progress, Table
+from magfold_env.checkpoint import CheckpointError
+from magfold_env.paper import run
+from magfold_env.paper.page import Done, overview, page
+from magfold_env.paper.parts import PARTS
+from magfold_env.paper.reproduction import Claim, Measured, Reproduction
+from magfold_env.report_page import render
+
+
+def nothing(share: float, what: str) -> None:
+    assert 0.0 <= share <= 1.0
+
+
+def part(name: str, measure: Callable[[bool, Progress], Measured]) -> Reproduction:
+    return Reproduction(
+        name,
+        f"Figure {name}",
+        shows="what it shows",
+        computed="what is computed",
+        missing="what is missing",
+        measure=measure,
+        tables=lambda measured: [Table("numbers", measured["numbers"])],
+        claims=lambda measured: [
+            Claim("three.", f"{measured['numbers'][0]['n']}.", measured["numbers"][0]["n"] == 3)
+        ],
+        draw=lambda measured, folder: [],
+    )
+
+
+class Counted:
+    """Measures a number, and counts how often; fails if asked to."""
+
+    def __init__(self, number: int) -> None:
+        self.number, self.calls, self.fails = number, 0, False
+
+    def __call__(self, quick: bool, progress: Progress) -> Measured:
+        if self.fails:
+            raise KeyboardInterrupt
+        self.calls += 1
+        progress(0.5, "half")
+        return {"numbers": [{"n": self.number}]}
+
+
+@pytest.fixture
+def two(monkeypatch: pytest.MonkeyPatch) -> tuple[Counted, Counted]:
+    three, four = Counted(3), Counted(4)
+    parts = {"a": part("a", three), "b": part("b", four)}
+    monkeypatch.setattr(run, "PARTS", parts)
+    return three, four
+
+
+def test_a_run_writes_page_and_numbers(two: tuple[Counted, Counted], tmp_path: Path) -> None:
+    done = run.run([], True, tmp_path / "out", nothing)
+    assert [each.claims[0].outcome for each in done] == ["agrees", "disagrees"]
+    text = (tmp_path / "out" / run.PAGE).read_text(encoding="utf-8")
+    assert "Figure a" in text
+    data = json.loads((tmp_path / "out" / run.NUMBERS).read_text(encoding="utf-8"))
+    assert data["parts"]["b"]["measured"] == {"numbers": [{"n": 4}]}
+    assert (tmp_path / "out" / "a-numbers.csv").read_text(encoding="utf-8") == "n\n3\n"
+
+
+def test_a_killed_run_goes_on_where_it_stopped(
+    two: tuple[Counted, Counted], tmp_path: Path
+) -> None:
+    three, four = two
+    four.fails = True
+    with pytest.raises(KeyboardInterrupt):
+        run.run([], False, tmp_path, nothing)
+    assert "Figure a" in (tmp_path / run.PAGE).read_text(encoding="utf-8")
+    four.fails = False
+    assert len(run.run([], False, tmp_path, nothing)) == 2
+    assert (three.calls, four.calls) == (1, 1)
+
+
+def test_one_part_joins_the_others_on_the_page(
+    two: tuple[Counted, Counted], tmp_path: Path
+) -> None:
+    assert [each.part.name for each in run.run(["b"], False, tmp_path, nothing)] == ["b"]
+    assert [each.part.name for each in run.run(["a"], False, tmp_path, nothing)] == ["a", "b"]
+    assert [each.part.name for each in run.run(["b"], False, tmp_path, nothing)] == ["a", "b"]
+    assert (two[0].calls, two[1].calls) == (1, 1)
+
+
+def test_quick_and_full_runs_are_kept_apart(two: tuple[Counted, Counted], tmp_path: Path) -> None:
+    run.run(["a"], True, tmp_path, nothing)
+    run.run(["a"], False, tmp_path, nothing)
+    assert two[0].calls == 2
+
+
+def test_numbers_of_other_physics_are_not_taken(
+    two: tuple[Counted, Counted], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run.run(["a"], True, tmp_path, nothing)
+    monkeypatch.setattr(run, "physics_digest", lambda: "other")
+    with pytest.raises(CheckpointError, match=r"whose physics is .* give another folder"):
+        run.run(["a"], True, tmp_path, nothing)
+
+
+def test_an_unknown_part_is_refused_before_anything_is_made(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="'figure-2' is not allowed; must be one of table-1, "):
+        run.run(["figure-2"], True, tmp_path / "out", nothing)
+    assert not (tmp_path / "out").exists()
+
+
+def test_parts_are_chosen_in_the_papers_order() -> None:
+    assert [each.name for each in run.choose(["figure-18", "table-1"])] == ["table-1", "figure-18"]
+    assert [each.name for each in run.choose([])] == list(PARTS)
+
+
+def test_the_page_takes_nothing_from_elsewhere_and_says_all() -> None:
+    claims = [
+        Claim("one.", "two.", True),
+        Claim("three.", "four.", False, "five."),
+        Claim("six.", "seven.", None),
+        Claim("eight.", "nine.", True, built_in=True),
+    ]
+    made = part("a", Counted(3))
+    made = Reproduction(**{**vars(made), "claims": lambda measured: claims})
+    machine = {"time": "now", "commit": "this"}
+    done = [Done(made, {"numbers": [{"n": 3}]}, machine, 1.0, [])]
+    text = render(page(done, quick=True))
+    addresses = re.findall(r'(?:src|href)="([^"]*)"', text)
+    assert all(address.startswith(("data:", "#")) for address in addresses)
+    assert not re.search(r"https?:|url\(|<script", text)
+    for said in ("Agrees", "Disagrees", "Cannot be compared", "Agrees by construction", "five."):
+        assert said in text
+    assert list(overview(done).rows[0].values())[1:] == [1, 1, 1, 1]
+    assert "--quick" in text
+    assert "Made with" not in render(page(done, quick=False))

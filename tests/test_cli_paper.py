@@ -1,0 +1,40 @@
+"""The `magfold paper` command."""
+
+from pathlib import Path
+
+import pytest
+
+from magfold_env.paper.parts import PARTS
+from tests.command_line import fails_in_one_line, run
+
+
+def test_help_names_every_part() -> None:
+    said = " ".join(run("paper", "--help").stdout.split())
+    *others, last = PARTS
+    assert f"{', '.join(others)} or {last}; may repeat." in said
+
+
+def test_an_unknown_part_is_told_with_those_there_are(tmp_path: Path) -> None:
+    result = run("paper", "--only", "figure-99", "--out", tmp_path / "out")
+    fails_in_one_line(result, "--only: 'figure-99' is not allowed", *PARTS)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_table_is_reproduced(tmp_path: Path) -> None:
+    result = run("paper", "--only", "table-1", "--quick", "--out", tmp_path)
+    assert result.exit_code == 0
+    assert "Table 1: energy minimisation" in result.stdout
+    text = (tmp_path / "paper.html").read_text(encoding="utf-8")
+    assert "S1C (LRLLR)" in text
+    assert "Agrees by construction" in text
+
+
+@pytest.mark.slow
+def test_everything_is_reproduced(tmp_path: Path) -> None:
+    result = run("paper", "--quick", "--out", tmp_path)
+    assert result.exit_code == 0
+    text = (tmp_path / "paper.html").read_text(encoding="utf-8")
+    for part in PARTS.values():
+        assert part.title in text
+        assert f"magfold paper --only {part.name}" in text
+    assert text.count("data:image/png;base64,") == sum(1 for _ in tmp_path.glob("*.png"))
