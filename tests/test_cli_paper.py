@@ -23,7 +23,7 @@ def test_an_unknown_part_is_told_with_those_there_are(tmp_path: Path) -> None:
 def test_a_table_is_reproduced(tmp_path: Path) -> None:
     result = run("paper", "--only", "table-1", "--quick", "--out", tmp_path)
     assert result.exit_code == 0
-    assert "Table 1: energy minimisation" in result.stdout
+    assert "Table 1 and Figure 6: energy minimisation" in result.stdout
     text = (tmp_path / "paper.html").read_text(encoding="utf-8")
     assert "S1C (LRLLR)" in text
     assert "Agrees by construction" in text

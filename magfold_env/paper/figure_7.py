@@ -45,9 +45,9 @@ def measure(quick: bool, progress: Progress) -> Measured:
                     "state": states.names(number).get(state.word, ""),
                     "word": state.word,
                     "score [mJ]": 1e3 * state.coulomb_score,
-                    "conflicts": _pairs(state.conflicts),
+                    "conflicts": pairs(state.conflicts),
                     "contacts": len(state.contacts),
-                    "touching": _pairs(state.contacts),
+                    "touching": pairs(state.contacts),
                     "stable": "yes" if state.stable else "no",
                 }
             )
@@ -206,8 +206,8 @@ def is_straight(word: str) -> bool:
 
 def drawn(row: Row) -> Drawn:
     """Return what is drawn of a row."""
-    pairs = [pair.split("-") for pair in str(row["conflicts"]).split(", ") if pair]
-    conflicts = tuple((int(first), int(second)) for first, second in pairs)
+    listed = [pair.split("-") for pair in str(row["conflicts"]).split(", ") if pair]
+    conflicts = tuple((int(first), int(second)) for first, second in listed)
     return Drawn(
         str(row["word"]), 1e-3 * float(row["score [mJ]"]), conflicts, row["stable"] == "yes"
     )
@@ -234,8 +234,9 @@ def draw(measured: Measured, folder: Path) -> list[Picture]:
     return pictures
 
 
-def _pairs(pairs: tuple[tuple[int, int], ...]) -> str:
-    return ", ".join(f"{first}-{second}" for first, second in pairs)
+def pairs(touching: tuple[tuple[int, int], ...]) -> str:
+    """Return pairs of components as a text like "1-2, 3-6"."""
+    return ", ".join(f"{first}-{second}" for first, second in touching)
 
 
 REPRODUCTION = Reproduction(

@@ -30,8 +30,6 @@ _LEFT_OUT = (
     "does not give. Nothing on this page has the paper's own sequences.",
     "Figures 4, 5 and 9: pseudo-code. Table 1 and Figure 7 run what 4 and 5 say, Figures 11 to 14 "
     "what 9 says.",
-    "Figure 6: the component-by-component search step by step; magfold minimise paper/sequence-1 "
-    "--mode forward prints its decisions.",
     "Figure 8 and Table 2: symbols of equation 39.",
 )
 _QUICK = (

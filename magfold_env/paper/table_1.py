@@ -1,4 +1,4 @@
-"""Table 1: where the component-by-component search ends."""
+"""Table 1 and Figure 6: the component-by-component search, where it ends and how it gets there."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ from pathlib import Path
 from magfold_env.benchmarks.part import Progress, Row, Table
 from magfold_env.energy import minimise
 from magfold_env.paper import states
+from magfold_env.paper.figure_7 import drawn, pairs
 from magfold_env.paper.quoted import TABLE_1
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.report_page import Picture
+
+SHOWN = 1  # the sequence whose search Figure 6 draws
 
 
 def measure(quick: bool, progress: Progress) -> Measured:
@@ -30,7 +33,34 @@ def measure(quick: bool, progress: Progress) -> Measured:
                         "in the paper": stated,
                     }
                 )
-    return {"ends": rows}
+    return {"ends": rows, "decisions": decisions()}
+
+
+def decisions() -> list[Row]:
+    """Return how the search of sequence 1 decides joint after joint, in both directions."""
+    scene = states.scene_of(SHOWN, "literal")
+    rows: list[Row] = []
+    for direction in TABLE_1[SHOWN]:
+        found = minimise(scene, direction)
+        inside = found.best.coulomb_score - found.best.energy  # the score's constant part
+        letters = ["S"] * (scene.n - 1)
+        for step, decision in enumerate(found.decisions, start=1):
+            letters[decision.joint - 1] = decision.letter
+            least = min(option.energy for option in decision.options)
+            rows.append(
+                {
+                    "direction": direction,
+                    "step": step,
+                    "joint": decision.joint,
+                    "word": "".join(letters),
+                    "score [mJ]": 1e3 * (least + inside),
+                    "conflicts": "",
+                    "stable": "no",
+                }
+            )
+        last = found.best
+        rows[-1] |= {"conflicts": pairs(last.conflicts), "stable": "yes" if last.stable else "no"}
+    return rows
 
 
 def tables(measured: Measured) -> list[Table]:
@@ -67,16 +97,31 @@ def _claim(model: states.Model, rows: list[Row]) -> Claim:
 
 
 def draw(measured: Measured, folder: Path) -> list[Picture]:
-    """Draw nothing: it is a table."""
-    return []
+    """Draw the search of sequence 1 step by step, a picture a direction: Figure 6."""
+    from magfold_env.render import draw_states  # noqa: PLC0415 - an extra
+
+    pictures: list[Picture] = []
+    for direction in TABLE_1[SHOWN]:
+        rows = select(measured["decisions"], direction=direction)
+        path = folder / f"figure-6-{direction}.png"
+        draw_states(states.scene_of(SHOWN, "literal"), [drawn(row) for row in rows], path)
+        order = ", ".join(str(row["joint"]) for row in rows)
+        pictures.append(
+            Picture(
+                path,
+                f"Figure 6's counterpart, {direction}: sequence {SHOWN} after each step of the "
+                f"search, which decides the joints in the order {order}.",
+            )
+        )
+    return pictures
 
 
 REPRODUCTION = Reproduction(
     "table-1",
-    "Table 1: energy minimisation, component by component",
+    "Table 1 and Figure 6: energy minimisation, component by component",
     shows="For each of three sequences the state in which a search ends that turns one joint "
     "after the other, from the first (forward) or from the last (backward): a chain that leaves "
-    "a tube slowly.",
+    "a tube slowly. Figure 6 draws the steps for sequence 1.",
     computed="The same search: the letter of least energy joint by joint, all magnets acting, the "
     "joints to come straight, overlaps left out; once with the paper's point charges, once with "
     "magnets as they are built (charged rectangles, 0.6 T).",

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from magfold_env.energy import minimise
 from magfold_env.paper import figure_7, figure_19, states, table_1
 from magfold_env.paper.reproduction import Measured
 from magfold_env.report_page import PNG_START
@@ -45,6 +46,22 @@ def test_another_end_disagrees_for_its_model_alone(ends: Measured) -> None:
     assert device.outcome == "disagrees"
     assert "5 of 6" in device.found
     assert "sequence 1 backward ends in S1A" in device.found
+
+
+def test_figure_6_decides_one_joint_at_a_time(ends: Measured, tmp_path: Path) -> None:
+    ends_of = {"forward": "LRLLL", "backward": "LRLLR"}
+    for direction, end in ends_of.items():
+        rows = [row for row in ends["decisions"] if row["direction"] == direction]
+        joints = [1, 2, 3, 4, 5] if direction == "forward" else [5, 4, 3, 2, 1]
+        assert [row["joint"] for row in rows] == joints
+        for step, row in enumerate(rows, start=1):
+            decided = set(joints[:step])
+            word = "".join(x if k in decided else "S" for k, x in enumerate(end, start=1))
+            assert row["word"] == word
+            state = minimise(states.scene_of(1, "literal"), top=300).states
+            score = next(s.coulomb_score for s in state if s.word == word)
+            assert row["score [mJ]"] == pytest.approx(1e3 * score)
+    assert len(table_1.draw(ends, tmp_path)) == 2
 
 
 def test_names_go_by_energy_stable_states_first() -> None:
