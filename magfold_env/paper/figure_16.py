@@ -36,7 +36,7 @@ def tables(measured: Measured) -> list[Table]:
         line: Row = {"n": str(n)}
         for name in contenders:
             found = select(rows, contender=name, n=n)
-            line[name] = f"{float(found[0][TIME]):.3g}" if found else ""
+            line[name] = found[0][TIME] if found else ""
         shown.append(line)
     title = "Accelerations of one chain [µs], as many ms for 1000 time steps"
     return [Table(title, shown)]
