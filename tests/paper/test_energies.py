@@ -49,6 +49,8 @@ def test_another_end_disagrees_for_its_model_alone(ends: Measured) -> None:
 
 
 def test_figure_6_decides_one_joint_at_a_time(ends: Measured, tmp_path: Path) -> None:
+    every = minimise(states.scene_of(1, "literal"), top=300).states
+    scores = {state.word: state.coulomb_score for state in every}
     ends_of = {"forward": "LRLLL", "backward": "LRLLR"}
     for direction, end in ends_of.items():
         rows = [row for row in ends["decisions"] if row["direction"] == direction]
@@ -58,9 +60,7 @@ def test_figure_6_decides_one_joint_at_a_time(ends: Measured, tmp_path: Path) ->
             decided = set(joints[:step])
             word = "".join(x if k in decided else "S" for k, x in enumerate(end, start=1))
             assert row["word"] == word
-            state = minimise(states.scene_of(1, "literal"), top=300).states
-            score = next(s.coulomb_score for s in state if s.word == word)
-            assert row["score [mJ]"] == pytest.approx(1e3 * score)
+            assert row["score [mJ]"] == pytest.approx(1e3 * scores[word])
     assert len(table_1.draw(ends, tmp_path)) == 2
 
 
