@@ -30,7 +30,6 @@ COMPUTATIONS = 5  # time steps a frame, chosen after Figure 11
 SNAP = 0.9 * math.pi / 2.0  # equation 40: neighbours snap together beyond
 CHARGES, MANY_CHARGES = 3, 30  # a pole face, Figure 12
 DISPLACEMENT = 8.2e-3  # mean over time and components, Figure 13
-START_DISPLACEMENT = 3e-3  # at t = 0
 ANGLE = 0.442  # mean difference of relative angles, Figure 14
 
 MAGNET_CHARGE = 17.1892  # [A m] equation 7, where each pole face gets half of it
