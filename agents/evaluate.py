@@ -7,17 +7,23 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from agents.callbacks import progress_bar
 from agents.command_errors import errors_told
-from agents.episodes import Outcome, make_env, play_all, players, warm_up
-from agents.gif import save_folds
-from agents.methods import Method, Results, parse_methods
-from agents.page import write_page
-from agents.plots import draw
-from agents.policies import make_policy
-from agents.replays import replays
-from agents.report import REFERENCE, overall_table, summarise, targets_table, write_results
-from agents.settings import EnvSettings, load_settings
+from agents.evaluation.episodes import Outcome, make_env, play_all, players, warm_up
+from agents.evaluation.gif import save_folds
+from agents.evaluation.methods import Method, Results, parse_methods
+from agents.evaluation.page import write_page
+from agents.evaluation.plots import draw
+from agents.evaluation.policies import make_policy
+from agents.evaluation.replays import replays
+from agents.evaluation.report import (
+    REFERENCE,
+    overall_table,
+    summarise,
+    targets_table,
+    write_results,
+)
+from agents.settings.run import EnvSettings, load_settings
+from agents.training.callbacks import progress_bar
 from magfold_env.envs.draws import evaluation_seeds
 
 RANDOM = "random"

@@ -1,4 +1,7 @@
-"""What a network sees of a tube-fed chain: everything counted from the mouth of the tube."""
+"""What a network sees of a tube-fed chain: everything counted from the mouth of the tube.
+
+Saved policies name this module: they load only while it is found here.
+"""
 
 from collections.abc import Mapping
 

@@ -19,12 +19,12 @@ from rich.table import Table
 
 from agents.command_errors import errors_told
 from agents.evaluate import env_settings, evaluate
-from agents.intervals import Estimate, difference, estimate, percent
-from agents.methods import Method, by_target
-from agents.provenance import file_digest, provenance
-from agents.run_folder import Resume
-from agents.settings import EnvSettings, TrainSettings, load_settings
-from agents.training_run import train
+from agents.evaluation.intervals import Estimate, difference, estimate, percent
+from agents.evaluation.methods import Method, by_target
+from agents.evaluation.provenance import file_digest, provenance
+from agents.settings.run import EnvSettings, TrainSettings, load_settings
+from agents.training.folder import Resume
+from agents.training.run import train
 from magfold_env.envs.draws import evaluation_seeds
 from magfold_env.errors import SceneError
 from magfold_env.files import write_text

@@ -1,4 +1,7 @@
-"""The learning rate over a run of several phases."""
+"""The learning rate over a run of several phases.
+
+Saved policies name this module: they load only while it is found here.
+"""
 
 from dataclasses import dataclass
 

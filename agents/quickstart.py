@@ -7,9 +7,9 @@ import joblib
 import typer
 
 from agents.evaluate import compare, env_settings
-from agents.run_folder import Resume
-from agents.settings import load_settings
-from agents.training_run import train
+from agents.settings.run import load_settings
+from agents.training.folder import Resume
+from agents.training.run import train
 
 CONFIG = "ppo-quickstart"
 """Settings of the training."""

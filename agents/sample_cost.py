@@ -23,16 +23,16 @@ from agents.baselines.by_policy import PolicySearch
 from agents.baselines.search import freeze, freeze_unseen
 from agents.baselines.searches import SEARCHES, search_of
 from agents.baselines.store import Chosen
-from agents.callbacks import progress_bar
 from agents.command_errors import errors_told
-from agents.episodes import make_env, play, players, warm_up
 from agents.evaluate import env_settings
-from agents.intervals import Estimate, estimate
-from agents.methods import Method, parse_methods
-from agents.open_loop import FrozenPolicy, OpenLoop
-from agents.policies import Policy, TrainedPolicy
-from agents.provenance import file_digest, provenance
-from agents.settings import EnvSettings
+from agents.evaluation.episodes import make_env, play, players, warm_up
+from agents.evaluation.intervals import Estimate, estimate
+from agents.evaluation.methods import Method, parse_methods
+from agents.evaluation.open_loop import FrozenPolicy, OpenLoop
+from agents.evaluation.policies import Policy, TrainedPolicy
+from agents.evaluation.provenance import file_digest, provenance
+from agents.settings.run import EnvSettings
+from agents.training.callbacks import progress_bar
 from magfold_env.envs.draws import evaluation_seeds
 from magfold_env.files import write_text
 from magfold_env.plotting import COLOURS, GRID, figure_class, save_figure

@@ -15,11 +15,11 @@ from rich.console import Console
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from agents.command_errors import errors_told
-from agents.learners import load_model, save_policy
-from agents.provenance import file_digest
-from agents.run_info import RunInfo
-from agents.settings import EnvSettings
-from agents.shipped import Card, CardError, CardResult, Training, policies_dir
+from agents.evaluation.provenance import file_digest
+from agents.evaluation.shipped import Card, CardError, CardResult, Training, policies_dir
+from agents.settings.run import EnvSettings
+from agents.training.info import RunInfo
+from agents.training.learners import load_model, save_policy
 
 app = typer.Typer(help=__doc__, rich_markup_mode=None, no_args_is_help=True)
 """The command."""

@@ -7,11 +7,11 @@ import typer
 from rich.console import Console
 
 from agents.command_errors import errors_told
-from agents.loggers import import_wandb
-from agents.run_folder import Resume
-from agents.settings import SettingsError, load_settings
-from agents.training_envs import check_envs
-from agents.training_run import DivergedError, train
+from agents.settings.run import SettingsError, load_settings
+from agents.training.envs import check_envs
+from agents.training.folder import Resume
+from agents.training.loggers import import_wandb
+from agents.training.run import DivergedError, train
 from magfold_env.checkpoint import CheckpointError
 
 

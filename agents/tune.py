@@ -6,9 +6,9 @@ from typing import Annotated
 import typer
 
 from agents.command_errors import errors_told
-from agents.settings import SettingsError
-from agents.tuning_settings import load_search
-from agents.tuning_trials import tell_best
+from agents.settings.run import SettingsError
+from agents.tuning.settings import load_search
+from agents.tuning.trials import tell_best
 from magfold_env.checkpoint import CheckpointError
 
 Config = Annotated[str, typer.Argument(help="A YAML file, or a name in configs/tuning.")]
@@ -33,7 +33,7 @@ def main(
 ) -> None:
     """Train with settings drawn from ranges and tell the best; called again, go on."""
     with errors_told(SettingsError, CheckpointError, extras="the extra tune"):
-        from agents.tuning_study import search_here  # noqa: PLC0415 (only searches need Optuna)
+        from agents.tuning.study import search_here  # noqa: PLC0415 (only searches need Optuna)
 
         search = load_search(config, assignments or (), trials)
         folder = output or Path("runs") / search.settings.name

@@ -6,10 +6,10 @@ from typing import Annotated
 import typer
 
 from agents.command_errors import errors_told
-from agents.settings import SettingsError
+from agents.settings.run import SettingsError
 from agents.tune import Assignments, Config, Output, Trials
-from agents.tuning_settings import load_search
-from agents.tuning_trials import tell_best
+from agents.tuning.settings import load_search
+from agents.tuning.trials import tell_best
 
 
 def main(
@@ -25,7 +25,7 @@ def main(
 ) -> None:
     """Spread the trials over a cluster; called again, go on."""
     with errors_told(SettingsError, extras="the extras tune and ray"):
-        from agents.tuning_ray import search_on_ray  # noqa: PLC0415 (needs Ray and Optuna)
+        from agents.tuning.cluster import search_on_ray  # noqa: PLC0415 (needs Ray and Optuna)
 
         search = load_search(config, assignments or (), trials)
         folder = output or Path("runs") / search.settings.name

@@ -118,6 +118,7 @@ class Solver(Part):
     time_step: Positive = 1.0 / 1200.0
     """Step [s] (`paper`)."""
     max_steps: Annotated[int, Strict(), Limits(ge=1)] = 200_000
-    """Work cap: a chain still moving after so many steps is `unsettled`."""
+    """Work cap: a chain still moving after so many steps is `unsettled`. A step that is tried again
+    at a shorter length counts once."""
     max_steps_per_second: Annotated[int, Strict(), Limits(ge=1)] = 50_000
     """Work cap: so is one that needs more steps in one second of simulated time."""

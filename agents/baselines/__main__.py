@@ -7,10 +7,10 @@ import typer
 from rich.console import Console
 
 from agents.baselines.searches import SEARCHES, choose
-from agents.callbacks import progress_bar
 from agents.command_errors import errors_told
-from agents.episodes import make_env
 from agents.evaluate import env_settings
+from agents.evaluation.episodes import make_env
+from agents.training.callbacks import progress_bar
 
 
 def main(

@@ -8,7 +8,7 @@ what is known of it, and the largest has the call.
 import numpy as np
 
 from agents.baselines.calls import Calls
-from agents.policies import Policy
+from agents.evaluation.policies import Policy
 
 
 class PolicySearch:

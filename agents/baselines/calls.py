@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.episodes import Outcome, play
-from agents.open_loop import FrozenPolicy, OpenLoop
-from agents.policies import Policy
+from agents.evaluation.episodes import Outcome, play
+from agents.evaluation.open_loop import FrozenPolicy, OpenLoop
+from agents.evaluation.policies import Policy
 from magfold_env.design.choice import Choice
 from magfold_env.envs.draws import episode_seeds
 from magfold_env.envs.fold_env import FoldEnv

@@ -6,7 +6,7 @@ import numpy as np
 
 from agents.baselines.calls import Calls
 from agents.baselines.search import random_choice
-from agents.open_loop import OpenLoop
+from agents.evaluation.open_loop import OpenLoop
 from magfold_env.design.cross_entropy import cross_entropy
 from magfold_env.envs.fold_env import FoldEnv
 

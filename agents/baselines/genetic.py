@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from agents.baselines.calls import Calls
 from agents.baselines.search import random_choice
-from agents.open_loop import OpenLoop
+from agents.evaluation.open_loop import OpenLoop
 from magfold_env.envs.actions import PATTERNS
 from magfold_env.envs.fold_env import FoldEnv
 

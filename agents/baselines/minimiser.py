@@ -8,7 +8,7 @@ import numpy as np
 
 from agents.baselines.calls import Calls
 from agents.baselines.search import speeds_to_try
-from agents.open_loop import OpenLoop
+from agents.evaluation.open_loop import OpenLoop
 from magfold_env.design import design, gap_designs
 from magfold_env.design.choice import Choice
 from magfold_env.design.gap import LONGEST

@@ -8,7 +8,7 @@ import numpy as np
 
 from agents.baselines.calls import Calls
 from agents.baselines.search import USUAL_SPEED
-from agents.open_loop import OpenLoop
+from agents.evaluation.open_loop import OpenLoop
 from magfold_env.design.candidates import candidates
 from magfold_env.design.choice import Choice
 from magfold_env.design.cross_entropy import cross_entropy

@@ -8,7 +8,7 @@ import numpy as np
 
 from agents.baselines.calls import Calls, SpentError
 from agents.baselines.store import Chosen
-from agents.open_loop import OpenLoop
+from agents.evaluation.open_loop import OpenLoop
 from magfold_env.envs.fold_env import FoldEnv
 
 USUAL_SPEED = 0.2

@@ -12,8 +12,8 @@ from agents.baselines.minimiser import MinimiserDesign
 from agents.baselines.robust import RobustSearch
 from agents.baselines.search import Search, freeze, freeze_unseen
 from agents.baselines.store import ChoiceFile, Chosen
-from agents.episodes import make_env, players
-from agents.settings import EnvSettings
+from agents.evaluation.episodes import make_env, players
+from agents.settings.run import EnvSettings
 from magfold_env.files import physics_digest
 
 SEARCHES: Mapping[str, Callable[[float], Search]] = {

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from agents.open_loop import OpenLoop
+from agents.evaluation.open_loop import OpenLoop
 from magfold_env.errors import Problem, dotted
 from magfold_env.files import write_text
 

@@ -8,9 +8,9 @@ from agents.baselines.calls import Calls, SpentError, Standing
 from agents.baselines.minimiser import energy_design
 from agents.baselines.search import freeze, freeze_unseen, random_choice
 from agents.baselines.searches import SEARCHES, search_of
-from agents.episodes import play
-from agents.open_loop import FrozenPolicy, OpenLoop
-from agents.policies import RandomPolicy
+from agents.evaluation.episodes import play
+from agents.evaluation.open_loop import FrozenPolicy, OpenLoop
+from agents.evaluation.policies import RandomPolicy
 from magfold_env.design import gap_designs
 from magfold_env.envs.draws import evaluation_seeds
 from magfold_env.envs.quasistatic_episode import fold

@@ -5,7 +5,7 @@ import pytest
 from agents.baselines import searches
 from agents.baselines.searches import choose
 from agents.baselines.store import ChoiceFile, Chosen, read_choices
-from agents.settings import EnvSettings
+from agents.settings.run import EnvSettings
 
 SETTINGS = EnvSettings(targets=("LRLLL", "RLRRR"))
 KEY = {"search": "genetic", "budget": 10}

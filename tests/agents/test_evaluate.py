@@ -9,11 +9,11 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from agents.baselines.store import ChoiceFile, Chosen
-from agents.episodes import Outcome, make_env, play
 from agents.evaluate import compare, env_settings, evaluate
-from agents.methods import Method, Results
-from agents.policies import DesignPolicy
-from agents.settings import EnvSettings, load_settings
+from agents.evaluation.episodes import Outcome, make_env, play
+from agents.evaluation.methods import Method, Results
+from agents.evaluation.policies import DesignPolicy
+from agents.settings.run import EnvSettings, load_settings
 from magfold_env.simulate import simulate
 
 runner = CliRunner()

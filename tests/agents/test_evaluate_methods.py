@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from agents.episodes import Outcome
-from agents.methods import Method, by_target, parse_methods, pooled
-from agents.reasons import ENDS, end_of, ends, joints_in_the_way
+from agents.evaluation.episodes import Outcome
+from agents.evaluation.methods import Method, by_target, parse_methods, pooled
+from agents.evaluation.reasons import ENDS, end_of, ends, joints_in_the_way
 
 QUARTER = 0.5 * np.pi
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from agents.intervals import (
+from agents.evaluation.intervals import (
     THRESHOLDS,
     difference,
     estimate,

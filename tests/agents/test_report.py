@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from agents.episodes import Outcome
-from agents.methods import Method
-from agents.open_loop import OpenLoop
-from agents.report import overall_table, summarise, targets_table, write_results
-from agents.settings import EnvSettings
+from agents.evaluation.episodes import Outcome
+from agents.evaluation.methods import Method
+from agents.evaluation.open_loop import OpenLoop
+from agents.evaluation.report import overall_table, summarise, targets_table, write_results
+from agents.settings.run import EnvSettings
 from magfold_env.shapes import word_to_angles
 from magfold_env.statistics import share
 

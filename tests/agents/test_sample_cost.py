@@ -6,12 +6,12 @@ import typer
 from stable_baselines3 import PPO
 from typer.testing import CliRunner
 
-from agents.episodes import make_env, play
-from agents.methods import Method
-from agents.open_loop import FrozenPolicy
-from agents.policies import TrainedPolicy
+from agents.evaluation.episodes import make_env, play
+from agents.evaluation.methods import Method
+from agents.evaluation.open_loop import FrozenPolicy
+from agents.evaluation.policies import TrainedPolicy
 from agents.sample_cost import main, measure, success
-from agents.settings import EnvSettings
+from agents.settings.run import EnvSettings
 from magfold_env.envs.draws import evaluation_seeds
 
 SETTINGS = EnvSettings(targets=("LRLLL",))

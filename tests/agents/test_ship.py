@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from agents import shipped
 from agents.evaluate import compare
-from agents.methods import Method
+from agents.evaluation import shipped
+from agents.evaluation.methods import Method
+from agents.evaluation.shipped import Card, CardError, load_shipped, shipped_files
 from agents.ship import app, ship_policies, with_results
-from agents.shipped import Card, CardError, load_shipped, shipped_files
-from agents.training_run import train
+from agents.training.run import train
 from tests.agents.training import same_weights, tiny
 
 pytestmark = pytest.mark.train

@@ -4,10 +4,16 @@ from typing import Any
 
 import pytest
 
-from agents.env_settings import EnvSettings
-from agents.episodes import make_env, play
-from agents.settings import TrainSettings
-from agents.shipped import CardResult, load_shipped, policies_dir, shipped_card, shipped_names
+from agents.evaluation.episodes import make_env, play
+from agents.evaluation.shipped import (
+    CardResult,
+    load_shipped,
+    policies_dir,
+    shipped_card,
+    shipped_names,
+)
+from agents.settings.env import EnvSettings
+from agents.settings.run import TrainSettings
 
 RESULTS = [
     pytest.param(name, result, id=f"{name}-{result.env.get('randomisation', 'nominal')}")

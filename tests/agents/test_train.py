@@ -5,11 +5,11 @@ import pytest
 from gymnasium.error import ResetNeeded
 from stable_baselines3 import PPO
 
-from agents.episodes import make_env, play, play_all, players, warm_up
-from agents.learners import save_policy
-from agents.policies import DesignPolicy, RandomPolicy, TrainedPolicy
-from agents.settings import TrainSettings
-from agents.training_run import train
+from agents.evaluation.episodes import make_env, play, play_all, players, warm_up
+from agents.evaluation.policies import DesignPolicy, RandomPolicy, TrainedPolicy
+from agents.settings.run import TrainSettings
+from agents.training.learners import save_policy
+from agents.training.run import train
 from magfold_env.envs.draws import episode_seeds
 
 SETTINGS = TrainSettings.model_validate(
@@ -116,8 +116,8 @@ def test_the_engine_is_ready_before_training_begins(
         order.append("training")
         raise BegunError
 
-    monkeypatch.setattr("agents.training_run.warm_up", lambda _settings: order.append("ready"))
-    monkeypatch.setattr("agents.training_run.make_training_envs", begin)
+    monkeypatch.setattr("agents.training.run.warm_up", lambda _settings: order.append("ready"))
+    monkeypatch.setattr("agents.training.run.make_training_envs", begin)
     with pytest.raises(BegunError):
         train(SETTINGS, tmp_path)
     assert order == ["ready", "training"]
@@ -125,7 +125,7 @@ def test_the_engine_is_ready_before_training_begins(
 
 def test_warming_up_plays_a_whole_episode(monkeypatch: pytest.MonkeyPatch) -> None:
     env = make_env(SETTINGS.env)
-    monkeypatch.setattr("agents.episodes.make_env", lambda _settings: env)
+    monkeypatch.setattr("agents.evaluation.episodes.make_env", lambda _settings: env)
     warm_up(SETTINGS.env)
     with pytest.raises(ResetNeeded, match="the episode is over"):
         env.step(env.action_space.sample())

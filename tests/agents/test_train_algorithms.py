@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 import torch
 
-from agents.env_settings import EnvSettings
-from agents.learners import load_model, make_model
 from agents.learning_rate import LearningRate
-from agents.progress import Progress, due
-from agents.run_info import RunInfo
-from agents.settings import StopSettings, TrainSettings, load_settings
-from agents.training_envs import check_envs, make_env, make_training_envs
-from agents.training_run import train
-from agents.validation import Validation
+from agents.settings.env import EnvSettings
+from agents.settings.run import StopSettings, TrainSettings, load_settings
+from agents.training.envs import check_envs, make_env, make_training_envs
+from agents.training.info import RunInfo
+from agents.training.learners import load_model, make_model
+from agents.training.progress import Progress, due
+from agents.training.run import train
+from agents.training.validation import Validation
 from magfold_env.files import configs_dir
 from tests.agents.training import LEARNERS, records, tiny, weights
 

@@ -11,14 +11,14 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from agents.callbacks import BoundaryCallback
-from agents.event_files import cut_events, event_sizes
-from agents.loggers import import_wandb
-from agents.run_folder import Resume
-from agents.run_info import RunInfo
-from agents.settings import SettingsError, TrainSettings, save_settings
+from agents.settings.run import SettingsError, TrainSettings, save_settings
 from agents.train import main
-from agents.training_run import train
+from agents.training.callbacks import BoundaryCallback
+from agents.training.event_files import cut_events, event_sizes
+from agents.training.folder import Resume
+from agents.training.info import RunInfo
+from agents.training.loggers import import_wandb
+from agents.training.run import train
 from magfold_env.checkpoint import CheckpointError
 from tests.agents.training import records, tiny
 
@@ -105,7 +105,7 @@ def test_other_packages_do_not_go_on_with_a_run(
 ) -> None:
     save_settings(tiny(), tmp_path / "settings.yaml")
     (tmp_path / "resume.zip").write_bytes(whole)
-    monkeypatch.setattr("agents.run_folder.versions", lambda: {"python": "2.7"})
+    monkeypatch.setattr("agents.training.folder.versions", lambda: {"python": "2.7"})
     with pytest.raises(CheckpointError, match=r"whose versions\.gymnasium is"):
         train(tiny(), tmp_path)
 

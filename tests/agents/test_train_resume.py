@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.callbacks import BoundaryCallback
-from agents.run_folder import Resume
-from agents.run_info import RunInfo
-from agents.settings import TrainSettings, save_settings
-from agents.training_run import train
+from agents.settings.run import TrainSettings, save_settings
+from agents.training.callbacks import BoundaryCallback
+from agents.training.folder import Resume
+from agents.training.info import RunInfo
+from agents.training.run import train
 from tests.agents.training import records, same_weights, tiny
 
 pytestmark = pytest.mark.train

@@ -12,12 +12,12 @@ import yaml
 
 pytest.importorskip("ray.tune", reason="needs Ray Tune, the extra ray")
 
-from agents import tuning_ray
-from agents.run_info import RunInfo
-from agents.settings import SettingsError, load_settings, save_settings
-from agents.training_run import train
-from agents.tuning_ray import search_on_ray
-from agents.tuning_settings import Search, load_search
+from agents.settings.run import SettingsError, load_settings, save_settings
+from agents.training.info import RunInfo
+from agents.training.run import train
+from agents.tuning import cluster as tuning_cluster
+from agents.tuning.cluster import search_on_ray
+from agents.tuning.settings import Search, load_search
 from tests.agents.training import same_weights, tiny
 
 # Ray leaves sockets and files to be closed by the collector.
@@ -27,7 +27,7 @@ pytestmark = [
     pytest.mark.filterwarnings("default"),
 ]
 
-real_train = tuning_ray._train
+real_train = tuning_cluster._train
 
 
 def search_in(folder: Path, **changes: Any) -> Search:
@@ -85,7 +85,7 @@ def test_trials_run_on_a_cluster_and_are_kept(cluster: Any, tmp_path: Path) -> N
 def test_a_lost_trial_goes_on_from_its_own_checkpoint(
     cluster: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(tuning_ray, "_train", killed_once)
+    monkeypatch.setattr(tuning_cluster, "_train", killed_once)
     settings = {"timesteps": 3000, "validate_every": 1000, "checkpoint_every": 200}
     search = search_in(tmp_path, trials=1, settings=settings)
     (trial,) = search_on_ray(search, tmp_path / "out", cluster.address)

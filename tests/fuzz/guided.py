@@ -15,11 +15,11 @@ from typing import Any
 
 # What reads files. Kernels are not among it: numba does not compile what is instrumented.
 READING = [
-    "agents.archive",
+    "agents.training.archive",
     "agents.baselines.store",
-    "agents.policies",
-    "agents.settings",
-    "agents.settings_base",
+    "agents.evaluation.policies",
+    "agents.settings.run",
+    "agents.settings.base",
     "magfold_env.checkpoint",
     "magfold_env.design.result",
     "magfold_env.design.suites",

@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import magfold_env as mf
-from agents.archive import read_archive, write_archive
 from agents.baselines.store import ChoiceFile, Chosen, read_choices, read_key
-from agents.open_loop import FrozenPolicy
-from agents.policies import TrainedPolicy
-from agents.settings import load_settings
+from agents.evaluation.open_loop import FrozenPolicy
+from agents.evaluation.policies import TrainedPolicy
+from agents.settings.run import load_settings
+from agents.training.archive import read_archive, write_archive
 from magfold_env.design.evidence import Evidence
 from magfold_env.design.result import Design
 from magfold_env.design.suites import load_suite

@@ -8,10 +8,10 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from agents.provenance import provenance
-from agents.replays import Replay
-from agents.report import Summary, overall_rows
-from agents.settings import EnvSettings
+from agents.evaluation.provenance import provenance
+from agents.evaluation.replays import Replay
+from agents.evaluation.report import Summary, overall_rows
+from agents.settings.run import EnvSettings
 from magfold_env.files import write_text
 
 _CAPTIONS = {

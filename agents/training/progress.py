@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from agents.settings import StopSettings
+from agents.settings.run import StopSettings
 
 
 @dataclass

@@ -7,10 +7,10 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.table import Table
 
-from agents.run_info import RunInfo
-from agents.settings import TrainSettings, changed_settings, load_settings, save_settings
-from agents.training_run import DivergedError, Watch, train
-from agents.tuning_settings import Drawn, Search
+from agents.settings.run import TrainSettings, changed_settings, load_settings, save_settings
+from agents.training.info import RunInfo
+from agents.training.run import DivergedError, Watch, train
+from agents.tuning.settings import Drawn, Search
 
 NOTHING = {"success_rate": 0.0, "score": 0.0}
 """What a run is worth whose numbers break down."""

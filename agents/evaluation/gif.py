@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from agents.episodes import Outcome
-from agents.replays import firsts, recorded, spread
+from agents.evaluation.episodes import Outcome
+from agents.evaluation.replays import firsts, recorded, spread
 from magfold_env.render import save_gif
 
 

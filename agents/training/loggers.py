@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.logger import KVWriter, Logger, TensorBoardOutputFormat
 
-from agents.run_info import RunInfo
-from agents.settings import SettingsError, TrainSettings
+from agents.settings.run import SettingsError, TrainSettings
+from agents.training.info import RunInfo
 
 
 class WandbWriter(KVWriter):

@@ -14,10 +14,10 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from agents.archive import UNREADABLE
 from agents.features import FromTheMouth
-from agents.learner_settings import LearnerSettings, SACSettings
 from agents.learning_rate import LearningRate
+from agents.settings.learner import LearnerSettings, SACSettings
+from agents.training.archive import UNREADABLE
 from magfold_env.files import replacing
 from magfold_env.scene import Scene
 

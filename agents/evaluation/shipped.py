@@ -10,9 +10,9 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from agents.policies import TrainedPolicy
-from agents.provenance import file_digest
-from agents.run_info import RunInfo
+from agents.evaluation.policies import TrainedPolicy
+from agents.evaluation.provenance import file_digest
+from agents.training.info import RunInfo
 from magfold_env.files import configs_dir, write_text
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from stable_baselines3.common.callbacks import BaseCallback
 
-from agents import progress
+from agents.training import progress
 
 
 def progress_bar() -> Progress:

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.episodes import Outcome
-from agents.shipped import shipped_files, shipped_names
+from agents.evaluation.episodes import Outcome
+from agents.evaluation.shipped import shipped_files, shipped_names
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Method:
     name : str
         As shown.
     policies : tuple of str
-        What `agents.policies.make_policy` understands, one a seed.
+        What `agents.evaluation.policies.make_policy` understands, one a seed.
     """
 
     name: str

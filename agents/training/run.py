@@ -11,19 +11,19 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecMonitor
 
-from agents.archive import read_archive, write_archive
-from agents.callbacks import BoundaryCallback, ProgressCallback
-from agents.episodes import warm_up
-from agents.event_files import cut_events, event_sizes
-from agents.learners import enter, make_model, save_policy
-from agents.loggers import make_logger
-from agents.progress import Progress
-from agents.run_folder import Resume, RunFolder, Standing
-from agents.run_info import RunInfo
-from agents.run_state import MODEL, pack, set_records, unpack_model, unpack_rest
-from agents.settings import Phase, TrainSettings
-from agents.training_envs import make_training_envs
-from agents.validation import Validation, log_validation
+from agents.evaluation.episodes import warm_up
+from agents.settings.run import Phase, TrainSettings
+from agents.training.archive import read_archive, write_archive
+from agents.training.callbacks import BoundaryCallback, ProgressCallback
+from agents.training.envs import make_training_envs
+from agents.training.event_files import cut_events, event_sizes
+from agents.training.folder import Resume, RunFolder, Standing
+from agents.training.info import RunInfo
+from agents.training.learners import enter, make_model, save_policy
+from agents.training.loggers import make_logger
+from agents.training.progress import Progress
+from agents.training.state import MODEL, pack, set_records, unpack_model, unpack_rest
+from agents.training.validation import Validation, log_validation
 from magfold_env.files import replacing
 
 EPISODES_PER_RECORD = 60

@@ -11,10 +11,10 @@ from zlib import crc32
 
 import numpy as np
 
-from agents.open_loop import OpenLoop
-from agents.policies import Policy, make_policy
-from agents.settings import EnvSettings
-from agents.training_envs import make_env as make_gym_env
+from agents.evaluation.open_loop import OpenLoop
+from agents.evaluation.policies import Policy, make_policy
+from agents.settings.run import EnvSettings
+from agents.training.envs import make_env as make_gym_env
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.goals import goal_of
 from magfold_env.scene import Scene
@@ -156,7 +156,7 @@ def play_all(
     Parameters
     ----------
     policy : str
-        What `agents.policies.make_policy` understands.
+        What `agents.evaluation.policies.make_policy` understands.
     settings : EnvSettings
         The environment.
     episodes : sequence of (str, int)

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
 
-from agents.settings import SettingsError, TrainSettings, changed_settings, load_settings
-from agents.settings_base import Count, Group
-from agents.settings_files import find_config, parse_assignment, read_mapping
-from agents.training_envs import check_envs
+from agents.settings.base import Count, Group
+from agents.settings.files import find_config, parse_assignment, read_mapping
+from agents.settings.run import SettingsError, TrainSettings, changed_settings, load_settings
+from agents.training.envs import check_envs
 from magfold_env.errors import Problem, SceneError, problems_of
 
 Drawn = float | int | str

@@ -4,9 +4,9 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from agents.event_files import PATTERN
-from agents.run_info import FILE, RunInfo, versions
-from agents.settings import SettingsError, TrainSettings, load_settings, save_settings
+from agents.settings.run import SettingsError, TrainSettings, load_settings, save_settings
+from agents.training.event_files import PATTERN
+from agents.training.info import FILE, RunInfo, versions
 from magfold_env.checkpoint import difference
 from magfold_env.files import physics_digest
 

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag
 
-from agents.settings_base import AutoOr, Count, Group, NonNegative, Positive, Unit
+from agents.settings.base import AutoOr, Count, Group, NonNegative, Positive, Unit
 
 
 class _Learner(Group, frozen=True):

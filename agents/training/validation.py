@@ -7,8 +7,8 @@ from sb3_contrib import MaskablePPO
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger
 
-from agents.env_settings import EnvSettings
-from agents.training_envs import make_env
+from agents.settings.env import EnvSettings
+from agents.training.envs import make_env
 from magfold_env.envs.draws import episode_seeds
 
 

@@ -8,11 +8,11 @@ from typing import Annotated, Any, Literal, Self
 import yaml
 from pydantic import Field, ValidationError, model_validator
 
-from agents.env_settings import GOAL_ENV, TUBE_FEED, CurriculumSettings, EnvOptions, EnvSettings
-from agents.learner_settings import LearnerSettings, PPOSettings, SACSettings
-from agents.seeds import MAX_TRAINING_SEED
-from agents.settings_base import Count, Group, Positive, Unit
-from agents.settings_files import SettingsError, find_config, parse_assignment, put, read_mapping
+from agents.settings.base import Count, Group, Positive, Unit
+from agents.settings.env import GOAL_ENV, TUBE_FEED, CurriculumSettings, EnvOptions, EnvSettings
+from agents.settings.files import SettingsError, find_config, parse_assignment, put, read_mapping
+from agents.settings.learner import LearnerSettings, PPOSettings, SACSettings
+from agents.settings.seeds import MAX_TRAINING_SEED
 from magfold_env.errors import Problem, SceneError, problems_of
 from magfold_env.files import write_text
 

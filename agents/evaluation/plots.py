@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from agents.intervals import THRESHOLDS, estimate, profile
-from agents.methods import Results, by_target, targets_of
-from agents.reasons import ENDS
-from agents.report import Summary
+from agents.evaluation.intervals import THRESHOLDS, estimate, profile
+from agents.evaluation.methods import Results, by_target, targets_of
+from agents.evaluation.reasons import ENDS
+from agents.evaluation.report import Summary
 from magfold_env.plotting import COLOURS, GRID, INK, figure_class, save_figure
 
 WIDTH = 9.0

@@ -10,8 +10,8 @@ import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.baselines.store import read_choices
-from agents.learners import load_model
-from agents.open_loop import FrozenPolicy
+from agents.evaluation.open_loop import FrozenPolicy
+from agents.training.learners import load_model
 from magfold_env.envs.fold_env import FoldEnv
 
 

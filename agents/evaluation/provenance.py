@@ -6,7 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from agents.run_info import versions
+from agents.training.info import versions
 from magfold_env.benchmarks import machine
 from magfold_env.envs.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest

@@ -10,12 +10,12 @@ import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from agents.episodes import Outcome
-from agents.intervals import Estimate, difference, estimate, interquartile_mean, percent
-from agents.methods import Method, Results, by_target, pooled, targets_of
-from agents.provenance import file_digest, provenance
-from agents.reasons import ends, joints_in_the_way
-from agents.settings import EnvSettings
+from agents.evaluation.episodes import Outcome
+from agents.evaluation.intervals import Estimate, difference, estimate, interquartile_mean, percent
+from agents.evaluation.methods import Method, Results, by_target, pooled, targets_of
+from agents.evaluation.provenance import file_digest, provenance
+from agents.evaluation.reasons import ends, joints_in_the_way
+from agents.settings.run import EnvSettings
 from magfold_env.files import write_text
 from magfold_env.statistics import Share, share
 

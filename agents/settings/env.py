@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag
 
-from agents.settings_base import Count, Group, Unit, word_or_other
+from agents.settings.base import Count, Group, Unit, word_or_other
 from magfold_env.envs.action_table import ActionKind
 from magfold_env.envs.goals import Match
 from magfold_env.envs.options import Fidelity

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMonitor
 
-from agents.env_settings import CONTROL_ENV, GOAL_ENV, CurriculumSettings, EnvSettings
-from agents.settings import SettingsError, TrainSettings
+from agents.settings.env import CONTROL_ENV, GOAL_ENV, CurriculumSettings, EnvSettings
+from agents.settings.run import SettingsError, TrainSettings
 from magfold_env.envs.chronicle import Chronicle
 from magfold_env.envs.curriculum import Curriculum
 from magfold_env.envs.fold_vector import FoldVectorEnv

@@ -11,10 +11,10 @@ from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecMonitor
 
-from agents.learners import CLASSES
-from agents.progress import Progress
-from agents.random_state import RandomState, random_state, set_random_state
-from agents.training_envs import EnvsState, envs_state, set_envs_state
+from agents.training.envs import EnvsState, envs_state, set_envs_state
+from agents.training.learners import CLASSES
+from agents.training.progress import Progress
+from agents.training.random_state import RandomState, random_state, set_random_state
 
 MODEL, REPLAY, REST = "model.zip", "replay_buffer.pkl", "state.pkl"
 

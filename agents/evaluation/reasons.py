@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agents.episodes import Outcome
+from agents.evaluation.episodes import Outcome
 from magfold_env.envs.goals import SUCCESS_TOLERANCE
 from magfold_env.shapes import word_to_angles
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from agents.episodes import Outcome
-from agents.methods import Results, Runs, targets_of
+from agents.evaluation.episodes import Outcome
+from agents.evaluation.methods import Results, Runs, targets_of
 from magfold_env.fold import Fold
 from magfold_env.replay.data import page_data
 from magfold_env.replay.page import page

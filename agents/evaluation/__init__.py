@@ -1,0 +1,1 @@
+"""Policies at play: methods, episodes, statistics, pictures and pages."""
