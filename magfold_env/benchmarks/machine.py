@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 
 LIBRARIES = ("numba", "llvmlite", "numpy", "gymnasium")
 PEERS = ("magpylib", "mujoco", "pin")
+PASSING = ("time", "load before")  # what changes from minute to minute
 
 
 def describe() -> dict[str, str]:
@@ -32,6 +34,17 @@ def describe() -> dict[str, str]:
     if hasattr(os, "getloadavg"):
         record["load before"] = f"{os.getloadavg()[0]:.2f}"
     return record
+
+
+def identity() -> dict[str, str]:
+    """Return what measurements must share to belong to one run, the package's sources included."""
+    same = {key: value for key, value in describe().items() if key not in PASSING}
+    package = Path(__file__).resolve().parents[1]
+    sources = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        sources.update(path.relative_to(package).as_posix().encode())
+        sources.update(path.read_bytes())
+    return same | {"sources": sources.hexdigest()[:16]}
 
 
 def _processor() -> str:

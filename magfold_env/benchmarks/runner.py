@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.console import Console
@@ -11,6 +11,7 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 
 from magfold_env.benchmarks import drawing, machine, report
+from magfold_env.benchmarks.about import About
 from magfold_env.benchmarks.drawing import Drawing
 from magfold_env.benchmarks.part import Part, Progress
 
@@ -34,6 +35,8 @@ class Benchmark:
     """Diagrams, by part."""
     check: Callable[[Sequence[str]], object] = _nothing
     """Raises ImportError if something is missing that the chosen parts cannot do without."""
+    about: Mapping[str, About] = field(default_factory=dict[str, About])
+    """What is said about each part."""
 
 
 def run(benchmark: Benchmark, only: Sequence[str], quick: bool, out: Path | None) -> None:
@@ -71,7 +74,7 @@ def run(benchmark: Benchmark, only: Sequence[str], quick: bool, out: Path | None
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     system = machine.describe()
-    parts = [_run_part(name, known[name], quick) for name in chosen]
+    parts = [run_part(name, known[name], quick) for name in chosen]
     console = Console()
     if not console.is_terminal:
         console = Console(width=FILE_WIDTH)
@@ -84,7 +87,7 @@ def run(benchmark: Benchmark, only: Sequence[str], quick: bool, out: Path | None
             console.print(f"written: {path}", highlight=False)
 
 
-def _run_part(name: str, runner: Runner, quick: bool) -> Part:
+def run_part(name: str, runner: Runner, quick: bool) -> Part:
     """Run one part; the bar is on stderr and vanishes with it."""
     columns = (TextColumn("{task.fields[part]}"), BarColumn(), TextColumn("{task.description}"))
     console = Console(stderr=True)

@@ -16,6 +16,7 @@ from magfold_env.benchmarks.dynamics import (
     restarts,
     smooth,
 )
+from magfold_env.benchmarks.dynamics.about import ABOUT
 from magfold_env.benchmarks.dynamics.runge_kutta import dop853
 from magfold_env.benchmarks.runner import Runner
 
@@ -30,10 +31,14 @@ PARTS: dict[str, Runner] = {
 }
 
 
+def benchmark() -> runner.Benchmark:
+    """Return the parts, their diagrams and what is said about them."""
+    return runner.Benchmark("dynamics", PARTS, figures.DRAWINGS, about=ABOUT, check=_check)
+
+
 def run(only: Sequence[str], quick: bool, out: Path | None) -> None:
     """Measure, print, and write tables and diagrams, as `runner.run` says."""
-    benchmark = runner.Benchmark("dynamics", PARTS, figures.DRAWINGS, _check)
-    runner.run(benchmark, only, quick, out)
+    runner.run(benchmark(), only, quick, out)
 
 
 def _check(chosen: Sequence[str]) -> None:

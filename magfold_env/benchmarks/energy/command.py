@@ -7,6 +7,7 @@ from pathlib import Path
 
 from magfold_env.benchmarks import runner
 from magfold_env.benchmarks.energy import ground_states, predictors, scan
+from magfold_env.benchmarks.energy.about import ABOUT
 from magfold_env.benchmarks.runner import Runner
 
 PARTS: dict[str, Runner] = {
@@ -16,6 +17,11 @@ PARTS: dict[str, Runner] = {
 }
 
 
+def benchmark() -> runner.Benchmark:
+    """Return the parts, their diagrams and what is said about them."""
+    return runner.Benchmark("energy", PARTS, {}, about=ABOUT)
+
+
 def run(only: Sequence[str], quick: bool, out: Path | None) -> None:
     """Measure, print, and write tables, as `runner.run` says."""
-    runner.run(runner.Benchmark("energy", PARTS, drawings={}), only, quick, out)
+    runner.run(benchmark(), only, quick, out)

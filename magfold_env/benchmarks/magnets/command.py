@@ -16,6 +16,7 @@ from magfold_env.benchmarks.magnets import (
     points,
     scaling,
 )
+from magfold_env.benchmarks.magnets.about import ABOUT
 from magfold_env.benchmarks.runner import Runner
 
 PARTS: dict[str, Runner] = {
@@ -29,6 +30,11 @@ PARTS: dict[str, Runner] = {
 }
 
 
+def benchmark() -> runner.Benchmark:
+    """Return the parts, their diagrams and what is said about them."""
+    return runner.Benchmark("magnets", PARTS, figures.DRAWINGS, about=ABOUT)
+
+
 def run(only: Sequence[str], quick: bool, out: Path | None) -> None:
     """Measure, print, and write tables and diagrams, as `runner.run` says."""
-    runner.run(runner.Benchmark("magnets", PARTS, figures.DRAWINGS), only, quick, out)
+    runner.run(benchmark(), only, quick, out)

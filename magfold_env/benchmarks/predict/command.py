@@ -7,6 +7,7 @@ from pathlib import Path
 
 from magfold_env.benchmarks import runner
 from magfold_env.benchmarks.predict import experiment, figures, predictors, scaling
+from magfold_env.benchmarks.predict.about import ABOUT
 from magfold_env.benchmarks.runner import Runner
 
 PARTS: dict[str, Runner] = {
@@ -16,7 +17,11 @@ PARTS: dict[str, Runner] = {
 }
 
 
+def benchmark() -> runner.Benchmark:
+    """Return the parts, their diagrams and what is said about them."""
+    return runner.Benchmark("predict", PARTS, figures.DRAWINGS, about=ABOUT)
+
+
 def run(only: Sequence[str], quick: bool, out: Path | None) -> None:
     """Measure, print, and write tables and diagrams, as `runner.run` says."""
-    benchmark = runner.Benchmark("predict", PARTS, figures.DRAWINGS)
-    runner.run(benchmark, only, quick, out)
+    runner.run(benchmark(), only, quick, out)

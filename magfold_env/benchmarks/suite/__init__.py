@@ -1,0 +1,1 @@
+"""`magfold bench --quick` and `--full`: every benchmark as one run, one report."""

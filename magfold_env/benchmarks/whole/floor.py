@@ -1,0 +1,159 @@
+"""The least that a swinging chain can cost: one loop for a pinned pendulum, and nothing else.
+
+It takes the engine's own steps: Dormand and Prince's pair, the same estimate of the error, the same
+rule for the next step, and so the same number of evaluations. What it leaves out is what it cannot
+need, from magnets to contact, friction and recording, and every question whether they are there.
+Accelerations come from `engine.recursion`, the shortest form of the recursion that there is here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from magfold_env.engine import recursion
+from magfold_env.engine.arrays import copy
+from magfold_env.engine.by_pointer import by_pointer
+from magfold_env.engine.dormand_prince import ERROR, ORDER, STAGES, WEIGHT
+from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.pack import pack
+from magfold_env.engine.stages import LOCAL, SLOW
+from magfold_env.engine.state import Array, Bodies
+from magfold_env.engine.step_limits import EASY, LONGEST_STEP
+from magfold_env.scene import Scene
+from magfold_env.shapes import headings
+
+GROWTH = 5.0  # of a step at most
+FIRST = 0.1  # step, in units of the inverse of a typical rate
+
+
+@by_pointer
+class Pendulum(NamedTuple):
+    """A chain of n components, its state, and room for a step."""
+
+    bodies: Bodies
+    gravity_x: float  # [m/s²]
+    gravity_y: float
+    rate_scale: float  # a typical rate [rad/s]
+    tolerance: float  # [rad]
+    q: Array  # headings, (n,) [rad]
+    v: Array  # their rates, (n,) [rad/s]
+    new_q: Array  # (n,)
+    new_v: Array
+    stage_q: Array  # (n,)
+    stage_v: Array
+    slope_q: Array  # (STAGES, n)
+    slope_v: Array
+    force: Array  # (n,) zeros: nothing but gravity pulls
+    scratch: Array  # (recursion.ROWS, n)
+
+
+@kernel
+def swing(p: Pendulum, until: float) -> int:
+    """Advance by a time [s] and return the evaluations."""
+    time, step, before, last_error = 0.0, FIRST / p.rate_scale, 0.0, 0.0
+    copy(p.v, p.slope_q[0], 0)
+    accelerate(p, p.q, p.v, p.slope_v[0])
+    evaluations = 1
+    while time < until:
+        growth = GROWTH
+        while True:
+            h = min(step, until - time, LONGEST_STEP)
+            stages(p, h)
+            evaluations += STAGES - 1
+            error = step_error(p, h)
+            if error <= 1.0:
+                break
+            growth = 1.0
+            step = h * max(0.2, 0.9 * error ** (-1.0 / ORDER))
+        if error > EASY:
+            wanted = 0.9 * error ** (-1.0 / ORDER)
+            if before > 0.0:
+                trend = (last_error / error) ** (1.0 / ORDER)
+                wanted = min(wanted, wanted * trend * h / before)
+            growth = min(growth, wanted)
+        step = max(h * growth, 0.5 * step if h < step else 0.0)
+        time = until if h >= until - time else time + h
+        before, last_error = h, max(error, EASY)
+        copy(p.new_q, p.q, 0)
+        copy(p.new_v, p.v, 0)
+        copy(p.slope_q[STAGES - 1], p.slope_q[0], 0)
+        copy(p.slope_v[STAGES - 1], p.slope_v[0], 0)
+    return evaluations
+
+
+@inlined
+def accelerate(p: Pendulum, q: Array, v: Array, out: Array) -> None:
+    """Angular accelerations (n,) [rad/s²]; a hinge that accelerates upwards is gravity."""
+    recursion.accelerate(p.bodies, -p.gravity_x, -p.gravity_y, q, v, p.force, p.scratch, out)
+
+
+@inlined
+def stages(p: Pendulum, h: float) -> None:
+    """Fill the slopes of a step and its end."""
+    for s in range(1, STAGES):
+        q, v = (p.stage_q, p.stage_v) if s < STAGES - 1 else (p.new_q, p.new_v)
+        for k in range(q.size):
+            dq, dv = 0.0, 0.0
+            for r in range(s):
+                dq += WEIGHT[s, r] * p.slope_q[r, k]
+                dv += WEIGHT[s, r] * p.slope_v[r, k]
+            q[k] = p.q[k] + h * dq
+            v[k] = p.v[k] + h * dv
+            p.slope_q[s, k] = v[k]
+        accelerate(p, q, v, p.slope_v[s])
+
+
+@inlined
+def step_error(p: Pendulum, h: float) -> float:
+    """Estimated error of a step over what is allowed, as the engine's is."""
+    error = 0.0
+    allowed = LOCAL * p.tolerance
+    for k in range(p.q.size):
+        eq, ev = 0.0, 0.0
+        for s in range(STAGES):
+            eq += ERROR[s] * p.slope_q[s, k]
+            ev += ERROR[s] * p.slope_v[s, k]
+        eq = abs(h * eq) / allowed
+        ev = abs(h * ev) / (allowed * max(SLOW * p.rate_scale, abs(p.new_v[k])))
+        error = max(error, eq, ev)
+    return error
+
+
+def pendulum(scene: Scene) -> Pendulum:
+    """Return the pendulum of a scene, at its beginning.
+
+    Raises
+    ------
+    ValueError
+        If the scene is more than a drawn, pinned chain in gravity.
+    """
+    bare = scene.mount == "pinned" and scene.magnets is None and not scene.contact
+    if not bare or scene.friction > 0.0 or scene.start_angles is None:
+        raise ValueError("scene: must be a drawn, pinned chain without magnets, friction, contact")
+    n, model = scene.n, pack(scene)
+    return Pendulum(
+        bodies=model.bodies,
+        gravity_x=model.gravity_x,
+        gravity_y=model.gravity_y,
+        rate_scale=model.rate_scale,
+        tolerance=model.tolerance,
+        q=headings(np.asarray(scene.start_angles)),
+        v=np.zeros(n),
+        new_q=np.zeros(n),
+        new_v=np.zeros(n),
+        stage_q=np.zeros(n),
+        stage_v=np.zeros(n),
+        slope_q=np.zeros((STAGES, n)),
+        slope_v=np.zeros((STAGES, n)),
+        force=np.zeros(n),
+        scratch=np.zeros((recursion.ROWS, n)),
+    )
+
+
+def prepare_swing(scene: Scene) -> Callable[[], int]:
+    """Return what swings a scene's pendulum for the scene's duration, as something to time."""
+    made, until = pendulum(scene), scene.duration
+    return lambda: swing(made, until)

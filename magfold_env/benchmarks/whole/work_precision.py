@@ -1,0 +1,185 @@
+"""Run time against error of whole folds: solver tolerance × accuracy of the magnets × time step.
+
+Ten named scenes are each run from several starts at every setting. A setting's error is its worst
+over the starts, its time their sum. Errors are of the joints' angles, against the same scene run
+far more exactly (`motions`). Starts whose outcome a nudge of 1e-6 rad decides are set aside.
+The paper's solver runs the pinned scenes. It stops joints in its own way, so that its error does
+not vanish with its step. Sessions are prepared untimed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from magfold_env.benchmarks.dynamics.features import finish
+from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.benchmarks.timing import Task, Timing, ratio, take_turns
+from magfold_env.benchmarks.whole.front import fastest, front, without_luck
+from magfold_env.benchmarks.whole.motions import Reference, recorded, reference
+from magfold_env.benchmarks.whole.scenes import drawn, named_scenes
+from magfold_env.benchmarks.whole.settings import Setting, settings_of
+from magfold_env.engine.session import Session
+from magfold_env.engine.state import Array
+from magfold_env.scene import Scene
+
+NAME = "work-precision"
+ALLOWED = 1.5  # times the front's run time that the default may take
+WAY, END = "error on the way [rad]", "final error [rad]"
+FRONT = {WAY: "on the front on the way", END: "on the front at the end"}
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much work a run of the benchmark may be."""
+
+    starts: int
+    tolerances: tuple[float, ...]
+    accuracies: tuple[float, ...]
+    time_steps: tuple[float, ...]
+    """Of the paper's solver [s]; the paper's own is 1/1200."""
+    reference: tuple[float, float]
+    """Tolerance [rad] and accuracy of the magnets."""
+    rounds: int
+    """Samples of every timing."""
+
+    @classmethod
+    def of(cls, quick: bool) -> Effort:
+        """Return the effort of a quick or a full run."""
+        steps = tuple(1.0 / (300 * 4**k) for k in range(6))
+        if quick:
+            return cls(1, (1e-3, 1e-4), (1e-2, 1e-3), steps[1:2], (1e-6, 1e-5), 3)
+        tolerances = tuple(10.0**-k for k in range(2, 7))
+        return cls(4, tolerances, (1e-2, 1e-3, 1e-4, 1e-5), steps, (1e-8, 1e-6), 5)
+
+
+def run(quick: bool, progress: Progress) -> Part:
+    """Measure every scene."""
+    effort = Effort.of(quick)
+    scenes = named_scenes()
+    part = Part(NAME, [])
+    shown: list[Row] = []
+    for k, (name, scene) in enumerate(scenes.items()):
+        rows, summary = measure(name, scene, effort, begin_case(progress, k, len(scenes), name))
+        part.rows.extend(rows)
+        shown.append(summary)
+    part.tables.append(Table("The default beside the fastest setting that is as exact", shown))
+    part.findings.extend(_findings(shown))
+    return part
+
+
+def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[Row], Row]:
+    """Return a row for every setting of a scene, and what is to be read of them."""
+    references = [reference(drawn(scene, seed), *effort.reference) for seed in range(effort.starts)]
+    clear = [each for each in references if not each.sensitive] or references
+    tick(0.3)
+    settings = settings_of(scene, effort.tolerances, effort.accuracies, effort.time_steps)
+    found = {setting: _errors(setting, clear) for setting in settings}
+    tick(0.6)
+    tasks = {str(setting): _task(setting, clear) for setting in settings}
+    taken = take_turns(tasks, effort.rounds, 0.0, tick=lambda share: tick(0.6 + 0.4 * share))
+    times = [taken[str(setting)] for setting in settings]
+    rows = [
+        {
+            "scene": name,
+            "setting": str(setting),
+            "method": setting.method,
+            "step": setting.step,
+            "magnets": setting.accuracy or 0.0,
+            "default": int(setting.is_default),
+            **found[setting],
+            **time.spread.time_cells("ms", 1e3 / len(clear)),
+            "starts": len(clear),
+            "sensitive": sum(each.sensitive for each in references),
+            "reference known to [rad]": max(each.known for each in clear),
+            "nudge grows to [rad]": max(each.sensitivity for each in references),
+        }
+        for setting, time in zip(settings, times, strict=True)
+    ]
+    medians = np.array([time.median for time in times])
+    for error, flag in FRONT.items():
+        marked = front(medians, column(rows, error))
+        for k, row in enumerate(rows):
+            row[flag] = int(k in marked)
+    return rows, _summary(rows, settings, times)
+
+
+def column(rows: Sequence[Row], name: str) -> Array:
+    """Return a column of numbers."""
+    return np.array([float(row[name]) for row in rows])
+
+
+def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
+    """Return the worst errors of a setting, and how many words it gets right."""
+    runs = [recorded(setting.on(each.scene)) for each in references]
+    pairs = list(zip(runs, references, strict=True))
+    return {
+        WAY: max(each.error_on_the_way(run) for run, each in pairs),
+        END: max(each.final_error(run) for run, each in pairs),
+        "words right": sum(run.word == each.fold.word for run, each in pairs),
+        "evaluations": sum(run.evaluations for run in runs),
+    }
+
+
+def _task(setting: Setting, references: Sequence[Reference]) -> Task:
+    """Return the runs of a setting from all starts, one after another, as something to time."""
+    scenes = [setting.on(each.scene) for each in references]
+
+    def prepare() -> Callable[[], None]:
+        sessions = [Session(scene) for scene in scenes]
+
+        def call() -> None:
+            for session in sessions:
+                finish(session)
+
+        return call
+
+    return prepare
+
+
+def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[Timing]) -> Row:
+    """Return the default's errors and time, and how many times the front's time that is."""
+    medians = np.array([time.median for time in times])
+    default = next(k for k, setting in enumerate(settings) if setting.is_default)
+    way, end = column(rows, WAY), column(rows, END)
+    sure = without_luck(settings, way)
+    best = fastest(medians, way, way[default])
+    spread = ratio(times[default], times[best])
+    first = rows[0]
+    papers = [row for row in rows if row["method"] == "paper"]
+    return {
+        "scene": first["scene"],
+        "starts": f"{first['starts']}, {first['sensitive']} sensitive",
+        "default: on the way, rad": way[default],
+        "at the end, rad": end[default],
+        "ms": float(rows[default]["time [ms]"]),
+        "as exact, fastest": str(settings[best]),
+        "default / fastest": f"{spread}",
+        "by luck left out": _behind(medians, sure, default),
+        "at the end alone": _behind(medians, end, default),
+        "paper's best, rad": float(column(papers, WAY).min()) if papers else "–",
+    }
+
+
+def _behind(times: Array, errors: Array, default: int) -> float:
+    """Return the default's time over that of the fastest setting that is as exact."""
+    return float(times[default] / times[fastest(times, errors, errors[default])])
+
+
+def _findings(shown: list[Row]) -> list[str]:
+    found: list[str] = []
+    for what, heading in (
+        ("on the way", "default / fastest"),
+        ("on the way, settings that are as exact by luck alone left out", "by luck left out"),
+        ("at the end", "at the end alone"),
+    ):
+        behind = {str(row["scene"]): float(str(row[heading]).split()[0]) for row in shown}
+        late = [f"{name} ({value:.2f})" for name, value in behind.items() if value > ALLOWED]
+        said = f"FAILS in {', '.join(late)}" if late else "holds"
+        found.append(
+            f"{what}: the default takes at most {ALLOWED:g} times as long as the fastest setting "
+            f"that is as exact in {len(behind) - len(late)} of {len(behind)} scenes: {said}"
+        )
+    return found
