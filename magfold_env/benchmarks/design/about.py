@@ -11,14 +11,14 @@ ABOUT = {
         "and modes of release, beside the design that energy alone suggests.",
         "Designs are judged on releases that the search has not seen, randomised as a careful "
         "workshop would vary.",
-        "Whether `mf.design` can be relied upon, and for which shapes it cannot.",
+        "Whether mf.design can be relied upon, and for which shapes it cannot.",
         "Devices and floors other than the default one.",
     ),
     "searches": About(
         "Searches side by side",
         "What each search method reaches, and how much it costs, on the same targets.",
         "One core; results by energy stand beside proved optima, others are judged by releases.",
-        "Which method `mf.design` should choose by itself.",
+        "Which method mf.design should choose by itself.",
         "Chains longer than six components.",
     ),
     "lengths": About(

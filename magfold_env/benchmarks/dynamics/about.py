@@ -51,7 +51,7 @@ ABOUT = {
         "aside, and counted.",
         "What locating impacts is worth.",
         "Whether the reference is right: it shares the engine's model of impacts and friction. A "
-        "second simulator in the tests (`pytest -m slow tests/laws`) shares nothing with it.",
+        "second simulator in the tests (pytest -m slow tests/laws) shares nothing with it.",
     ),
     "folds": About(
         "What a whole fold costs",
@@ -69,7 +69,7 @@ ABOUT = {
         "The time of a run is split by measured prices of its evaluations: chain, forces, and "
         "the rest, which is contact, friction at rest, stepping and calls from Python.",
         "Where the time of a simulation goes.",
-        "Features switched off, beside a bare pendulum: see the part `skipping`.",
+        "Features switched off, beside a bare pendulum: see the part skipping.",
     ),
     "first-use": About(
         "What the first use costs",

@@ -27,6 +27,6 @@ ABOUT = {
         "over joint angles, ends in the proved fold of lowest energy.",
         "Counted over random sequences of 6, 10 and 14 components.",
         "What is lost by not searching everything.",
-        "Whether real folds end in the lowest energy: often they do not, see `predict`.",
+        "Whether real folds end in the lowest energy: often they do not, see predict.",
     ),
 }

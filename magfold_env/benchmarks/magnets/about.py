@@ -12,7 +12,7 @@ ABOUT = {
         "Point charges (the paper's model), charged rectangles with a fixed number of nodes, and "
         "rectangles under an error bound, all against closed formulas that share no code with "
         "the engine. Errors are relative to the force between two magnets that lie flush.",
-        "Whether the bound that a scene sets, `magnets.accuracy`, is kept, and what it costs.",
+        "Whether the bound that a scene sets, magnets.accuracy, is kept, and what it costs.",
         "Whether a real magnet is an evenly charged rectangle: near its edges it is not quite.",
     ),
     "points": About(
@@ -21,7 +21,7 @@ ABOUT = {
         "charges, and how often they name another shape of lowest energy.",
         "Against the exact force between the rectangles; random sequences of six components.",
         "How far results computed with the paper's model can be trusted near contact.",
-        "Dynamics with point charges, which the part `work-precision` has.",
+        "Dynamics with point charges, which the part work-precision has.",
     ),
     "far": About(
         "Far magnets summed in groups",
@@ -45,7 +45,7 @@ ABOUT = {
         "fixed magnets, over the time of the default chain.",
         "In turns with the default chain, which takes part twice to show the noise.",
         "What a device does not have must not cost anything; what it has is priced here.",
-        "Whole folds of such devices: the scene `anchor` in `work-precision` is one.",
+        "Whole folds of such devices: the scene anchor in work-precision is one.",
     ),
     "fold": About(
         "Magnets over a real fold",
@@ -60,7 +60,7 @@ ABOUT = {
         "How much longer the library magpylib takes for the forces of the same chains, at an "
         "error no smaller.",
         "magpylib with magnets cut into cells, this engine under several error bounds, in turns. "
-        "Without magpylib (`pip install 'magfold_env[peers]'`) nothing is measured.",
+        "Without magpylib (pip install 'magfold_env[peers]') nothing is measured.",
         "What a solver made for one kind of chain gains over a general one.",
         "What magpylib is made for: magnets of other shapes, in any position in space.",
     ),

@@ -46,8 +46,9 @@ class Done:
         return cls(str(data["name"]), part, float(data["seconds"]), pace)
 
 
-def _plain(rows: list[Row]) -> list[dict[str, Cell | None]]:
-    return [{name: _json_cell(cell) for name, cell in row.items()} for row in rows]
+def _plain(rows: list[Row]) -> list[list[tuple[str, Cell | None]]]:
+    """Return rows as pairs of column and cell: JSON may sort an object's keys."""
+    return [[(name, _json_cell(cell)) for name, cell in row.items()] for row in rows]
 
 
 def _json_cell(cell: Cell) -> Cell | None:
@@ -59,5 +60,5 @@ def _json_cell(cell: Cell) -> Cell | None:
     return float(cell) if math.isfinite(cell) else None
 
 
-def _rows(rows: list[dict[str, Any]]) -> list[Row]:
-    return [{k: math.nan if cell is None else cell for k, cell in row.items()} for row in rows]
+def _rows(rows: list[list[tuple[str, Any]]]) -> list[Row]:
+    return [{name: math.nan if cell is None else cell for name, cell in row} for row in rows]

@@ -63,7 +63,7 @@ def page(
     """
     usual = float(np.median([pace for each in done.values() for pace in each.pace] or [1.0]))
     sections = [
-        _section(entry, done[entry.name], usual, folder)
+        _section(entry, done[entry.name], effort, usual, folder)
         if entry.name in done
         else _absent(entry, missing[entry.name])
         for entry in plan
@@ -115,7 +115,7 @@ def _overview(plan: Sequence[Entry], done: Mapping[str, Done]) -> Table:
     return Table("The parts, and how many requirements each meets", rows)
 
 
-def _section(entry: Entry, done: Done, usual: float, folder: Path) -> Section:
+def _section(entry: Entry, done: Done, effort: Effort, usual: float, folder: Path) -> Section:
     about, part = entry.about, done.part
     before, after = (pace / usual for pace in done.pace)
     blocks: list[Block] = [
@@ -125,7 +125,7 @@ def _section(entry: Entry, done: Done, usual: float, folder: Path) -> Section:
                 "How": about.how,
                 "What it means": about.meaning,
                 "Not covered": about.missing,
-                "Again": entry.command,
+                "Again": entry.command + (" --quick" if effort == "quick" else ""),
                 "Pace": f"fixed work took {before:.2f} times its usual time before this part and "
                 f"{after:.2f} times after it",
             }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from magfold_env.benchmarks.whole.skipping import ALLOWED, EVERYTHING, FLOOR, ON
 
 ACROSS = 5  # panels beside each other
 TALLEST = 4.0  # [rad] of an error: beyond half a turn all are alike
+WIDEST, HIGHEST = 20.0, 100.0  # factors that an axis spans at least, so that its ticks tell
 GROUPS = {EVERYTHING: 0, ONE: 1, TOGETHER: 3, FLOOR: 2}  # colours of the bars
 
 
@@ -92,14 +94,25 @@ def _panel(axis: Any, rows: list[Row], error: str) -> None:
         *_time_and_error(default, error), color="#d0021b", marker="*", markersize=15,
         markeredgecolor="white", linestyle="", label="the default", zorder=5,
     )  # fmt: skip
-    axis.set_xlabel("run time [s]", fontsize=9)
+    axis.set_xlabel("run time [ms]", fontsize=9)
+    axis.set_xlim(*_at_least(WIDEST, numbers(rows, "time [ms]")))
+    axis.set_ylim(*_at_least(HIGHEST, np.minimum(numbers(rows, error), TALLEST)))
     axis.tick_params(labelsize=8)
-    axis.tick_params(axis="x", which="minor", labelbottom=False)
+    for which in (axis.xaxis, axis.yaxis):
+        which.set_minor_formatter("")
+    axis.xaxis.set_major_formatter("{x:g}")
+
+
+def _at_least(factor: float, values: Any) -> tuple[float, float]:
+    """Return limits around some values that are at least a factor apart."""
+    low, high = float(values.min()), float(values.max())
+    middle, reach = math.sqrt(low * high), max(math.sqrt(high / low) * 1.3, math.sqrt(factor))
+    return middle / reach, middle * reach
 
 
 def _time_and_error(rows: list[Row], error: str) -> tuple[Any, Any]:
-    """Return times [s] and errors [rad]."""
-    return 1e-3 * numbers(rows, "time [ms]"), np.minimum(numbers(rows, error), TALLEST)
+    """Return times [ms] and errors [rad]."""
+    return numbers(rows, "time [ms]"), np.minimum(numbers(rows, error), TALLEST)
 
 
 def draw_skipping(rows: list[Row]) -> Any:
@@ -122,9 +135,9 @@ def draw_skipping(rows: list[Row]) -> Any:
             place[mine], over[mine], xerr=spread[:, mine], color=COLOURS[colour], height=0.65,
             ecolor=INK, error_kw={"linewidth": 1.0}, label=group,
         )  # fmt: skip
-    for y, row, value in zip(place, rows, over, strict=True):
+    for y, row, value, high in zip(place, rows, over, over + spread[1], strict=True):
         text = f"  {value:.3g} × : {float(row['each [µs]']):.3g} µs × {row['evaluations']}"
-        axis.text(value * 1.06, y, text, va="center", fontsize=8, color=INK)
+        axis.text(max(value, high) * 1.03, y, text, va="center", fontsize=8, color=INK)
     axis.axvline(ALLOWED, color=INK, linestyle="--", linewidth=1.0)
     axis.set_xscale("log")
     axis.set_xlim(0.8, 8.0 * float(over.max()))

@@ -38,6 +38,11 @@ class Reference:
         """Whether the scene, rather than a setting, decides what comes out."""
         return self.sensitivity > CLOSE
 
+    @property
+    def unsure(self) -> bool:
+        """Whether it is not known well enough to judge by."""
+        return self.known > CLOSE
+
     def error_on_the_way(self, run: Fold) -> float:
         """Largest difference of a joint's angle at any time [rad], as far as it is known."""
         return max(difference(run, self.fold), self.known, NUDGE)
@@ -72,7 +77,7 @@ def difference(one: Fold, other: Fold) -> float:
 
 
 def _joints(fold: Fold, times: Array) -> Array:
-    """Joint angles at some times, (times, n - 1) [rad]; straight between frames, then at rest.
+    """Joint angles at some times, (n - 1, times) [rad]; straight between frames, then at rest.
 
     The paper's solver has its frames at the ends of its own steps.
     """
@@ -80,7 +85,7 @@ def _joints(fold: Fold, times: Array) -> Array:
     known: Array = np.append(fold.trajectory.time, fold.time)
     angles = np.diff(np.concatenate([fold.trajectory.angles, fold.angles[None]]), axis=1)
     joints: list[Array] = [np.interp(times, known, joint) for joint in angles.T]
-    return np.stack(joints, axis=1)
+    return np.array(joints).reshape(-1, times.size)
 
 
 def _setting(scene: Scene, tolerance: float, accuracy: float) -> Setting:

@@ -25,9 +25,10 @@ class Setting:
     """Of the magnets; None where the scene has no such choice."""
 
     def __str__(self) -> str:
-        unit = "rad" if self.method == "adaptive" else "s"
-        magnets = "" if self.accuracy is None else f", magnets {self.accuracy:g}"
-        return f"{self.method} {self.step:.3g} {unit}{magnets}"
+        step = f"{self.step:g} rad"
+        if self.method == "paper":
+            step = f"paper's, {1e3 * self.step:.3g} ms"
+        return step if self.accuracy is None else f"{step}, magnets {self.accuracy:g}"
 
     @property
     def is_default(self) -> bool:

@@ -1,0 +1,152 @@
+"""The suite: it keeps what is finished, refuses what is another run's, and reports all of it."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from magfold_env.benchmarks import machine
+from magfold_env.benchmarks.about import About
+from magfold_env.benchmarks.part import Part, Progress, Table
+from magfold_env.benchmarks.runner import Benchmark
+from magfold_env.benchmarks.suite import command, plan
+from magfold_env.benchmarks.suite.done import Done
+from magfold_env.benchmarks.suite.page import tone
+from magfold_env.benchmarks.suite.plan import LEFT_OUT, Entry
+from magfold_env.benchmarks.timing import Spread
+from magfold_env.checkpoint import CheckpointError
+from magfold_env.cli_bench import BENCHMARKS
+
+pytest.importorskip("matplotlib.figure")
+
+ABOUT = About("A <title>", "what", "how so", "meaning", "missing things")
+
+
+class Measured:
+    """A benchmark of two parts that counts how often each is measured."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.asked: list[str] = []
+        self.broken: BaseException | None = None
+        parts = {"one": self._part("one"), "two": self._part("two")}
+        fake = Benchmark("fake", parts, {}, about={"one": ABOUT, "two": ABOUT})
+        entries = [Entry(fake, name) for name in parts]
+        monkeypatch.setattr(command, "entries", lambda *_: entries)
+        monkeypatch.setattr(command, "measure_pace", lambda: Spread(2e-3, 1e-3, 3e-3))
+
+    def _part(self, name: str) -> Callable[[bool, Progress], Part]:
+        def run(quick: bool, progress: Progress) -> Part:
+            progress(0.5, "half")
+            self.asked.append(name)
+            if name == "two" and self.broken is not None:
+                raise self.broken
+            rows = [{"z": "x", "error": math.nan, "a": 3}]
+            return Part(name, rows, [Table(f"table {name}", rows)], ["it is asked for: FAILS"])
+
+        return run
+
+
+@pytest.fixture
+def measured(monkeypatch: pytest.MonkeyPatch) -> Measured:
+    return Measured(monkeypatch)
+
+
+def test_everything_is_reported_on_one_page(measured: Measured, tmp_path: Path) -> None:
+    assert command.run("quick", tmp_path / "new" / "folder")
+    out = tmp_path / "new" / "folder"
+    assert measured.asked == ["one", "two"]
+    page = (out / "report.html").read_text(encoding="utf-8")
+    for said in ("A &lt;title&gt;", ABOUT.how, ABOUT.missing, "table two", "falls short", "never"):
+        assert said in page
+    for value in machine.identity().values():
+        assert value in page
+    assert "http://" not in page
+    assert "https://" not in page
+    assert "magfold bench fake --only one --quick" in page
+    results = json.loads((out / "bench.json").read_text(encoding="utf-8"))
+    assert [part["name"] for part in results["parts"]] == ["fake one", "fake two"]
+    assert (out / "fake" / "one.csv").read_text(encoding="utf-8").startswith("z,error,a\n")
+
+
+def test_a_killed_run_goes_on(measured: Measured, tmp_path: Path) -> None:
+    measured.broken = KeyboardInterrupt()
+    with pytest.raises(KeyboardInterrupt):
+        command.run("full", tmp_path)
+    assert not (tmp_path / "report.html").exists()
+    measured.broken = None
+    assert command.run("full", tmp_path)
+    assert measured.asked == ["one", "two", "two"]
+    first = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert command.run("full", tmp_path)
+    assert measured.asked == ["one", "two", "two"]
+    # Columns are in their own order, whether kept or fresh.
+    assert first.index(">z<") < first.index(">error<") < first.index(">a<")
+    assert first.count("<td") == (tmp_path / "report.html").read_text("utf-8").count("<td")
+
+
+def test_another_runs_parts_are_refused(
+    measured: Measured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command.run("full", tmp_path)
+    with pytest.raises(CheckpointError, match="effort"):
+        command.run("quick", tmp_path)
+    usual = machine.identity()
+    for key in ("commit", "sources", "processor", "numba"):
+        monkeypatch.setattr(machine, "identity", lambda key=key: usual | {key: "another"})
+        with pytest.raises(CheckpointError, match=f"{key} is .* 'another'"):
+            command.run("full", tmp_path)
+    assert measured.asked == ["one", "two"]
+
+
+def test_a_part_that_breaks_loses_no_other(
+    measured: Measured, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measured.broken = ArithmeticError("two <contenders> disagree")
+    assert not command.run("full", tmp_path)
+    assert "ArithmeticError: two <contenders> disagree" in capsys.readouterr().out
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "two &lt;contenders&gt; disagree" in page
+    assert "1 of 2" in page
+    measured.broken = None
+    assert command.run("full", tmp_path)
+    assert measured.asked == ["one", "two", "two"]
+
+
+def test_a_part_is_kept_as_it_is() -> None:
+    rows = [{"z": "x", "error": math.inf, "a": 3, "b": 2.0}, {"z": "y", "error": 0.5}]
+    part = Part("name", rows, [Table("table", rows[:1])], ["found"])
+    done = Done("bench name", part, 1.5, (0.1, 0.2))
+    text = json.dumps(done.to_json(), sort_keys=True, allow_nan=False)
+    back = Done.from_json(json.loads(text))
+    assert math.isnan(float(back.part.rows[0].pop("error")))
+    assert back.part.rows == [{"z": "x", "a": 3, "b": 2.0}, {"z": "y", "error": 0.5}]
+    assert [list(row) for row in back.part.rows] == [["z", "a", "b"], ["z", "error"]]
+    assert isinstance(back.part.rows[0]["a"], int)
+    assert (back.name, back.seconds, back.pace) == (done.name, done.seconds, done.pace)
+    assert back.part.findings == ["found"]
+
+
+def test_sentences_say_whether_something_holds() -> None:
+    assert tone("10 is allowed: holds") == "good"
+    assert tone("a scan: 0.4 (0.3 to 0.5) s, within 3 s") == "good"
+    assert tone("a scan: 4 s, NOT within 3 s") == "bad"
+    assert tone("holds for 3 of 4: FAILS in one") == "bad"
+    assert tone("the time grows like n to the 1.3") == "plain"
+
+
+def test_the_plan_has_every_part_and_says_something_about_each() -> None:
+    full, quick = plan.entries("full"), plan.entries("quick")
+    assert {each.benchmark.name for each in full} == {each.name for each in BENCHMARKS}
+    names = [each.name for each in full]
+    assert len(set(names)) == len(names)
+    assert [name for name in names if name not in LEFT_OUT] == [each.name for each in quick]
+    assert set(LEFT_OUT) <= set(names)
+    for each in full:
+        for field in fields(About):
+            assert len(getattr(each.about, field.name)) > 10, (each.name, field.name)
+        assert set(each.benchmark.about) == set(each.benchmark.parts)
