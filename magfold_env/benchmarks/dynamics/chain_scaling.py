@@ -150,25 +150,33 @@ def _findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
     for n, factor in PINOCCHIO_FACTORS.items():
         found += [
-            f"n = {n}: {_ratio(row)} times faster than Pinocchio (at least {factor})"
+            f"n = {n}: {_ratio(row)} times faster than Pinocchio; at least {factor} is asked for: "
+            f"{_verdict(_ratio(row).median >= factor)}"
             for row in _at(rows, PINOCCHIO, n)
         ]
     for row in _at(rows, LANES, LANES_AT):
         inverse = Spread(*(1.0 / float(row[key]) for key in _QUARTILES))
         found.append(
-            f"n = {LANES_AT}: in lanes {inverse} times faster than one chain after the other "
-            f"(at least {LANES_FACTOR})"
+            f"n = {LANES_AT}: in lanes {inverse} times faster than one chain after the other; at "
+            f"least {LANES_FACTOR} is asked for: {_verdict(inverse.median >= LANES_FACTOR)}"
         )
     steps = [float(r["times one chain's"]) for r in rows if r["contender"] == MUJOCO]
     if steps:
         found.append(f"at least {min(steps):.3g} times faster than a MuJoCo step at all lengths")
     # The rows of many long chains outgrow the processor's cache: nothing is asked of their slope.
-    for name, bound in ((SCALAR, f" (at most {STEEPEST})"), (LANES, "")):
+    for name in (SCALAR, LANES):
         steepness = slope(rows, name)
         if np.isfinite(steepness):
-            power = f"n to the {steepness:.3f}"
-            found.append(f"{name}: the time grows like {power} from n = {LONG} on{bound}")
+            said = f"{name}: the time grows like n to the {steepness:.3f} from n = {LONG} on"
+            if name == SCALAR:
+                held = _verdict(steepness <= STEEPEST)
+                said += f"; at most {STEEPEST} is asked for: {held}"
+            found.append(said)
     return found
+
+
+def _verdict(held: bool) -> str:
+    return "holds" if held else "FAILS"
 
 
 def _at(rows: list[Row], name: str, n: int) -> list[Row]:

@@ -88,6 +88,8 @@ def run(quick: bool, progress: Progress) -> Part:
                 "steps": session.steps,
                 "evaluations": count,
                 "run [µs]": run_time,
+                "lower quartile [µs]": 1e6 * times[name].spread.low,
+                "upper quartile [µs]": 1e6 * times[name].spread.high,
                 "run / evaluations [µs]": run_time / max(count, 1),
                 "smooth evaluation [µs]": price,
                 "forces [%]": 100.0 * count * (price - chain) / run_time,

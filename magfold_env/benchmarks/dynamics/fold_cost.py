@@ -81,7 +81,7 @@ def run(quick: bool, progress: Progress) -> Part:
                         "final error [rad]": float(off),
                         "steps": end.steps,
                         "evaluations": end.evaluations,
-                        "time [ms]": 1e3 * times[f"{name} {tolerance}"].median,
+                        **times[f"{name} {tolerance}"].spread.time_cells("ms", 1e3),
                     }
                 )
         part.tables.append(_table(kind, part.rows, effort))

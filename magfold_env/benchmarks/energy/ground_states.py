@@ -44,6 +44,8 @@ def run(quick: bool, progress: Progress) -> Part:
                 "sequences": count,
                 "proved": proved,
                 "median [s]": spread.median,
+                "lower quartile [s]": spread.low,
+                "upper quartile [s]": spread.high,
                 "slowest [s]": max(taken),
                 "nodes": int(np.median(nodes)),
             }

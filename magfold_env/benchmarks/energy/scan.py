@@ -45,7 +45,7 @@ def run(quick: bool, progress: Progress) -> Part:
             "what": name,
             "sequences": sequences,
             "words": words,
-            "time [s]": timings[name].median,
+            **timings[name].spread.time_cells("s"),
             "each [ns]": timings[name].median / (sequences * words) * 1e9,
         }
         for name, (_, sequences, words) in work.items()

@@ -37,7 +37,7 @@ SHORT = (
     "A quick run: fewer cases, lengths and rounds, to see that everything works. Its numbers are "
     "not to be quoted."
 )
-WORDS: dict[Tone, str] = {"good": "holds", "bad": "falls short", "plain": "found"}
+WORDS: dict[Tone, str] = {"good": "holds", "bad": "falls short"}
 
 
 def page(
@@ -95,7 +95,8 @@ def tone(finding: str) -> Tone:
     """Return whether a sentence says that something asked for is met, or missed, or neither."""
     if re.search(r"\bFAILS\b|\bNOT\b", finding):
         return "bad"
-    return "good" if re.search(r"\bholds$|\bwithin \d+ s$", finding) else "plain"
+    # "holds for 3 of 4 shapes" is no verdict.
+    return "good" if re.search(r"\bholds\b(?! for)|\bwithin \d+ s$", finding) else "plain"
 
 
 def _overview(plan: Sequence[Entry], done: Mapping[str, Done]) -> Table:
@@ -131,18 +132,24 @@ def _section(entry: Entry, done: Done, effort: Effort, usual: float, folder: Pat
             }
         )
     ]
+    plain: list[str] = []
     for finding in part.findings:
         kind = tone(finding)
-        blocks.append(Verdict(WORDS[kind], finding, kind))
+        if kind == "plain":
+            plain.append(finding)
+        else:
+            blocks.append(Verdict(WORDS[kind], finding, kind))
+    if plain:
+        blocks.append(Points(plain))
     picture = folder / entry.benchmark.name / f"{part.name}.png"
     if part.rows and picture.is_file():
-        blocks.append(Picture(picture, f"{about.title}: {entry.name}"))
+        blocks.append(Picture(picture, about.title))
     blocks += part.tables
-    return Section(f"{entry.name}: {about.title}", blocks)
+    return Section(f"{about.title} ({entry.name})", blocks)
 
 
 def _absent(entry: Entry, reason: str) -> Section:
     return Section(
-        f"{entry.name}: {entry.about.title}",
+        f"{entry.about.title} ({entry.name})",
         [entry.about.measured, Verdict("not measured", reason, "bad")],
     )

@@ -18,7 +18,6 @@ BENCHMARKS = ("whole", "dynamics", "magnets", "energy", "predict", "design", "en
 LEFT_OUT = {
     "dynamics first-use": "it compiles the engine anew, which takes most of a minute",
     "design searches": "it takes most of a minute",
-    "predict scaling": "it starts processes, each of which loads the engine",
 }
 """What `--quick` leaves out, and why."""
 

@@ -73,7 +73,7 @@ def _panel(axis: Any, rows: list[Row], error: str) -> None:
             marker=MARKERS[k],
             markersize=4.5,
             linewidth=1.1,
-            label=f"magnets to {accuracy:g}" if accuracy else "nothing to choose at magnets",
+            label=f"magnets to {accuracy:g}" if accuracy else "no accuracy to choose",
         )
     for accuracy in sorted({float(row["magnets"]) for row in paper}):
         mine = [row for row in paper if row["magnets"] == accuracy]
