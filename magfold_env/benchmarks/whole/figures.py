@@ -17,6 +17,7 @@ from magfold_env.benchmarks.drawing import (
     numbers,
     panels,
 )
+from magfold_env.benchmarks.dynamics.contact_scenes import NUDGE
 from magfold_env.benchmarks.part import Row
 from magfold_env.benchmarks.whole import skipping, work_precision
 from magfold_env.benchmarks.whole.skipping import ALLOWED, EVERYTHING, FLOOR, ONE, TOGETHER
@@ -32,7 +33,8 @@ def draw_work_precision(rows: list[Row]) -> Any:
     scenes = list(dict.fromkeys(str(row["scene"]) for row in rows))
     lines = -(-len(scenes) // ACROSS)
     figure = figure_class()(figsize=(3.5 * ACROSS, 3.1 * 2 * lines + 0.9), layout="constrained")
-    figure.suptitle("Whole folds: error against run time", fontsize=15, color=INK)
+    said = f"Whole folds: largest error against run time; below {NUDGE:g} rad errors count as equal"
+    figure.suptitle(said, fontsize=15, color=INK)
     halves = figure.subfigures(2, 1, hspace=0.03)
     titles = (
         "largest error of a joint at any time [rad]",
