@@ -137,7 +137,8 @@ def test_sentences_say_whether_something_holds() -> None:
     assert tone("a scan: 4 s, NOT within 3 s") == "bad"
     assert tone("holds for 3 of 4: FAILS in one") == "bad"
     assert tone("at most 10 is asked for: holds; worst error 0.1") == "good"
-    assert tone("at least 10 is asked for: holds for 3 of 4 shapes") == "plain"
+    assert tone("at least 10 is asked for: holds for 3 of 4 shapes") == "bad"
+    assert tone("at least 10 is asked for: holds for 4 of 4 shapes") == "good"
     assert tone("the time grows like n to the 1.3") == "plain"
 
 

@@ -93,10 +93,10 @@ def page(
 
 def tone(finding: str) -> Tone:
     """Return whether a sentence says that something asked for is met, or missed, or neither."""
-    if re.search(r"\bFAILS\b|\bNOT\b", finding):
+    counted = re.search(r"\bholds for (\d+) of (\d+)", finding)
+    if re.search(r"\bFAILS\b|\bNOT\b", finding) or (counted and counted[1] != counted[2]):
         return "bad"
-    # "holds for 3 of 4 shapes" is no verdict.
-    return "good" if re.search(r"\bholds\b(?! for)|\bwithin \d+ s$", finding) else "plain"
+    return "good" if re.search(r"\bholds\b|\bwithin \d+ s$", finding) else "plain"
 
 
 def _overview(plan: Sequence[Entry], done: Mapping[str, Done]) -> Table:
