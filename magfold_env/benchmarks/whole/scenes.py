@@ -20,7 +20,7 @@ def named_scenes() -> dict[str, Scene]:
     one, two, three = (load_scene(f"paper/sequence-{k}") for k in (1, 2, 3))
     scenes = {
         "sequence 1, free": one,
-        "sequence 2, free, no friction": two.replace(friction=0.0),
+        "sequence 2, frictionless": two.replace(friction=0.0),
         "sequence 3, free": three,
         "sequence 3, fed backward": three.replace(mount="tube", feed={"direction": "backward"}),
         "tube-feed": load_scene("tube-feed"),

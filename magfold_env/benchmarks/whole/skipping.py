@@ -93,7 +93,7 @@ def run(quick: bool, progress: Progress) -> Part:
         row = _row(each.group, each.name, session.evaluations, times[name], price, swung)
         rows.append({**row, "end": str(session.status), "simulated [s]": session.time})
     itself = ratio(times[FLOOR], times[FLOOR])
-    last = _row(FLOOR, "a bare pendulum's loop", swung, times[FLOOR], itself, swung)
+    last = _row(FLOOR, "bare pendulum", swung, times[FLOOR], itself, swung)
     rows.append({**last, "end": "unsettled", "simulated [s]": bare.scene.duration})
     return Part(NAME, rows, _tables(rows), _findings(rows))
 
@@ -145,7 +145,7 @@ def _tables(rows: list[Row]) -> list[Table]:
             "run, ms": row["time [ms]"],
             "simulated, s": row["simulated [s]"],
             "end": row["end"],
-            "evaluations": row["evaluations"],
+            "evals": row["evaluations"],
             "each, µs": row["each [µs]"],
             "× floor": row["over the floor"],
         }
