@@ -34,8 +34,8 @@ ABOUT = {
         "recorded. Each scene moves otherwise, so the time is divided by the number of times "
         "that the accelerations were evaluated, and by the same for the pendulum's loop. That "
         "loop takes the engine's own steps; it ends at the same angles after the same "
-        "evaluations. All take turns. Without contact, magnets run into each other: that row "
-        "ends where they do.",
+        "evaluations. All take turns. Without contact, magnets run into each other, and that row "
+        "ends after a thousand steps, unsettled.",
         "A feature that is off should cost nothing. The scene that lacks everything should take "
         "as long as the bare loop; what it takes more is paid by every simulation.",
         "Preparing a scene, which is not timed; longer chains, where what is paid once weighs "

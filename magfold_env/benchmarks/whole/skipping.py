@@ -38,6 +38,7 @@ FIELD = {
         "thickness": 0.02,
     },
 }
+MOST_STEPS = 1000  # twice what any scene needs but the one in which magnets pass each other
 ALLOWED = 1.1  # time of the scene that lacks everything over the floor's
 
 RECORDING = "recording"
@@ -113,6 +114,7 @@ def _variant(group: str, name: str, off: list[str]) -> Variant:
     scene = load_scene(SEQUENCE).replace(
         mount="tube",
         duration=DURATION,
+        solver={"max_steps": MOST_STEPS},
         feed={"speed": SPEED, "direction": "backward"},
         gravity={"in_plane": TILT},
         field=FIELD,
