@@ -21,6 +21,7 @@ from magfold_env.simulate import simulate
 GRAVITY = 9.81  # [m/s²] of the time unit √(d/g)
 PERIODS = 6.0  # length of a run in that unit
 FRAME_RATE = 5000.0  # [1/s] at which the first contact is looked for
+STEPS_TO_CONTACT = 2000  # many times what it takes; then magnets pass through each other, slowly
 BEFORE_CONTACT = 0.95  # share of the time until the first contact
 PARTS = 6  # equal parts of a run, after each of which errors are looked at
 
@@ -86,7 +87,7 @@ def longest(scene: Scene) -> float:
 
 def first_contact(scene: Scene) -> float:
     """Return when a joint first reaches its stop or two casings meet [s]; ∞ if none do."""
-    fine = scene.replace(solver={"tolerance": 1e-6})
+    fine = scene.replace(solver={"tolerance": 1e-6, "max_steps": STEPS_TO_CONTACT})
     run = simulate(fine, frame_rate=FRAME_RATE).trajectory
     assert run is not None
     for time, angles in zip(run.time, run.angles, strict=True):
