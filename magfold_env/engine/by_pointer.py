@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from ctypes import addressof, c_char
 from functools import cached_property
 from typing import Any, TypeVar, cast
 
@@ -64,11 +65,20 @@ def by_pointer(cls: type[T]) -> type[T]:
     return cast("type[T]", type(cls.__name__, (_Packed, cls), body))
 
 
+def address_of(array: np.ndarray[Any, Any]) -> int:
+    """Return where the data of an array begin."""
+    try:
+        # A third of the time of the other, which counts where there are hundreds.
+        return addressof(c_char.from_buffer(cast("Any", array)))
+    except (TypeError, ValueError):  # read-only, or empty
+        return array.ctypes.data
+
+
 def _write(packed: Any, codes: list[str], values: list[float]) -> None:
     for value in packed:
         if isinstance(value, np.ndarray):
             codes.append("q" * (1 + value.ndim))
-            values += (value.ctypes.data, *value.shape)
+            values += (address_of(value), *value.shape)
         elif isinstance(value, _Packed):
             _write(value, codes, values)
         elif isinstance(value, float):

@@ -77,7 +77,7 @@ class Session:
 
     @property
     def steps(self) -> int:
-        """Time steps tried so far."""
+        """Time steps so far; one that was tried again counts once."""
         return int(self._state.counter[STEPS])
 
     @property

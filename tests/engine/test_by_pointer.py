@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from magfold_env.engine.by_pointer import by_pointer
+from magfold_env.engine.by_pointer import address_of, by_pointer
 from magfold_env.engine.jit import allocating_kernel, kernel
 from magfold_env.engine.state import Array, IntArray
 
@@ -115,3 +115,11 @@ def test_an_array_that_a_kernel_returns_lives_as_long_as_its_tuple():
     outer = an_outer()
     row = row_of(outer)
     np.testing.assert_array_equal(row, outer.row)
+
+
+@pytest.mark.parametrize("shape", [(5,), (2, 3), (0,)])
+@pytest.mark.parametrize("writable", [True, False])
+def test_arrays_are_found_where_they_are(shape: tuple[int, ...], writable: bool) -> None:
+    array = np.zeros(shape)
+    array.flags.writeable = writable
+    assert address_of(array) == array.ctypes.data
