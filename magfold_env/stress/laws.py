@@ -10,6 +10,7 @@ import numpy as np
 from magfold_env.benchmarks.dynamics_laws import mechanics
 from magfold_env.benchmarks.dynamics_laws.along_folds import Motion, follow
 from magfold_env.benchmarks.dynamics_laws.overlap import deepest_overlap
+from magfold_env.engine.magnet_laws import COULOMB
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, headings
@@ -27,6 +28,7 @@ LEAST = 1e-7  # [rad] beyond a stop, at the tightest tolerances
 ROUNDING = 1e-12  # of an energy
 FOLDED_WITHIN = 0.05  # [rad] of a right angle
 AT_REST = 1e-9  # [rad/s]
+PAIR = 1e-4  # of the energy of two full charges a side apart
 
 
 def check(scene: Scene) -> Verdict:
@@ -170,7 +172,9 @@ def hold_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
     verdict.judge("rest", turning, AT_REST, "joints turn at the end [rad/s]")
     if scene.field is None and scene.magnets is not None:
         there = energy(scene, fold.angles)
-        unit = max(abs(there), 1e-300)
+        # Energies of pairs may cancel: then those of single ones are what rounding is a share of.
+        pair = COULOMB * scene.magnets.charge**2 / scene.casing.side
+        unit = max(abs(there), PAIR * pair, 1e-300)
         verdict.judge("energy", abs(fold.energy - there) / unit, 1e-9)
     outside = scene.field is not None or any(scene.gravity.in_plane)
     if scene.mount == "tube" or outside:

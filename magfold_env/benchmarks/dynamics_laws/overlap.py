@@ -111,7 +111,7 @@ def obstacles(scene: Scene) -> list[tuple[Boxes, float]]:
     found: list[tuple[Boxes, float]] = []
     radius = scene.casing.corner_radius
     if scene.mount == "tube":
-        wall, length = scene.feed.wall, 2.0 * (scene.n + 1) * scene.casing.diagonal
+        wall, length = scene.feed.wall, 2.0 * scene.n * scene.casing.diagonal
         edge = min(radius, 0.25 * wall)
         for sign in (0.5, -0.5):
             centre = (-0.5 * length, sign * (scene.bore + wall))
