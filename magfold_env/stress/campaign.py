@@ -85,6 +85,8 @@ def run(
                 break
             for place, part in finished(try_block, [blocks[number] for number in wave], team):
                 tally.merge(part)
+                if out is not None:
+                    _save_failures(part, out / "failures")
                 if kept is not None:
                     kept.add([wave[place], len(blocks[wave[place]]), part.to_dict()])
                 if progress is not None:
@@ -92,8 +94,6 @@ def run(
     finally:
         if kept is not None:
             kept.save()
-    if out is not None:
-        _save_failures(tally, out / "failures")
     return tally
 
 
