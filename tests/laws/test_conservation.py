@@ -68,7 +68,7 @@ def test_momentum_is_kept_to_rounding_at_any_tolerance(contact):
         sequence=("NSNS", "SNNS", "NNSS", "SSNS"),
         friction=0.0,
         contact=contact,
-        duration=0.3,
+        duration=0.05,
         solver=Solver(tolerance=1e-2),
     )
     session = thrown(scene, 5, 30.0)
