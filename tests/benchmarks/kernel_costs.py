@@ -51,7 +51,7 @@ STORED = Path(__file__).with_suffix(".json")
 COMPONENTS = 6
 SEEDS = range(4)  # of the folds of each kind whose evaluations are counted
 SAMPLES = 12  # in a pass
-PASSES = 20  # at most
+PASSES = 40  # at most
 PAUSE = 0.3  # [s] between passes
 LIMIT = 1.15  # times what is stored: noise must not hide a fifth
 
@@ -226,7 +226,7 @@ def typical(names: Iterable[str], passes: int) -> dict[str, float]:
 
 def renew() -> None:
     """Measure this machine and store it beside the others."""
-    ratios = typical([*KERNELS, *FOLDS], 2 * PASSES)
+    ratios = typical([*KERNELS, *FOLDS], PASSES)
     record = stored()
     record["evaluations"] = {kind: evaluations(kind) for kind in KINDS}
     record["ratios"][processor()] = {name: round(r, 3) for name, r in ratios.items()}
