@@ -13,6 +13,7 @@ from rich.console import Console
 
 from magfold_env.cli_bench import bench
 from magfold_env.cli_errors import errors_in_one_line
+from magfold_env.cli_proof import paper, stress
 from magfold_env.cli_report import (
     decisions_table,
     fold_table,
@@ -249,65 +250,15 @@ def play(
         cli_play.play(scene, target, components, fidelity, randomisation, seed)
 
 
-@app.command()
-def stress(
-    *,
-    cases: Annotated[int, typer.Option(help="Scenes to try.")] = 1000,
-    seed: Annotated[int, typer.Option(help="Seed of all draws.")] = 0,
-    only: Annotated[
-        list[str] | None, typer.Option(help="A kind of scenes, see the table; may repeat.")
-    ] = None,
-    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
-    minutes: Annotated[
-        float | None, typer.Option(help="Begin no more after this time; no limit if left out.")
-    ] = None,
-    out: Annotated[
-        Path, typer.Option(help="Folder of the results; a killed command goes on in it.")
-    ] = Path("runs/stress"),
-    rerun: Annotated[
-        Path | None, typer.Option(help="Judge the scene in this file, and try nothing else.")
-    ] = None,
-) -> None:
-    """Try to break the simulation by random and extreme scenes; exit code 1 if a law is broken."""
-    from magfold_env import cli_stress  # noqa: PLC0415 - for this command only
-
-    with errors_in_one_line():
-        if rerun is not None:
-            kept = cli_stress.try_again(rerun)
-        else:
-            kept = cli_stress.try_cases(cases, seed, only or [], workers, minutes, out)
-    if not kept:
-        raise typer.Exit(1)
-
-
-@app.command()
-def paper(
-    *,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="table-1, figure-7, figure-11, figure-12, figures-13-14, figure-15, figure-16, "
-            "figure-18 or figure-19; may repeat."
-        ),
-    ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")] = False,
-    out: Annotated[
-        Path, typer.Option(help="Folder of the results; a killed command goes on in it.")
-    ] = Path("runs/paper"),
-) -> None:
-    """Reproduce the paper's figures and tables on one page, and say what agrees."""
-    with errors_in_one_line():
-        from magfold_env import cli_paper  # noqa: PLC0415 - for this command only
-
-        cli_paper.reproduce(only or [], quick, out)
+app.command()(stress)
+app.command()(paper)
 
 
 @app.command()
 def scenes() -> None:
     """List the shipped scenes."""
     with errors_in_one_line():
-        loaded: dict[str, Scene] = {name: load_scene(name) for name in scene_names()}
-    Console().print(scenes_table(loaded))
+        Console().print(scenes_table({name: load_scene(name) for name in scene_names()}))
 
 
 def _feeds(scene: Scene) -> list[Minimum]:

@@ -13,10 +13,11 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine import boxes, chain, contact, friction
+from magfold_env.engine import chain, friction
 from magfold_env.engine.arrays import copy
+from magfold_env.engine.closing_gaps import FINEST, collect_within
 from magfold_env.engine.complementarity import solve_nonnegative
-from magfold_env.engine.constraints import first_joint, hold_joints, open_joints
+from magfold_env.engine.constraints import hold_joints, open_joints
 from magfold_env.engine.dynamics import (
     apply_multipliers,
     rate_of,
@@ -46,14 +47,11 @@ from magfold_env.engine.state import (
     Work,
 )
 
-FINEST = 10.0  # shortest step: tolerances of a typical rate
 COARSEST = 0.01  # [s]
 TURN = 0.1  # [rad] that no component turns by in a step, at its rate before
 SHARE = 0.05  # of the tolerance, that a step's change of velocity may move an angle by
 HOPELESS = 1e-3  # finest steps: shorter ones do not help either
 ROUNDING = 1e-12  # [m/s]
-PUSH_OUT = 0.2  # share of an overlap that one step takes back
-GENTLE = 1e-6  # the tightest tolerance whose finest step is long enough for that
 VIOLENT = 100.0  # times the energy of the free motion: nothing asks for that
 
 
@@ -249,57 +247,3 @@ def too_violent(
         for c in range(count):
             change += work.multiplier[r] * work.delassus[r, c] * work.multiplier[c]
     return not unit * unit * change <= VIOLENT * (energy + mass * fastest * fastest)
-
-
-@inlined
-def allowance(model: Model, gap: float, time: float) -> float:
-    """Return the closing velocity that a gap allows; overlaps are taken back gently."""
-    if gap >= 0.0:
-        return gap / time
-    return PUSH_OUT * gap / max(time, FINEST * max(model.tolerance, GENTLE) / model.rate_scale)
-
-
-@kernel
-def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: float) -> int:
-    """Rows of all gaps that could close within the step, their allowances in ``work.bias``.
-
-    Returns their number, −1 if there is no room.
-    """
-    row = 0
-    for k in range(first_joint(lo), model.n):
-        angle = q[k] - q[k - 1]
-        rate = v[k] - (v[k - 1] if k > lo else 0.0)
-        for sign in (-1, 1):
-            gap = contact.HALF_PI - sign * angle
-            if gap - sign * rate * h < REACH * abs(rate) * h + 1e-6:
-                contact.stop_row(lo, model, work, row, k, sign)
-                work.bias[row] = allowance(model, gap, h)
-                row += 1
-    work.row_count[0] = row
-    boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
-    fastest = 0.0
-    for i in range(lo, model.n):
-        fastest = max(fastest, math.sqrt(work.vx[i] ** 2 + work.vy[i] ** 2))
-        fastest = max(fastest, abs(v[i]) * model.side)
-    near = 4.0 * fastest * h + contact.TOUCH * model.side
-    for i in range(max(lo - 1, 0), model.n):
-        j = boxes.next_partner(model, lo, i, i)
-        while j < model.n + boxes.OBSTACLES:
-            if boxes.may_touch(model, work, i, j):
-                for c in range(8):
-                    box, other = (i, j) if c < 4 else (j, i)
-                    gap = boxes.corner_gap(model, work, box, other, c % 4)
-                    if gap < near:
-                        if row >= work.bias.size:
-                            return -1
-                        work.row_id[row, 0] = box
-                        work.row_id[row, 1] = other
-                        work.row_id[row, 2] = c % 4
-                        contact.contact_row(lo, model, work.pose, work, row, v)
-                        work.bias[row] = allowance(model, gap, h)
-                        row += 1
-            j = boxes.next_partner(model, lo, i, j)
-    return row
-
-
-REACH = 1.0  # how much faster than the trial velocity a joint may turn after the projection
