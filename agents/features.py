@@ -49,6 +49,7 @@ class FromTheMouth(BaseFeaturesExtractor):
         else:
             size, width = int(np.prod(observation_space.shape or 0)), 3
             n = (size + 4) // 17
+        self.width = width
         self._layout = ObservationLayout(n, side=1.0, words=())
         if size != self._layout.size + width * (n - 1):
             raise ValueError(
@@ -61,13 +62,23 @@ class FromTheMouth(BaseFeaturesExtractor):
 
     def forward(self, observations: torch.Tensor | Mapping[str, torch.Tensor]) -> torch.Tensor:
         """Return the features, (batch, features_dim), of a batch of observations."""
+        entries = self.entries(observations)
+        return self.ordered(entries, self.step(entries))
+
+    def entries(self, observations: torch.Tensor | Mapping[str, torch.Tensor]) -> torch.Tensor:
+        """Return what is wanted, `width` entries a joint, then the chain, (batch, entries)."""
         if isinstance(observations, torch.Tensor):
-            entries = observations
-        else:
-            wanted = observations["desired_goal"][:, :-1]
-            entries = torch.cat((wanted, observations["observation"]), dim=1)
+            return observations
+        wanted = observations["desired_goal"][:, :-1]
+        return torch.cat((wanted, observations["observation"]), dim=1)
+
+    def step(self, entries: torch.Tensor) -> torch.Tensor:
+        """Return how many components have left the tube, (batch,)."""
         chain = entries[:, entries.shape[1] - self._layout.size :]
-        step = chain[:, self._layout.slices["released"]].sum(dim=1).round().long()
+        return chain[:, self._layout.slices["released"]].sum(dim=1).round().long()
+
+    def ordered(self, entries: torch.Tensor, step: torch.Tensor) -> torch.Tensor:
+        """Return the entries counted from the mouth, then the step, one-hot."""
         ordered = pad(entries, (0, 1)).gather(1, self._order[step])
         return torch.cat((ordered, one_hot(step, len(self._order))), dim=1)
 

@@ -20,9 +20,10 @@ class _Learner(Group, frozen=True):
     """Steps in a minibatch."""
     hidden: tuple[Count, ...] = (64, 64)
     """Widths of the hidden layers of every network."""
-    features: Literal["chain", "mouth"] = "chain"
+    features: Literal["chain", "mouth", "symmetric"] = "chain"
     """Whether networks see the chain from its first component to its last, or from the tube's mouth
-    outward, see `agents.features.FromTheMouth`; the latter for tube feed alone."""
+    outward, see `agents.features.FromTheMouth`, or so and always from one side, see
+    `agents.symmetry`; the latter two for tube feed alone, the last for PPO."""
 
 
 class PPOSettings(_Learner, frozen=True):

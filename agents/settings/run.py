@@ -110,10 +110,17 @@ class TrainSettings(Group, frozen=True):
         elif learner.algorithm == "maskable-ppo" and env.actions in ("box", "dict"):
             allowed = "must be 'multidiscrete' or 'discrete' with maskable-ppo"
             problems.append(Problem("env.actions", env.actions, allowed))
-        if learner.features == "mouth":
+        if learner.features != "chain":
             if env.id not in (TUBE_FEED, GOAL_ENV):
-                allowed = f"must be {TUBE_FEED!r} or {GOAL_ENV!r} with features 'mouth'"
+                allowed = (
+                    f"must be {TUBE_FEED!r} or {GOAL_ENV!r} with features {learner.features!r}"
+                )
                 problems.append(Problem("env.id", env.id, allowed))
+            if learner.features == "symmetric" and (
+                learner.algorithm != "ppo" or env.actions not in (None, "multidiscrete")
+            ):
+                allowed = "must be 'chain' or 'mouth' but for ppo with actions 'multidiscrete'"
+                problems.append(Problem("learner.features", learner.features, allowed))
             if self.curriculum is not None:
                 # Chains of other lengths are filled up, which moves their entries.
                 value, allowed = learner.features, "must be 'chain' with a curriculum"

@@ -17,6 +17,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from agents.features import FromTheMouth
 from agents.learning_rate import LearningRate
 from agents.settings.learner import LearnerSettings, SACSettings
+from agents.symmetry import FromOneSide, SymmetricPolicy, is_symmetric
 from agents.training.archive import UNREADABLE
 from magfold_env.files import replacing
 from magfold_env.scene import Scene
@@ -31,6 +32,7 @@ CLASSES: dict[str, type[BaseAlgorithm]] = {
 
 _BY_POLICY: dict[str, type[BaseAlgorithm]] = {
     "stable_baselines3.common.policies": PPO,
+    "agents.symmetry": PPO,
     "sb3_contrib.common.maskable.policies": MaskablePPO,
     "stable_baselines3.sac.policies": SAC,
     "sb3_contrib.tqc.policies": TQC,
@@ -53,6 +55,11 @@ def make_model(
         Seed of networks and actions.
     device : str
         Where the networks live.
+
+    Raises
+    ------
+    ValueError
+        If the features are to be symmetric and the device is not.
     """
     own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
     options: dict[str, Any] = settings.model_dump(exclude=own)
@@ -60,13 +67,22 @@ def make_model(
         options["replay_buffer_class"] = HerReplayBuffer
         options["replay_buffer_kwargs"] = settings.hindsight.model_dump()
     policy: dict[str, Any] = {"net_arch": list(settings.hidden)}
-    if settings.features == "mouth":
-        policy["features_extractor_class"] = FromTheMouth
-        scene: Scene = env.get_attr("scene")[0]
-        policy["features_extractor_kwargs"] = {"backward": scene.feed.direction == "backward"}
     dictionary = isinstance(env.observation_space, spaces.Dict)
+    kind: Any = "MultiInputPolicy" if dictionary else "MlpPolicy"
+    if settings.features != "chain":
+        scene: Scene = env.get_attr("scene")[0]
+        policy["features_extractor_class"] = FromTheMouth
+        policy["features_extractor_kwargs"] = {"backward": scene.feed.direction == "backward"}
+        if settings.features == "symmetric":
+            if not is_symmetric(scene):
+                raise ValueError(
+                    "learner.features: 'symmetric' is not allowed for a scene with a field or "
+                    "magnets that differ from left to right; must be chain or mouth"
+                )
+            kind = SymmetricPolicy
+            policy["features_extractor_class"] = FromOneSide
     return CLASSES[settings.algorithm](
-        "MultiInputPolicy" if dictionary else "MlpPolicy",
+        kind,
         env,
         learning_rate=LearningRate(settings.learning_rate, settings.anneal),
         policy_kwargs=policy,

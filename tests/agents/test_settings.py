@@ -80,6 +80,10 @@ def test_an_override_of_none_leaves_the_file_alone() -> None:
             "curriculum: {stages: [{}]}\nlearner: {algorithm: ppo, features: mouth}",
             r"learner\.features: 'mouth' is not allowed; must be 'chain' with a curriculum",
         ),
+        (
+            "env: {actions: discrete}\nlearner: {algorithm: ppo, features: symmetric}",
+            r"learner\.features: 'symmetric' is not allowed; must be 'chain' or 'mouth'",
+        ),
         ("name: ../run", r"name: '\.\./run' is not allowed"),
     ],
 )

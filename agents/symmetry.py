@@ -1,0 +1,222 @@
+"""A network to which a chain, its mirror image and either with all poles exchanged are one.
+
+A chain in a mirror folds as its image does, and exchanging N and S everywhere changes no force.
+Of these four the network sees one, chosen by what is wanted and by what has left the tube, and
+its choice is turned back: what is learned of one holds for all, exactly.
+
+Saved policies name this module: they load only while it is found here.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import torch
+from gymnasium import Space, spaces
+from numpy.typing import NDArray
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.torch_layers import MlpExtractor
+from torch import nn
+
+from agents.features import FromTheMouth
+from magfold_env.envs.actions import SIGNS
+from magfold_env.envs.observation import ObservationLayout
+from magfold_env.scene import Scene
+
+VIEWS = 2
+"""Features that say how the network's view is turned: whether in a mirror, whether exchanged."""
+
+_FACE_WEIGHTS = (8.0, 4.0, 2.0, 1.0)
+"""Weighted so, the poles of a component's faces never cancel."""
+
+
+def is_symmetric(scene: Scene) -> bool:
+    """Return whether the device in `scene`, but for its poles, is its own mirror image."""
+    sizes = ("width", "height", "thickness", "inset", "remanence")
+    faces = [np.atleast_1d(getattr(scene.magnets, name)) for name in sizes]
+    even = all(np.array_equal(each, each[..., ::-1]) for each in faces)
+    return even and scene.field == type(scene.field)()
+
+
+class FromOneSide(FromTheMouth):
+    """Shows every chain with the joint that folds next to the left, if it is to fold.
+
+    The component that left the tube last is shown with the first of its poles N. The last two
+    features say whether left and right, and N and S, were exchanged.
+
+    Parameters
+    ----------
+    observation_space : gymnasium.spaces.Box or gymnasium.spaces.Dict
+        That of ``MagFold/TubeFeed-v0`` or of ``MagFold/TubeFeedGoal-v0``.
+    backward : bool
+        Whether component ``n`` leaves the tube first.
+
+    Raises
+    ------
+    ValueError
+        If the observation is another one.
+    """
+
+    _mirror: torch.Tensor
+    _mirror_signs: torch.Tensor
+    _faces: torch.Tensor
+
+    def __init__(self, observation_space: Space[object], backward: bool = False) -> None:
+        super().__init__(observation_space, backward)
+        self._features_dim += VIEWS
+        self._backward = backward
+        places, signs = _mirror_image(self._layout, self.width)
+        self.register_buffer("_mirror", torch.from_numpy(places), persistent=False)
+        self.register_buffer("_mirror_signs", torch.from_numpy(signs), persistent=False)
+        self.register_buffer("_faces", torch.tensor(_FACE_WEIGHTS), persistent=False)
+
+    def forward(self, observations: torch.Tensor | Mapping[str, torch.Tensor]) -> torch.Tensor:
+        """Return the features, (batch, features_dim), of a batch of observations."""
+        entries = self.entries(observations)
+        step = self.step(entries)
+        in_mirror = self._to_the_right(entries, step)
+        image = entries[:, self._mirror] * self._mirror_signs
+        entries = torch.where(in_mirror[:, None], image, entries)
+        entries, exchanged = self._first_pole_north(entries, step)
+        views = torch.stack((in_mirror, exchanged), dim=1).to(entries.dtype)
+        return torch.cat((self.ordered(entries, step), views), dim=1)
+
+    def _to_the_right(self, entries: torch.Tensor, step: torch.Tensor) -> torch.Tensor:
+        """Return whether the joint that folds next is to fold to the right, (batch,)."""
+        joints, width = self._layout.n - 1, self.width
+        next_one = (step - 1).clamp(0, joints - 1)
+        if self._backward:
+            next_one = joints - 1 - next_one
+        wanted = entries[:, : width * joints].reshape(-1, joints, width)
+        row = wanted[torch.arange(len(wanted)), next_one]
+        # The letters are L, S, R; to the left angles are positive.
+        return row[:, -1] > row[:, 0] if width > 1 else row[:, 0] < 0
+
+    def _first_pole_north(
+        self, entries: torch.Tensor, step: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the entries with poles as the last component's decide; and whether exchanged."""
+        n, start = self._layout.n, self.width * (self._layout.n - 1)
+        span = self._layout.slices["magnets"]
+        poles = entries[:, start + span.start : start + span.stop].reshape(-1, n, 4)
+        last = (step - 1).clamp(0, n - 1)
+        if self._backward:
+            last = n - 1 - last
+        exchanged = (poles[torch.arange(len(poles)), last] * self._faces).sum(dim=1) < 0
+        signs = torch.ones_like(entries)
+        signs[:, start + span.start : start + span.stop] -= 2.0 * exchanged[:, None]
+        return entries * signs, exchanged
+
+
+def _mirror_image(
+    layout: ObservationLayout, width: int
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """Return which entry each of a mirror image comes from, and its sign.
+
+    What is wanted comes first, `width` entries a joint, then the chain, of `layout`.
+    """
+    start = width * (layout.n - 1)
+    size = start + layout.size
+    places, signs = np.arange(size), np.ones(size, dtype=np.float32)
+    wanted = places[:start].reshape(-1, width)
+    places[:start] = wanted[:, ::-1].ravel()
+    if width == 1:
+        signs[:start] = -1.0
+
+    def group(name: str) -> slice:
+        span = layout.slices[name]
+        return slice(start + span.start, start + span.stop)
+
+    # Front-left and front-right change places, and back-left and back-right.
+    places[group("magnets")] = places[group("magnets")].reshape(-1, 4)[:, ::-1].ravel()
+    for name in ("joint", "rate"):
+        signs[group(name)] = -1.0
+    signs[group("heading")][0::2] = -1.0  # the sine
+    for name in ("position", "velocity"):
+        signs[group(name)][1::2] = -1.0
+    return places, signs
+
+
+class _Inner(nn.Module):
+    """The hidden layers, which do not see how the view is turned, and hand it on to the actor."""
+
+    def __init__(self, layers: MlpExtractor) -> None:
+        super().__init__()
+        self.layers = layers
+        self.latent_dim_pi, self.latent_dim_vf = layers.latent_dim_pi, layers.latent_dim_vf
+
+    def forward(self, features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        return self.forward_actor(features), self.forward_critic(features)
+
+    def forward_actor(self, features: torch.Tensor) -> torch.Tensor:
+        seen, views = features[:, :-VIEWS], features[:, -VIEWS:]
+        return torch.cat((self.layers.forward_actor(seen), views), dim=1)
+
+    def forward_critic(self, features: torch.Tensor) -> torch.Tensor:
+        return self.layers.forward_critic(features[:, :-VIEWS])
+
+
+class _TurnedBack(nn.Module):
+    """The last layer, which turns its choice back into the view of the environment."""
+
+    _patterns: torch.Tensor
+
+    def __init__(self, layer: nn.Module, other_choices: int) -> None:
+        super().__init__()
+        self.layer = layer
+        rest = len(SIGNS) + np.arange(other_choices)
+        orders = [np.append(each, rest) for each in _patterns_seen()]
+        self.register_buffer("_patterns", torch.from_numpy(np.array(orders)), persistent=False)
+
+    def forward(self, latent: torch.Tensor) -> torch.Tensor:
+        views = latent[:, -VIEWS:].round().long()
+        logits = self.layer(latent[:, :-VIEWS])
+        return logits.gather(1, self._patterns[2 * views[:, 0] + views[:, 1]])
+
+
+def _patterns_seen() -> list[NDArray[np.int64]]:
+    """Return the number under which each pattern is seen: as it is, exchanged, mirrored, both."""
+    views = (SIGNS, -SIGNS, SIGNS[:, ::-1], -SIGNS[:, ::-1])
+    return [np.argmax(view @ SIGNS.T, axis=1) for view in views]
+
+
+class SymmetricPolicy(ActorCriticPolicy):
+    """Actor and critic that see chains as `FromOneSide` shows them, for `MultiDiscrete` actions.
+
+    Raises
+    ------
+    ValueError
+        If an action is anything but one of the 16 patterns and a speed.
+    """
+
+    def __init__(
+        self,
+        observation_space: spaces.Space[Any],
+        action_space: spaces.Space[Any],
+        *arguments: Any,
+        **options: Any,
+    ) -> None:
+        if (
+            not isinstance(action_space, spaces.MultiDiscrete)
+            or action_space.nvec.size != 2
+            or action_space.nvec[0] != len(SIGNS)
+        ):
+            raise ValueError(
+                f"action_space: {action_space} is not allowed; "
+                f"must be MultiDiscrete([{len(SIGNS)}, speeds])"
+            )
+        self._speeds = int(action_space.nvec[1])
+        super().__init__(observation_space, action_space, *arguments, **options)
+
+    def _build_mlp_extractor(self) -> None:
+        """Create the hidden layers."""
+        layers = MlpExtractor(
+            self.features_dim - VIEWS, self.net_arch, self.activation_fn, self.device
+        )
+        self.mlp_extractor: Any = _Inner(layers)
+
+    def _build(self, lr_schedule: Any) -> None:
+        """Create the networks and the optimiser."""
+        super()._build(lr_schedule)
+        # Its weights are the same objects, which the optimiser knows.
+        self.action_net: Any = _TurnedBack(self.action_net, self._speeds)
