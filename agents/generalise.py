@@ -28,7 +28,7 @@ from agents.training.run import train
 from magfold_env.envs.draws import evaluation_seeds
 from magfold_env.errors import SceneError
 from magfold_env.files import write_text
-from magfold_env.shapes import folded_words
+from magfold_env.shapes import folded_words, mirror
 
 FORMAT = "magfold_env generalisation 1"
 DEAL = 0
@@ -53,9 +53,13 @@ class Fold:
 
 
 def deal(words: Sequence[str], folds: int) -> list[list[str]]:
-    """Return the words of each fold, dealt at random, always alike."""
-    order = np.random.default_rng(DEAL).permutation(len(words))
-    return [[words[int(k)] for k in order[fold::folds]] for fold in range(folds)]
+    """Return the words of each fold, dealt at random, always alike.
+
+    A word and its mirror image, which a device that is its own image makes alike, stay together.
+    """
+    pairs = sorted({tuple(sorted({word, mirror(word)} & set(words))) for word in words})
+    order = np.random.default_rng(DEAL).permutation(len(pairs))
+    return [[word for k in order[fold::folds] for word in pairs[int(k)]] for fold in range(folds)]
 
 
 def settings_of(
@@ -135,11 +139,15 @@ def summary(found: Sequence[Fold], other: dict[str, float] | None = None) -> dic
     held = np.array([[rate for fold in found for rate in fold.held.values()]])
     often = [[fold.seen[word] for fold in found if word in fold.seen] for word in words]
     seen = np.array([[sum(rates) / len(rates) for rates in often]])
-    rows = {"held out": estimate(held), "seen": estimate(seen), "lost": difference(seen, held)}
+    rows = {
+        "held out": estimate(held, words),
+        "seen": estimate(seen, words),
+        "lost": difference(seen, held, words),
+    }
     if other is not None:
         beside = np.array([[other[word] for word in words]])
-        rows["other"] = estimate(beside)
-        rows["ahead of it, held out"] = difference(held, beside)
+        rows["other"] = estimate(beside, words)
+        rows["ahead of it, held out"] = difference(held, beside, words)
     return rows
 
 

@@ -113,13 +113,14 @@ def measure(
 
 def success(curves: Curves, budgets: Sequence[int]) -> dict[str, list[Estimate]]:
     """Return the success of each method with each budget, over seeds and targets."""
-    return {
-        name: [
-            estimate(np.array([[p.success for p in run if p.budget == k] for run in runs]))
-            for k in budgets
-        ]
-        for name, runs in curves.items()
-    }
+    found: dict[str, list[Estimate]] = {}
+    for name, runs in curves.items():
+        found[name] = []
+        for k in budgets:
+            points = [[point for point in run if point.budget == k] for run in runs]
+            scores = np.array([[point.success for point in run] for run in points])
+            found[name].append(estimate(scores, [point.target for point in points[0]]))
+    return found
 
 
 def _points(

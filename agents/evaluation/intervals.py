@@ -7,20 +7,23 @@ target here, and its score the share of its draws that succeeded.
 
 Intervals are from the bootstrap over seeds and targets together: both are drawn with
 replacement and crossed (Owen, *The pigeonhole bootstrap*, 2007), since a training run that is
-lucky is so on all targets. rliable draws the runs of each task on their own, which takes that for
-independent luck. Where all seeds and targets are alike, an interval has no width.
+lucky is so on all targets. A target and its mirror image are drawn together: a device that is its
+own mirror image folds into both alike. rliable draws the runs of each task on their own, which
+takes that for independent luck. Where all seeds and targets are alike, an interval has no width.
 
 The library itself is not used. Its last release, 1.2.0, needs arch below 8, which cannot be
 imported with pandas 3; with pandas 2 it brings ten packages, 159 MB, and draws from NumPy's global
 random numbers whatever seed it is given.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import trim_mean
+
+from magfold_env.shapes import mirror
 
 Floats = NDArray[np.float64]
 Aggregate = Callable[[Floats], Floats]
@@ -66,24 +69,28 @@ def profile(scores: Floats) -> Floats:
     return (scores[..., None] > THRESHOLDS).mean(axis=(-3, -2))
 
 
-def estimate(scores: Floats, aggregate: Aggregate = mean, seed: int = 0) -> Estimate:
+def estimate(
+    scores: Floats, targets: Sequence[str], aggregate: Aggregate = mean, seed: int = 0
+) -> Estimate:
     """Return an aggregate of scores with its interval.
 
     Parameters
     ----------
     scores : array, shape (runs, targets)
         Of each run (one training seed) on each target.
+    targets : sequence of str
+        The words of the targets.
     aggregate : callable
         What is estimated.
     seed : int
         Of the resamples.
     """
     rng = np.random.default_rng(seed)
-    targets = _resampled(rng, scores.shape[1])
-    return _estimate(aggregate(scores), aggregate(_crossed(rng, scores, targets)))
+    drawn = _drawn(rng, targets)
+    return _estimate(aggregate(scores), aggregate(_crossed(rng, scores, drawn)))
 
 
-def difference(scores: Floats, others: Floats, seed: int = 0) -> Estimate:
+def difference(scores: Floats, others: Floats, targets: Sequence[str], seed: int = 0) -> Estimate:
     """Return by how much the mean of some scores exceeds that of others on the same targets.
 
     It is paired: both have the same targets in every resample; their runs are drawn apart.
@@ -92,13 +99,27 @@ def difference(scores: Floats, others: Floats, seed: int = 0) -> Estimate:
     ----------
     scores, others : array, shape (runs, targets)
         Each with runs of its own.
+    targets : sequence of str
+        The words of the targets.
     seed : int
         Of the resamples.
     """
     rng = np.random.default_rng(seed)
-    targets = _resampled(rng, scores.shape[1])
-    resamples = mean(_crossed(rng, scores, targets)) - mean(_crossed(rng, others, targets))
+    drawn = _drawn(rng, targets)
+    resamples = mean(_crossed(rng, scores, drawn)) - mean(_crossed(rng, others, drawn))
     return _estimate(mean(scores) - mean(others), resamples)
+
+
+def _drawn(rng: np.random.Generator, targets: Sequence[str]) -> NDArray[np.int64]:
+    """Return indices of drawn targets, each with its mirror image, shape (resamples, targets)."""
+    places = {word: k for k, word in enumerate(targets)}
+    images = {k: places.get(mirror(word), k) for word, k in places.items()}
+    missing = len(targets)
+    rows = [[k, missing if k == image else image] for k, image in images.items() if k <= image]
+    drawn = np.array(rows)[rng.integers(len(rows), size=(RESAMPLES, len(targets)))]
+    flat = rng.permuted(drawn, axis=2).reshape(RESAMPLES, -1)
+    first = np.argsort(flat == missing, axis=1, stable=True)[:, : len(targets)]
+    return np.take_along_axis(flat, first, axis=1)
 
 
 def _resampled(rng: np.random.Generator, count: int) -> NDArray[np.int64]:

@@ -93,7 +93,7 @@ def _profile(results: Results) -> Any:
     """Draw which share of runs on targets succeed more often than τ."""
     figure, ((axes,),) = _figure(3.6)
     for k, (name, runs) in enumerate(results.items()):
-        found = estimate(by_target(runs), profile)
+        found = estimate(by_target(runs), targets_of(results), profile)
         colour, style = COLOURS[(k + 1) % len(COLOURS)], ("-", "--", ":")[k // len(COLOURS) % 3]
         axes.step(
             100 * THRESHOLDS, 100 * found.value, style, where="post", color=colour, label=name

@@ -69,12 +69,12 @@ def summarise(results: Results) -> dict[str, Summary]:
         tried = pooled(runs)[0].built is not None
         other = None if name == REFERENCE else reference
         found[name] = Summary(
-            success=estimate(success),
-            iqm=estimate(success, interquartile_mean),
-            score=estimate(by_target(runs, "score")),
-            reward=estimate(by_target(runs, "reward")),
-            built=estimate(by_target(runs, "built")) if tried else None,
-            ahead=None if other is None else difference(success, other),
+            success=estimate(success, targets),
+            iqm=estimate(success, targets, interquartile_mean),
+            score=estimate(by_target(runs, "score"), targets),
+            reward=estimate(by_target(runs, "reward"), targets),
+            built=estimate(by_target(runs, "built"), targets) if tried else None,
+            ahead=None if other is None else difference(success, other, targets),
             targets={target: _share(pooled(runs, target)) for target in targets},
             ends=ends(pooled(runs)),
             joints=joints_in_the_way(pooled(runs)),
