@@ -200,29 +200,6 @@ def test_chains_without_magnets_feel_nothing():
         assert not any(each.any() for each in loads)
 
 
-def test_the_fastest_setting_that_is_as_exact_is_compared():
-    def contender(setting, error):
-        return peers.Contender(peers.SUMS, setting, error, 0.0, lambda: None, 1)
-
-    ours = [contender("rough", 1e-1), contender("good", 1e-3), contender("better", 1e-5)]
-    times = {
-        each.key: peers.Timing(np.array([time]))
-        for each, time in zip(ours, (1.0, 3.0, 2.0), strict=True)
-    }
-    by = (ours, times)
-    assert peers.fastest(*by, contender("", 1e-2), peers.SUMS) == ours[2].key
-    assert peers.fastest(*by, contender("", 1e-1), peers.SUMS) == ours[0].key
-    assert not peers.fastest(*by, contender("", 1e-9), peers.SUMS)
-    assert not peers.fastest(*by, contender("", 1.0), peers.DYNAMICS)
-
-
-def test_an_absent_peer_is_reported(monkeypatch):
-    monkeypatch.setattr(peers, "installed", lambda: False)
-    part = peers.run(quick=True, progress=silent)
-    assert part.rows == []
-    assert "magpylib is absent" in part.findings[0]
-
-
 # Python takes less time for what little is summed here than it takes to compile the loops.
 @pytest.fixture(
     scope="module",
