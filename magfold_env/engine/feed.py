@@ -21,6 +21,15 @@ def is_free(lo: int, model: Model) -> bool:
 
 
 @inlined
+def moving(model: Model, state: State) -> tuple[int, int]:
+    """First coordinate that may change, and the end of them: a pinned base stays where it is.
+
+    Neither is negative, and the compiler knows: it need not ask whether indices count from the end.
+    """
+    return max(state.counter[LO], 0), model.n if model.pinned else model.n + 2
+
+
+@inlined
 def charged(model: Model, i: int) -> bool:
     """Whether component i has any magnet."""
     return (

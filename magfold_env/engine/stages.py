@@ -6,8 +6,9 @@ import math
 
 from magfold_env.engine import dormand_prince as dp
 from magfold_env.engine.dynamics import accelerations
+from magfold_env.engine.feed import moving
 from magfold_env.engine.jit import kernel
-from magfold_env.engine.state import LO, Model, State, Work
+from magfold_env.engine.state import Model, State, Work
 
 LOCAL = 0.1  # share of the tolerance that one step may use up
 SLOW = 0.3  # share of a typical rate below which rates are judged by it
@@ -16,7 +17,7 @@ SLOW = 0.3  # share of a typical rate below which rates are judged by it
 @kernel
 def stages(model: Model, state: State, work: Work, h: float) -> bool:
     """Fill the slopes of a step and its end in ``work.new_q``, ``work.new_v``."""
-    lo, n = state.counter[LO], model.n
+    lo, end = moving(model, state)
     for k in range(lo):
         work.stage_q[k] = state.q[k]
         work.stage_v[k] = 0.0
@@ -27,14 +28,13 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
             work.slope_v[s, k] = 0.0
     for s in range(1, dp.STAGES):
         q, v = (work.stage_q, work.stage_v) if s < 6 else (work.new_q, work.new_v)
-        for k in range(lo, n + 2):
+        for k in range(lo, end):
             dq, dv = 0.0, 0.0
             for r in range(s):
                 dq += dp.WEIGHT[s, r] * work.slope_q[r, k]
                 dv += dp.WEIGHT[s, r] * work.slope_v[r, k]
             q[k] = state.q[k] + h * dq
             v[k] = state.v[k] + h * dv
-        for k in range(lo, n + 2):
             work.slope_q[s, k] = v[k]
         if not accelerations(model, state, q, v, work, work.slope_v[s]):
             return False
@@ -42,16 +42,17 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
 
 
 @kernel
-def step_error(lo: int, model: Model, state: State, work: Work, h: float) -> float:
+def step_error(model: Model, state: State, work: Work, h: float) -> float:
     """Estimated error of the step over what is allowed.
 
     Angles are judged by the tolerance, rates by the tolerance times a typical rate, the base by
     the tolerance times a component's length.
     """
     n = model.n
+    lo, end = moving(model, state)
     worst = 0.0
     finite = True
-    for k in range(lo, n + 2):
+    for k in range(lo, end):
         eq, ev = 0.0, 0.0
         for s in range(dp.STAGES):
             eq += dp.ERROR[s] * work.slope_q[s, k]

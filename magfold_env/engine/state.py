@@ -265,6 +265,7 @@ class Work(NamedTuple):
     ax: Array
     ay: Array
     art: Array  # (n, 7) articulated inertias
+    sweep: Array  # (ROWS, n) of `engine.recursion`
     hold: Array  # (n,) torques that keep locked joints
     open: IntArray  # (n,) zeros: the locks of a chain whose joints all turn
     force: Array  # (n + 2,) generalised, without constraints

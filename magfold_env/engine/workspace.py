@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from magfold_env.engine import recursion
 from magfold_env.engine.boxes import OBSTACLES
 from magfold_env.engine.dormand_prince import STAGES
 from magfold_env.engine.multipoles import PAIR_PARTS, PARTS
@@ -91,6 +92,7 @@ def new_work(model: Model) -> Work:
         ax=floats(n),
         ay=floats(n),
         art=floats(n, 7),
+        sweep=floats(recursion.ROWS, n),
         hold=floats(n),
         open=integers(n),
         force=floats(n + 2),
