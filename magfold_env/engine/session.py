@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from magfold_env.engine import boxes, feed, integrator, outcomes, outside, paper
+from magfold_env.engine import boxes, feed, integrator, outcomes, outside, paper, runs
+from magfold_env.engine.by_address import code_of
 from magfold_env.engine.endings import ending, work_cap
 from magfold_env.engine.energies import magnet_energy, potential_energy
 from magfold_env.engine.frames import Frames
+from magfold_env.engine.jit import numba_config
 from magfold_env.engine.orientation import Orientation
 from magfold_env.engine.pack import component_charges, pack, reversed_inside
-from magfold_env.engine.state import EVALUATIONS, LO, STEPS, TIME, Array
+from magfold_env.engine.state import EVALUATIONS, LO, STEPS, TIME, Array, Model, Record, State, Work
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene
@@ -241,14 +243,12 @@ class Session:
 
     def _advance(self, until: float) -> bool:
         """Integrate; returns whether the time was reached rather than an end."""
-        model, state, record = self._model, self._state, self._frames.record
+        chain = self._model, self._state, self._work, self._frames.record
         while True:
             if self._scene.solver.method == "paper":
-                outcome = paper.paper_advance(
-                    model, state, self._work, record, until, self._scene.solver.time_step
-                )
+                outcome = paper.paper_advance(*chain, until, self._scene.solver.time_step)
             else:
-                outcome = integrator.advance(model, state, self._work, record, until)
+                outcome = _integrate(*chain, until)
             if outcome != outcomes.FULL:
                 break
             self._frames.empty()
@@ -259,8 +259,9 @@ class Session:
 
     def _ending(self, outcome: int) -> tuple[FoldStatus, str]:
         """Return how an integration ended, and the same in words."""
-        limit = work_cap(self._model, self.steps)
-        return ending(outcome, self.time, np.diff(self.angles).tolist(), limit)
+        rested = outcome == outcomes.RESTED
+        joints: list[float] = np.diff(self.angles).tolist() if rested else []
+        return ending(outcome, self.time, joints, work_cap(self._model, self.steps))
 
     def _refuse_overlap(self) -> None:
         model, work = self._model, self._work
@@ -274,3 +275,17 @@ class Session:
     def _end(self, status: FoldStatus, message: str) -> None:
         self._status = status
         self._message = message
+
+
+def _integrate(model: Model, state: State, work: Work, record: Record, until: float) -> int:
+    """Call the integrator by its address, which spares to find out what its arguments hold."""
+    if numba_config.DISABLE_JIT:
+        return integrator.advance(model, state, work, record, until)
+    if not _CODE:
+        _CODE.append(code_of(integrator.advance, model, state, work, record, until))
+    return runs.advance_at(
+        _CODE[0], model.address, state.address, work.address, record.address, until
+    )
+
+
+_CODE: list[int] = []

@@ -61,6 +61,6 @@ def step_error(model: Model, state: State, work: Work, h: float) -> float:
         rate = model.rate_scale * scale
         eq = abs(h * eq) / (LOCAL * model.tolerance * scale)
         ev = abs(h * ev) / (LOCAL * model.tolerance * max(SLOW * rate, abs(work.new_v[k])))
-        finite = finite and math.isfinite(eq) and math.isfinite(ev)
+        finite = finite and math.isfinite(eq + ev)
         worst = max(worst, eq, ev)
     return worst if finite else math.nan
