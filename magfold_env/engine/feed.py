@@ -21,12 +21,9 @@ def is_free(lo: int, model: Model) -> bool:
 
 
 @inlined
-def moving(model: Model, state: State) -> tuple[int, int]:
-    """First coordinate that may change, and the end of them: a pinned base stays where it is.
-
-    Neither is negative, and the compiler knows: it need not ask whether indices count from the end.
-    """
-    return max(state.counter[LO], 0), model.n if model.pinned else model.n + 2
+def coordinates(model: Model) -> int:
+    """Return how many coordinates may change: a pinned base, the last two, stays where it is."""
+    return model.n if model.pinned else model.n + 2
 
 
 @inlined

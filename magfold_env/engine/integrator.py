@@ -179,8 +179,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     """Take one step from the state, whose accelerations are in ``work.slope_v[0]``."""
     lo = state.counter[LO]
     remaining = until - state.clock[TIME]
-    growth = 5.0
-    limit = longest_step(lo, model, state, work)
+    growth, limit = 5.0, longest_step(lo, model, state, work)
     state.counter[STEPS] += 1
     while True:
         h = min(state.clock[STEP], remaining, limit)
@@ -190,7 +189,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
         if not stages(model, state, work, h):
             state.clock[STEP] = 0.25 * h
             continue
-        error = step_error(model, state, work, h)
+        error = step_error(model, work, h)
         if not math.isfinite(error):
             if h < HOPELESS_STEP:
                 return BROKEN
