@@ -9,19 +9,12 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine import (
-    boxes,
-    chain,
-    chain_magnets,
-    contact,
-    friction,
-    outer_field,
-    recursion,
-)
+from magfold_env.engine import boxes, chain, chain_magnets, contact, friction, outer_field
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.friction_solver import solve_with_friction
 from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.recursion import only_swings, swing
 from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
 
 SLACK = 0.01  # share of µ g by which a step may end beyond what friction can hold
@@ -65,22 +58,6 @@ def unconstrained(lo: int, model: Model, work: Work, out: Array) -> None:
     bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
     chain.factor(lo, bodies, pose, work.open, work.art)
     chain.solve(lo, bodies, pose, work.open, work.art, free, work.force, out, work.hold)
-
-
-@inlined
-def only_swings(model: Model) -> bool:
-    """Whether nothing but gravity and its pin acts on the chain, and nothing ever will."""
-    return model.pinned and not (model.magnetic or model.frictional or model.contact)
-
-
-@inlined
-def swinging(model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
-    """Accelerations (n + 2,) of such a chain; a hinge that accelerates upwards is gravity."""
-    recursion.accelerate(
-        model.bodies, -model.gravity_x, -model.gravity_y, q, v, work.torque, work.sweep, out
-    )
-    out[model.n] = 0.0
-    out[model.n + 1] = 0.0
 
 
 @kernel
@@ -168,7 +145,7 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
     """
     state.counter[EVALUATIONS] += 1
     if only_swings(model):
-        swinging(model, q, v, work, out)
+        swing(model, q, v, work, out)
         return True
     return constrained(model, state, q, v, work, out)
 

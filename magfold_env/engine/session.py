@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import numpy as np
 
 from magfold_env.engine import boxes, feed, integrator, outcomes, outside, paper, runs
@@ -17,6 +19,8 @@ from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word
+
+_CODE: list[int] = []  # where that of the integrator lies, once it is compiled
 
 
 class Session:
@@ -248,7 +252,7 @@ class Session:
             if self._scene.solver.method == "paper":
                 outcome = paper.paper_advance(*chain, until, self._scene.solver.time_step)
             else:
-                outcome = _integrate(*chain, until)
+                outcome = _integrate(chain, until)
             if outcome != outcomes.FULL:
                 break
             self._frames.empty()
@@ -277,15 +281,11 @@ class Session:
         self._message = message
 
 
-def _integrate(model: Model, state: State, work: Work, record: Record, until: float) -> int:
-    """Call the integrator by its address, which spares to find out what its arguments hold."""
+def _integrate(chain: tuple[Model, State, Work, Record], until: float) -> int:
+    """Call the integrator by its address, which spares finding out what its arguments hold."""
     if numba_config.DISABLE_JIT:
-        return integrator.advance(model, state, work, record, until)
+        return integrator.advance(*chain, until)
     if not _CODE:
-        _CODE.append(code_of(integrator.advance, model, state, work, record, until))
-    return runs.advance_at(
-        _CODE[0], model.address, state.address, work.address, record.address, until
-    )
-
-
-_CODE: list[int] = []
+        _CODE.append(code_of(integrator.advance, *chain, until))
+    model, state, work, record = (cast("int", cast("Any", each).address) for each in chain)
+    return runs.advance_at(_CODE[0], model, state, work, record, until)
