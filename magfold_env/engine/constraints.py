@@ -33,7 +33,8 @@ def begin_step(model: Model, state: State, work: Work) -> int:
 
     Returns OK, IMPACT (velocities jumped), CROWDED (more contacts than rows) or UNSOLVED.
     """
-    work.row_count[:] = 0
+    for kind in range(work.row_count.size):
+        work.row_count[kind] = 0
     if not model.contact:
         return OK
     lo = state.counter[LO]

@@ -14,6 +14,7 @@ from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.feed import is_free, place_all
 from magfold_env.engine.friction_solver import solve_with_friction
 from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.recursion import only_swings, swing
 from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
 
 SLACK = 0.01  # share of µ g by which a step may end beyond what friction can hold
@@ -136,14 +137,23 @@ def apply_multipliers(lo: int, count: int, work: Work, out: Array) -> None:
                 out[k] += work.response[r, k] * lam
 
 
-@kernel
+@inlined
 def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
     """Accelerations (n + 2,) with the constraints of the current step; False if unsolved.
 
     Components marked in ``state.stuck`` stay at rest.
     """
-    lo = state.counter[LO]
     state.counter[EVALUATIONS] += 1
+    if only_swings(model):
+        swing(model, q, v, work, out)
+        return True
+    return constrained(model, state, q, v, work, out)
+
+
+@kernel
+def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
+    """As `accelerations`, of any chain."""
+    lo = state.counter[LO]
     smooth_forces(lo, model, q, v, work)
     if work.row_count[2] == work.row_count[0] and rigid_accelerations(model, state, work, out):
         return True

@@ -21,6 +21,12 @@ def is_free(lo: int, model: Model) -> bool:
 
 
 @inlined
+def coordinates(model: Model) -> int:
+    """Return how many coordinates may change: a pinned base, the last two, stays where it is."""
+    return model.n if model.pinned else model.n + 2
+
+
+@inlined
 def charged(model: Model, i: int) -> bool:
     """Whether component i has any magnet."""
     return (

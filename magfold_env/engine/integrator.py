@@ -96,7 +96,8 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
         if begun == UNSOLVED:
             return NO_SOLUTION
         touchy = state.counter[TOUCHY] > 0
-        anew = state.counter[FRESH] == 1 or begun != OK or touchy or resting(lo, state)
+        anew = state.counter[FRESH] == 1 or begun != OK or touchy
+        anew = anew or (model.frictional and resting(lo, state))
         if anew and not fresh_accelerations(model, state, work):
             return NO_SOLUTION
         if model.frictional:
@@ -155,9 +156,11 @@ def fresh_accelerations(model: Model, state: State, work: Work) -> bool:
 def runs_away(model: Model, state: State) -> bool:
     """Whether something turns faster than it can: a feed drives parts that cannot give way."""
     n = model.n
+    if not model.tube:
+        return False
     limit = model.rate_scale + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
     for k in range(state.counter[LO], n):
-        if model.tube and abs(state.v[k]) > RUNAWAY * limit:
+        if abs(state.v[k]) > RUNAWAY * limit:
             return True
     return False
 
@@ -176,8 +179,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     """Take one step from the state, whose accelerations are in ``work.slope_v[0]``."""
     lo = state.counter[LO]
     remaining = until - state.clock[TIME]
-    growth = 5.0
-    limit = longest_step(lo, model, state, work)
+    growth, limit = 5.0, longest_step(lo, model, state, work)
     state.counter[STEPS] += 1
     while True:
         h = min(state.clock[STEP], remaining, limit)
@@ -187,7 +189,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
         if not stages(model, state, work, h):
             state.clock[STEP] = 0.25 * h
             continue
-        error = step_error(lo, model, state, work, h)
+        error = step_error(model, work, h)
         if not math.isfinite(error):
             if h < HOPELESS_STEP:
                 return BROKEN
@@ -222,7 +224,8 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     copy(work.new_q, state.q, lo)
     copy(work.new_v, state.v, lo)
     state.clock[TIME] = until if last and fraction == 1.0 else state.clock[TIME] + fraction * h
-    settle_held(lo, model, state, work)
+    if model.frictional:
+        settle_held(lo, model, state, work)
     open_joints(lo, model, state)
     if fraction < 1.0 or touching:
         return RATTLED if in_vain(model, state, fraction, fraction * h) else TOUCHED

@@ -61,10 +61,11 @@ def pack(scene: Scene) -> Model:
         length=np.full(n, pitch),
     )
     gravity_x, gravity_y = scene.gravity.in_plane
+    magnets, tables = pack_magnets(scene), joint_tables(scene)
     return Model(
         n=n,
         bodies=bodies,
-        magnets=pack_magnets(scene)._replace(tables=joint_tables(scene)),
+        magnets=magnets if tables is NO_TABLES else magnets._replace(tables=tables),
         charge=charges(scene),
         magnetic=_is_magnetic(scene),
         side=casing.side,

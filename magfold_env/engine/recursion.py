@@ -15,9 +15,9 @@ D is written as a quadratic form, and the way back as a ← E a + b with E and b
 
 from __future__ import annotations
 
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.sincos import sincos
-from magfold_env.engine.state import Array, Bodies
+from magfold_env.engine.state import Array, Bodies, Model, Work
 
 ROWS = 10  # of the scratch space (ROWS, n)
 
@@ -81,3 +81,20 @@ def accelerate(
         turned_y = scratch[6, i] * ax + scratch[7, i] * ay
         ax = (ax - scratch[8, i]) + turned_x
         ay = (ay + scratch[9, i]) - turned_y
+
+
+@inlined
+def only_swings(model: Model) -> bool:
+    """Whether nothing but gravity and its pin acts on the chain, and nothing ever will."""
+    return model.pinned and not (model.magnetic or model.frictional or model.contact)
+
+
+@inlined
+def swing(model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
+    """Accelerations (n + 2,) of such a chain, the shortest way.
+
+    A hinge that accelerates upwards is gravity; ``work.torque`` stays zero.
+    """
+    accelerate(model.bodies, -model.gravity_x, -model.gravity_y, q, v, work.torque, work.sweep, out)
+    out[model.n] = 0.0
+    out[model.n + 1] = 0.0

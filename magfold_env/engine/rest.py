@@ -231,14 +231,15 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
     # A pinned chain that nothing holds or pulls turns about its pin as a free one turns in space.
     spins = free or (model.pinned and not model.frictional and not pulled(model))
     spins = spins and (n > 1 or free) and not model.field.present
-    turning, speeding_up = relative_motion(lo, n, spins, state.v, acceleration)
+    slow = 1e-3 * model.tolerance
+    turning, speeding_up = relative_motion(lo, n, spins, state.v, acceleration, slow)
     if free and model.field.present:
         # Where a field from outside acts, a chain that moves on as one body may bend again.
         for k in range(n, n + 2):
             turning = max(turning, abs(state.v[k]) / model.side)
             speeding_up = max(speeding_up, abs(acceleration[k]) / model.side)
     rounding = ROUNDING * model.rate_scale**2
-    quiet = turning <= 1e-3 * model.tolerance
+    quiet = turning <= slow
     quiet = quiet and speeding_up <= max(0.1 * model.tolerance, rounding)
     if not quiet:
         return False
@@ -257,10 +258,13 @@ def pulled(model: Model) -> bool:
 
 
 @kernel
-def relative_motion(lo: int, n: int, spins: bool, v: Array, a: Array) -> tuple[float, float]:
+def relative_motion(
+    lo: int, n: int, spins: bool, v: Array, a: Array, slow: float
+) -> tuple[float, float]:
     """Largest relative rate [rad/s] and relative angular acceleration [rad/s²] of a joint.
 
-    The first component counts as a joint too unless it ``spins`` freely.
+    The first component counts as a joint too unless it ``spins`` freely. No more joints are looked
+    at once one is not ``slow`` [rad/s].
     """
     rate, acceleration = 0.0, 0.0
     for k in range(lo, n):
@@ -270,6 +274,8 @@ def relative_motion(lo: int, n: int, spins: bool, v: Array, a: Array) -> tuple[f
         elif not spins:
             rate = abs(v[k])
             acceleration = abs(a[k])
+        if rate > slow:
+            break
     return rate, acceleration
 
 

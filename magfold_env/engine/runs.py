@@ -46,6 +46,12 @@ def energy(model: Model, state: State, work: Work, x: float) -> float:
 
 
 @kernel
+def advance_at(code: int, model: int, state: int, work: int, record: int, until: float) -> int:
+    """`integrator.advance`, for the addresses of its code and of its arguments."""
+    return call_int(code, model, state, work, record, until)
+
+
+@kernel
 def feed_chains(
     code: IntArray,
     models: IntArray,

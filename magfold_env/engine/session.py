@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import numpy as np
 
-from magfold_env.engine import boxes, feed, integrator, outcomes, outside, paper
+from magfold_env.engine import boxes, feed, integrator, outcomes, outside, paper, runs
+from magfold_env.engine.by_address import code_of
 from magfold_env.engine.endings import ending, work_cap
 from magfold_env.engine.energies import magnet_energy, potential_energy
 from magfold_env.engine.frames import Frames
+from magfold_env.engine.jit import numba_config
 from magfold_env.engine.orientation import Orientation
 from magfold_env.engine.pack import component_charges, pack, reversed_inside
-from magfold_env.engine.state import EVALUATIONS, LO, STEPS, TIME, Array
+from magfold_env.engine.state import EVALUATIONS, LO, STEPS, TIME, Array, Model, Record, State, Work
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word
+
+_CODE: list[int] = []  # where that of the integrator lies, once it is compiled
 
 
 class Session:
@@ -241,14 +247,12 @@ class Session:
 
     def _advance(self, until: float) -> bool:
         """Integrate; returns whether the time was reached rather than an end."""
-        model, state, record = self._model, self._state, self._frames.record
+        chain = self._model, self._state, self._work, self._frames.record
         while True:
             if self._scene.solver.method == "paper":
-                outcome = paper.paper_advance(
-                    model, state, self._work, record, until, self._scene.solver.time_step
-                )
+                outcome = paper.paper_advance(*chain, until, self._scene.solver.time_step)
             else:
-                outcome = integrator.advance(model, state, self._work, record, until)
+                outcome = _integrate(chain, until)
             if outcome != outcomes.FULL:
                 break
             self._frames.empty()
@@ -259,8 +263,9 @@ class Session:
 
     def _ending(self, outcome: int) -> tuple[FoldStatus, str]:
         """Return how an integration ended, and the same in words."""
-        limit = work_cap(self._model, self.steps)
-        return ending(outcome, self.time, np.diff(self.angles).tolist(), limit)
+        rested = outcome == outcomes.RESTED
+        joints: list[float] = np.diff(self.angles).tolist() if rested else []
+        return ending(outcome, self.time, joints, work_cap(self._model, self.steps))
 
     def _refuse_overlap(self) -> None:
         model, work = self._model, self._work
@@ -274,3 +279,13 @@ class Session:
     def _end(self, status: FoldStatus, message: str) -> None:
         self._status = status
         self._message = message
+
+
+def _integrate(chain: tuple[Model, State, Work, Record], until: float) -> int:
+    """Call the integrator by its address, which spares finding out what its arguments hold."""
+    if numba_config.DISABLE_JIT:
+        return integrator.advance(*chain, until)
+    if not _CODE:
+        _CODE.append(code_of(integrator.advance, *chain, until))
+    model, state, work, record = (cast("int", cast("Any", each).address) for each in chain)
+    return runs.advance_at(_CODE[0], model, state, work, record, until)

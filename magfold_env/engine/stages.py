@@ -6,6 +6,7 @@ import math
 
 from magfold_env.engine import dormand_prince as dp
 from magfold_env.engine.dynamics import accelerations
+from magfold_env.engine.feed import coordinates
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import LO, Model, State, Work
 
@@ -16,25 +17,20 @@ SLOW = 0.3  # share of a typical rate below which rates are judged by it
 @kernel
 def stages(model: Model, state: State, work: Work, h: float) -> bool:
     """Fill the slopes of a step and its end in ``work.new_q``, ``work.new_v``."""
-    lo, n = state.counter[LO], model.n
-    for k in range(lo):
-        work.stage_q[k] = state.q[k]
-        work.stage_v[k] = 0.0
-        work.new_q[k] = state.q[k]
-        work.new_v[k] = 0.0
-        for s in range(dp.STAGES):
-            work.slope_q[s, k] = 0.0
+    end = coordinates(model)
+    # What the tube holds does not turn. Loops over all components are faster than over the others.
+    for s in range(dp.STAGES):
+        for k in range(state.counter[LO]):
             work.slope_v[s, k] = 0.0
     for s in range(1, dp.STAGES):
         q, v = (work.stage_q, work.stage_v) if s < 6 else (work.new_q, work.new_v)
-        for k in range(lo, n + 2):
+        for k in range(end):
             dq, dv = 0.0, 0.0
             for r in range(s):
                 dq += dp.WEIGHT[s, r] * work.slope_q[r, k]
                 dv += dp.WEIGHT[s, r] * work.slope_v[r, k]
             q[k] = state.q[k] + h * dq
             v[k] = state.v[k] + h * dv
-        for k in range(lo, n + 2):
             work.slope_q[s, k] = v[k]
         if not accelerations(model, state, q, v, work, work.slope_v[s]):
             return False
@@ -42,16 +38,15 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
 
 
 @kernel
-def step_error(lo: int, model: Model, state: State, work: Work, h: float) -> float:
+def step_error(model: Model, work: Work, h: float) -> float:
     """Estimated error of the step over what is allowed.
 
     Angles are judged by the tolerance, rates by the tolerance times a typical rate, the base by
     the tolerance times a component's length.
     """
     n = model.n
-    worst = 0.0
-    finite = True
-    for k in range(lo, n + 2):
+    worst, total = 0.0, 0.0
+    for k in range(coordinates(model)):
         eq, ev = 0.0, 0.0
         for s in range(dp.STAGES):
             eq += dp.ERROR[s] * work.slope_q[s, k]
@@ -60,6 +55,6 @@ def step_error(lo: int, model: Model, state: State, work: Work, h: float) -> flo
         rate = model.rate_scale * scale
         eq = abs(h * eq) / (LOCAL * model.tolerance * scale)
         ev = abs(h * ev) / (LOCAL * model.tolerance * max(SLOW * rate, abs(work.new_v[k])))
-        finite = finite and math.isfinite(eq) and math.isfinite(ev)
+        total += eq + ev
         worst = max(worst, eq, ev)
-    return worst if finite else math.nan
+    return worst if math.isfinite(total) else math.nan

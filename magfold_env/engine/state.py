@@ -146,9 +146,8 @@ class State(NamedTuple):
     accelerations must be found anew), `TOUCHY` (steps still to be taken by Moreau's scheme),
     `SECOND_STEPS` (`STEPS` when the present second of simulated time began), `IN_VAIN` (touches in
     a row before which next to no time passed); of ``clock``: `TIME`, `STEP`, `FRAME_TIME`,
-    `BRAKE` (how long the next step may be before a component stops),
-    `SECOND` (when the present second began), `LAST_STEP` (0: nothing to compare with) and
-    `LAST_ERROR` (of that step).
+    `BRAKE` (how long the next step may be before a component stops), `SECOND` (when the present
+    second began), `LAST_STEP` (0: nothing to compare with) and `LAST_ERROR` (of that step).
     """
 
     q: Array  # headings, then the base, (n + 2,) [rad, m]
@@ -265,6 +264,7 @@ class Work(NamedTuple):
     ax: Array
     ay: Array
     art: Array  # (n, 7) articulated inertias
+    sweep: Array  # (ROWS, n) of `engine.recursion`
     hold: Array  # (n,) torques that keep locked joints
     open: IntArray  # (n,) zeros: the locks of a chain whose joints all turn
     force: Array  # (n + 2,) generalised, without constraints

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
+from magfold_env.engine import recursion
 from magfold_env.engine.boxes import OBSTACLES
 from magfold_env.engine.dormand_prince import STAGES
 from magfold_env.engine.multipoles import PAIR_PARTS, PARTS
@@ -81,8 +83,8 @@ def new_work(model: Model) -> Work:
 
     return Work(
         pose=Pose(floats(n), floats(n), floats(n), floats(n)),
-        nodes=new_nodes(model.magnets, n),
-        rigid=new_rigid(model.magnets, n),
+        nodes=new_nodes(model.magnets, n) if model.magnetic else NO_NODES,
+        rigid=new_rigid(model.magnets, n) if model.magnetic else NO_RIGID,
         fx=floats(n),
         fy=floats(n),
         torque=floats(n),
@@ -91,6 +93,7 @@ def new_work(model: Model) -> Work:
         ax=floats(n),
         ay=floats(n),
         art=floats(n, 7),
+        sweep=floats(recursion.ROWS, n),
         hold=floats(n),
         open=integers(n),
         force=floats(n + 2),
@@ -123,29 +126,38 @@ def new_work(model: Model) -> Work:
         trial=floats(rows),
         update=floats(rows),
         cholesky=floats(rows, rows),
-        newton=Newton(
-            factor=floats(rows, n + 2),
-            hessian=floats(n + 2, n + 2),
-            point=floats(n + 2),
-            gradient=floats(n + 2),
-            step=floats(n + 2),
-            scale=floats(rows),
-            offset=floats(rows),
-            rate=floats(rows),
-            force=floats(rows),
-            projected=floats(rows),
-            normal=floats(rows),
-            along=floats(rows),
-        ),
+        newton=new_newton(rows, n) if rows > 1 else NO_NEWTON,
+    )
+
+
+def new_newton(rows: int, n: int) -> Newton:
+    """Scratch space to solve for friction."""
+    return Newton(
+        factor=np.zeros((rows, n + 2)),
+        hessian=np.zeros((n + 2, n + 2)),
+        point=np.zeros(n + 2),
+        gradient=np.zeros(n + 2),
+        step=np.zeros(n + 2),
+        scale=np.zeros(rows),
+        offset=np.zeros(rows),
+        rate=np.zeros(rows),
+        force=np.zeros(rows),
+        projected=np.zeros(rows),
+        normal=np.zeros(rows),
+        along=np.zeros(rows),
     )
 
 
 def new_nodes(magnets: Magnets, n: int) -> Nodes:
     """Scratch space for the sums over n casings."""
     most = 8 * int(magnets.rank_count.max())
-    shape = magnets.rank_count.size, n, most
     # Sums over levels need room too.
     lanes = max(most, magnets.level_node.shape[1])
+    return _nodes((magnets.rank_count.size, n, most), lanes)
+
+
+def _nodes(shape: tuple[int, int, int], lanes: int) -> Nodes:
+    n = shape[1]
     return Nodes(
         faces=np.zeros(n, dtype=np.int64),
         along=np.zeros(shape),
@@ -186,6 +198,10 @@ def new_segments(n: int) -> Segments:
 
 def new_rigid(magnets: Magnets, n: int) -> Rigid:
     """Room for the forces of pairs that are joined rigidly; nothing is known yet."""
+    return _rigid(n, new_nodes(magnets, 2))
+
+
+def _rigid(n: int, nodes: Nodes) -> Rigid:
     spans = max(min(n - 1, MOST_SPANS), 1)
     return Rigid(
         charge=np.zeros((n, 4)),
@@ -195,14 +211,22 @@ def new_rigid(magnets: Magnets, n: int) -> Rigid:
         force=np.zeros((n, spans, 3)),
         pose=Pose(np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)),
         charges=np.zeros((2, 4)),
-        nodes=new_nodes(magnets, 2),
+        nodes=nodes,
     )
+
+
+# What kernels never look at in chains without magnets, and without contact and friction.
+NO_NODES = _nodes((1, 1, 1), 1)
+NO_RIGID = _rigid(1, NO_NODES)
+NO_NEWTON = new_newton(1, 1)
 
 
 def new_record(model: Model, interval: float, capacity: int) -> Record:
     """Room for ``capacity`` frames, one every ``interval`` seconds; 0 records nothing."""
-    n = model.n
-    capacity = capacity if interval > 0.0 else 0
+    return _record(model.n, interval, capacity) if interval > 0.0 else _no_record(model.n)
+
+
+def _record(n: int, interval: float, capacity: int) -> Record:
     return Record(
         interval=interval,
         time=np.zeros(capacity),
@@ -210,3 +234,8 @@ def new_record(model: Model, interval: float, capacity: int) -> Record:
         v=np.zeros((capacity, n + 2)),
         lo=np.zeros(capacity, dtype=np.int64),
     )
+
+
+@lru_cache(maxsize=64)
+def _no_record(n: int) -> Record:
+    return _record(n, 0.0, 0)
