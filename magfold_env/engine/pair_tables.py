@@ -8,9 +8,10 @@ laid through them.
 
 from __future__ import annotations
 
+import importlib
 import math
-from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -119,9 +120,19 @@ def basis_matrix(spaces: int, shares: Array) -> Array:
     return out
 
 
-@lru_cache
-def _coefficients_from_values(spaces: int) -> Array:
-    return np.linalg.inv(basis_matrix(spaces, sites(spaces))).astype(np.float64)
+def coefficients(spaces: int, values: Array) -> Array:
+    """Return the coefficients (splines, …) that give some values, a row for each of the `sites`.
+
+    Splines are zero but near their knots, so that the matrix is a band. Of a full one threads would
+    share the work, and how many there are would decide the last bits.
+    """
+    solve: Any = importlib.import_module("scipy.linalg").solve_banded  # slow to import
+    matrix = basis_matrix(spaces, sites(spaces))
+    n = len(matrix)
+    band = np.zeros((2 * DEGREE + 1, n))
+    for above in range(-DEGREE, DEGREE + 1):
+        band[DEGREE - above, max(above, 0) : n + min(above, 0)] = np.diagonal(matrix, above)
+    return solve((DEGREE, DEGREE), band, values.reshape(n, -1)).reshape(values.shape)
 
 
 def build_tables(magnets: Magnets, pitch: float) -> tuple[Tables, float]:
@@ -142,13 +153,13 @@ def build_tables(magnets: Magnets, pitch: float) -> tuple[Tables, float]:
     """
     angles = END * sites(ONE_SPACES)
     values = energies(magnets, pitch, angles[:, None])
-    one = _coefficients_from_values(ONE_SPACES) @ values
+    one = coefficients(ONE_SPACES, values)
     worst = np.abs(np.gradient(values, angles, axis=0)).sum(axis=1).max()
     angles = END * sites(TWO_SPACES)
     grid = np.array(list(product(angles, angles)))
     values = energies(magnets, pitch, grid).reshape(angles.size, angles.size, PAIRS)
-    inverse = _coefficients_from_values(TWO_SPACES)
-    two = np.einsum("ik,jl,klc->ijc", inverse, inverse, values, optimize=True)
+    two = coefficients(TWO_SPACES, values).swapaxes(0, 1)
+    two = coefficients(TWO_SPACES, two).swapaxes(0, 1)
     tables = Tables(END, np.ascontiguousarray(one), two.reshape(len(two), -1).copy())
     return tables, _slope_error(tables, magnets, pitch) / worst
 

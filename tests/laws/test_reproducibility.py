@@ -38,11 +38,12 @@ def test_threads_side_by_side_change_no_bit(alone):
 @pytest.mark.parametrize("threads", [3, pytest.param(1, marks=pytest.mark.slow)])
 def test_the_number_of_threads_changes_no_bit(alone, threads):
     # A process may have compiled other kernels before; this one has not.
+    names = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     code = f"from {__name__} import SEEDS, fingerprint; print(*map(fingerprint, SEEDS))"
     run = subprocess.run(
         [sys.executable, "-c", code],
         cwd=Path(__file__).parents[2],
-        env={**os.environ, "NUMBA_NUM_THREADS": str(threads)},
+        env={**os.environ, **dict.fromkeys(names, str(threads))},
         capture_output=True,
         text=True,
         check=True,
