@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from gymnasium import Space, spaces
 from numpy.typing import NDArray
-from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
 from stable_baselines3.common.torch_layers import MlpExtractor
 from torch import nn
 
@@ -180,8 +180,8 @@ def _patterns_seen() -> list[NDArray[np.int64]]:
     return [np.argmax(view @ SIGNS.T, axis=1) for view in views]
 
 
-class SymmetricPolicy(ActorCriticPolicy):
-    """Actor and critic that see chains as `FromOneSide` shows them, for `MultiDiscrete` actions.
+class Symmetric(BasePolicy):
+    """What makes an actor and critic, before which it stands, see what `FromOneSide` shows.
 
     Raises
     ------
@@ -210,13 +210,18 @@ class SymmetricPolicy(ActorCriticPolicy):
 
     def _build_mlp_extractor(self) -> None:
         """Create the hidden layers."""
-        layers = MlpExtractor(
-            self.features_dim - VIEWS, self.net_arch, self.activation_fn, self.device
-        )
+        own: Any = self
+        width = own.features_dim - VIEWS
+        layers = MlpExtractor(width, own.net_arch, own.activation_fn, self.device)
         self.mlp_extractor: Any = _Inner(layers)
 
     def _build(self, lr_schedule: Any) -> None:
         """Create the networks and the optimiser."""
-        super()._build(lr_schedule)
+        parent: Any = super()
+        parent._build(lr_schedule)
         # Its weights are the same objects, which the optimiser knows.
         self.action_net: Any = _TurnedBack(self.action_net, self._speeds)
+
+
+class SymmetricPolicy(Symmetric, ActorCriticPolicy):
+    """Actor and critic of PPO that see chains as `FromOneSide` shows them."""

@@ -23,7 +23,7 @@ class _Learner(Group, frozen=True):
     features: Literal["chain", "mouth", "symmetric"] = "chain"
     """Whether networks see the chain from its first component to its last, or from the tube's mouth
     outward, see `agents.features.FromTheMouth`, or so and always from one side, see
-    `agents.symmetry`; the latter two for tube feed alone, the last for PPO."""
+    `agents.symmetry`; the latter two for tube feed alone, the last for PPO and MaskablePPO."""
 
 
 class PPOSettings(_Learner, frozen=True):

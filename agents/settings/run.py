@@ -117,9 +117,9 @@ class TrainSettings(Group, frozen=True):
                 )
                 problems.append(Problem("env.id", env.id, allowed))
             if learner.features == "symmetric" and (
-                learner.algorithm != "ppo" or env.actions not in (None, "multidiscrete")
+                isinstance(learner, SACSettings) or env.actions not in (None, "multidiscrete")
             ):
-                allowed = "must be 'chain' or 'mouth' but for ppo with actions 'multidiscrete'"
+                allowed = "must be 'chain' or 'mouth' but with actions 'multidiscrete'"
                 problems.append(Problem("learner.features", learner.features, allowed))
             if self.curriculum is not None:
                 # Chains of other lengths are filled up, which moves their entries.

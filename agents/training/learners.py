@@ -18,6 +18,7 @@ from agents.features import FromTheMouth
 from agents.learning_rate import LearningRate
 from agents.settings.learner import LearnerSettings, SACSettings
 from agents.symmetry import FromOneSide, SymmetricPolicy, is_symmetric
+from agents.symmetry_masked import MaskableSymmetricPolicy
 from agents.training.archive import UNREADABLE
 from magfold_env.files import replacing
 from magfold_env.scene import Scene
@@ -33,6 +34,7 @@ CLASSES: dict[str, type[BaseAlgorithm]] = {
 _BY_POLICY: dict[str, type[BaseAlgorithm]] = {
     "stable_baselines3.common.policies": PPO,
     "agents.symmetry": PPO,
+    "agents.symmetry_masked": MaskablePPO,
     "sb3_contrib.common.maskable.policies": MaskablePPO,
     "stable_baselines3.sac.policies": SAC,
     "sb3_contrib.tqc.policies": TQC,
@@ -79,7 +81,8 @@ def make_model(
                     "learner.features: 'symmetric' is not allowed for a scene with a field or "
                     "magnets that differ from left to right; must be chain or mouth"
                 )
-            kind = SymmetricPolicy
+            masked = settings.algorithm == "maskable-ppo"
+            kind = MaskableSymmetricPolicy if masked else SymmetricPolicy
             policy["features_extractor_class"] = FromOneSide
     return CLASSES[settings.algorithm](
         kind,

@@ -133,11 +133,14 @@ def test_other_actions_are_refused() -> None:
             SymmetricPolicy(seen, actions, lambda _: 1e-3, features_extractor_class=FromOneSide)
 
 
+@pytest.mark.parametrize("algorithm", ["ppo", "maskable-ppo"])
 @pytest.mark.parametrize("env_id", ["MagFold/TubeFeed-v0", "MagFold/TubeFeedGoal-v0"])
-def test_a_symmetric_policy_learns_is_saved_and_plays(tmp_path: Any, env_id: str) -> None:
-    learner = {"algorithm": "ppo", "features": "symmetric", "hidden": [16], **LEARNERS["ppo"]}
+def test_a_symmetric_policy_learns_is_saved_and_plays(
+    tmp_path: Any, env_id: str, algorithm: str
+) -> None:
+    learner = {"algorithm": algorithm, "features": "symmetric", "hidden": [16]}
     options = {"components": 3, "fidelity": "quasistatic"}
-    settings = tiny(learner=learner, env={"id": env_id, **options})
+    settings = tiny(learner=learner | LEARNERS[algorithm], env={"id": env_id, **options})
     envs = make_training_envs(settings, 0)
     model: Any = make_model(settings.learner, envs, 0)
     before = [each.clone() for each in model.policy.parameters()]
@@ -145,6 +148,7 @@ def test_a_symmetric_policy_learns_is_saved_and_plays(tmp_path: Any, env_id: str
     assert not any(map(torch.equal, before, model.policy.parameters()))
     model.save(tmp_path / "policy.zip")
     loaded: Any = load_model(tmp_path / "policy.zip")
+    assert type(loaded) is type(model)
     observations: Any = envs.reset()
     assert np.array_equal(
         model.predict(observations, deterministic=True)[0],
