@@ -31,11 +31,11 @@ _FACE_WEIGHTS = (8.0, 4.0, 2.0, 1.0)
 
 
 def is_symmetric(scene: Scene) -> bool:
-    """Return whether the device in `scene`, but for its poles, is its own mirror image."""
+    """Return whether the scene, but for its poles, is its own mirror image."""
     sizes = ("width", "height", "thickness", "inset", "remanence")
     faces = [np.atleast_1d(getattr(scene.magnets, name)) for name in sizes]
     even = all(np.array_equal(each, each[..., ::-1]) for each in faces)
-    return even and scene.field == type(scene.field)()
+    return even and scene.field == type(scene.field)() and scene.gravity.in_plane[1] == 0.0
 
 
 class FromOneSide(FromTheMouth):
@@ -44,17 +44,7 @@ class FromOneSide(FromTheMouth):
     The component that left the tube last is shown with the first of its poles N. The last two
     features say whether left and right, and N and S, were exchanged.
 
-    Parameters
-    ----------
-    observation_space : gymnasium.spaces.Box or gymnasium.spaces.Dict
-        That of ``MagFold/TubeFeed-v0`` or of ``MagFold/TubeFeedGoal-v0``.
-    backward : bool
-        Whether component ``n`` leaves the tube first.
-
-    Raises
-    ------
-    ValueError
-        If the observation is another one.
+    Parameters and errors are those of `agents.features.FromTheMouth`.
     """
 
     _mirror: torch.Tensor

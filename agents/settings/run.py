@@ -119,7 +119,7 @@ class TrainSettings(Group, frozen=True):
             if learner.features == "symmetric" and (
                 isinstance(learner, SACSettings) or env.actions not in (None, "multidiscrete")
             ):
-                allowed = "must be 'chain' or 'mouth' but with actions 'multidiscrete'"
+                allowed = "must be 'chain' or 'mouth' but for PPO with actions 'multidiscrete'"
                 problems.append(Problem("learner.features", learner.features, allowed))
             if self.curriculum is not None:
                 # Chains of other lengths are filled up, which moves their entries.

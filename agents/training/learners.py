@@ -61,7 +61,7 @@ def make_model(
     Raises
     ------
     ValueError
-        If the features are to be symmetric and the device is not.
+        If the features are to be symmetric and the scene is not.
     """
     own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
     options: dict[str, Any] = settings.model_dump(exclude=own)
@@ -78,8 +78,8 @@ def make_model(
         if settings.features == "symmetric":
             if not is_symmetric(scene):
                 raise ValueError(
-                    "learner.features: 'symmetric' is not allowed for a scene with a field or "
-                    "magnets that differ from left to right; must be chain or mouth"
+                    "learner.features: 'symmetric' is not allowed for a scene with a field, a "
+                    "slope or magnets that differ from left to right; must be chain or mouth"
                 )
             masked = settings.algorithm == "maskable-ppo"
             kind = MaskableSymmetricPolicy if masked else SymmetricPolicy

@@ -111,10 +111,12 @@ def test_devices_with_a_left_and_a_right_are_refused(tmp_path: Any) -> None:
     even = load_scene("tube-feed")
     assert is_symmetric(even)
     assert is_symmetric(even.replace(magnets={"width": (0.004, 0.006, 0.006, 0.004)}))
+    assert is_symmetric(even.replace(gravity={"in_plane": (0.5, 0.0)}))
     uneven: list[Scene] = [
         even.replace(magnets={"width": (0.004, 0.006, 0.006, 0.006)}),
         even.replace(magnets={"remanence": (0.6, 0.5, 0.6, 0.6)}),
         even.replace(field={"uniform": (0.0, 2e-5)}),
+        even.replace(gravity={"in_plane": (0.0, 0.5)}),
     ]
     for scene in uneven:
         assert not is_symmetric(scene)
