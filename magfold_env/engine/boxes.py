@@ -94,10 +94,13 @@ def corner(work: Work, box: int, k: int) -> tuple[float, float]:
 
 
 @inlined
-def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, float, bool]:
-    """Corner k of ``other`` from the nearest point of the core of ``box``, in the box's frame [m].
+def corner_offset(
+    work: Work, box: int, other: int, k: int
+) -> tuple[float, float, float, bool]:  # fmt: skip
+    """Direction of corner k of ``other`` from the nearest point of the edge of ``box``'s core.
 
-    And whether that point is a corner. Zero if the corner is inside.
+    In the box's frame, with the distance [m], and whether the nearest point is a corner. A corner
+    that is inside lies behind the nearest side, and its distance is negative.
     """
     px, py = corner(work, other, k)
     x = work.box_x[other] + px - work.box_x[box]
@@ -107,7 +110,13 @@ def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, floa
     a, b = work.box_a[box], work.box_b[box]
     dx = along - min(max(along, -a), a)
     dy = across - min(max(across, -b), b)
-    return dx, dy, dx != 0.0 and dy != 0.0
+    if dx == 0.0 and dy == 0.0:
+        beyond, above = abs(along) - a, abs(across) - b
+        if beyond > above:
+            return math.copysign(1.0, along), 0.0, beyond, False
+        return 0.0, math.copysign(1.0, across), above, False
+    distance = math.sqrt(dx * dx + dy * dy)
+    return dx / distance, dy / distance, distance, dx != 0.0 and dy != 0.0
 
 
 @inlined
@@ -117,18 +126,7 @@ def corner_gap(model: Model, work: Work, box: int, other: int, k: int) -> float:
     Where two corners face each other it is the same seen from either box, so that one row takes
     over from the other without a jump.
     """
-    dx, dy, _ = corner_offset(work, box, other, k)
-    return math.sqrt(dx * dx + dy * dy) - clearance(model, box, other)
-
-
-@inlined
-def corner_depth(work: Work, box: int, other: int, k: int) -> float:
-    """How deep corner k of the core of ``other`` is inside that of ``box`` [m]."""
-    px, py = corner(work, other, k)
-    x = work.box_x[other] + px - work.box_x[box]
-    y = work.box_y[other] + py - work.box_y[box]
-    c, s = work.box_c[box], work.box_s[box]
-    return min(work.box_a[box] - abs(c * x + s * y), work.box_b[box] - abs(c * y - s * x))
+    return corner_offset(work, box, other, k)[2] - clearance(model, box, other)
 
 
 @inlined
@@ -196,8 +194,6 @@ def overlapping_pair(model: Model, work: Work) -> tuple[int, int]:
             if may_touch(model, work, i, j):
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)
-                    along, across, _ = corner_offset(work, box, other, c % 4)
-                    inside = along == 0.0 and across == 0.0
-                    if inside and corner_depth(work, box, other, c % 4) > OVERLAP * model.side:
+                    if corner_offset(work, box, other, c % 4)[2] < -OVERLAP * model.side:
                         return i, j
     return -1, -1

@@ -59,6 +59,7 @@ class Chains:
         self.mass, self.inertia = self._models["bodies.mass"], self._models["bodies.inertia"]
         self.grip, self.charge = self._models["grip"], self._models["charge"]
         self.rate_scale = self._models.number("rate_scale")
+        self.light_rate = self._models.number("light_rate")
         self.q, self.v, self.stuck = (self._states[name] for name in ("q", "v", "stuck"))
         self._counters: IntArray = self._states["counter"]
         self._clocks: Array = self._states["clock"]
@@ -99,7 +100,7 @@ class Chains:
         self._states.restore(rows)
         self._works.restore(rows)
         self.q[rows, : self.model.n] = headings
-        self._clocks[rows, STEP] = 0.1 / self.rate_scale[rows]
+        self._clocks[rows, STEP] = 0.1 / self.light_rate[rows]
         self.outcomes[rows] = REACHED
 
     def feed(self, rows: IntArray, duration: float, *, all_of_it: bool = False) -> None:

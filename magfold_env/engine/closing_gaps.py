@@ -9,18 +9,20 @@ from magfold_env.engine.constraints import first_joint
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import Array, Model, Work
 
-FINEST = 10.0  # shortest step: tolerances of a typical rate
 PUSH_OUT = 0.2  # share of an overlap that one step takes back
-GENTLE = 1e-6  # the tightest tolerance whose finest step is long enough for that
+GENTLE = 30.0  # tolerances of a typical rate: overlaps are taken back no faster, since that heats
 REACH = 1.0  # how much faster than the trial velocity a joint may turn after the projection
 
 
 @inlined
-def allowance(model: Model, gap: float, time: float) -> float:
-    """Return the closing velocity that a gap allows; overlaps are taken back gently."""
+def allowance(model: Model, gap: float, time: float, size: float) -> float:
+    """Return the closing velocity that a gap allows; overlaps are taken back gently.
+
+    ``size`` is that of what closes it: the side of a square [m], 1 for an angle.
+    """
     if gap >= 0.0:
         return gap / time
-    return PUSH_OUT * gap / max(time, FINEST * max(model.tolerance, GENTLE) / model.rate_scale)
+    return max(PUSH_OUT * gap / time, -GENTLE * model.tolerance * model.rate_scale * size)
 
 
 @kernel
@@ -37,7 +39,7 @@ def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: flo
             gap = contact.HALF_PI - sign * angle
             if gap - sign * rate * h < REACH * abs(rate) * h + 1e-6:
                 contact.stop_row(lo, model, work, row, k, sign)
-                work.bias[row] = allowance(model, gap, h)
+                work.bias[row] = allowance(model, gap, h, 1.0)
                 row += 1
     work.row_count[0] = row
     boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
@@ -60,7 +62,7 @@ def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: flo
                         work.row_id[row, 1] = other
                         work.row_id[row, 2] = c % 4
                         contact.contact_row(lo, model, work.pose, work, row, v)
-                        work.bias[row] = allowance(model, gap, h)
+                        work.bias[row] = allowance(model, gap, h, model.side)
                         row += 1
             j = boxes.next_partner(model, lo, i, j)
     return row

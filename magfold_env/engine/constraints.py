@@ -16,7 +16,8 @@ SHUT = 1e-10  # [m/s] rates this small are none
 OPENING = 1e-7  # [rad/s] a stop whose joint turns away faster is left
 CORRECTIONS = 3
 ATTEMPTS = 3  # at the velocities after an impact
-ASTRAY = 4.0  # times a contact's usual depth: a correction so far off is none
+NEAR = 0.25  # of the distance within which contacts act: drifts up to this are none
+ASTRAY = 4.0  # times as far: a correction so far off is none
 SUNK = 1e-4  # share of the side: overlaps that a step's error does not explain
 OK, IMPACT, CROWDED, UNSOLVED = range(4)
 
@@ -68,6 +69,21 @@ def begin_step(model: Model, state: State, work: Work) -> int:
 
 
 @kernel
+def note_gaps(model: Model, state: State, work: Work) -> None:
+    """Note how far the contacts of a step are apart when it begins, where they will be kept.
+
+    So the normals at corners, which turn within a far shorter way than `contact.TOUCH`, stay as
+    they are.
+    """
+    lo, touch = state.counter[LO], contact.TOUCH * model.side
+    place_all(lo, model, state.q, work.pose)
+    boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
+    for r in range(work.row_count[0], work.row_count[1]):
+        gap = boxes.corner_gap(model, work, work.row_id[r, 0], work.row_id[r, 1], work.row_id[r, 2])
+        work.gap[r] = min(max(gap, 0.0), touch)
+
+
+@kernel
 def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) -> bool:
     """Undo what a step drifted off the contacts that pressed all through it.
 
@@ -77,7 +93,7 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
     """
     lo = state.counter[LO]
     stops, rows = work.row_count[0], work.row_count[1]
-    target = 0.25 * contact.TOUCH * model.side
+    near = NEAR * contact.TOUCH * model.side
     for r in range(rows):
         # What pressed at the end of the step; the rest may part.
         work.passive[r] = int(work.multiplier[r] > 0.0)
@@ -101,14 +117,14 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
                 if gap < -SUNK * model.side:
                     return False
                 if work.passive[r] == 1:
-                    work.bias[r] = gap - target
-                    off = max(off, abs(gap - target))
-        if off < target or correction == CORRECTIONS:
+                    work.bias[r] = gap - work.gap[r]
+                    off = max(off, abs(work.bias[r]))
+        if off < near or correction == CORRECTIONS:
             break
         solve_equalities(rows, work)
         apply_multipliers(lo, rows, work, q)
     # Where constraints all but contradict each other corrections may lead away.
-    if off > ASTRAY * target:
+    if off > ASTRAY * near:
         return False
     for r in range(rows):
         work.bias[r] = rate_of(lo, work, r, v)

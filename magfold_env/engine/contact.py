@@ -115,11 +115,9 @@ def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array)
     n = model.n
     box, other = int(work.row_id[r, 0]), int(work.row_id[r, 1])
     k = int(work.row_id[r, 2])
-    dx, dy, round_corner = corner_offset(work, box, other, k)
-    distance = max(math.sqrt(dx * dx + dy * dy), 1e-300)
+    ux, uy, distance, round_corner = corner_offset(work, box, other, k)
     c, s = work.box_c[box], work.box_s[box]
-    nx = (c * dx - s * dy) / distance
-    ny = (s * dx + c * dy) / distance
+    nx, ny = c * ux - s * uy, s * ux + c * uy
     ox, oy = corner(work, other, k)
     px, py = work.box_x[other] + ox, work.box_y[other] + oy
     row = work.jacobian[r]

@@ -21,6 +21,7 @@ from magfold_env.engine.constraints import (
     UNSOLVED,
     begin_step,
     keep_contacts,
+    note_gaps,
     open_joints,
 )
 from magfold_env.engine.dynamics import first_accelerations, torn_loose
@@ -158,7 +159,7 @@ def runs_away(model: Model, state: State) -> bool:
     n = model.n
     if not model.tube:
         return False
-    limit = model.rate_scale + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
+    limit = model.light_rate + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
     for k in range(state.counter[LO], n):
         if abs(state.v[k]) > RUNAWAY * limit:
             return True
@@ -180,6 +181,9 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     lo = state.counter[LO]
     remaining = until - state.clock[TIME]
     growth, limit = 5.0, longest_step(lo, model, state, work)
+    touching = work.row_count[1] > work.row_count[0]
+    if touching:
+        note_gaps(model, state, work)
     state.counter[STEPS] += 1
     while True:
         h = min(state.clock[STEP], remaining, limit)
@@ -189,7 +193,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
         if not stages(model, state, work, h):
             state.clock[STEP] = 0.25 * h
             continue
-        error = step_error(model, work, h)
+        error = step_error(model, state, work, h)
         if not math.isfinite(error):
             if h < HOPELESS_STEP:
                 return BROKEN
@@ -216,10 +220,9 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     if fraction < 1.0:
         interpolate(state.q, work.slope_q, h, fraction, work.new_q)
         interpolate(state.v, work.slope_v, h, fraction, work.new_v)
-    touching = work.row_count[1] > work.row_count[0]
-    keep_if_left_alone(model, state, work, work.new_q, fraction * h)
     if touching and not keep_contacts(model, state, work, work.new_q, work.new_v):
         return RATTLED
+    keep_if_left_alone(model, state, work, work.new_q, fraction * h)
     record_step(record, state, work, h, fraction)
     copy(work.new_q, state.q, lo)
     copy(work.new_v, state.v, lo)
@@ -242,7 +245,7 @@ def in_vain(model: Model, state: State, fraction: float, time: float) -> bool:
 
     What touched may have been parted again, to keep others in touch, and so without end.
     """
-    if fraction == 1.0 or time * model.rate_scale > INSTANT * model.tolerance:
+    if fraction == 1.0 or time * model.light_rate > INSTANT * model.tolerance:
         state.counter[IN_VAIN] = 0
         return False
     state.counter[IN_VAIN] += 1

@@ -15,7 +15,7 @@ import math
 
 from magfold_env.engine import chain, friction
 from magfold_env.engine.arrays import copy
-from magfold_env.engine.closing_gaps import FINEST, collect_within
+from magfold_env.engine.closing_gaps import collect_within
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.constraints import hold_joints, open_joints
 from magfold_env.engine.dynamics import (
@@ -48,6 +48,7 @@ from magfold_env.engine.state import (
 )
 
 COARSEST = 0.01  # [s]
+FINEST = 10.0  # shortest step: tolerances of the lightest component's typical rate
 TURN = 0.1  # [rad] that no component turns by in a step, at its rate before
 SHARE = 0.05  # of the tolerance, that a step's change of velocity may move an angle by
 HOPELESS = 1e-3  # finest steps: shorter ones do not help either
@@ -72,10 +73,10 @@ def moreau_step(
     unconstrained(lo, model, work, work.smooth)
     state.counter[STEPS] += 1
     remaining = until - state.clock[TIME]
-    fastest = model.rate_scale
+    fastest = model.light_rate
     for k in range(lo, n):
         fastest = max(fastest, abs(state.v[k]))
-    finest = min(FINEST * model.tolerance / model.rate_scale, TURN / fastest)
+    finest = min(FINEST * model.tolerance / model.light_rate, TURN / fastest)
     # Friction turns around when a component stops: no step goes far beyond.
     h = min(max(1.5 * state.clock[STEP], finest), COARSEST, max(state.clock[BRAKE], 0.1 * finest))
     while True:

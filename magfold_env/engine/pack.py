@@ -14,6 +14,7 @@ from magfold_env.engine.near_faces import BLEND, LANES
 from magfold_env.engine.pack_field import pack_field
 from magfold_env.engine.pair_tables import build_tables
 from magfold_env.engine.quadrature import Rule, choose_rule, table_rule, widest
+from magfold_env.engine.rates import typical_rate
 from magfold_env.engine.state import Array, Bodies, Magnets, Model, Tables
 from magfold_env.scene import SIGNS, Scene
 from magfold_env.scene_magnets import Length
@@ -62,6 +63,7 @@ def pack(scene: Scene) -> Model:
     )
     gravity_x, gravity_y = scene.gravity.in_plane
     magnets, tables = pack_magnets(scene), joint_tables(scene)
+    charge = 0.0 if scene.magnets is None else scene.magnets.charge
     return Model(
         n=n,
         bodies=bodies,
@@ -82,7 +84,8 @@ def pack(scene: Scene) -> Model:
         wall=scene.feed.wall,
         pinned=scene.mount == "pinned",
         tolerance=scene.solver.tolerance,
-        rate_scale=_rate_scale(scene, float(mass.mean()), pitch),
+        rate_scale=float(typical_rate(scene, charge, mass.mean())),
+        light_rate=float(typical_rate(scene, charge, mass.min())),
         max_steps=scene.solver.max_steps,
         max_steps_per_second=scene.solver.max_steps_per_second,
     )
@@ -239,17 +242,3 @@ def _width_rule(strips: bool, count: int) -> tuple[Array, Array]:
         x, w = np.polynomial.legendre.leggauss(count)
         return x / 2.0, w / 2.0
     return np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1), np.full(count, 1.0 / count)
-
-
-def _rate_scale(scene: Scene, mass: float, pitch: float) -> float:
-    """Return a typical angular rate [rad/s]: what the strongest force makes of one component.
-
-    Errors of rates are judged against it.
-    """
-    acceleration = math.hypot(*scene.gravity.in_plane)
-    if scene.magnets is not None:
-        # Two charges a magnet's width apart: the order of the force between touching faces.
-        density = scene.magnets.charge / widest(scene.magnets)
-        force = 1e-7 * density * density  # beyond the largest number: infinite, not an error
-        acceleration += force / mass
-    return max(math.sqrt(acceleration / pitch), 1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from magfold_env.engine import chain
 from magfold_env.engine import dormand_prince as dp
 from magfold_env.engine.dynamics import accelerations
 from magfold_env.engine.feed import coordinates
@@ -11,6 +12,7 @@ from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import LO, Model, State, Work
 
 LOCAL = 0.1  # share of the tolerance that one step may use up
+UNEVEN = 2.0  # mean mass over the least, its root, from which masses decide about errors
 SLOW = 0.3  # share of a typical rate below which rates are judged by it
 
 
@@ -38,11 +40,11 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
 
 
 @kernel
-def step_error(model: Model, work: Work, h: float) -> float:
+def step_error(model: Model, state: State, work: Work, h: float) -> float:
     """Estimated error of the step over what is allowed.
 
     Angles are judged by the tolerance, rates by the tolerance times a typical rate, the base by
-    the tolerance times a component's length.
+    the tolerance times a component's length; velocities of uneven chains also all together.
     """
     n = model.n
     worst, total = 0.0, 0.0
@@ -57,4 +59,31 @@ def step_error(model: Model, work: Work, h: float) -> float:
         ev = abs(h * ev) / (LOCAL * model.tolerance * max(SLOW * rate, abs(work.new_v[k])))
         total += eq + ev
         worst = max(worst, eq, ev)
-    return worst if math.isfinite(total) else math.nan
+    if not math.isfinite(total):
+        return math.nan
+    if model.light_rate > UNEVEN * model.rate_scale:
+        worst = max(worst, kinetic_error(state.counter[LO], model, work, h))
+    return worst
+
+
+@kernel
+def kinetic_error(lo: int, model: Model, work: Work, h: float) -> float:
+    """Estimated error of the velocities over what is allowed, in the metric of the masses.
+
+    Where a light component turns fast, the least of its errors carries heavy ones beyond it away.
+    Needs pose and centre velocities at the step's end.
+    """
+    n, bodies, off = model.n, model.bodies, work.stage_v
+    for k in range(n + 2):
+        off[k] = 0.0
+        for s in range(dp.STAGES):
+            off[k] += h * dp.ERROR[s] * work.slope_v[s, k]
+    chain.centre_velocities(lo, bodies, work.pose, off, work.fx, work.fy)
+    error, energy, mass = 0.0, 0.0, 0.0
+    for i in range(lo, n):
+        m, j = bodies.mass[i], bodies.inertia[i]
+        error += m * (work.fx[i] ** 2 + work.fy[i] ** 2) + j * off[i] ** 2
+        energy += m * (work.vx[i] ** 2 + work.vy[i] ** 2) + j * work.new_v[i] ** 2
+        mass += m / n
+    slow = SLOW * model.rate_scale * bodies.length[0]
+    return math.sqrt(error / max(energy, mass * slow * slow)) / (LOCAL * model.tolerance)

@@ -133,7 +133,8 @@ class Model(NamedTuple):
     wall: float  # thickness [m]
     pinned: bool  # the innermost hinge is fixed
     tolerance: float  # [rad]
-    rate_scale: float  # a typical angular rate [rad/s]
+    rate_scale: float  # a typical angular rate [rad/s]: errors of rates are judged by it
+    light_rate: float  # that of the lightest component [rad/s]: short times are judged by it
     max_steps: int
     max_steps_per_second: int
 
@@ -287,6 +288,7 @@ class Work(NamedTuple):
     response: Array  # (rows, n + 2) M⁻¹Jᵀ
     delassus: Array  # (rows, rows)
     bias: Array  # (rows,)
+    gap: Array  # (rows,) of contacts, when the step begins [m]
     multiplier: Array  # (rows,)
     passive: IntArray  # (rows,)
     equality: IntArray  # (rows,)

@@ -48,7 +48,7 @@ def new_state(model: Model, angles: Array) -> State:
     q[:n] = angles
     clock = np.zeros(7)
     clock[BRAKE] = math.inf
-    clock[STEP] = 0.1 / model.rate_scale
+    clock[STEP] = 0.1 / model.light_rate
     count: IntArray = np.zeros(9, dtype=np.int64)
     count[LO] = n if model.tube else 0
     count[FRESH] = 1
@@ -116,6 +116,7 @@ def new_work(model: Model) -> Work:
         response=floats(rows, n + 2),
         delassus=floats(rows, rows),
         bias=floats(rows),
+        gap=floats(rows),
         multiplier=floats(rows),
         passive=integers(rows),
         equality=integers(rows),

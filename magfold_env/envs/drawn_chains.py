@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from magfold_env.engine.chains import Chains
 from magfold_env.engine.pack import TURNED, pack, reversed_inside
-from magfold_env.engine.quadrature import widest
+from magfold_env.engine.rates import typical_rate
 from magfold_env.envs.actions import PATTERNS
 from magfold_env.envs.dynamic_episode import REFERENCE_SPEED
 from magfold_env.scene import Scene
@@ -109,7 +109,9 @@ class DrawnChains:
             self.factors[rows] = REFERENCE_SPEED * speed / REFERENCE_SPEED
         if max(spreads.remanence, spreads.magnet) > 0.0:
             self.strengths[rows] = self._charges(strength)
-        chains.rate_scale[rows] = self._rate_scales(rows, np.ascontiguousarray(mass))
+        strongest, mass = self.strengths[rows].max(axis=(1, 2)), np.ascontiguousarray(mass)
+        chains.rate_scale[rows] = typical_rate(scene, strongest, mass.mean(axis=1))
+        chains.light_rate[rows] = typical_rate(scene, strongest, mass.min(axis=1))
 
     def _charges(self, factors: Floats) -> Floats:
         """Return charges of pole faces [A·m] for the factors of their strengths."""
@@ -119,15 +121,6 @@ class DrawnChains:
         if magnets.pole_charge is None:
             charges = charges * magnets.by_face("width") * magnets.by_face("height") / MU0
         return charges
-
-    def _rate_scales(self, rows: Ints, mass: Floats) -> Floats:
-        """Return typical rates [rad/s] as `magfold_env.engine.pack` does."""
-        scene = self.template
-        assert scene.magnets is not None
-        density = self.strengths[rows].max(axis=(1, 2)) / widest(scene.magnets)
-        force = 1e-7 * density * density
-        pull = math.hypot(*scene.gravity.in_plane) + force / mass.mean(axis=1)
-        return np.maximum(np.sqrt(pull / scene.casing.diagonal), 1.0)
 
     def _headings(self, rows: Ints) -> Floats:
         """Return the headings at release in the engine's order [rad], (rows, n)."""

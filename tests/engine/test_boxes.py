@@ -104,10 +104,11 @@ class Boxes:
         corner = np.array(boxes.corner(work, other, k))
         place = np.array([work.box_x[other], work.box_y[other]]) + corner
         core = self.polygon(box, q)
-        sides = zip(core, np.roll(core, -1, axis=0), strict=True)
-        return min(reference.distance_to_segment(place, *ends) for ends in sides) - self.radii(
-            box, other
-        )
+        sides = list(zip(core, np.roll(core, -1, axis=0), strict=True))
+        away = min(reference.distance_to_segment(place, *ends) for ends in sides)
+        # Counter-clockwise: what is inside lies to the left of every side.
+        inside = all(np.linalg.det([end - begin, place - begin]) > 0.0 for begin, end in sides)
+        return (-away if inside else away) - self.radii(box, other)
 
     def random_q(self, rng):
         joints = rng.uniform(-np.pi / 2, np.pi / 2, self.n)
@@ -198,6 +199,20 @@ def test_every_touching_corner_becomes_a_row(seed):
             assert not [row for row in found if set(row[:2]) == {i, j}]
 
 
+@given(seed=seeds, layout=layouts)
+def test_gaps_are_those_of_corners_and_negative_inside(seed, layout):
+    n, lo, tube = layout
+    rng = np.random.default_rng(seed)
+    case = Boxes(n, lo, tube=tube)
+    q = case.random_q(rng)
+    for i, j in pairs(case):
+        for box, other in ((i, j), (j, i)):
+            for k in range(4):
+                expected = case.row_gap(box, other, k, q)
+                found = boxes.corner_gap(case.model, case.work, box, other, k)
+                assert found == pytest.approx(expected, abs=1e-12)
+
+
 def row_of(case, box, other, k, q, v):
     """Jacobian and bias of a contact row at the coordinates and velocities."""
     case.place(q)
@@ -211,7 +226,14 @@ def row_of(case, box, other, k, q, v):
 
 def turns_a_corner(case, box, other, k, q):
     case.place(q)
-    return boxes.corner_offset(case.work, box, other, k)[2]
+    return boxes.corner_offset(case.work, box, other, k)[3]
+
+
+def region(case, box, other, k, q):
+    """Whether the corner turns around one, and if it is inside the box, behind which side."""
+    case.place(q)
+    *normal, distance, turns = boxes.corner_offset(case.work, box, other, k)
+    return turns, tuple(normal) if distance < 0.0 else None
 
 
 @given(seed=seeds, layout=layouts)
@@ -228,10 +250,10 @@ def test_rows_are_the_gaps_derivatives(seed, layout):
     k = int(rng.integers(4))
     step = 2e-5
     ends = [q + t * step * v for t in (-3, 0, 3)]
-    # Inside the box there is no distance, and at the end of a face its curvature jumps.
-    assume(len({turns_a_corner(case, box, other, k, end) for end in ends}) == 1)
-    assume(all(case.row_gap(box, other, k, end) > 1e-4 for end in ends))
-    assume(reference.separation(case.polygon(i, q), case.polygon(j, q)) > 0.0)
+    # At the end of a face the curvature jumps, deep inside the normal.
+    assume(len({region(case, box, other, k, end) for end in ends}) == 1)
+    radii = case.radii(box, other)
+    assume(all(abs(case.row_gap(box, other, k, end) + radii) > 1e-4 for end in ends))
 
     def gap(t):
         return case.row_gap(box, other, k, q + t * v)
@@ -240,8 +262,8 @@ def test_rows_are_the_gaps_derivatives(seed, layout):
     speed = max(np.abs(jacobian * v).max(), 1e-3)
     assert jacobian @ v == pytest.approx(reference.derivative(gap, step), abs=1e-8 * speed)
     bend = reference.second_derivative(gap, 40 * step)
-    coarse = [turns_a_corner(case, box, other, k, q + t * 120 * step * v) for t in (-1, 1)]
-    assume(set(coarse) == {turns_a_corner(case, box, other, k, q)})
+    coarse = [region(case, box, other, k, q + t * 120 * step * v) for t in (-1, 1)]
+    assume(set(coarse) == {region(case, box, other, k, q)})
     assert bias == pytest.approx(bend, rel=1e-4, abs=1e-4)
     assert not jacobian[:lo].any()
 

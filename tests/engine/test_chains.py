@@ -32,6 +32,7 @@ def test_chains_go_as_sessions_do(threads: int, all_of_it: bool) -> None:
     for k, (scene, session) in enumerate(zip(scenes, sessions, strict=True)):
         chains.waiting[k], chains.speeds[k] = pack(scene).charge, 0.3
         assert chains.rate_scale[k] == session._model.rate_scale
+        assert chains.light_rate[k] == session._model.light_rate
     for step in range(1 if all_of_it else 4):
         chains.feed(rows, scenes[0].duration, all_of_it=all_of_it)
         for k, session in enumerate(sessions):

@@ -51,6 +51,7 @@ def test_draws_are_those_of_the_scene(case: dict[str, Any]) -> None:
             np.testing.assert_array_equal(chains.inertia[row], model.bodies.inertia)
             np.testing.assert_array_equal(chains.grip[row], model.grip)
             assert chains.rate_scale[row] == model.rate_scale
+            assert chains.light_rate[row] == model.light_rate
             np.testing.assert_array_equal(drawn.strengths[row], scene.magnets.charges(6))
             np.testing.assert_array_equal(drawn.factors[row], scene.speeds / REFERENCE_SPEED)
             state = Session(scene)._state
@@ -64,7 +65,7 @@ def test_what_chains_share_is_what_packing_a_drawn_scene_gives() -> None:
     template = dynamic_template(mf.load_scene("tube-feed").replace(spreads=EVERY))
     model = DrawnChains(template, 1, 1).chains.model
     other = pack(template.draw(np.random.default_rng(5)))
-    own = {"bodies", "charge", "grip", "rate_scale"}
+    own = {"bodies", "charge", "grip", "rate_scale", "light_rate"}
     for name in set(model._fields) - own:
         np.testing.assert_equal(getattr(model, name), getattr(other, name), err_msg=name)
     for name in ("reach", "length"):
