@@ -69,18 +69,21 @@ def begin_step(model: Model, state: State, work: Work) -> int:
 
 
 @kernel
-def note_gaps(model: Model, state: State, work: Work) -> None:
-    """Note how far the contacts of a step are apart when it begins, where they will be kept.
+def note_gaps(model: Model, state: State, work: Work) -> bool:
+    """Note how far the contacts of a step are apart when it begins; whether there are any.
 
-    So the normals at corners, which turn within a far shorter way than `contact.TOUCH`, stay as
-    they are.
+    There they will be kept, so that normals at corners, which turn within a far shorter way than
+    `contact.TOUCH`, stay as they are.
     """
+    if work.row_count[1] == work.row_count[0]:
+        return False
     lo, touch = state.counter[LO], contact.TOUCH * model.side
     place_all(lo, model, state.q, work.pose)
     boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
     for r in range(work.row_count[0], work.row_count[1]):
         gap = boxes.corner_gap(model, work, work.row_id[r, 0], work.row_id[r, 1], work.row_id[r, 2])
         work.gap[r] = min(max(gap, 0.0), touch)
+    return True
 
 
 @kernel

@@ -181,9 +181,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     lo = state.counter[LO]
     remaining = until - state.clock[TIME]
     growth, limit = 5.0, longest_step(lo, model, state, work)
-    touching = work.row_count[1] > work.row_count[0]
-    if touching:
-        note_gaps(model, state, work)
+    touching = note_gaps(model, state, work)
     state.counter[STEPS] += 1
     while True:
         h = min(state.clock[STEP], remaining, limit)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from magfold_env.engine.multipoles import COUNTS, moments
 from magfold_env.engine.near_faces import BLEND, LANES
 from magfold_env.engine.pack_field import pack_field
+from magfold_env.engine.pack_rates import typical_rate
 from magfold_env.engine.pair_tables import build_tables
-from magfold_env.engine.quadrature import Rule, choose_rule, table_rule, widest
-from magfold_env.engine.rates import typical_rate
+from magfold_env.engine.quadrature import Rule, choose_rule, table_rule
 from magfold_env.engine.state import Array, Bodies, Magnets, Model, Tables
 from magfold_env.scene import SIGNS, Scene
 from magfold_env.scene_magnets import Length
@@ -64,6 +64,7 @@ def pack(scene: Scene) -> Model:
     gravity_x, gravity_y = scene.gravity.in_plane
     magnets, tables = pack_magnets(scene), joint_tables(scene)
     charge = 0.0 if scene.magnets is None else scene.magnets.charge
+    rate, light_rate = typical_rate(scene, np.full(2, charge), np.array([mass.mean(), mass.min()]))
     return Model(
         n=n,
         bodies=bodies,
@@ -84,8 +85,8 @@ def pack(scene: Scene) -> Model:
         wall=scene.feed.wall,
         pinned=scene.mount == "pinned",
         tolerance=scene.solver.tolerance,
-        rate_scale=float(typical_rate(scene, charge, mass.mean())),
-        light_rate=float(typical_rate(scene, charge, mass.min())),
+        rate_scale=float(rate),
+        light_rate=float(light_rate),
         max_steps=scene.solver.max_steps,
         max_steps_per_second=scene.solver.max_steps_per_second,
     )

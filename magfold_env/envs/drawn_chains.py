@@ -4,7 +4,6 @@ The numbers and their order are those of `magfold_env.scene.Scene.draw`, and wha
 what `magfold_env.engine.pack.pack` makes of the drawn scene, bit for bit: tests hold both to that.
 """
 
-import math
 from collections.abc import Sequence
 from typing import Any, cast
 
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from magfold_env.engine.chains import Chains
 from magfold_env.engine.pack import TURNED, pack, reversed_inside
-from magfold_env.engine.rates import typical_rate
+from magfold_env.engine.pack_rates import typical_rate
 from magfold_env.envs.actions import PATTERNS
 from magfold_env.envs.dynamic_episode import REFERENCE_SPEED
 from magfold_env.scene import Scene

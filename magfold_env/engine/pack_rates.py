@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from magfold_env.engine.quadrature import widest
 from magfold_env.engine.state import Array
@@ -14,7 +13,7 @@ from magfold_env.scene import Scene
 SLOWEST = 1.0  # [rad/s]
 
 
-def typical_rate(scene: Scene, charge: ArrayLike, mass: ArrayLike) -> Array:
+def typical_rate(scene: Scene, charge: Array, mass: Array) -> Array:
     """Return what the strongest force makes of one component [rad/s].
 
     Parameters
@@ -26,15 +25,15 @@ def typical_rate(scene: Scene, charge: ArrayLike, mass: ArrayLike) -> Array:
     mass
         Of the component [kg], of the same shape.
     """
-    acceleration = np.full(np.shape(mass), math.hypot(*scene.gravity.in_plane))
+    acceleration = np.full(mass.shape, math.hypot(*scene.gravity.in_plane))
     if scene.magnets is not None:
         # Two charges a magnet's width apart: the order of the force between touching faces.
-        density = np.asarray(charge) / widest(scene.magnets)
+        density = charge / widest(scene.magnets)
         # Beyond the largest number: infinite, not an error.
         with np.errstate(over="ignore"):
             force = 1e-7 * density * density
             if scene.field is not None:
-                force = force + np.asarray(charge) * _outer_flux_density(scene)
+                force = force + charge * _outer_flux_density(scene)
             acceleration += force / mass
     return np.maximum(np.sqrt(acceleration / scene.casing.diagonal), SLOWEST)
 
