@@ -25,6 +25,15 @@ OVERLAP = 1e-3  # share of the side: deeper, and squares overlap
 FACE_C = math.sqrt(0.5)  # a square's first face looks 45° to the left of its heading
 
 
+@inlined
+def first_box(lo: int) -> int:
+    """Return the first component that others may meet.
+
+    The one in the mouth leaves room beside it, so the next in the tube is within reach too.
+    """
+    return max(lo - 2, 0)
+
+
 @kernel
 def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
     """Cores of the squares of components ``first`` on, then of the obstacles.

@@ -42,13 +42,13 @@ def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: flo
                 work.bias[row] = allowance(model, gap, h, 1.0)
                 row += 1
     work.row_count[0] = row
-    boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
+    boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
     fastest = 0.0
     for i in range(lo, model.n):
         fastest = max(fastest, math.sqrt(work.vx[i] ** 2 + work.vy[i] ** 2))
         fastest = max(fastest, abs(v[i]) * model.side)
     near = 4.0 * fastest * h + contact.TOUCH * model.side
-    for i in range(max(lo - 1, 0), model.n):
+    for i in range(boxes.first_box(lo), model.n):
         j = boxes.next_partner(model, lo, i, i)
         while j < model.n + boxes.OBSTACLES:
             if boxes.may_touch(model, work, i, j):

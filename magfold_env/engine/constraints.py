@@ -79,7 +79,7 @@ def note_gaps(model: Model, state: State, work: Work) -> bool:
         return False
     lo, touch = state.counter[LO], contact.TOUCH * model.side
     place_all(lo, model, state.q, work.pose)
-    boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
+    boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
     for r in range(work.row_count[0], work.row_count[1]):
         gap = boxes.corner_gap(model, work, work.row_id[r, 0], work.row_id[r, 1], work.row_id[r, 2])
         work.gap[r] = min(max(gap, 0.0), touch)
@@ -108,7 +108,7 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
             if work.passive[r] == 1:
                 q[k] = q[k - 1] + work.row_id[r, 1] * contact.HALF_PI
         place_all(lo, model, q, work.pose)
-        boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
+        boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
         work.row_count[2] = rows
         prepare(lo, model, v, work)
         off = 0.0
@@ -141,7 +141,7 @@ def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
     """Rows of all that touches, stops first; returns their number, −1 if there is no room."""
     collect_stops(lo, model, state, work)
     place_all(lo, model, state.q, work.pose)
-    boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
+    boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
     rows = contact.collect_contacts(lo, model, work, work.row_count[0])
     work.row_count[1] = rows
     return rows

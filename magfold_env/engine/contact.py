@@ -13,6 +13,7 @@ from magfold_env.engine.boxes import (
     corner,
     corner_gap,
     corner_offset,
+    first_box,
     may_touch,
     next_partner,
 )
@@ -30,7 +31,7 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
     Returns the number of rows, −1 if there is no room for them.
     """
     touch = TOUCH * model.side
-    for i in range(max(lo - 1, 0), model.n):
+    for i in range(first_box(lo), model.n):
         j = next_partner(model, lo, i, i)
         while j < model.n + OBSTACLES:
             if may_touch(model, work, i, j):

@@ -112,7 +112,7 @@ def fill_rows(lo: int, model: Model, v: Array, work: Work) -> None:
     for r in range(stops):
         contact.stop_row(lo, model, work, r, work.row_id[r, 0], work.row_id[r, 1])
     if rows > stops:
-        boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
+        boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
         for r in range(stops, rows):
             contact.contact_row(lo, model, work.pose, work, r, v)
     respond(lo, model, work, 0, rows)

@@ -43,8 +43,8 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
     if model.n <= boxes.APART and not (model.tube or model.field.solid):
         return worst
     place_all(lo, model, q, work.pose)
-    boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
-    for i in range(max(lo - 1, 0), model.n):
+    boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
+    for i in range(boxes.first_box(lo), model.n):
         j = boxes.next_partner(model, lo, i, i)
         while j < model.n + boxes.OBSTACLES:
             if boxes.may_touch(model, work, i, j):

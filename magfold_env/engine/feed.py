@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine import chain
+from magfold_env.engine.boxes import first_box
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import FRESH, LO, Array, Model, Pose, State, Work
 
@@ -41,8 +42,8 @@ def charged(model: Model, i: int) -> bool:
 def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
     """Fill ``pose`` for the free components and the held ones that matter.
 
-    Those are the outermost, which others may touch, and the charged ones next to it. Returns the
-    first component whose magnets act.
+    Those are the outermost two, which others may touch, and the charged ones next to them. Returns
+    the first component whose magnets act.
     """
     chain.place(lo, model.bodies, q, pose)
     n = model.n
@@ -50,7 +51,7 @@ def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
     x, y = q[n], q[n + 1]
     for i in range(lo - 1, -1, -1):
         acts = first == i + 1 and charged(model, i)
-        if not acts and i < lo - 1:
+        if not acts and i < first_box(lo):
             break
         c, s = math.cos(q[i]), math.sin(q[i])
         x -= model.bodies.length[i] * c

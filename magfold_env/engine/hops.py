@@ -80,7 +80,7 @@ def mark_hopping_contacts(
         return False
     found = False
     place_all(lo, model, state.q, work.pose)
-    boxes.place_boxes(max(lo - 1, 0), model, work.pose, work)
+    boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
     chain.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
     chain.centripetal(lo, model.bodies, work.pose, state.v, work.ax, work.ay)
     for d in range(work.row_count[3]):

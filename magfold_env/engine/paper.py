@@ -53,10 +53,11 @@ def paper_advance(
             return FULL
         evaluate(model, state, work)
         for i in range(n):
-            state.v[i] += dt * work.force[i]
-            state.q[i] += dt * state.v[i]
-            if not math.isfinite(state.q[i]):
+            rate = state.v[i] + dt * work.force[i]
+            if not math.isfinite(state.q[i] + dt * rate):
                 return NOT_FINITE
+            state.v[i] = rate
+            state.q[i] += dt * rate
         snapped = snap(n, state.q, state.v)
         state.counter[STEPS] += 1
         state.clock[TIME] = state.counter[STEPS] * dt

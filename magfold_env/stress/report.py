@@ -38,7 +38,7 @@ def kinds_table(tally: Tally) -> Table:
     sums = [str(sum(c[status] for c in tally.statuses.values())) for status in STATUSES[:4]]
     table.add_row("all", "", str(tally.cases), *sums, str(len(tally.failures)))
     notes = [f"{count} {note}" for note, count in tally.notes.items()]
-    table.caption = f"Set aside in the comparison of symmetric folds: {'; '.join(notes) or 'none'}."
+    table.caption = f"Set aside, as no judge of some laws: {'; '.join(notes) or 'none'}."
     return table
 
 

@@ -1,12 +1,13 @@
 """Symmetric scenes fold symmetrically.
 
 A fold that a start moved by 1e-6 rad changes as well says nothing, and the error that the solver's
-tolerance allows may differ between views: what differs must do so at a far tighter one too.
+tolerance allows may differ between views: what differs must do so at a far tighter one too, and
+far more than either view does from one tolerance to the other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +30,7 @@ MOST_STEPS = 100_000  # of a run that is worth repeating
 TIGHTER = 0.01  # times the tolerance: rounding decides below 1e-12 rad
 LEAST_TOLERANCE = 1e-12  # [rad]
 MORE_STEPS = 10  # times as many
+OWN = 0.1  # of what views differ by: more from the tolerance alone, and that decides
 
 
 class End(NamedTuple):
@@ -79,7 +81,7 @@ def views(scene: Scene) -> dict[str, End]:
     return ends
 
 
-def excuse(scene: Scene, here: End, different: Collection[str]) -> str:
+def excuse(scene: Scene, here: End, different: Mapping[str, End]) -> str:
     """Return why some views may end otherwise, nothing if they may not."""
     if is_sensitive(scene, here):
         return "sensitive to 1e-6 rad"
@@ -91,7 +93,12 @@ def excuse(scene: Scene, here: End, different: Collection[str]) -> str:
         }
     )
     end, others = end_of(tight), views(tight)
-    if end.capped or all(alike(others[law], end) for law in different):
+    own = _apart(end.joints, here.joints)
+    unsure = any(
+        max(own, _apart(others[law].joints, view.joints)) > OWN * _apart(view.joints, here.joints)
+        for law, view in different.items()
+    )
+    if end.capped or unsure or all(alike(others[law], end) for law in different):
         return "decided by the solver's error"
     return ""
 

@@ -53,7 +53,7 @@ def deepest_overlaps(
     """Return the deepest overlap of two casings, or of a casing and an obstacle [m]; 0 if none.
 
     Components that the tube holds are guided by it, so obstacles are for the others; between these
-    and all that is held, but for the component at the mouth, there are the tube's walls.
+    and all that is held, but for the two components next to the mouth, there are the tube's walls.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def deepest_overlaps(
     number, held = np.arange(scene.n), scene.n - released[:, None]
     forward = scene.feed.direction == "forward"
     free = number < scene.n - held if forward else number >= held
-    inside = number > scene.n - held if forward else number < held - 1
+    inside = number > scene.n - held + 1 if forward else number < held - 2
     # Farther apart, the circles around two casings do not meet.
     reach2 = scene.casing.diagonal**2
     for apart in range(1, scene.n):
