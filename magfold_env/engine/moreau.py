@@ -63,7 +63,8 @@ def moreau_step(
     """Take one step from the state, whose pose and forces are in ``work``.
 
     It is repeated at half its length until the velocity changes little, but not below what an
-    impact, which changes it at once, would ask for. Where something ``rattles`` the velocity counts
+    impact, which changes it at once, would ask for; and until forces change little, where poles all
+    but meet. Where something ``rattles`` the velocity counts
     as the new one from the beginning, else as changing evenly.
     """
     lo, n = state.counter[LO], model.n
@@ -88,12 +89,17 @@ def moreau_step(
                 return UNSOLVABLE
             h *= 0.25
             continue
-        moved = 0.0
+        moved, bent = 0.0, 0.0
         for k in range(lo, n + 2):
             turn = 0.5 * h * abs(work.new_v[k] - state.v[k])
             moved = max(moved, turn if k < n else turn / model.side)
+            turn = 0.5 * h * h * abs(work.slope_v[1, k] - work.smooth[k])
+            bent = max(bent, turn if k < n else turn / model.side)
         if not math.isfinite(moved):
             return BROKEN
+        if bent > SHARE * model.tolerance and h > HOPELESS * finest:
+            h *= 0.5
+            continue
         if moved <= SHARE * model.tolerance or h <= finest:
             break
         h = max(0.5 * h, finest)
