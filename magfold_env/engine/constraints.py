@@ -238,7 +238,8 @@ def open_joints(lo: int, model: Model, state: State) -> None:
                 state.q[k] = state.q[k - 1] + math.copysign(contact.HALF_PI, angle)
             continue
         behind = state.v[k - 1] if k > lo else 0.0
-        if (behind - state.v[k]) * sign > OPENING:
+        # One that shuts parted within a Moreau step and comes back: a matter for an impact.
+        if abs(behind - state.v[k]) > OPENING:
             state.lock[k] = 0
             if (state.q[k] - state.q[k - 1]) * sign > contact.HALF_PI:
                 state.q[k] = state.q[k - 1] + sign * contact.HALF_PI
