@@ -57,6 +57,23 @@ def test_components_four_apart_can_overlap():
     assert end_separation([np.pi / 2] * 4) < -0.5
 
 
+@pytest.mark.parametrize(("lo", "first"), [(0, 0), (1, 0), (2, 0), (3, 1), (6, 4)])
+def test_the_two_held_components_next_to_the_mouth_are_in_the_way(lo, first):
+    assert boxes.first_box(lo) == first
+
+
+def test_a_corner_beside_the_one_in_the_mouth_meets_the_next():
+    # A chain that turns back to its tube: its last square lies beside the one in the mouth.
+    case = Boxes(8, 3, tube=True)
+    case.place(np.zeros(10))
+    work = case.work
+    for name in ("box_x", "box_y"):
+        getattr(work, name)[5] = getattr(work, name)[1]
+    work.box_x[5] += 0.9 * SIDE * np.sqrt(2)
+    rows = contact.collect_contacts(3, case.model, work, 0)
+    assert {(1, 5), (5, 1)} & {tuple(row[:2]) for row in work.row_id[:rows].tolist()}
+
+
 class Boxes:
     """A chain of which `lo` components are held in a tube, and the gaps between its boxes."""
 
