@@ -101,8 +101,8 @@ class Field(NamedTuple):
 class Tables(NamedTuple):
     """Splines of the energies of casings one and two joints apart, see ``engine.pair_tables``.
 
-    Coefficients are for all pairs of faces (i's face times 4 plus j's) of unit charge
-    [J/(A·m)²]. A table of length 0 is not there.
+    Coefficients are for all pairs of faces (4 times i's plus j's) of unit charge [J/(A·m)²]. A
+    table of length 0 is not there.
     """
 
     end: float  # joint angles from −end to end are covered [rad]
@@ -143,12 +143,12 @@ class Model(NamedTuple):
 class State(NamedTuple):
     """The moving part; every array is updated in place.
 
-    Entries of ``counter``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`, `FRESH` (1: the
-    accelerations must be found anew), `TOUCHY` (steps still to be taken by Moreau's scheme),
-    `SECOND_STEPS` (`STEPS` when the present second of simulated time began), `IN_VAIN` (touches in
-    a row before which next to no time passed); of ``clock``: `TIME`, `STEP`, `FRAME_TIME`,
-    `BRAKE` (how long the next step may be before a component stops), `SECOND` (when the present
-    second began), `LAST_STEP` (0: nothing to compare with) and `LAST_ERROR` (of that step).
+    Entries of ``counter``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`, `FRESH` (1: find the
+    accelerations anew), `TOUCHY` (steps still to be taken by Moreau's scheme), `SECOND_STEPS`
+    (`STEPS` when the present second of simulated time began), `IN_VAIN` (touches in a row with next
+    to no time between); of ``clock``: `TIME`, `STEP`, `FRAME_TIME`, `BRAKE` (how long the next step
+    may be before a component stops), `SECOND` (when the present second began), `LAST_STEP` (0:
+    nothing to compare with) and `LAST_ERROR` (of that step).
     """
 
     q: Array  # headings, then the base, (n + 2,) [rad, m]
@@ -250,8 +250,7 @@ class Newton(NamedTuple):
 class Work(NamedTuple):
     """Scratch space of one run, so that steps allocate nothing.
 
-    Rows are constraints: first the joint stops, then contacts, then three for each component that
-    friction may hold.
+    Rows are constraints: joint stops, then contacts, then three a component that friction may hold.
     """
 
     pose: Pose

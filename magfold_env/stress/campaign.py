@@ -22,8 +22,8 @@ from magfold_env.stress.tally import Tally
 
 BLOCK = 20
 """Cases that are handed to a worker, and kept, at once."""
-WAVE = 4
-"""Blocks a worker that are handed out before the time is looked at."""
+WAVE = 32
+"""Blocks a worker that are handed out before the time is looked at: the last of them wait."""
 
 Progress = Callable[[Tally], object]
 
