@@ -139,7 +139,9 @@ def draw_skipping(rows: list[Row]) -> Any:
         )  # fmt: skip
     for y, row, value, high in zip(place, rows, over, over + spread[1], strict=True):
         text = f"  {value:.3g} × : {float(row['each [µs]']):.3g} µs × {row['evaluations']}"
-        axis.text(max(value, high) * 1.03, y, text, va="center", fontsize=8, color=INK)
+        label = axis.text(max(value, high) * 1.03, y, text, va="center", fontsize=8, color=INK)
+        # Where the dashed line would cross it.
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.5})
     axis.axvline(ALLOWED, color=INK, linestyle="--", linewidth=1.0)
     axis.set_xscale("log")
     axis.set_xlim(0.8, 8.0 * float(over.max()))
