@@ -79,6 +79,12 @@ def by_pointer(cls: type[T]) -> type[T]:
     return cast("type[T]", type(cls.__name__, (_Packed, cls), body))
 
 
+def write_down(*packed: Any) -> None:
+    """Find the addresses of marked NamedTuples now, so that their first use need not."""
+    for each in packed:
+        _ = each.address
+
+
 def address_of(buffer: Any) -> int:
     """Return where the data of an array, or a bytearray, begin."""
     try:

@@ -8,6 +8,7 @@ import numpy as np
 
 from magfold_env.engine import boxes, feed, integrator, outcomes, outside, paper, runs
 from magfold_env.engine.by_address import code_of
+from magfold_env.engine.by_pointer import write_down
 from magfold_env.engine.endings import ending, work_cap
 from magfold_env.engine.energies import magnet_energy, potential_energy
 from magfold_env.engine.frames import Frames
@@ -63,6 +64,7 @@ class Session:
             self._model.charge[:] = 0.0
         else:
             self._waiting = None
+        write_down(self._model, self._state, self._work, self._frames.record)
 
     # --- what a caller may see -------------------------------------------------------------
 

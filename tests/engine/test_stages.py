@@ -10,6 +10,7 @@ from magfold_env.engine import dormand_prince as dp
 from magfold_env.engine.pack import pack
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import Scene
+from magfold_env.scene_parts import Casing
 from tests.engine import reference
 
 STEP = 1e-4  # [s]
@@ -19,7 +20,7 @@ def stepped(seed, masses):
     """A free chain and its work after the stages of a step, all drawn at random."""
     rng = np.random.default_rng(seed)
     n = len(masses)
-    scene = Scene(sequence=("NNSS",) * n, casing={"mass": masses}, friction=0.0)
+    scene = Scene(sequence=("NNSS",) * n, casing=Casing(mass=tuple(masses)), friction=0.0)
     model = pack(scene)
     state, work = new_state(model, rng.uniform(-3.0, 3.0, n)), new_work(model)
     work.new_v[:] = rng.normal(0.0, 50.0, n + 2)

@@ -15,7 +15,7 @@ import numpy as np
 
 from magfold_env.engine import recursion
 from magfold_env.engine.arrays import copy
-from magfold_env.engine.by_pointer import by_pointer
+from magfold_env.engine.by_pointer import by_pointer, write_down
 from magfold_env.engine.dormand_prince import ERROR, ORDER, STAGES, WEIGHT
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.pack import pack
@@ -156,4 +156,5 @@ def pendulum(scene: Scene) -> Pendulum:
 def prepare_swing(scene: Scene) -> Callable[[], int]:
     """Return what swings a scene's pendulum for the scene's duration, as something to time."""
     made, until = pendulum(scene), scene.duration
+    write_down(made)
     return lambda: swing(made, until)
