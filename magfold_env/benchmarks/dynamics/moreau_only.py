@@ -11,13 +11,15 @@ from contextlib import contextmanager
 from functools import cache
 from types import FunctionType
 from typing import Any, cast
+from unittest import mock
 
-from magfold_env.engine import integrator
+from magfold_env.engine import integrator, session
 from magfold_env.engine.jit import kernel
 from magfold_env.engine.state import TOUCHY, Model, Record, State, Work
 
 ENDLESS = 2**60  # steps
 PATIENCE = "PATIENCE"  # the engine's name for the steps taken so after a contact
+INTEGRATE = "_integrate"  # and the sessions' for what calls its loop
 
 
 @cache
@@ -47,9 +49,10 @@ def patient_advance() -> Callable[[Model, State, Work, Record, float], int]:
 @contextmanager
 def moreau_only() -> Generator[None]:
     """Let all sessions within the block take Moreau's steps only; not for use with threads."""
-    usual = integrator.advance
-    integrator.advance = patient_advance()
-    try:
+    advance = patient_advance()
+
+    def integrate(chain: tuple[Model, State, Work, Record], until: float) -> int:
+        return advance(*chain, until)
+
+    with mock.patch.object(session, INTEGRATE, integrate):
         yield
-    finally:
-        integrator.advance = usual
