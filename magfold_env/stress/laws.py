@@ -29,7 +29,7 @@ SURELY, HARDLY = 2e-3, 5e-4  # overlaps that are refused, and that are not; 1e-3
 LEAST = 1e-7  # [rad] beyond a stop, at the tightest tolerances
 ROUNDING = 1e-12  # of an energy
 FOLDED_WITHIN = 0.05  # [rad] of a right angle
-AT_REST = 1e-9  # [rad/s]
+AT_REST = 1e-3  # tolerances a second
 LEAST_SHARES, MOST_SHARES = 10.0, 100.0  # tolerances that energy may rise by, of its range
 A_STEP = 0.05  # of them; a step may use up 0.1
 FLOOR = 1e-8  # of energy and momenta, at the tightest tolerances: what contacts leave
@@ -188,7 +188,8 @@ def hold_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
         return
     scene = fold.scene
     turning = float(np.abs(np.diff(motion.rates[-1])).max(initial=0.0))
-    verdict.judge("rest", turning, AT_REST, "joints turn at the end [rad/s]")
+    still = AT_REST * scene.solver.tolerance
+    verdict.judge("rest", turning, max(still, 1e-9), "joints turn at the end [rad/s]")
     if scene.field is None and scene.magnets is not None:
         there = energy(scene, fold.angles)
         # Energies of pairs may cancel: then those of single ones are what rounding is a share of.
