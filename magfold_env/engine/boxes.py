@@ -193,16 +193,27 @@ def next_partner(model: Model, lo: int, i: int, j: int) -> int:
 
 
 @kernel
+def separation(work: Work, i: int, j: int) -> float:
+    """Return the largest gap of two cores along a side's normal [m]; below zero they overlap."""
+    widest = -math.inf
+    for k in range(2):
+        box, other = (i, j) if k == 0 else (j, i)
+        c, s = work.box_c[box], work.box_s[box]
+        x, y = work.box_x[other] - work.box_x[box], work.box_y[other] - work.box_y[box]
+        cos = abs(c * work.box_c[other] + s * work.box_s[other])
+        sin = abs(c * work.box_s[other] - s * work.box_c[other])
+        a, b = work.box_a[other], work.box_b[other]
+        widest = max(widest, abs(c * x + s * y) - work.box_a[box] - (a * cos + b * sin))
+        widest = max(widest, abs(c * y - s * x) - work.box_b[box] - (a * sin + b * cos))
+    return widest
+
+
+@kernel
 def overlapping_pair(model: Model, work: Work) -> tuple[int, int]:
     """Return two components that overlap, (−1, −1) if none do. Needs `place_boxes`."""
     for i in range(model.n):
         for j in range(i + APART, model.n):
-            dx, dy = work.box_x[i] - work.box_x[j], work.box_y[i] - work.box_y[j]
-            if dx * dx + dy * dy < 0.25 * model.side**2:
+            least = clearance(model, i, j) - OVERLAP * model.side
+            if may_touch(model, work, i, j) and separation(work, i, j) < least:
                 return i, j
-            if may_touch(model, work, i, j):
-                for c in range(8):
-                    box, other = (i, j) if c < 4 else (j, i)
-                    if corner_offset(work, box, other, c % 4)[2] < -OVERLAP * model.side:
-                        return i, j
     return -1, -1

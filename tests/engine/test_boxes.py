@@ -216,6 +216,20 @@ def test_every_touching_corner_becomes_a_row(seed):
             assert not [row for row in found if set(row[:2]) == {i, j}]
 
 
+@given(seed=seeds)
+def test_squares_overlap_where_no_side_separates_them(seed):
+    case = Boxes(6)
+    q = case.random_q(np.random.default_rng(seed))
+    case.place(q)
+    overlapping = []
+    for i, j in pairs(case):
+        expected = reference.separation(case.polygon(i, q), case.polygon(j, q))
+        assert boxes.separation(case.work, i, j) == pytest.approx(expected, abs=1e-12)
+        if expected < 2.0 * RADIUS - boxes.OVERLAP * SIDE:
+            overlapping.append((i, j))
+    assert boxes.overlapping_pair(case.model, case.work) == (overlapping or [(-1, -1)])[0]
+
+
 @given(seed=seeds, layout=layouts)
 def test_gaps_are_those_of_corners_and_negative_inside(seed, layout):
     n, lo, tube = layout
