@@ -103,9 +103,7 @@ def corner(work: Work, box: int, k: int) -> tuple[float, float]:
 
 
 @inlined
-def corner_offset(
-    work: Work, box: int, other: int, k: int
-) -> tuple[float, float, float, bool]:  # fmt: skip
+def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, float, float, bool]:
     """Direction of corner k of ``other`` from the nearest point of the edge of ``box``'s core.
 
     In the box's frame, with the distance [m], and whether the nearest point is a corner. A corner
@@ -211,9 +209,9 @@ def separation(work: Work, i: int, j: int) -> float:
 @kernel
 def overlapping_pair(model: Model, work: Work) -> tuple[int, int]:
     """Return two components that overlap, (−1, −1) if none do. Needs `place_boxes`."""
+    least = 2.0 * model.rounding - OVERLAP * model.side
     for i in range(model.n):
         for j in range(i + APART, model.n):
-            least = clearance(model, i, j) - OVERLAP * model.side
             if may_touch(model, work, i, j) and separation(work, i, j) < least:
                 return i, j
     return -1, -1

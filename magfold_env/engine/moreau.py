@@ -64,8 +64,8 @@ def moreau_step(
 
     It is repeated at half its length until the velocity changes little, but not below what an
     impact, which changes it at once, would ask for; and until forces change little, where poles all
-    but meet. Where something ``rattles`` the velocity counts
-    as the new one from the beginning, else as changing evenly.
+    but meet. Where something ``rattles`` the velocity counts as the new one from the beginning,
+    else as changing evenly.
     """
     lo, n = state.counter[LO], model.n
     if model.frictional and mark_slow(lo, model, state, work):
