@@ -101,8 +101,7 @@ class Field(NamedTuple):
 class Tables(NamedTuple):
     """Splines of the energies of casings one and two joints apart, see ``engine.pair_tables``.
 
-    Coefficients are for all pairs of faces (4 times i's plus j's) of unit charge [J/(A·m)²]. A
-    table of length 0 is not there.
+    Coefficients of all face pairs (4 times i's plus j's), unit charges [J/(A·m)²]; length 0: none.
     """
 
     end: float  # joint angles from −end to end are covered [rad]
