@@ -17,7 +17,7 @@ from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.recursion import only_swings, swing
 from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
 
-SLACK = 0.01  # share of µ g by which a step may end beyond what friction can hold
+SLIPPED = 0.03  # tolerances of a typical rate that a step may miss when friction stops holding
 HELD = 1e-6  # share of µ g: a component that accelerates less is held
 
 
@@ -154,6 +154,10 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
 def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
     """As `accelerations`, of any chain."""
     lo = state.counter[LO]
+    if model.frictional:
+        # Rounding moves what is held, and must not be taken for sliding.
+        for i in range(lo, model.n):
+            work.slow[i] = state.stuck[i]
     smooth_forces(lo, model, q, v, work)
     if work.row_count[2] == work.row_count[0] and rigid_accelerations(model, state, work, out):
         return True
@@ -240,19 +244,21 @@ def within_grip(model: Model, work: Work) -> bool:
 
 
 @kernel
-def torn_loose(model: Model, work: Work) -> bool:
-    """Whether friction can no longer hold, at the end of a step, all it held in it.
+def torn_loose(model: Model, work: Work, h: float) -> bool:
+    """Whether friction can no longer hold, at the end of a step ``h``, all it held in it.
 
     The multipliers that hold rigidly joined components are many: those of the step may ask too
-    much of one, where others would do.
+    much of one, where others would do. What hardly moves within the step may be let go after it.
     """
     if work.row_count[2] == work.row_count[1] or within_grip(model, work):
         return False
     rows, count = work.row_count[1], work.row_count[2]
     solve_with_friction(rows, count, work, model.grip)
+    missed = SLIPPED * model.tolerance * model.rate_scale * model.side
     for r in range(rows, count, 3):
         i = work.row_id[r, 0]
-        if acceleration_left(count, work, r) > SLACK * model.grip[i] / model.bodies.mass[i]:
+        least = HELD * model.grip[i] / model.bodies.mass[i]
+        if acceleration_left(count, work, r) > max(least, missed / h):
             return True
     return False
 

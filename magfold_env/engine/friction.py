@@ -26,7 +26,7 @@ def speed(model: Model, work: Work, v: Array, i: int) -> float:
 def add_sliding(lo: int, model: Model, v: Array, work: Work) -> None:
     """Add the friction of the moving components to ``work.fx``, ``work.fy``, ``work.torque``.
 
-    But for those in ``work.slow``, for whose friction a step solves.
+    But for those in ``work.slow``, whose friction is solved for.
     """
     for i in range(lo, model.n):
         s = speed(model, work, v, i)

@@ -115,7 +115,6 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
         if touchy or (model.frictional and creeps(model, state, work, work.slope_v[0])):
             outcome = moreau_step(model, state, work, record, until, touchy)
             state.counter[TOUCHY] -= int(touchy)
-            work.slow[:] = 0
         else:
             outcome = step(model, state, work, record, until)
         if not is_finite(state.v):
@@ -201,7 +200,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
             growth = 1.0
             state.clock[STEP] = h * max(0.2, 0.9 * error ** (-1.0 / dp.ORDER))
             continue
-        if h > BREAK_AWAY and torn_loose(model, work):
+        if h > BREAK_AWAY and torn_loose(model, work, h):
             growth = 1.0
             state.clock[STEP] = 0.5 * h
             continue

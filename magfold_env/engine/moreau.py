@@ -195,6 +195,7 @@ def constrain(
     count = rows
     work.row_count[1] = rows
     work.row_count[2] = 0
+    chain.centripetal(lo, model.bodies, work.pose, state.v, work.ax, work.ay)
     for i in range(lo, n):
         if work.slow[i] == 1:
             if count + 3 > work.bias.size:
@@ -205,8 +206,9 @@ def constrain(
     # Friction is a force: with it, accelerations over the step are solved for, not velocities.
     unit = h if count > rows else 1.0
     for r in range(count):
-        gap = work.bias[r] if r < rows else 0.0
-        work.bias[r] = (gap + rate_of(lo, work, r, v)) / unit
+        # What is said of gaps holds in this pose, what is said of friction at the step's end.
+        rest = work.bias[r] if r < rows else left * work.bias[r]
+        work.bias[r] = (rest + rate_of(lo, work, r, v)) / unit
         work.equality[r] = 0
         work.passive[r] = 1
     solved = solve(rows, count, work, model)

@@ -14,9 +14,6 @@ from tests.stress.drawn import scenes
 
 NEVER_SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 CHEAP = ("ordinary", "friction", "overlapping", "straight", "stops")
-KNOWN = {
-    "creeping-holds-a-stop": "other end: a joint that should open is put to rest step by step",
-}
 FOUND = sorted((Path(__file__).parent / "found").glob("*.yaml"))
 
 
@@ -52,11 +49,3 @@ def test_ten_million_steps_of_a_pendulum_keep_every_law():
 @pytest.mark.parametrize("path", FOUND, ids=[path.stem for path in FOUND])
 def test_scenes_that_once_broke_a_law_keep_all(path: Path):
     assert check(load_scene(path)).broken == []
-
-
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=pytest.mark.xfail(reason=why)) for name, why in KNOWN.items()],
-)
-def test_known_defects_of_the_engine(name: str):
-    assert check(load_scene(Path(__file__).parent / "known" / f"{name}.yaml")).broken == []
