@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from magfold_env.engine import chain, friction
-from magfold_env.engine.dynamics import first_accelerations
+from magfold_env.engine.dynamics import accelerations, first_accelerations
 from magfold_env.engine.feed import place_all
 from magfold_env.engine.pack import pack
 from magfold_env.engine.workspace import new_state, new_work
@@ -115,6 +115,18 @@ def test_a_push_below_the_grip_moves_nothing(seed, n, share):
     out = floor.accelerations()
     np.testing.assert_allclose(out, 0.0, atol=1e-6)
     assert floor.state.stuck.all()
+
+
+@given(seed=seeds, n=st.integers(1, 8), share=st.floats(0.0, 0.99))
+def test_rounding_does_not_make_slide_what_is_held(seed, n, share):
+    rng = np.random.default_rng(seed)
+    floor = Floor(rng, n, pull=share * MU * G)
+    out = floor.accelerations()
+    at_rest = floor.work.force.copy()
+    drift = 1e-9 * random_velocity(rng, n)
+    assert accelerations(floor.model, floor.state, floor.state.q, drift, floor.work, out)
+    scale = [*[floor.model.grip[0] * SIDE] * n, floor.model.grip[0], floor.model.grip[0]]
+    np.testing.assert_allclose((floor.work.force - at_rest) / scale, 0.0, rtol=0, atol=1e-6)
 
 
 @given(seed=seeds, n=st.integers(1, 8), share=st.floats(1.01, 5.0))

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from magfold_env.engine import chain, feed, moreau
+from magfold_env.engine import chain, dynamics, feed, moreau
 from magfold_env.engine.pack import pack
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import Scene
@@ -58,3 +58,24 @@ def test_squares_that_overlap_on_all_sides_are_not_flung_about():
     place(model, state, work)
     assert moreau.constrain(model, state, state.q, np.zeros(12), work, STEP, STEP)
     assert energy(model, work, work.new_v) < moreau.VIOLENT * energy(model, work, state.v)
+
+
+@pytest.mark.parametrize("step", [4e-4, 2e-4, 1e-4])
+def test_friction_holds_the_far_end_while_the_near_one_turns(step):
+    # Base and joints move, and what rests does so in every pose that the step passes.
+    rate = 10.0
+    scene = Scene(sequence=("NNNN",) * 2, magnets=None, friction=0.35)
+    model = pack(scene)
+    state, work = new_state(model, np.array([0.0, 0.8])), new_work(model)
+    state.v[:] = [rate, 0.0, 0.0, -rate * model.bodies.length[0]]
+    place(model, state, work)
+    np.testing.assert_allclose([work.vx[1], work.vy[1]], 0.0, atol=1e-15)
+    work.slow[1] = 1
+    dynamics.smooth_forces(0, model, state.q, state.v, work)
+    dynamics.unconstrained(0, model, work, work.smooth)
+    assert moreau.velocity_after(model, state, work, step, 0.75)
+    end = work.stage_q + 0.5 * step * work.new_v
+    feed.place_all(0, model, end, work.pose)
+    chain.centre_velocities(0, model.bodies, work.pose, work.new_v, work.vx, work.vy)
+    slipped = max(abs(work.vx[1]), abs(work.vy[1]), abs(model.arm * work.new_v[1]))
+    assert slipped < 10.0 * rate**3 * model.side * step**2
