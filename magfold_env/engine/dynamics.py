@@ -7,18 +7,12 @@ velocities: Moreau's inelastic impact.
 
 from __future__ import annotations
 
-import math
-
 from magfold_env.engine import boxes, chain, chain_magnets, contact, friction, outer_field
 from magfold_env.engine.complementarity import solve_nonnegative
 from magfold_env.engine.feed import is_free, place_all
-from magfold_env.engine.friction_solver import solve_with_friction
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.recursion import only_swings, swing
 from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
-
-SLIPPED = 0.03  # tolerances of a typical rate that a step may miss when friction stops holding
-HELD = 1e-6  # share of µ g: a component that accelerates less is held
 
 
 @inlined
@@ -180,87 +174,6 @@ def fill_friction(lo: int, model: Model, work: Work) -> None:
     for r in range(rows, count, 3):
         friction.friction_rows(lo, model, work.pose, work, r, work.row_id[r, 0])
     respond(lo, model, work, rows, count)
-
-
-@kernel
-def first_accelerations(model: Model, state: State, work: Work, out: Array) -> bool:
-    """As `accelerations` at the state itself, and decide which resting components are held.
-
-    Marks them in ``state.stuck`` and leaves only their rows for the stages to come.
-    """
-    lo, n = state.counter[LO], model.n
-    rows = work.row_count[1]
-    count = rows
-    if model.frictional:
-        chain.place(lo, model.bodies, state.q, work.pose)
-        chain.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
-        for i in range(lo, n):
-            state.stuck[i] = 0
-            if friction.speed(model, work, state.v, i) <= friction.AT_REST:
-                work.row_id[count, 0] = i
-                count += 3
-    work.row_count[2] = count
-    solved = accelerations(model, state, state.q, state.v, work, out)
-    if count == rows:
-        return solved
-    if not (solved and within_grip(model, work)):
-        for r in range(count):
-            for k in range(lo, n + 2):
-                out[k] -= work.response[r, k] * work.multiplier[r]
-        solved = solve_with_friction(rows, count, work, model.grip)
-        apply_multipliers(lo, count, work, out)
-    keep = rows
-    for r in range(rows, count, 3):
-        i = work.row_id[r, 0]
-        if acceleration_left(count, work, r) < HELD * model.grip[i] / model.bodies.mass[i]:
-            state.stuck[i] = 1
-            work.row_id[keep, 0] = i
-            keep += 3
-    work.row_count[2] = keep
-    return solved
-
-
-@inlined
-def acceleration_left(count: int, work: Work, r: int) -> float:
-    """Return the acceleration that the multipliers leave in rows r to r + 2 [m/s²]."""
-    total = 0.0
-    for k in range(3):
-        w = work.bias[r + k]
-        for c in range(count):
-            w += work.delassus[r + k, c] * work.multiplier[c]
-        total += w * w
-    return math.sqrt(total)
-
-
-@kernel
-def within_grip(model: Model, work: Work) -> bool:
-    """Whether friction can supply all the forces that would hold the candidates."""
-    lam = work.multiplier
-    for r in range(work.row_count[1], work.row_count[2], 3):
-        size = math.sqrt(lam[r] ** 2 + lam[r + 1] ** 2 + lam[r + 2] ** 2)
-        if size > model.grip[work.row_id[r, 0]]:
-            return False
-    return True
-
-
-@kernel
-def torn_loose(model: Model, work: Work, h: float) -> bool:
-    """Whether friction can no longer hold, at the end of a step ``h``, all it held in it.
-
-    The multipliers that hold rigidly joined components are many: those of the step may ask too
-    much of one, where others would do. What hardly moves within the step may be let go after it.
-    """
-    if work.row_count[2] == work.row_count[1] or within_grip(model, work):
-        return False
-    rows, count = work.row_count[1], work.row_count[2]
-    solve_with_friction(rows, count, work, model.grip)
-    missed = SLIPPED * model.tolerance * model.rate_scale * model.side
-    for r in range(rows, count, 3):
-        i = work.row_id[r, 0]
-        least = HELD * model.grip[i] / model.bodies.mass[i]
-        if acceleration_left(count, work, r) > max(least, missed / h):
-            return True
-    return False
 
 
 @kernel

@@ -24,9 +24,9 @@ from magfold_env.engine.constraints import (
     note_gaps,
     open_joints,
 )
-from magfold_env.engine.dynamics import first_accelerations, torn_loose
 from magfold_env.engine.events import STALLED, first_touch, interpolate
 from magfold_env.engine.feed import is_free
+from magfold_env.engine.held import first_accelerations, torn_loose
 from magfold_env.engine.hops import end_hops
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.momentum import keep_if_left_alone
@@ -49,7 +49,7 @@ from magfold_env.engine.outcomes import (
     UNSOLVABLE,
 )
 from magfold_env.engine.recorder import has_room, record_rest, record_step
-from magfold_env.engine.rest import creeps, is_at_rest, stop_slow
+from magfold_env.engine.rest import is_at_rest
 from magfold_env.engine.stages import stages, step_error
 from magfold_env.engine.state import (
     FRESH,
@@ -67,6 +67,7 @@ from magfold_env.engine.state import (
     Work,
 )
 from magfold_env.engine.step_limits import EASY, LONGEST_STEP, longest_step, next_growth
+from magfold_env.engine.stopping import creeps, stop_slow
 from magfold_env.engine.work_cap import out_of_work
 
 SHORTEST_STEP = 1e-13  # [s]
@@ -177,8 +178,7 @@ def resting(lo: int, state: State) -> bool:
 @kernel
 def step(model: Model, state: State, work: Work, record: Record, until: float) -> int:
     """Take one step from the state, whose accelerations are in ``work.slope_v[0]``."""
-    lo = state.counter[LO]
-    remaining = until - state.clock[TIME]
+    lo, remaining = state.counter[LO], until - state.clock[TIME]
     growth, limit = 5.0, longest_step(lo, model, state, work)
     touching = note_gaps(model, state, work)
     state.counter[STEPS] += 1
@@ -200,12 +200,14 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
             growth = 1.0
             state.clock[STEP] = h * max(0.2, 0.9 * error ** (-1.0 / dp.ORDER))
             continue
-        if h > BREAK_AWAY and torn_loose(model, work, h):
+        torn = torn_loose(lo, model, work, h)
+        if torn and h > BREAK_AWAY:
             growth = 1.0
             state.clock[STEP] = 0.5 * h
             continue
         fraction = first_touch(model, state, h, work) if model.contact else 1.0
-        if fraction == STALLED:
+        # Links stretched between what friction holds pull the harder the less they move.
+        if torn or fraction == STALLED:
             return RATTLED
         break
     if fraction < 1.0:

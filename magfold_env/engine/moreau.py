@@ -32,7 +32,6 @@ from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.momentum import held_or_walled, keep_momentum, outer_force
 from magfold_env.engine.outcomes import BROKEN, TOUCHED, UNSOLVABLE
 from magfold_env.engine.recorder import record_line
-from magfold_env.engine.rest import STOPPED
 from magfold_env.engine.state import (
     BRAKE,
     EVALUATIONS,
@@ -46,6 +45,7 @@ from magfold_env.engine.state import (
     State,
     Work,
 )
+from magfold_env.engine.stopping import STOPPED
 
 COARSEST = 0.01  # [s]
 FINEST = 10.0  # shortest step: tolerances of the lightest component's typical rate

@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from magfold_env.engine import chain, friction
-from magfold_env.engine.dynamics import accelerations, first_accelerations
+from magfold_env.engine.dynamics import accelerations
 from magfold_env.engine.feed import place_all
+from magfold_env.engine.held import first_accelerations
 from magfold_env.engine.pack import pack
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import Scene

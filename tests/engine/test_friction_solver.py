@@ -8,8 +8,8 @@ from scipy.optimize import minimize
 
 from magfold_env.benchmarks.dynamics_laws.random_scenes import random_scene
 from magfold_env.engine.constraints import begin_step
-from magfold_env.engine.dynamics import first_accelerations
 from magfold_env.engine.friction_solver import solve_with_friction
+from magfold_env.engine.held import first_accelerations
 from magfold_env.engine.pack import pack
 from magfold_env.engine.session import Session
 from magfold_env.engine.workspace import new_work
