@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from magfold_env.engine import chain_magnets, constraints, dynamics, feed
+from magfold_env.engine import chain_magnets, constraints, feed, held
 from magfold_env.engine.state import LO, TIME, Array, Model, State, Work
 from magfold_env.engine.workspace import new_work
 from magfold_env.envs.session import EnvSession, copied
@@ -84,7 +84,7 @@ class PushedSession(EnvSession):
         work.multiplier[:] = 0.0
         work.jacobian[:] = 0.0
         out = work.slope_v[0]
-        if not dynamics.first_accelerations(model, state, work, out):
+        if not held.first_accelerations(model, state, work, out):
             return math.nan
         momentum = _momentum_rate(lo, model, work, out)
         outside = work.force[n] + float(work.multiplier @ work.jacobian[:, n])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magfold_env.engine import dynamics, integrator
+from magfold_env.engine import dynamics, held, integrator
 from magfold_env.engine.pack import pack
 from magfold_env.engine.session import Session
 from magfold_env.engine.workspace import NO_NEWTON, NO_NODES, NO_RIGID, new_state, new_work
@@ -41,7 +41,7 @@ def moving(scene: Scene):
 def swept(scene: Scene) -> bool:
     """Whether the shortest recursion finds the accelerations."""
     model, state, work = moving(scene)
-    assert dynamics.first_accelerations(model, state, work, np.zeros(scene.n + 2))
+    assert held.first_accelerations(model, state, work, np.zeros(scene.n + 2))
     # The other way leaves articulated inertias behind.
     assert work.sweep.any() != work.art.any()
     return bool(work.sweep.any())
@@ -59,7 +59,7 @@ def test_others_do_not(feature: str) -> None:
 def test_both_ways_agree() -> None:
     model, state, work = moving(SWINGING)
     short, general = np.ones(SWINGING.n + 2), np.zeros(SWINGING.n + 2)
-    assert dynamics.first_accelerations(model, state, work, short)
+    assert held.first_accelerations(model, state, work, short)
     assert dynamics.constrained(model, state, state.q, state.v, work, general)
     np.testing.assert_allclose(short, general, rtol=1e-11)
     assert (short[-2:] == 0.0).all()
