@@ -53,16 +53,16 @@ def add_chain_forces(
     begin(first, pose.x, pose.y, segments)
     while True:
         count, _ = list_pairs(
-            first, lo, model.n, magnets.far_radius, magnets.far_terms, False, segments
+            first, lo, model.n, magnets.group_radius, magnets.group_terms, False, segments
         )
         if count == 0:
             break
         near = add_pairs(
             count, segments.pair, magnets.strips, magnets.even, magnets.height2, magnets.depth,
             magnets.reach, magnets.rank_count, magnets.rank_radius, magnets.far_radius,
-            magnets.far_terms, tables.end, tables.one, tables.two,
+            magnets.far_order, tables.end, tables.one, tables.two,
             model.charge, q, pose.cos, pose.sin, pose.x, pose.y, nodes.faces,
-            nodes.x, nodes.y, nodes.q, nodes.half, segments.moment, segments.turned,
+            nodes.x, nodes.y, nodes.q, nodes.half, nodes.moment, nodes.expanded,
             nodes.lane_x, nodes.lane_y, nodes.lane_u, nodes.spline, nodes.row,
             rigid.code, rigid.reach, rigid.force, fx, fy, torque,
         )  # fmt: skip
@@ -76,10 +76,10 @@ def add_chain_forces(
 @kernel
 def add_pairs(
     count: int, pair: IntArray, strips: bool, even: bool, height2: float, depth: float,
-    reach: float, rank_count: IntArray, rank_radius: Array, far_radius: float, far_terms: int,
+    reach: float, rank_count: IntArray, rank_radius: Array, far_radius: float, far_order: int,
     end: float, one: Array, two: Array,
     charge: Array, q: Array, cos: Array, sin: Array, x: Array, y: Array, faces: IntArray,
-    node_x: Array, node_y: Array, node_q: Array, half: Array, moment: Array, turned: Array,
+    node_x: Array, node_y: Array, node_q: Array, half: Array, moment: Array, expanded: Array,
     lane_x: Array, lane_y: Array, lane_u: Array, spline: Array, row: Array,
     code: IntArray, joined: IntArray, force: Array, fx: Array, fy: Array, torque: Array,
 ) -> int:  # fmt: skip
@@ -108,8 +108,8 @@ def add_pairs(
                 pair[near, 0], pair[near, 1] = i, j
                 near += 1
             _, u, v, t = far_pair(
-                strips, even, height2, depth, rank_count, rank_radius, far_radius, far_terms,
-                x, y, i, j, False, faces, node_x, node_y, node_q, half, moment, turned,
+                strips, even, height2, depth, rank_count, rank_radius, far_radius, far_order,
+                x, y, i, j, False, faces, node_x, node_y, node_q, half, moment, expanded,
                 lane_x, lane_y, lane_u,
             )  # fmt: skip
             act(x, y, i, j, u, v, t, fx, fy, torque)
@@ -138,7 +138,7 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
     begin(first, pose.x, pose.y, segments)
     while True:
         count, far = list_pairs(
-            first, first, model.n, magnets.far_radius, magnets.far_terms, True, segments
+            first, first, model.n, magnets.group_radius, magnets.group_terms, True, segments
         )
         total += far
         if count == 0:

@@ -6,7 +6,7 @@ which act on each other as ``engine.magnet_laws`` says.
 
 Casings far from each other need few nodes: a pair is summed at the *rank* that its distance asks
 for, all pole faces with equally many nodes; beyond the *far radius* it is expanded in
-``engine.multipoles``. Pole faces whose centres are near are then corrected one pair of them at a
+``engine.expansions``. Pole faces whose centres are near are then corrected one pair of them at a
 time, *level* by level. All follow one pattern: with U_k the energy by the k-th rule, the pair's
 energy is U_0 + Σ w_k (U_k − U_{k−1}), where w_k is a twice differentiable step from 1 within a
 radius to 0 a little beyond it. Forces are the exact gradient of this energy, so refinement takes
@@ -17,9 +17,10 @@ from __future__ import annotations
 
 import math
 
+from magfold_env.engine.expansions import TERMS, expansion, turn_moments
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.magnet_laws import COULOMB, between_rules, node_force, node_law
-from magfold_env.engine.multipoles import PARTS, expansion, turn_row
+from magfold_env.engine.multipoles import PARTS, turn_row
 from magfold_env.engine.near_faces import LANES, near_pair
 from magfold_env.engine.segments import SPREAD, begin, finish, list_pairs
 from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
@@ -35,16 +36,22 @@ def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
     body, charged, per_face = nodes.segments.body, nodes.segments.charged, nodes.faces
     along, across, strength, half = nodes.along, nodes.across, nodes.q, nodes.half
     node_x, node_y, share = magnets.node_x, magnets.node_y, magnets.node_weight
-    face_half, face_moment = magnets.face_half, magnets.face_moment
+    face_half, face_moment, face_wide = magnets.face_half, magnets.face_moment, magnets.face_wide
+    wide = nodes.body
     for i in range(charge.shape[0]):
         faces = 0
         for p in range(PARTS):
             body[i, p] = 0.0
+        for t in range(len(TERMS)):
+            wide[i, 0, t], wide[i, 1, t] = 0.0, 0.0
         for f in range(4):
             if charge[i, f] != 0.0:
                 faces += 1
                 for p in range(PARTS):
                     body[i, p] += charge[i, f] * face_moment[f, p]
+                for t in range(len(TERMS)):
+                    wide[i, 0, t] += charge[i, f] * face_wide[f, 0, t]
+                    wide[i, 1, t] += charge[i, f] * face_wide[f, 1, t]
         per_face[i] = faces
         charged[i] = 1 if faces > 0 else 0
         for rank in range(magnets.rank_count.size):
@@ -80,6 +87,7 @@ def spread_nodes(
     """Fill the nodes' positions [m] and the moments for casings ``lo`` on."""
     for i in range(lo, x.size):
         turn_row(nodes.segments.body, i, cos[i], sin[i], nodes.segments.moment)
+        turn_moments(magnets.far_order, nodes.body, i, cos[i], sin[i], nodes.expanded, nodes.moment)
     for rank in range(magnets.rank_count.size):
         place_nodes(
             lo, rank, 2 * magnets.rank_count[rank], nodes.faces, nodes.along, nodes.across,
@@ -111,9 +119,9 @@ def casing_pair(
     """
     u, fx, fy, t = far_pair(
         magnets.strips, magnets.even, magnets.height2, magnets.depth,
-        magnets.rank_count, magnets.rank_radius, magnets.far_radius, magnets.far_terms,
+        magnets.rank_count, magnets.rank_radius, magnets.far_radius, magnets.far_order,
         pose.x, pose.y, i, j, with_energy, nodes.faces, nodes.x, nodes.y, nodes.q, nodes.half,
-        nodes.segments.moment, nodes.segments.turned, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+        nodes.moment, nodes.expanded, nodes.lane_x, nodes.lane_y, nodes.lane_u,
     )  # fmt: skip
     if math.hypot(pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]) < magnets.reach:
         nu, nx, ny, nt = near_pair(magnets, charge, pose, i, j, with_energy, nodes)
@@ -127,9 +135,9 @@ def casing_pair(
 @kernel
 def far_pair(
     strips: bool, even: bool, height2: float, depth: float,
-    rank_count: IntArray, rank_radius: Array, far_radius: float, far_terms: int,
+    rank_count: IntArray, rank_radius: Array, far_radius: float, far_order: int,
     x: Array, y: Array, i: int, j: int, with_energy: bool, faces: IntArray,
-    node_x: Array, node_y: Array, node_q: Array, half: Array, moment: Array, turned: Array,
+    node_x: Array, node_y: Array, node_q: Array, half: Array, moment: Array, expanded: Array,
     lane_x: Array, lane_y: Array, lane_u: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """As `casing_pair` without near faces' corrections.
@@ -139,7 +147,7 @@ def far_pair(
     ex, ey = x[i] - x[j], y[i] - y[j]
     distance = math.sqrt(ex * ex + ey * ey)
     if distance >= SPREAD * far_radius:
-        return expansion(far_terms, moment, i, j, ex, ey, turned)
+        return expansion(far_order, moment, i, j, ex, ey, expanded)
     between = distance > far_radius
     summed = ranked_pair(
         strips, even, height2, rank_count, rank_radius, distance - 2.0 * depth, ex, ey,
@@ -148,8 +156,8 @@ def far_pair(
     )  # fmt: skip
     if not between:
         return summed
-    expanded = expansion(far_terms, moment, i, j, ex, ey, turned)
-    return between_rules(summed, expanded, distance / far_radius, SPREAD, far_radius, ex, ey)
+    beyond = expansion(far_order, moment, i, j, ex, ey, expanded)
+    return between_rules(summed, beyond, distance / far_radius, SPREAD, far_radius, ex, ey)
 
 
 @kernel
@@ -248,7 +256,7 @@ def add_forces(
     begin(lo, pose.x, pose.y, nodes.segments)
     while True:
         count, _ = list_pairs(
-            lo, lo, n, magnets.far_radius, magnets.far_terms, False, nodes.segments
+            lo, lo, n, magnets.group_radius, magnets.group_terms, False, nodes.segments
         )
         if count == 0:
             break
@@ -283,7 +291,7 @@ def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -
     begin(lo, pose.x, pose.y, nodes.segments)
     while True:
         count, far = list_pairs(
-            lo, lo, pose.x.size, magnets.far_radius, magnets.far_terms, True, nodes.segments
+            lo, lo, pose.x.size, magnets.group_radius, magnets.group_terms, True, nodes.segments
         )
         total += far
         if count == 0:

@@ -20,10 +20,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.magnet_laws import COULOMB
 from magfold_env.engine.state import Array
+
+ComplexArray = NDArray[np.complex128]
 
 TERMS = ((1, 0), (1, 1), (2, 0), (2, 1), (3, 0))
 COUNTS = (0, 1, 3, 5)  # terms up to an order
@@ -39,14 +42,14 @@ def _factor(a: int) -> float:
     return math.prod(-0.5 - k for k in range(a))
 
 
-def _matrices() -> tuple[Array, Array]:
+def matrices(terms: tuple[tuple[int, int], ...]) -> tuple[Array, Array]:
     """Return what moments (columns) make of derivatives (rows): real and imaginary parts.
 
     The conjugate terms are in them.
     """
-    real, imaginary = np.zeros((2, len(TERMS), len(TERMS)))
-    for t, (a, b) in enumerate(TERMS):
-        for u, (c, d) in enumerate(TERMS):
+    real, imaginary = np.zeros((2, len(terms), len(terms)))
+    for t, (a, b) in enumerate(terms):
+        for u, (c, d) in enumerate(terms):
             straight = _factor(a + c) * _factor(b + d)
             crossed = _factor(a + d) * _factor(b + c)
             real[t, u] = straight if c == d else straight + crossed
@@ -54,13 +57,13 @@ def _matrices() -> tuple[Array, Array]:
     return real, imaginary
 
 
-_REAL, _IMAGINARY = _matrices()
+_REAL, _IMAGINARY = matrices(TERMS)
 _ORDER = np.array([float(a + b) for a, b in TERMS])
 _TWIST = np.array([float(a - b) for a, b in TERMS])
 _TIMES = np.array([1.0 if a == b else 2.0 for a, b in TERMS])  # a term and its conjugate
 
 
-def moments(z: Array, charge: Array, height: float) -> Array:
+def moments(z: ComplexArray, charge: Array, height: float) -> Array:
     """Return a row of moments, shape (9,), of lines of charge that stand at ``z`` (k,) [m].
 
     Complex numbers are places in the plane, seen from the centre; charges in A·m.
@@ -90,17 +93,6 @@ def turn_row(body: Array, i: int, c: float, s: float, out: Array) -> None:
     out[i, Y21] = c * body[i, Y21] + s * body[i, X21]
     out[i, X30] = c3 * body[i, X30] - s3 * body[i, Y30]
     out[i, Y30] = c3 * body[i, Y30] + s3 * body[i, X30]
-
-
-@kernel
-def expansion(
-    terms: int, moment: Array, a: int, b: int, dx: float, dy: float, pair: Array
-) -> tuple[float, float, float, float]:
-    """Energy [J], force on a [N] and torque about its centre [N·m] by b.
-
-    ``dx``, ``dy`` [m] is from b's centre to a's; ``pair`` (4, 10) is scratch.
-    """
-    return act_on_each_other(terms, moment, a, b, *direction(dx, dy), pair)
 
 
 @kernel
@@ -150,8 +142,9 @@ def direction(dx: float, dy: float) -> tuple[float, float, float]:
 def act_on_each_other(
     terms: int, moment: Array, a: int, b: int, inverse: float, c: float, s: float, pair: Array
 ) -> tuple[float, float, float, float]:
-    """Do as `expansion` for a given `direction`.
+    """Energy [J], force on row a [N] and torque about its centre [N·m] by row b.
 
+    For a `direction` from b's centre to a's.
     ``pair`` is left with the moments of both, and what they make of each other, in that frame.
     """
     inverse2 = inverse * inverse

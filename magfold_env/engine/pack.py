@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from magfold_env.engine.multipoles import COUNTS, moments
+from magfold_env.engine import expansions, multipoles
+from magfold_env.engine.multipoles import ComplexArray
 from magfold_env.engine.near_faces import BLEND, LANES
 from magfold_env.engine.pack_field import pack_field
 from magfold_env.engine.pack_rates import typical_rate
@@ -20,8 +21,6 @@ from magfold_env.scene import SIGNS, Scene
 from magfold_env.scene_magnets import Length
 from magfold_env.scene_parts import Casing
 from magfold_env.scene_parts import Magnets as MagnetsPart
-
-ComplexArray = NDArray[np.complex128]
 
 # c of the friction ellipsoid, as a share of the side: mean distance of a square's points from
 # its centre, so that pure spin of an evenly pressed square feels its exact friction torque.
@@ -209,8 +208,11 @@ def _build(rule: Rule, strips: bool, side: float, shape: Shape) -> Magnets:
         rank_count=np.array(rule.ranks, dtype=np.int64),
         rank_radius=np.array(rule.rank_radii),
         far_radius=rule.far * side * math.sqrt(2.0),
-        far_terms=COUNTS[rule.far_order],
-        face_moment=np.array([_moments(*faces, shape.height[f], f) for f in range(4)]),
+        far_order=rule.far_order,
+        group_radius=rule.groups * side * math.sqrt(2.0),
+        group_terms=multipoles.COUNTS[min(rule.far_order, multipoles.OCTUPOLE)],
+        face_moment=_moments(multipoles.moments, faces, shape),
+        face_wide=_moments(expansions.wide_moments, faces, shape),
         node_x=node_x,
         node_y=node_y,
         node_weight=share,
@@ -229,12 +231,18 @@ def _build(rule: Rule, strips: bool, side: float, shape: Shape) -> Magnets:
     )
 
 
-def _moments(centre: ComplexArray, along: ComplexArray, height: float, f: int) -> Array:
-    """Moments of the magnet behind face f, its outer pole face having unit charge."""
-    # Two nodes are exact up to octupoles.
-    offset, part = _width_rule(True, 2)
-    poles = [centre[g] + offset * along[g] for g in (f, f + 4)]
-    return moments(np.concatenate(poles), np.concatenate([part, -part]), height)
+def _moments(
+    found: Callable[[ComplexArray, Array, float], Array],
+    faces: tuple[ComplexArray, ComplexArray],
+    shape: Shape,
+) -> Array:
+    """Moments of the magnet behind each outer face, that face having unit charge."""
+    centre, along = faces
+    # Four nodes are exact up to the seventh order.
+    offset, part = _width_rule(True, 4)
+    share = np.concatenate([part, -part])
+    poles = [np.concatenate([centre[g] + offset * along[g] for g in (f, f + 4)]) for f in range(4)]
+    return np.array([found(poles[f], share, shape.height[f]) for f in range(4)])
 
 
 def _width_rule(strips: bool, count: int) -> tuple[Array, Array]:

@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.engine.multipoles import OCTUPOLE
+from magfold_env.engine.expansions import HIGHEST
 from magfold_env.scene import Magnets
 
 
@@ -42,19 +42,25 @@ class Row(NamedTuple):
     counts: tuple[int, int]  # nodes of near faces: middle, near
     radii: tuple[float, float]  # distances of faces' centres within which these act
     far: float  # distance of casings beyond which they are expanded, in diagonals of a casing
+    order: int  # of that expansion
+    groups: float  # and that of segments of the chain, over the number of their components
 
 
 # The paper's faces rest at 1, 3.5 and 6 mm from each other: where the bound allows, the radii keep
 # these distances out of the zones where two levels are blended. Ranks begin where the blended
-# error of two casings, for the worst of their charges, is a third of the bound. The far radii keep
-# whole numbers, the distances of segments in a straight chain, out of the zones of blending.
+# error of two casings, for the worst of their charges, is a third of the bound. A fold begins
+# slowly, under weak forces from afar, of which the bound allows a large share: how far off it is on
+# its way is decided by what is far apart. So single nodes, which are off by a hundredth of the
+# force at any distance, are for the loosest bound only, and expansions go to an order that leaves
+# less than the solver's tolerance does. Casings on a grid are 1.58 and 2 diagonals apart, but never
+# in between, where nodes and expansions are blended and both take their time.
 TABLE = (
-    Row(5e-2, (1, 2), (1.2,), (4, 8), (6.2 / 6.0, 3.1 / 6.0), 1.45),
-    Row(1e-2, (1, 2, 3), (1.7, 0.8), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 1.45),
-    Row(1e-3, (1, 2, 4), (3.0, 1.35), (7, 14), (6.2 / 6.0, 4.2 / 6.0), 2.05),
-    Row(1e-4, (1, 2, 3, 5), (5.2, 2.2, 1.0), (12, 18), (6.2 / 6.0, 3.1 / 6.0), 3.05),
-    Row(1e-6, (1, 2, 3, 5, 8), (17.0, 5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 8.05),
-    Row(0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0), math.inf),
+    Row(5e-2, (1, 2), (1.2,), (4, 8), (6.2 / 6.0, 3.1 / 6.0), 1.59, 5, 1.45),
+    Row(1e-2, (2, 3), (0.8,), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 1.59, 5, 2.05),
+    Row(1e-3, (2, 4), (1.35,), (7, 14), (6.2 / 6.0, 4.2 / 6.0), 1.59, 6, 3.05),
+    Row(1e-4, (2, 3, 5), (3.5, 1.3), (12, 18), (6.2 / 6.0, 3.1 / 6.0), 1.59, 7, 4.75),
+    Row(1e-6, (2, 3, 5, 8), (5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 2.55, 7, 8.05),
+    Row(0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0), math.inf, 0, math.inf),
 )
 # Touching faces of the table's magnets are a sixth of their width apart.
 TABLE_GAP = 1.0 / 6.0
@@ -67,7 +73,8 @@ class Rule:
 
     Level 0 is the last rank. A rank acts by the room between casings, the distance of their
     centres less twice the depth of the outer faces; a level by the distance of faces' centres.
-    Beyond ``far``, a distance in diagonals of a casing, casings are expanded.
+    Beyond ``far``, a distance in diagonals of a casing, casings are expanded, and beyond ``groups``
+    times their number segments of the chain.
     """
 
     ranks: tuple[int, ...]
@@ -75,7 +82,8 @@ class Rule:
     counts: tuple[int, ...]
     radii: tuple[float, ...]
     far: float = math.inf
-    far_order: int = OCTUPOLE
+    far_order: int = HIGHEST
+    groups: float = math.inf
 
     @classmethod
     def single(cls, count: int) -> Rule:
@@ -98,6 +106,8 @@ def choose_rule(magnets: Magnets) -> Rule:
         counts=(row.ranks[-1], middle, nodes_across_gap(near, magnets)),
         radii=(math.inf, *(radius * width for radius in row.radii)),
         far=row.far,
+        far_order=row.order,
+        groups=row.groups,
     )
 
 

@@ -52,9 +52,12 @@ class Magnets(NamedTuple):
     height2: float  # H² of the first face [m²]
     rank_count: IntArray  # nodes a pole face at every rank, (ranks,)
     rank_radius: Array  # distances of casings within which a rank is in full force, (ranks,) [m]
-    far_radius: float  # casings farther apart than this are expanded [m]
-    far_terms: int  # of the expansions, see ``engine.multipoles``
+    far_radius: float  # casings farther apart are expanded, see ``engine.expansions`` [m]
+    far_order: int
+    group_radius: float  # segments farther apart than so many times their components [m]
+    group_terms: int  # of their expansion, see ``engine.multipoles``
     face_moment: Array  # of a magnet with unit charge in the casing's frame, (4, 9) [√(µ0/4π) m^k]
+    face_wide: Array  # those of ``engine.expansions``, (4, 2, terms)
     node_x: Array  # nodes in the casing's frame, (ranks, most nodes a casing) [m]
     node_y: Array
     node_weight: Array  # share of the face's charge, signed for inner faces
@@ -74,10 +77,7 @@ class Magnets(NamedTuple):
 
 @by_pointer
 class Field(NamedTuple):
-    """What acts on the chain's magnets from outside: an even field, and a fixed magnet.
-
-    The magnet's two pole faces are cut into strips of equal width.
-    """
+    """An even field and a fixed magnet, whose pole faces are cut into strips of equal width."""
 
     present: bool
     x: float  # flux density of the even field [T]
@@ -99,12 +99,9 @@ class Field(NamedTuple):
 
 @by_pointer
 class Tables(NamedTuple):
-    """Splines of the energies of casings one and two joints apart, see ``engine.pair_tables``.
+    """Splines, see ``engine.pair_tables``: face pairs (4 i + j) of unit charge [J/(A·m)²]."""
 
-    Coefficients of all face pairs (4 times i's plus j's), unit charges [J/(A·m)²]; length 0: none.
-    """
-
-    end: float  # joint angles from −end to end are covered [rad]
+    end: float  # joint angles from −end to end are covered [rad]; 0: there are none
     one: Array  # (knots + 4, 16)
     two: Array  # (knots + 4, (knots + 4)·16)
 
@@ -142,12 +139,10 @@ class Model(NamedTuple):
 class State(NamedTuple):
     """The moving part; every array is updated in place.
 
-    Entries of ``counter``: `LO`, `STEPS`, `EVALUATIONS`, `EVENTS`, `FRAMES`, `FRESH` (1: find the
-    accelerations anew), `TOUCHY` (steps still to be taken by Moreau's scheme), `SECOND_STEPS`
-    (`STEPS` when the present second of simulated time began), `IN_VAIN` (touches in a row with next
-    to no time between); of ``clock``: `TIME`, `STEP`, `FRAME_TIME`, `BRAKE` (how long the next step
-    may be before a component stops), `SECOND` (when the present second began), `LAST_STEP` (0:
-    nothing to compare with) and `LAST_ERROR` (of that step).
+    In ``counter``, `FRESH` (1) has the accelerations found anew, `TOUCHY` counts steps still to be
+    taken by Moreau's scheme, `IN_VAIN` touches in a row with next to no time between; in ``clock``,
+    `BRAKE` is how long the next step may be before a component stops, `LAST_STEP` 0 if there is
+    none to compare with. `SECOND` and `SECOND_STEPS` are of when the present second began.
     """
 
     q: Array  # headings, then the base, (n + 2,) [rad, m]
@@ -191,7 +186,7 @@ class Segments(NamedTuple):
     stack: IntArray  # levels and segments of pairs yet to be looked at, (depth, 3)
     top: IntArray  # how many those are, (1,)
     pair: IntArray  # casings to be summed one by one, (batch, 2)
-    turned: Array  # (4, 10), see `engine.multipoles.expansion`
+    turned: Array  # (4, 10), see `engine.multipoles.act_on_each_other`
 
 
 @by_pointer
@@ -205,6 +200,9 @@ class Nodes(NamedTuple):
     y: Array
     q: Array  # their charges [A·m]
     half: Array  # half the height of what they stand for [m]
+    body: Array  # moments of ``engine.expansions`` in the casing's frame, (n, 2, terms)
+    moment: Array  # and turned into the world's
+    expanded: Array  # of the shape `engine.expansions.SCRATCH`
     segments: Segments
     lane_x: Array  # sums of the vectorised loops
     lane_y: Array

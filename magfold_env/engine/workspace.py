@@ -10,6 +10,7 @@ import numpy as np
 from magfold_env.engine import recursion
 from magfold_env.engine.boxes import OBSTACLES
 from magfold_env.engine.dormand_prince import STAGES
+from magfold_env.engine.expansions import SCRATCH, TERMS
 from magfold_env.engine.multipoles import PAIR_PARTS, PARTS
 from magfold_env.engine.pair_lookup import DEGREE, PAIRS
 from magfold_env.engine.segments import BATCH, LONG
@@ -167,6 +168,9 @@ def _nodes(shape: tuple[int, int, int], lanes: int) -> Nodes:
         y=np.zeros(shape),
         q=np.zeros(shape),
         half=np.zeros(shape),
+        body=np.zeros((n, 2, len(TERMS))),
+        moment=np.zeros((n, 2, len(TERMS))),
+        expanded=np.zeros(SCRATCH),
         segments=new_segments(n),
         lane_x=np.zeros(lanes),
         lane_y=np.zeros(lanes),

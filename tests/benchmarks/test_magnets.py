@@ -129,22 +129,26 @@ def test_the_slope_is_that_of_a_power_law():
 
 @pytest.mark.parametrize("shape", [scaling.UNFOLDED, scaling.FOLDED])
 def test_the_far_field_errs_less_the_higher_its_order_and_the_farther_it_begins(shape):
-    errors = far.errors_of(far.states_of(30, shape, 2), [1.4, 2.8])
-    for radius in (1.4, 2.8):
-        assert errors[1, radius] > 2 * errors[2, radius] > 4 * errors[3, radius] > 0
+    orders, radii = (1, 2, 3), (1.4, 2.8)
+    settings = [far.Setting(order, radius, radius) for order in orders for radius in radii]
+    found = far.errors_of(far.states_of(30, shape, 2), settings)
+    errors = {(setting.order, setting.radius): error for setting, error in found.items()}
+    for radius in radii:
+        assert errors[1, radius] > 1.5 * errors[2, radius] > 3 * errors[3, radius] > 0
     # The first term left out falls faster with distance, the higher the order.
-    for order in far.ORDERS:
+    for order in orders:
         assert errors[order, 1.4] > 2**order * errors[order, 2.8]
 
 
 def test_the_engines_own_far_field_is_among_those_measured_and_keeps_its_bound():
     for quick in (True, False):
         effort = far.Effort.of(quick)
-        assert {far.own_rule(bound).far for bound in effort.bounds} <= set(effort.radii)
-        assert min(effort.radii) > 4 / 3
-    own = far.own_rule(1e-3)
-    errors = far.errors_of(far.states_of(40, scaling.FOLDED, 2), [own.far])
-    assert errors[own.far_order, own.far] < 1e-3
+        own = {far.Setting.of(far.own_rule(bound)) for bound in effort.bounds}
+        assert own <= set(effort.settings)
+        assert min(setting.groups for setting in effort.settings) > 4 / 3
+    own = far.Setting.of(far.own_rule(1e-3))
+    errors = far.errors_of(far.states_of(40, scaling.FOLDED, 2), [own])
+    assert errors[own] < 1e-3
 
 
 def test_the_fastest_order_is_found_among_those_that_err_little_enough():

@@ -19,6 +19,7 @@ MODELS = {
     "points": Magnets(model="points", pole_charge=8.5946),
     "strips": Magnets(),
     "coarse strips": Magnets(accuracy=1e-2),
+    "fine strips": Magnets(accuracy=1e-4),
     "one rule": Magnets(nodes=5),
 }
 models = st.sampled_from(sorted(MODELS))
@@ -185,7 +186,7 @@ def test_gradient_holds_between_two_levels(level, share):
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.7, 0.9])
 def test_gradient_holds_between_two_ranks(rank, share):
     rng = np.random.default_rng(10)
-    casings = Casings(scene_of(rng, 2, "coarse strips"))
+    casings = Casings(scene_of(rng, 2, "fine strips"))
     rule = casings.model.magnets
     room = rule.rank_radius[rank] * (1.0 + share * (magnets.SPREAD - 1.0))
     distance = 2 * rule.depth + room

@@ -25,7 +25,7 @@ class Long:
     def __init__(self, sequence, accuracy=1e-3, far=True):
         self.scene = Scene(sequence=sequence, magnets=Magnets(accuracy=accuracy))
         rule = pack_magnets(self.scene)
-        self.rule = rule if far else rule._replace(far_radius=np.inf)
+        self.rule = rule if far else rule._replace(far_radius=np.inf, group_radius=np.inf)
         self.charge = charges(self.scene)
         self.nodes = new_nodes(self.rule, self.scene.n)
 
@@ -52,7 +52,7 @@ class Long:
         segments.begin(0, pose.x, pose.y, parts)
         counts = []
         while not counts or counts[-1]:
-            rule = self.rule.far_radius, self.rule.far_terms
+            rule = self.rule.group_radius, self.rule.group_terms
             counts.append(segments.list_pairs(0, 0, self.scene.n, *rule, False, parts)[0])
         return sum(counts), len(counts)
 

@@ -1,6 +1,8 @@
 """What expanding far casings saves, and what it costs in error, by order and radius.
 
-Beyond a radius casings, and segments of the chain, act on each other by multipoles up to an order.
+Beyond a radius casings, and segments of the chain, act on each other by multipoles up to an order;
+segments by octupoles at most. The engine's own far fields begin at one radius for casings and, over
+the number of their components, at another one for segments.
 Poles are random, where much cancels, or alike in all components, where moments of segments add up.
 The error is the largest of a force, or of a torque over the side, beside the same sums without a
 far field, all with nodes enough for `EXACT`: what is left is the far field's own. Times are those
@@ -12,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,7 +29,14 @@ from magfold_env.shapes import centres
 
 NAME = "far"
 EXACT = 1e-6  # bound under whose nodes the far field's errors are found
-ORDERS = {1: "dipoles", 2: "quadrupoles", 3: "octupoles"}
+ORDERS = {
+    1: "dipoles",
+    2: "quadrupoles",
+    3: "octupoles",
+    5: "order 5",
+    6: "order 6",
+    7: "order 7",
+}
 NONE = 0  # the order of sums without a far field
 ALIKE = ("NSSN", "NNSS", "NSNS", "NNNN")  # dipoles along and across the chain, and none
 SEED = 5
@@ -35,6 +45,23 @@ SEED = 5
 def own_rule(bound: float) -> Rule:
     """Return what the engine chooses under a bound."""
     return choose_rule(Magnets(accuracy=bound))
+
+
+class Setting(NamedTuple):
+    """A far field: its order, and from which distances on it acts [diagonals]."""
+
+    order: int
+    radius: float
+    groups: float
+    """Of segments, over the number of their components."""
+
+    @classmethod
+    def of(cls, rule: Rule) -> Setting:
+        """Return that of a rule."""
+        return cls(rule.far_order, rule.far, rule.groups)
+
+
+NO_FIELD = Setting(NONE, math.inf, math.inf)
 
 
 @dataclass(frozen=True)
@@ -58,9 +85,10 @@ class Effort:
         return cls((60, 450), 3, (1e-2, 1e-3, 1e-4), (1.4, 2.35, 4.0, 6.0), 5)
 
     @property
-    def radii(self) -> list[float]:
-        """Radii to be measured, the engine's own among them [diagonals]."""
-        return sorted({*self.others, *(own_rule(bound).far for bound in self.bounds)})
+    def settings(self) -> list[Setting]:
+        """What is to be measured, the engine's own among it."""
+        alike = [Setting(order, radius, radius) for order in ORDERS for radius in self.others]
+        return [*alike, *(Setting.of(own_rule(bound)) for bound in self.bounds)]
 
 
 def run(quick: bool, progress: Progress) -> Part:
@@ -88,46 +116,47 @@ def states_of(n: int, shape: str, count: int) -> Sample:
     headings = np.tile(shapes(n)[shape], (len(scenes), 1))
     places = centres(headings, scenes[0].casing.side)
     bare = Sample(scenes, places, headings, np.zeros_like(places), np.zeros_like(headings))
-    loads = _sums(bare, EXACT, NONE, math.inf).loads()
+    loads = _sums(bare, EXACT, NO_FIELD).loads()
     return replace(bare, force=np.stack([loads.fx, loads.fy], axis=2), torque=loads.torque)
 
 
-def errors_of(sample: Sample, radii: list[float]) -> dict[tuple[int, float], float]:
-    """Worst errors of the far field alone in flush forces, by order and radius."""
-    settings = [(order, radius) for order in ORDERS for radius in radii]
+def errors_of(sample: Sample, settings: list[Setting]) -> dict[Setting, float]:
+    """Worst errors of far fields alone in flush forces."""
     return {
-        setting: float(sample.errors(_sums(sample, EXACT, *setting).loads()).max())
+        setting: float(sample.errors(_sums(sample, EXACT, setting).loads()).max())
         for setting in settings
     }
 
 
-def _sums(sample: Sample, bound: float, order: int, radius: float) -> Sums:
+def _sums(sample: Sample, bound: float, setting: Setting) -> Sums:
     """Return sums with the nodes of a bound and another far field."""
-    rule = replace(own_rule(bound), far=radius, far_order=order)
+    order, radius, groups = setting
+    rule = replace(own_rule(bound), far=radius, far_order=order, groups=groups)
     return Sums(sample, Magnets(accuracy=bound), rule)
 
 
 def _measure(n: int, shape: str, effort: Effort, tick: Tick) -> list[Row]:
     """Rows of one chain: all settings with the nodes of every bound."""
     sample = states_of(n, shape, effort.states)
-    errors = {(NONE, math.inf): 0.0, **errors_of(sample, effort.radii)}
-    keys = [(bound, *setting) for bound in effort.bounds for setting in errors]
+    errors = {NO_FIELD: 0.0, **errors_of(sample, effort.settings)}
+    keys = [(bound, setting) for bound in effort.bounds for setting in errors]
     sums = {key: _sums(sample.first, *key) for key in keys}
     tasks: dict[str, Task] = {str(key): _task(each) for key, each in sums.items()}
     taken = take_turns(tasks, effort.rounds, tick=tick)
     times = {key: Timing(taken[str(key)].samples / sums[key].evaluations) for key in keys}
     rows: list[Row] = []
-    for bound, order, radius in keys:
-        spread = times[bound, order, radius].spread
-        faster = ratio(times[bound, NONE, math.inf], times[bound, order, radius])
+    for bound, setting in keys:
+        spread = times[bound, setting].spread
+        faster = ratio(times[bound, NO_FIELD], times[bound, setting])
         rows.append(
             {
                 "n": n,
                 "shape": shape,
                 "nodes of accuracy": bound,
-                "order": order,
-                "radius [diagonals]": radius,
-                "error": errors[order, radius],
+                "order": setting.order,
+                "radius [diagonals]": setting.radius,
+                "segments' radius [diagonals]": setting.groups,
+                "error": errors[setting],
                 **spread.time_cells("µs", 1e6),
                 "times faster": faster.median,
                 "times faster, lower quartile": faster.low,
@@ -159,12 +188,12 @@ def fastest(rows: list[Row], bound: float) -> dict[int, Row]:
 def _table(n: int, shape: str, rows: list[Row]) -> Table:
     """Return errors by order and radius [diagonals], and times with the nodes of each bound."""
     shown: list[Row] = []
-    settings = dict.fromkeys((int(row["order"]), float(row["radius [diagonals]"])) for row in rows)
-    for order, radius in settings:
-        mine = [row for row in rows if (row["order"], row["radius [diagonals]"]) == (order, radius)]
+    for setting in dict.fromkeys(_setting(row) for row in rows):
+        mine = [row for row in rows if _setting(row) == setting]
         line: Row = {
-            "far field": ORDERS.get(order, "none"),
-            "beyond": radius,
+            "far field": ORDERS.get(setting.order, "none"),
+            "beyond": setting.radius,
+            "segments": setting.groups,
             "its error": mine[0]["error"],
         }
         for row in mine:
@@ -180,9 +209,10 @@ def _findings(n: int, shape: str, effort: Effort, rows: list[Row]) -> list[str]:
     gains: list[str] = []
     found: list[str] = []
     for bound in effort.bounds:
-        rule = own_rule(bound)
-        own = (bound, rule.far_order, rule.far)
-        row = next(row for row in rows if _setting(row) == own)
+        own = Setting.of(own_rule(bound))
+        row = next(
+            row for row in rows if _setting(row) == own and row["nodes of accuracy"] == bound
+        )
         gains.append(
             f"{float(row['times faster']):.3g}-fold at {bound:g} "
             f"(error {float(row['error']) / bound:.0%} of the bound)"
@@ -207,6 +237,7 @@ def _time(row: Row) -> float:
     return float(row["time [µs]"])
 
 
-def _setting(row: Row) -> tuple[float, int, float]:
-    """Bound that the nodes are for, order and radius of a row."""
-    return float(row["nodes of accuracy"]), int(row["order"]), float(row["radius [diagonals]"])
+def _setting(row: Row) -> Setting:
+    """Far field of a row."""
+    radii = (float(row[name]) for name in ("radius [diagonals]", "segments' radius [diagonals]"))
+    return Setting(int(row["order"]), *radii)

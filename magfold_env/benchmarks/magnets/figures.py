@@ -156,6 +156,7 @@ def draw_far(rows: list[Row]) -> Any:
         ]
         for k, (order, name) in enumerate(ORDERS.items()):
             mine = [row for row in here if row["order"] == order]
+            mine.sort(key=lambda row: float(row["radius [diagonals]"]))
             axis.loglog(
                 numbers(mine, "time [µs]"),
                 numbers(mine, "error").clip(min=SMALLEST),
