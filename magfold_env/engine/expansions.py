@@ -31,7 +31,7 @@ A_RE, A_IM, B_RE, B_IM, TURN_RE, TURN_IM, POWER_RE, POWER_IM, SQUARE = range(9)
 SCRATCH = (9, MOST)
 
 _TOTAL = [a + b for a, b in TERMS]
-COUNTS = np.array([sum(total <= order for total in _TOTAL) for order in ORDERS])
+COUNTS = np.array([sum(total <= order for total in _TOTAL) for order in ORDERS])  # of terms
 # How many terms each acts on, at every order of the expansion.
 _PARTNERS = np.array([[COUNTS[max(min(k, k + 1 - t), 0)] for t in _TOTAL] for k in ORDERS])
 _REAL, _IMAGINARY = matrices(TERMS)

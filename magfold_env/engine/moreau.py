@@ -195,7 +195,8 @@ def constrain(
     count = rows
     work.row_count[1] = rows
     work.row_count[2] = 0
-    chain.centripetal(lo, model.bodies, work.pose, state.v, work.ax, work.ay)
+    if model.frictional:
+        chain.centripetal(lo, model.bodies, work.pose, state.v, work.ax, work.ay)
     for i in range(lo, n):
         if work.slow[i] == 1:
             if count + 3 > work.bias.size:

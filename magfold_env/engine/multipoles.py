@@ -144,7 +144,7 @@ def act_on_each_other(
 ) -> tuple[float, float, float, float]:
     """Energy [J], force on row a [N] and torque about its centre [N·m] by row b.
 
-    For a `direction` from b's centre to a's.
+    The `direction` is that from b's centre to a's.
     ``pair`` is left with the moments of both, and what they make of each other, in that frame.
     """
     inverse2 = inverse * inverse

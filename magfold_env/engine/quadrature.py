@@ -29,7 +29,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.engine.expansions import HIGHEST
 from magfold_env.scene import Magnets
 
 
@@ -82,7 +81,7 @@ class Rule:
     counts: tuple[int, ...]
     radii: tuple[float, ...]
     far: float = math.inf
-    far_order: int = HIGHEST
+    far_order: int = 0
     groups: float = math.inf
 
     @classmethod

@@ -54,7 +54,7 @@ class Magnets(NamedTuple):
     rank_radius: Array  # distances of casings within which a rank is in full force, (ranks,) [m]
     far_radius: float  # casings farther apart are expanded, see ``engine.expansions`` [m]
     far_order: int
-    group_radius: float  # segments farther apart than so many times their components [m]
+    group_radius: float  # segments of k components farther apart than k times this are, too [m]
     group_terms: int  # of their expansion, see ``engine.multipoles``
     face_moment: Array  # of a magnet with unit charge in the casing's frame, (4, 9) [√(µ0/4π) m^k]
     face_wide: Array  # those of ``engine.expansions``, (4, 2, terms)
