@@ -60,12 +60,22 @@ def begin_step(model: Model, state: State, work: Work) -> int:
         while not solved and attempts < ATTEMPTS:
             solved = project(model, state, state.v, work, slow)
             attempts += 1
-        if not solved:
+        # Where rows all but repeat each other rounding may hide that nothing is left to do.
+        if not solved and approaches(lo, rows, state.v, work):
             return UNSOLVED
         state.counter[EVENTS] += 1
         result = IMPACT
     leave(lo, model, state, work)
     return result
+
+
+@kernel
+def approaches(lo: int, rows: int, v: Array, work: Work) -> bool:
+    """Whether anything that touches still comes nearer."""
+    for r in range(rows):
+        if rate_of(lo, work, r, v) < -SHUT:
+            return True
+    return False
 
 
 @kernel

@@ -92,6 +92,7 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
             return CAPPED
         if not has_room(record, state, LONGEST_STEP):
             return FULL
+        rows = work.row_count[1]
         begun = begin_step(model, state, work)
         if begun == CROWDED:
             return TOO_CROWDED
@@ -99,6 +100,8 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
             return NO_SOLUTION
         touchy = state.counter[TOUCHY] > 0
         anew = state.counter[FRESH] == 1 or begun != OK or touchy
+        # What only comes to lie on another, without an impact, is pushed by it all the same.
+        anew = anew or work.row_count[1] != rows
         anew = anew or (model.frictional and resting(lo, state))
         if anew and not fresh_accelerations(model, state, work):
             return NO_SOLUTION

@@ -28,6 +28,7 @@ FRICTION_ARM = 0.3826
 
 # Share of the accuracy that splines may use up.
 TABLE_SHARE = 0.05
+PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to meet
 
 NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)))
 TURNED = [2, 3, 0, 1]  # faces of a casing that is turned by half a turn
@@ -72,6 +73,7 @@ def pack(scene: Scene) -> Model:
         magnetic=_is_magnetic(scene),
         side=casing.side,
         rounding=casing.corner_radius,
+        past_stop=_past_stop(scene),
         grip=scene.friction * scene.gravity.normal * mass,
         arm=FRICTION_ARM * casing.side,
         frictional=scene.friction > 0.0 and scene.gravity.normal > 0.0,
@@ -97,6 +99,13 @@ def _is_magnetic(scene: Scene) -> bool:
         return False
     chosen_later = scene.mount == "tube" and scene.feed.loading == "at_mouth"
     return chosen_later or bool(scene.charges.any())
+
+
+def _past_stop(scene: Scene) -> float:
+    """Angle beyond a joint's stop [rad] where forces still say something of those before it."""
+    if scene.magnets is None:
+        return math.inf
+    return PAST_STOP * 2.0 * float(np.min(scene.magnets.inset)) / scene.casing.side
 
 
 def charges(scene: Scene) -> Array:

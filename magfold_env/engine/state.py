@@ -117,6 +117,7 @@ class Model(NamedTuple):
     magnetic: bool
     side: float  # of the casing [m]
     rounding: float  # radius of its corners [m]
+    past_stop: float  # how far beyond its stop a joint may be tried [rad]
     grip: Array  # largest friction force µ m g of a released component, (n,) [N]
     arm: float  # c of the friction ellipsoid (vx, vy, c·ω) [m]
     frictional: bool

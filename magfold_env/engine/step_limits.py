@@ -11,9 +11,12 @@ from magfold_env.engine.jit import inlined, kernel
 from magfold_env.engine.state import BRAKE, LAST_ERROR, LAST_STEP, Model, State, Work
 
 LONGEST_STEP = 0.05  # [s]
+LONGER = 1.2  # times the time to the next stop
+SOONEST_STOP = 1e-7  # [s] before which no stop is foreseen
 PAST_EDGE = 2e-6  # [s] how far a step may reach beyond the end of a face
 SHORTEST_BRAKE = 1e-7  # [s] the shortest step that ends where a component stops
 EASY = 1e-4  # an error that allows the largest growth
+LEAST_GROWTH = 0.2  # after a step that was good enough, however hard it was to find
 
 
 @kernel
@@ -25,7 +28,7 @@ def longest_step(lo: int, model: Model, state: State, work: Work) -> float:
     """
     h = LONGEST_STEP
     if model.contact:
-        h = min(h, 1.2 * time_to_stop(lo, model, state, work))
+        h = min(h, time_past_stop(lo, model, state, work))
         h = min(h, PAST_EDGE + edges.time_to_edge(lo, model, work, state.v))
     if model.frictional:
         h = min(h, max(state.clock[BRAKE], SHORTEST_BRAKE))
@@ -33,8 +36,11 @@ def longest_step(lo: int, model: Model, state: State, work: Work) -> float:
 
 
 @kernel
-def time_to_stop(lo: int, model: Model, state: State, work: Work) -> float:
-    """Time until the first open joint reaches a stop at its present acceleration [s]."""
+def time_past_stop(lo: int, model: Model, state: State, work: Work) -> float:
+    """Time until the first open joint is a little beyond its stop, as it accelerates now [s].
+
+    Not so far that magnets, of which only stops keep the poles apart, would all but meet.
+    """
     soonest = LONGEST_STEP
     for k in range(first_joint(lo), model.n):
         if state.lock[k] != 0:
@@ -49,12 +55,15 @@ def time_to_stop(lo: int, model: Model, state: State, work: Work) -> float:
             toward, push = sign * rate, sign * acceleration
             root = toward * toward + 2.0 * push * gap
             # The first t > 0 with r t + a t²/2 = g, in the form that does not cancel.
+            t = LONGEST_STEP
             if toward < 0.0:
                 if push > 0.0:
-                    soonest = min(soonest, (math.sqrt(root) - toward) / push)
+                    t = (math.sqrt(root) - toward) / push
             elif root >= 0.0 and toward + math.sqrt(root) > 0.0:
-                soonest = min(soonest, 2.0 * gap / (toward + math.sqrt(root)))
-    return max(soonest, 1e-7)
+                t = 2.0 * gap / (toward + math.sqrt(root))
+            if t < LONGEST_STEP:
+                soonest = min(soonest, LONGER * t, t + model.past_stop / math.sqrt(root))
+    return max(soonest, LONGER * SOONEST_STOP)
 
 
 @inlined
@@ -70,4 +79,4 @@ def next_growth(state: State, h: float, error: float) -> float:
     if before > 0.0:
         trend = (state.clock[LAST_ERROR] / error) ** (1.0 / dp.ORDER)
         growth = min(growth, growth * trend * h / before)
-    return growth
+    return max(growth, LEAST_GROWTH)

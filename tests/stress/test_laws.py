@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from magfold_env.benchmarks.dynamics_laws.along_folds import Motion, follow
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene
+from magfold_env.scene_io import load_scene
 from magfold_env.shapes import headings
 from magfold_env.stress import laws, symmetries
 from magfold_env.stress.verdict import Verdict
@@ -54,6 +56,16 @@ def test_overlaps_and_joints_past_their_stops_are_found(ended: tuple[Motion, Fol
     angles[-1] = [0.0, 1.6, 3.2, 4.8]
     assert limits(motion) == set()
     assert {"no penetration", "joint stops"} <= limits(replace(motion, angles=angles))
+
+
+def test_what_a_tube_holds_through_its_wall_is_set_aside() -> None:
+    found = load_scene(Path(__file__).parent / "found" / "held-through-the-wall.yaml")
+    motion, _ = follow(found)
+    verdict = Verdict()
+    laws.hold_limits(motion, verdict)
+    assert motion.overlap > 0.05
+    assert verdict.broken == []
+    assert verdict.notes == ["held through the tube's wall"]
 
 
 def test_energy_and_momentum_from_nowhere_are_found() -> None:

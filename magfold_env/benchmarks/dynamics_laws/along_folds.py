@@ -46,6 +46,13 @@ class Motion:
         return float(deep.max(initial=0.0)) / self.scene.casing.side
 
     @cached_property
+    def fitting_overlap(self) -> float:
+        """The same, but for components that the tube holds though they reach through its wall."""
+        states = (self.angles, self.base, self.released)
+        deep = deepest_overlaps(self.scene, *states, fitting=True)
+        return float(deep.max(initial=0.0)) / self.scene.casing.side
+
+    @cached_property
     def past_stop(self) -> float:
         """How far a joint was beyond a right angle [rad]."""
         joints = np.abs(np.diff(self.angles, axis=1))

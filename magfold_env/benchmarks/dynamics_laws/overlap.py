@@ -48,7 +48,12 @@ class Boxes(NamedTuple):
 
 
 def deepest_overlaps(
-    scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]
+    scene: Scene,
+    angles: Floats,
+    base: Floats,
+    released: npt.NDArray[np.int64],
+    *,
+    fitting: bool = False,
 ) -> Floats:
     """Return the deepest overlap of two casings, or of a casing and an obstacle [m]; 0 if none.
 
@@ -63,6 +68,9 @@ def deepest_overlaps(
         Outer hinge of component 1 [m], shape (m, 2).
     released
         Components that are out of the tube, shape (m,).
+    fitting
+        Whether, of the components that the tube holds, only those count that fit into it. Start
+        angles may put others through its walls, and what lies on a wall then overlaps them.
 
     Returns
     -------
@@ -83,6 +91,8 @@ def deepest_overlaps(
     forward = scene.feed.direction == "forward"
     free = number < scene.n - held if forward else number >= held
     inside = number > scene.n - held + 1 if forward else number < held - 2
+    if fitting:
+        inside |= ~free & _through_walls(scene, angles, places)
     # Farther apart, the circles around two casings do not meet.
     reach2 = scene.casing.diagonal**2
     for apart in range(1, scene.n):
@@ -104,6 +114,14 @@ def deepest_overlaps(
 def deepest_overlap(scene: Scene, angles: Floats, base: Floats, released: int) -> float:
     """Return `deepest_overlaps` of one state: angles (n,), base (2,)."""
     return float(deepest_overlaps(scene, angles[None], base[None], np.array([released]))[0])
+
+
+def _through_walls(scene: Scene, angles: Floats, places: Floats) -> npt.NDArray[np.bool_]:
+    """Which components reach beyond the outer face of a tube's wall, wherever they are."""
+    side, radius = scene.casing.side, scene.casing.corner_radius
+    turn = angles + TO_FACE
+    half_height = (0.5 * side - radius) * (np.abs(np.cos(turn)) + np.abs(np.sin(turn))) + radius
+    return np.abs(places[..., 1]) + half_height > 0.5 * scene.bore + scene.feed.wall
 
 
 def obstacles(scene: Scene) -> list[tuple[Boxes, float]]:
