@@ -24,7 +24,7 @@ from agents.evaluation.report import (
 )
 from agents.settings.run import EnvSettings, load_settings
 from agents.training.callbacks import progress_bar
-from magfold_env.envs.draws import evaluation_seeds
+from magfold_env.envs.tasks.draws import evaluation_seeds
 
 RANDOM = "random"
 FEED_CONTROL = "MagFold/FeedControl-v0"

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch.nn.functional import one_hot, pad
 
-from magfold_env.envs.observation import ObservationLayout
+from magfold_env.envs.spaces.observation import ObservationLayout
 
 WIDTHS = {"magnets": 4, "speed": 1, "heading": 2, "rate": 1, "position": 2, "velocity": 2}
 """Groups of the observation that list components, and their entries for each."""

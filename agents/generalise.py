@@ -25,9 +25,9 @@ from agents.evaluation.provenance import file_digest, provenance
 from agents.settings.run import EnvSettings, TrainSettings, load_settings
 from agents.training.folder import Resume
 from agents.training.run import train
-from magfold_env.envs.draws import evaluation_seeds
-from magfold_env.errors import SceneError
+from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import write_text
+from magfold_env.scene import SceneError
 from magfold_env.shapes import folded_words, mirror
 
 FORMAT = "magfold_env generalisation 1"

@@ -33,9 +33,9 @@ from agents.evaluation.policies import Policy, TrainedPolicy
 from agents.evaluation.provenance import file_digest, provenance
 from agents.settings.run import EnvSettings
 from agents.training.callbacks import progress_bar
-from magfold_env.envs.draws import evaluation_seeds
+from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import write_text
-from magfold_env.plotting import COLOURS, GRID, figure_class, save_figure
+from magfold_env.reporting.plotting import COLOURS, GRID, figure_class, save_figure
 
 CALLS = (0, 1, 3, 10, 30, 100)
 GOAL = 1.0

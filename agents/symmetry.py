@@ -19,8 +19,8 @@ from stable_baselines3.common.torch_layers import MlpExtractor
 from torch import nn
 
 from agents.features import FromTheMouth
-from magfold_env.envs.actions import SIGNS
-from magfold_env.envs.observation import ObservationLayout
+from magfold_env.envs.spaces.actions import SIGNS
+from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.scene import Scene
 
 VIEWS = 2

@@ -29,7 +29,7 @@ def physics_digest() -> str:
     """
     package = Path(__file__).resolve().parent
     digest = hashlib.sha256()
-    for pattern in ("engine/*.py", "scene*.py", "shapes.py", "simulate.py"):
+    for pattern in ("engine/**/*.py", "scene/*.py", "shapes.py", "simulation/*.py"):
         for path in sorted(package.glob(pattern)):
             digest.update(path.name.encode())
             digest.update(path.read_bytes())

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Literal, TypeVar, get_args
 
-from magfold_env.errors import Problem, SceneError
+from magfold_env.scene import Problem, SceneError
 
 Backend = Literal["threads", "processes", "ray"]
 

@@ -2,11 +2,11 @@
 
 from typer.testing import CliRunner, Result
 
-from magfold_env import cli
+from magfold_env.cli import app
 
 
 def run(*arguments: object) -> Result:
-    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
+    return CliRunner().invoke(app.app, [str(argument) for argument in arguments])
 
 
 def rows(text: str) -> list[list[str]]:

@@ -14,8 +14,8 @@ import pytest
 from joblib.parallel import ThreadingBackend, register_parallel_backend
 
 from magfold_env import parallel
-from magfold_env.errors import SceneError
 from magfold_env.parallel import LOSSES, Workers, connected, finished
+from magfold_env.scene import SceneError
 
 
 def square(x: int) -> int:

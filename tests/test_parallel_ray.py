@@ -13,7 +13,7 @@ import pytest
 import magfold_env as mf
 from magfold_env.ensembles import release
 from magfold_env.parallel import Workers, finished
-from magfold_env.scene_parts import Spreads
+from magfold_env.scene import Spreads
 
 # Ray leaves sockets and files to be closed by the collector.
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default")]

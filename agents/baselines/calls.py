@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from agents.evaluation.episodes import Outcome, play
 from agents.evaluation.open_loop import FrozenPolicy, OpenLoop
 from agents.evaluation.policies import Policy
-from magfold_env.design.choice import Choice
-from magfold_env.envs.draws import episode_seeds
+from magfold_env.designer.choice import Choice
 from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.tasks.draws import episode_seeds
 
 
 class SpentError(Exception):

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from agents.baselines.calls import Calls
 from agents.baselines.search import random_choice
 from agents.evaluation.open_loop import OpenLoop
-from magfold_env.envs.actions import PATTERNS
 from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.spaces.actions import PATTERNS
 
 POPULATION = 40
 PARENTS = 10
@@ -23,7 +23,7 @@ ELITE = 2
 RELEASES = 4
 """Calls that a choice is bred by."""
 JUDGED = 40
-"""Calls that the best of a generation is judged by, as in `magfold_env.design.race`."""
+"""Calls that the best of a generation is judged by, as in `magfold_env.designer.race`."""
 GENERATIONS = 10_000
 """More than any budget lasts."""
 

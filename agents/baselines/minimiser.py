@@ -9,14 +9,14 @@ import numpy as np
 from agents.baselines.calls import Calls
 from agents.baselines.search import speeds_to_try
 from agents.evaluation.open_loop import OpenLoop
-from magfold_env.design import design, gap_designs
-from magfold_env.design.choice import Choice
-from magfold_env.design.gap import LONGEST
-from magfold_env.design.race import race
-from magfold_env.energy.landscape import strengths
-from magfold_env.envs.actions import PATTERNS, SIGNS
+from magfold_env.designer import design, gap_designs
+from magfold_env.designer.choice import Choice
+from magfold_env.designer.gap import LONGEST
+from magfold_env.designer.race import race
+from magfold_env.envs.chains.lattice import Floats, Ints, LatticeFeed
 from magfold_env.envs.fold_env import FoldEnv
-from magfold_env.envs.lattice_feed import Floats, Ints, LatticeFeed
+from magfold_env.envs.spaces.actions import PATTERNS, SIGNS
+from magfold_env.minimiser.landscape import strengths
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words, overlaps
 

@@ -9,17 +9,17 @@ import numpy as np
 from agents.baselines.calls import Calls
 from agents.baselines.search import USUAL_SPEED
 from agents.evaluation.open_loop import OpenLoop
-from magfold_env.design.candidates import candidates
-from magfold_env.design.choice import Choice
-from magfold_env.design.cross_entropy import cross_entropy
-from magfold_env.design.holding import holding_groups
-from magfold_env.design.race import Standing, race
-from magfold_env.design.task import SPEEDS, Task, task_for
+from magfold_env.designer.candidates import candidates
+from magfold_env.designer.choice import Choice
+from magfold_env.designer.cross_entropy import cross_entropy
+from magfold_env.designer.holding import holding_groups
+from magfold_env.designer.race import Standing, race
+from magfold_env.designer.task import SPEEDS, Task, task_for
 from magfold_env.envs.fold_env import FoldEnv
 
 
 class RobustSearch:
-    """The design room's search (`magfold_env.design`) on perturbed runs of the environment.
+    """The design room's search (`magfold_env.designer`) on perturbed runs of the environment.
 
     Sequences that are good by energy, those under which the target holds where chains are long,
     are raced on releases at one speed after another until one does; if none will, the

@@ -10,8 +10,9 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from agents.evaluation.open_loop import OpenLoop
-from magfold_env.errors import Problem, dotted
 from magfold_env.files import write_text
+from magfold_env.scene import Problem
+from magfold_env.scene.errors import dotted
 
 FORMAT = "magfold_env choices 1"
 

@@ -16,9 +16,9 @@ from agents.evaluation.policies import Policy, make_policy
 from agents.settings.run import EnvSettings
 from agents.training.envs import make_env as make_gym_env
 from magfold_env.envs.fold_env import FoldEnv
-from magfold_env.envs.goals import goal_of
+from magfold_env.envs.tasks.goals import goal_of
 from magfold_env.scene import Scene
-from magfold_env.simulate import simulate
+from magfold_env.simulation.simulate import simulate
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from agents.evaluation.intervals import THRESHOLDS, estimate, profile
 from agents.evaluation.methods import Results, by_target, targets_of
 from agents.evaluation.reasons import ENDS
 from agents.evaluation.report import Summary
-from magfold_env.plotting import COLOURS, GRID, INK, figure_class, save_figure
+from magfold_env.reporting.plotting import COLOURS, GRID, INK, figure_class, save_figure
 
 WIDTH = 9.0
 """Of every picture [inch]."""

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from agents.training.info import versions
-from magfold_env.benchmarks import machine
-from magfold_env.envs.draws import EVALUATION_VERSION
+from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest
+from magfold_env.reporting import machine
 
 PACKAGES = ("pygad", "scipy")
 """Besides those that training depends on."""

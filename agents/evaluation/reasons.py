@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from agents.evaluation.episodes import Outcome
-from magfold_env.envs.goals import SUCCESS_TOLERANCE
+from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
 from magfold_env.shapes import word_to_angles
 
 ENDS = ("target", "other fold", "misfolded", "unsettled", "failed")

@@ -8,7 +8,7 @@ from agents.evaluation.methods import Results, Runs, targets_of
 from magfold_env.fold import Fold
 from magfold_env.replay.data import page_data
 from magfold_env.replay.page import page
-from magfold_env.simulate import simulate
+from magfold_env.simulation.simulate import simulate
 
 FRAME_RATE = 120.0
 """Recorded frames per simulated second [1/s]."""

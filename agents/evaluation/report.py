@@ -17,7 +17,7 @@ from agents.evaluation.provenance import file_digest, provenance
 from agents.evaluation.reasons import ends, joints_in_the_way
 from agents.settings.run import EnvSettings
 from magfold_env.files import write_text
-from magfold_env.statistics import Share, share
+from magfold_env.reporting.statistics import Share, share
 
 FORMAT = "magfold_env evaluation 2"
 

@@ -5,11 +5,11 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, Tag
 
 from agents.settings.base import Count, Group, Unit, word_or_other
-from magfold_env.envs.action_table import ActionKind
-from magfold_env.envs.goals import Match
-from magfold_env.envs.options import Fidelity
-from magfold_env.envs.randomisation import Randomisation
-from magfold_env.envs.reward import RewardKind, Shaping
+from magfold_env.envs.spaces.action_table import ActionKind
+from magfold_env.envs.tasks.goals import Match
+from magfold_env.envs.tasks.options import Fidelity
+from magfold_env.envs.tasks.randomisation import Randomisation
+from magfold_env.envs.tasks.reward import RewardKind, Shaping
 
 EnvId = Literal[
     "MagFold/TubeFeed-v0",
@@ -32,7 +32,7 @@ ShapingOption = Annotated[
 
 
 class EnvOptions(Group, frozen=True):
-    """Options of an environment, `magfold_env.envs.options`; None leaves what holds without it.
+    """Options of an environment, `magfold_env.envs.tasks.options`; None is what holds without.
 
     Which environment takes which option is for the environment to say.
     """
@@ -90,7 +90,7 @@ class EnvSettings(EnvOptions, frozen=True):
 
 
 class CurriculumSettings(Group, frozen=True):
-    """Easier variants to begin with; see `magfold_env.envs.curriculum.Curriculum`."""
+    """Easier variants to begin with; see `magfold_env.envs.wrappers.curriculum.Curriculum`."""
 
     stages: Annotated[tuple[EnvOptions, ...], Field(min_length=1)]
     """What is different in each stage before the environment itself, the easiest first."""

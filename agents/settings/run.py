@@ -13,8 +13,9 @@ from agents.settings.env import GOAL_ENV, TUBE_FEED, CurriculumSettings, EnvOpti
 from agents.settings.files import SettingsError, find_config, parse_assignment, put, read_mapping
 from agents.settings.learner import LearnerSettings, PPOSettings, SACSettings
 from agents.settings.seeds import MAX_TRAINING_SEED
-from magfold_env.errors import Problem, SceneError, problems_of
 from magfold_env.files import write_text
+from magfold_env.scene import Problem, SceneError
+from magfold_env.scene.errors import problems_of
 
 __all__ = [
     "EnvSettings",

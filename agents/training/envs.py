@@ -13,10 +13,10 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMoni
 
 from agents.settings.env import CONTROL_ENV, GOAL_ENV, CurriculumSettings, EnvSettings
 from agents.settings.run import SettingsError, TrainSettings
-from magfold_env.envs.chronicle import Chronicle
-from magfold_env.envs.curriculum import Curriculum
+from magfold_env.envs.chains.history import Chronicle
 from magfold_env.envs.fold_vector import FoldVectorEnv
-from magfold_env.envs.sb3 import FoldVecEnv, make_sb3_vec
+from magfold_env.envs.wrappers.curriculum import Curriculum
+from magfold_env.envs.wrappers.sb3 import FoldVecEnv, make_sb3_vec
 
 
 class Resumable(gymnasium.Wrapper[Any, Any, Any, Any]):

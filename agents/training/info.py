@@ -7,8 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Self
 
-from magfold_env.benchmarks import machine
 from magfold_env.files import write_text
+from magfold_env.reporting import machine
 
 PACKAGES = (
     "magfold_env",

@@ -9,7 +9,7 @@ from stable_baselines3.common.logger import Logger
 
 from agents.settings.env import EnvSettings
 from agents.training.envs import make_env
-from magfold_env.envs.draws import episode_seeds
+from magfold_env.envs.tasks.draws import episode_seeds
 
 
 class Validation:

@@ -13,7 +13,8 @@ from agents.settings.base import Count, Group
 from agents.settings.files import find_config, parse_assignment, read_mapping
 from agents.settings.run import SettingsError, TrainSettings, changed_settings, load_settings
 from agents.training.envs import check_envs
-from magfold_env.errors import Problem, SceneError, problems_of
+from magfold_env.scene import Problem, SceneError
+from magfold_env.scene.errors import problems_of
 
 Drawn = float | int | str
 """A value as Optuna keeps it: a number, or a choice written as JSON."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine.jit import inlined, kernel
+from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Array
 
 

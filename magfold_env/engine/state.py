@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.engine.by_pointer import by_pointer
+from magfold_env.engine.compile.by_pointer import by_pointer
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from magfold_env.engine.jit import inlined
+from magfold_env.engine.compile.jit import inlined
 from magfold_env.engine.state import SECOND, SECOND_STEPS, STEPS, TIME, Model, State
 
 

@@ -7,13 +7,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from magfold_env.engine import recursion
-from magfold_env.engine.boxes import OBSTACLES
-from magfold_env.engine.dormand_prince import STAGES
-from magfold_env.engine.expansions import SCRATCH, TERMS
-from magfold_env.engine.multipoles import PAIR_PARTS, PARTS
-from magfold_env.engine.pair_lookup import DEGREE, PAIRS
-from magfold_env.engine.segments import BATCH, LONG
+from magfold_env.engine.chain import recursion
+from magfold_env.engine.contact.boxes import OBSTACLES
+from magfold_env.engine.magnets.expansions import SCRATCH, TERMS
+from magfold_env.engine.magnets.lookup import DEGREE, PAIRS
+from magfold_env.engine.magnets.multipoles import PAIR_PARTS, PARTS
+from magfold_env.engine.magnets.segments import BATCH, LONG
 from magfold_env.engine.state import (
     BRAKE,
     FRESH,
@@ -32,6 +31,7 @@ from magfold_env.engine.state import (
     State,
     Work,
 )
+from magfold_env.engine.stepping.dormand_prince import STAGES
 
 # Constraints are solved densely; longer chains must do without contact and friction.
 MOST_CONSTRAINED = 500

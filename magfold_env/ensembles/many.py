@@ -9,10 +9,9 @@ from pathlib import Path
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.ensembles.result import Ensemble
 from magfold_env.ensembles.run import Run, run_one
-from magfold_env.errors import Problem, SceneError
 from magfold_env.files import physics_digest
 from magfold_env.parallel import Backend, Workers, finished
-from magfold_env.scene import Scene
+from magfold_env.scene import Problem, Scene, SceneError
 
 
 def ensemble(

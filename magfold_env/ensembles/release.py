@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import get_args
 
-from magfold_env.energy.result import Mode
-from magfold_env.errors import Problem, SceneError
-from magfold_env.scene import Scene
+from magfold_env.minimiser.result import Mode
+from magfold_env.scene import Problem, Scene, SceneError
 
 
 def release(scene: Scene, mode: Mode, speed: float | None = None) -> Scene:

@@ -18,9 +18,9 @@ import numpy.typing as npt
 from magfold_env.ensembles.run import Run, generator
 from magfold_env.files import reading_json, write_text
 from magfold_env.fold import Fold, FoldStatus
+from magfold_env.reporting.statistics import Share, share
 from magfold_env.scene import Scene
-from magfold_env.simulate import simulate
-from magfold_env.statistics import Share, share
+from magfold_env.simulation.simulate import simulate
 
 Floats = npt.NDArray[np.float64]
 Texts = npt.NDArray[np.str_]

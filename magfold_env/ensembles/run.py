@@ -10,7 +10,7 @@ import numpy as np
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
 from magfold_env.shapes import parse_word
-from magfold_env.simulate import simulate
+from magfold_env.simulation.simulate import simulate
 
 
 class Run(NamedTuple):

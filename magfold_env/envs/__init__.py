@@ -37,7 +37,7 @@ VECTOR_ENTRY_POINTS = {
     "MagFold/TubeFeed-v0": "magfold_env.envs.vector:TubeFeedVectorEnv",
     "MagFold/SequenceDesign-v0": "magfold_env.envs.vector:SequenceDesignVectorEnv",
     "MagFold/TubeFeedGoal-v0": "magfold_env.envs.vector:TubeFeedGoalVectorEnv",
-    "MagFold/FeedControl-v0": "magfold_env.envs.control_vector:FeedControlVectorEnv",
+    "MagFold/FeedControl-v0": "magfold_env.envs.control.vector:FeedControlVectorEnv",
 }
 
 

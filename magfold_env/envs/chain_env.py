@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import gymnasium
 
-from magfold_env.envs.chain_state import ChainState
-from magfold_env.envs.control_episode import ControlEpisode
-from magfold_env.envs.control_setup import ControlSetup
-from magfold_env.envs.episode import Episode
-from magfold_env.envs.observation import ObservationLayout
-from magfold_env.envs.rendering import RENDER_MODES, Viewer
-from magfold_env.envs.task import FoldTask
+from magfold_env.envs.chains.episode import Episode
+from magfold_env.envs.control.episode import ControlEpisode
+from magfold_env.envs.pictures.rendering import RENDER_MODES, Viewer
+from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.tasks.control_setup import ControlSetup
+from magfold_env.envs.tasks.task import FoldTask
 from magfold_env.scene import Scene
+from magfold_env.simulation.chain_state import ChainState
 
 if TYPE_CHECKING:
     from magfold_env.render.moments import Moment

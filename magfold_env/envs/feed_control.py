@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.chain_env import ChainEnv
-from magfold_env.envs.control_episode import ControlEpisode
-from magfold_env.envs.control_setup import HORIZON, ControlSetup
-from magfold_env.envs.control_tasks import ControlTask
-from magfold_env.envs.moments import control_moment
-from magfold_env.envs.options import ControlOptions
-from magfold_env.envs.rendering import RENDER_MODES
-from magfold_env.envs.speed_table import SpeedTable
+from magfold_env.envs.control.episode import ControlEpisode
+from magfold_env.envs.pictures.moments import control_moment
+from magfold_env.envs.pictures.rendering import RENDER_MODES
+from magfold_env.envs.spaces.speed_table import SpeedTable
+from magfold_env.envs.tasks.control_setup import HORIZON, ControlSetup
+from magfold_env.envs.tasks.control_tasks import ControlTask
+from magfold_env.envs.tasks.options import ControlOptions
 from magfold_env.scene import Scene
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32], ControlEpisode]):
     the simulation breaks down. After 5 s, 250 steps, it is truncated.
 
     **Action**: ``Discrete(speeds + 1)``: 0 is standstill, k the k-th of ``speeds`` levels that are
-    log-spaced from 0.01 to 0.6 m/s. `magfold_env.envs.speed_table` has the other ways.
+    log-spaced from 0.01 to 0.6 m/s. `magfold_env.envs.spaces.speed_table` has the other ways.
 
     **Observation**: a flat ``Box(−1, 1)`` of ``20 n − 2`` entries. First ``target`` and ``avoid``,
     3 (n − 1) entries each, one-hot over L, S, R; then ``released`` to ``velocity`` as in
@@ -63,7 +63,7 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32], ControlEpisode]):
 
     **Reward**: at termination the score: 1 in the target, 0 in the fold to avoid, else half the
     similarity to the target, 0 if the simulation fails; ``reward="sparse"``: 1 in the target, else
-    0. Truncation is worth nothing. Shaping: `magfold_env.envs.reward`.
+    0. Truncation is worth nothing. Shaping: `magfold_env.envs.tasks.reward`.
 
     **Info**: ``target``, ``avoid``, ``word``, ``time`` [s], ``force`` [N]; at the end also
     ``status``, ``message``, ``energy`` [J], ``score`` and ``is_success``.
@@ -75,7 +75,7 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32], ControlEpisode]):
     render_mode : {"human", "rgb_array", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window by itself.
     **options
-        See `magfold_env.envs.options.ControlOptions`.
+        See `magfold_env.envs.tasks.options.ControlOptions`.
 
     Raises
     ------
@@ -184,7 +184,7 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32], ControlEpisode]):
     def to_scene(self) -> Scene:
         """Return the concrete scene of the episode.
 
-        `magfold_env.envs.control_episode.replay` repeats the episode from it and `history`, bit
+        `magfold_env.envs.control.episode.replay` repeats the episode from it and `history`, bit
         for bit. The feed speeds in it hold the factors that were drawn.
         """
         return self._running().scene_so_far

@@ -10,14 +10,14 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.action_table import ActionTable
-from magfold_env.envs.baseline import Baseline
+from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.chain_env import ChainEnv
-from magfold_env.envs.episode import Episode
-from magfold_env.envs.goals import Goal
-from magfold_env.envs.moments import fold_moment
-from magfold_env.envs.options import FoldOptions
-from magfold_env.envs.task import FoldTask
+from magfold_env.envs.chains.episode import Episode
+from magfold_env.envs.pictures.moments import fold_moment
+from magfold_env.envs.spaces.action_table import ActionTable
+from magfold_env.envs.tasks.goals import Goal
+from magfold_env.envs.tasks.options import FoldOptions
+from magfold_env.envs.tasks.task import FoldTask
 from magfold_env.scene import Scene
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class FoldEnv(ChainEnv[ObsType, Episode]):
     render_mode : {"human", "rgb_array", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window by itself.
     **options
-        See `magfold_env.envs.options.FoldOptions`.
+        See `magfold_env.envs.tasks.options.FoldOptions`.
 
     Raises
     ------
@@ -184,8 +184,8 @@ class FoldEnv(ChainEnv[ObsType, Episode]):
     def to_scene(self) -> Scene:
         """Return the finished episode as a concrete scene.
 
-        `magfold_env.simulate` replays it bit for bit; if the fidelity is quasistatic,
-        `magfold_env.envs.quasistatic_episode.fold` does.
+        `magfold_env.simulation.simulate` replays it bit for bit; if the fidelity is quasistatic,
+        `magfold_env.envs.chains.quasistatic_episode.fold` does.
         """
         return self._running().to_scene()
 

@@ -11,16 +11,15 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from magfold_env.envs.chronicle import Chronicle
-from magfold_env.envs.dynamic_fleet import DynamicFleet
-from magfold_env.envs.fleet import Fleet
+from magfold_env.envs.chains.dynamic import DynamicFleet
+from magfold_env.envs.chains.goals import GoalBoard
+from magfold_env.envs.chains.history import Chronicle
+from magfold_env.envs.chains.protocol import Fleet
+from magfold_env.envs.chains.quasistatic import QuasistaticFleet
 from magfold_env.envs.fold_env import FoldEnv
-from magfold_env.envs.goal_board import GoalBoard
-from magfold_env.envs.moments import fold_moment
-from magfold_env.envs.quasistatic_fleet import QuasistaticFleet
-from magfold_env.envs.rendering import Viewer
-from magfold_env.envs.vector_infos import Infos, last_news, news
-from magfold_env.envs.vector_options import (
+from magfold_env.envs.pictures.moments import fold_moment
+from magfold_env.envs.pictures.rendering import Viewer
+from magfold_env.envs.tasks.vector_options import (
     autoreset_mode_of,
     check_count,
     mask_of,
@@ -28,6 +27,7 @@ from magfold_env.envs.vector_options import (
     targets_of,
     threads_of,
 )
+from magfold_env.envs.vector_infos import Infos, last_news, news
 
 if TYPE_CHECKING:
     from magfold_env.render.moments import Moment
@@ -273,7 +273,7 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         return 0.5 * np.clip(share, 0.0, 1.0)
 
     def _rewards(self, rows: Ints, ended: Ints, ends: Infos) -> Floats:
-        """Return the rewards of a step; see `magfold_env.envs.reward`."""
+        """Return the rewards of a step; see `magfold_env.envs.tasks.reward`."""
         rule = self.task.rule
         after = self._potential(rows)
         rewards = rule.gamma * after - self._potentials[rows]

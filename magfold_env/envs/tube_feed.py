@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.episode import Episode
+from magfold_env.envs.chains.episode import Episode
 from magfold_env.envs.fold_env import FoldEnv
 
 
@@ -19,7 +19,7 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
     **Action**: ``MultiDiscrete([16, speeds])``. First the magnet pattern, four bits in the order
     front-left, back-left, back-right, front-right, the first the most significant, N = 0 and
     S = 1 (0 is NNNN, 8 is SNNN, 15 is SSSS). Then the speed level, log-spaced from 0.01 to
-    0.6 m/s, both included. `magfold_env.envs.action_table` has the other ways to write it.
+    0.6 m/s, both included. `magfold_env.envs.spaces.action_table` has the other ways to write it.
 
     **Observation**: a flat ``Box(−1, 1)`` of ``17 n − 4`` entries, component 1 first.
 
@@ -44,7 +44,7 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
     process as long as nothing is drawn. With ``randomisation`` it is partially observed, because
     the drawn friction, remanence, masses and speed errors are not shown.
 
-    **Reward**: at the end ``score − b(target)``; options and shaping: `magfold_env.envs.reward`.
+    **Reward**: at the end ``score − b(target)``; options, shaping: `magfold_env.envs.tasks.reward`.
 
     **Info**: ``target``, ``word``, ``step``; at the end also ``status``, ``message``, ``energy``
     [J] (no number if the simulation failed), ``score``, ``baseline``, ``baseline_flagged`` (no

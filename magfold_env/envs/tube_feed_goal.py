@@ -10,11 +10,11 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from magfold_env.envs.episode import Episode
+from magfold_env.envs.chains.episode import Episode
 from magfold_env.envs.fold_env import FoldEnv
-from magfold_env.envs.goals import SUCCESS_TOLERANCE
-from magfold_env.envs.observation import ObservationLayout
-from magfold_env.envs.options import ChainOptions, FoldOptions
+from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
+from magfold_env.envs.tasks.options import ChainOptions, FoldOptions
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, outline, word_to_angles

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.fleet import FOLDED, MISFOLDED
+from magfold_env.envs.chains.protocol import FOLDED, MISFOLDED
 from magfold_env.envs.fold_vector import Floats, FoldVectorEnv, Infos, Ints
 from magfold_env.envs.sequence_design import SequenceDesignEnv
 from magfold_env.envs.tube_feed import TubeFeedEnv

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.fleet import FAILED, FOLDED, Fleet
-from magfold_env.envs.goal_board import GoalBoard
-from magfold_env.envs.row_view import STATUSES
+from magfold_env.envs.chains.goals import GoalBoard
+from magfold_env.envs.chains.protocol import FAILED, FOLDED, Fleet
+from magfold_env.envs.chains.row_view import STATUSES
 
 Ints = NDArray[np.int64]
 Infos = dict[str, Any]

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.part import Progress, Row
 from magfold_env.paper import motions
 from magfold_env.paper.motions import Motion
 from magfold_env.paper.quoted import SNAP
 from magfold_env.paper.reproduction import Measured
+from magfold_env.reporting.part import Progress, Row
 
 BESIDE = 1
 """Frames within which a jump and a snap belong together."""

@@ -8,11 +8,11 @@ import numpy as np
 
 from magfold_env.benchmarks.dynamics import chain_scaling, figures
 from magfold_env.benchmarks.dynamics.chain_contenders import DENSE, SCALAR, missing
-from magfold_env.benchmarks.part import Progress, Row, Table
 from magfold_env.paper.quoted import LONG_POWER, LONGEST, NEAR_LINEAR, NEAR_LINEAR_UP_TO
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
-from magfold_env.plotting import save_figure
-from magfold_env.report_page import Picture
+from magfold_env.reporting.page import Picture
+from magfold_env.reporting.part import Progress, Row, Table
+from magfold_env.reporting.plotting import save_figure
 
 NEAR = 0.25
 """Powers of n that differ by less than this agree."""

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.drawing import COLOURS, numbers, panels
-from magfold_env.benchmarks.part import Row, Table
 from magfold_env.paper import motions
 from magfold_env.paper.both_solvers import DEVICE, OURS, PAIRS, PAPER, measure
 from magfold_env.paper.quoted import ANGLE, DISPLACEMENT, SNAP
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.paper.states import word_of
-from magfold_env.plotting import GRID, INK, figure_class, save_figure
-from magfold_env.report_page import Picture, cell_text
+from magfold_env.reporting.drawing import COLOURS, numbers, panels
+from magfold_env.reporting.page import Picture, cell_text
+from magfold_env.reporting.part import Row, Table
+from magfold_env.reporting.plotting import GRID, INK, figure_class, save_figure
 
 LIKE = 2.0
 """Distances within this factor of the paper's count as like it."""

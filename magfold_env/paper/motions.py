@@ -11,14 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.energy.along import energies_along
 from magfold_env.fold import FoldStatus
+from magfold_env.minimiser.along import energies_along
 from magfold_env.paper import states
 from magfold_env.paper.quoted import COMPUTATIONS, FRAME_RATE, MAGNET_CHARGE, SNAP
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
+from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import angles_to_word, centres
-from magfold_env.simulate import energy, simulate
+from magfold_env.simulation.simulate import energy, simulate
 
 Floats = npt.NDArray[np.float64]
 

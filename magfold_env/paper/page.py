@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple, get_args
 
-from magfold_env.benchmarks.part import Row, Table
 from magfold_env.paper.reproduction import Claim, Measured, Outcome, Reproduction
-from magfold_env.report_page import Block, Entries, Page, Picture, Points, Section
+from magfold_env.reporting.page import Block, Entries, Page, Picture, Points, Section
+from magfold_env.reporting.part import Row, Table
 
 TITLE = "“On planar self-folding magnetic chains”, reproduced"
 

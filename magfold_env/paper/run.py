@@ -9,15 +9,15 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from magfold_env.benchmarks import machine
-from magfold_env.benchmarks.part import Progress
-from magfold_env.benchmarks.report import to_csv
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import physics_digest, write_text
 from magfold_env.paper.page import Done, page
 from magfold_env.paper.parts import PARTS
 from magfold_env.paper.reproduction import Reproduction
-from magfold_env.report_page import write_page
+from magfold_env.reporting import machine
+from magfold_env.reporting.page import write_page
+from magfold_env.reporting.part import Progress
+from magfold_env.reporting.report import to_csv
 
 PAGE, NUMBERS = "paper.html", "paper.json"
 

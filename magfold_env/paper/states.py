@@ -5,10 +5,9 @@ from __future__ import annotations
 from functools import cache
 from typing import Literal
 
-from magfold_env.energy import minimise
-from magfold_env.energy.result import State
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
+from magfold_env.minimiser import minimise
+from magfold_env.minimiser.result import State
+from magfold_env.scene import Scene, load_scene
 
 Model = Literal["literal", "device"]
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from magfold_env.benchmarks.part import Progress, Row, Table
-from magfold_env.energy import minimise
+from magfold_env.minimiser import minimise
 from magfold_env.paper import states
 from magfold_env.paper.figure_7 import drawn, pairs
 from magfold_env.paper.quoted import TABLE_1
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
-from magfold_env.report_page import Picture
+from magfold_env.reporting.page import Picture
+from magfold_env.reporting.part import Progress, Row, Table
 
 SHOWN = 1  # the sequence whose search Figure 6 draws
 

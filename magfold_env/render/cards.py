@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.plotting import GRID, INK
 from magfold_env.render import style
 from magfold_env.render.chain import square
 from magfold_env.render.sheets import Axis, text
-from magfold_env.scene import Scene
-from magfold_env.scene_magnets import FACES
+from magfold_env.reporting.plotting import GRID, INK
+from magfold_env.scene import FACES, Scene
 from magfold_env.shapes import centres
 
 FloatArray = npt.NDArray[np.float64]

@@ -12,8 +12,8 @@ import numpy as np
 
 from magfold_env.ensembles import Ensemble
 from magfold_env.ensembles.bars import Bar, bars
-from magfold_env.plotting import COLOURS, GRID, INK, figure_class, save_figure
 from magfold_env.render.chain import square
+from magfold_env.reporting.plotting import COLOURS, GRID, INK, figure_class, save_figure
 from magfold_env.shapes import centres, headings
 
 SLOTS = 6

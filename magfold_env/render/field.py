@@ -6,8 +6,7 @@ import numpy as np
 
 from magfold_env.render import style
 from magfold_env.render.canvas import Canvas, View
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import FixedMagnet
+from magfold_env.scene import FixedMagnet, Scene
 
 _ROOM = 0.15  # of a fixed magnet's longest side, around it
 _WIDEST = 3.0  # views: a magnet farther away is left out rather than the chain made tiny

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from PIL import Image
 
 from magfold_env.files import replacing
-from magfold_env.plotting import INK, figure_class
+from magfold_env.reporting.plotting import INK, figure_class
 
 WIDTH, HEIGHT = 210.0, 297.0  # of A4 [mm]
 MARGIN = 14.0  # [mm]

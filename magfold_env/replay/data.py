@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.energy.along import energies_along, loaded, turns
 from magfold_env.fold import Fold, Trajectory
+from magfold_env.minimiser.along import energies_along, loaded, turns
 from magfold_env.scene import Scene
-from magfold_env.scene_magnets import Length
+from magfold_env.scene.magnets import Length
 
 _MILLI = 1e3
 _TIME = 6  # digits after the point: µs

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.errors import Problem, SceneError
 from magfold_env.files import physics_digest
 from magfold_env.parallel import Workers, finished
+from magfold_env.scene import Problem, SceneError
 from magfold_env.stress.case import Case
 from magfold_env.stress.kinds import KINDS
 from magfold_env.stress.tally import Tally

@@ -6,8 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from magfold_env.scene import Scene
-from magfold_env.scene_io import save_scene
+from magfold_env.scene import Scene, save_scene
 from magfold_env.stress.kinds import KINDS
 from magfold_env.stress.laws import check
 from magfold_env.stress.source import RandomSource

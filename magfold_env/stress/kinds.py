@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics_laws.random_scenes import designed_sequence
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import Gravity, Solver
+from magfold_env.laws.random_scenes import designed_sequence
+from magfold_env.scene import Gravity, Scene, Solver
 from magfold_env.shapes import overlaps
 from magfold_env.stress.source import Source, logarithmic, numbers
 

@@ -9,14 +9,14 @@ import math
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics_laws import mechanics
-from magfold_env.benchmarks.dynamics_laws.along_folds import Motion, follow
-from magfold_env.benchmarks.dynamics_laws.overlap import deepest_overlap
-from magfold_env.engine.magnet_laws import COULOMB
+from magfold_env.engine.magnets.laws import COULOMB
 from magfold_env.fold import Fold, FoldStatus
+from magfold_env.laws import mechanics
+from magfold_env.laws.along_folds import Motion, follow
+from magfold_env.laws.overlap import deepest_overlap
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, headings
-from magfold_env.simulate import energy, simulate
+from magfold_env.simulation.simulate import energy, simulate
 from magfold_env.stress.symmetries import hold_symmetries
 from magfold_env.stress.verdict import Verdict
 

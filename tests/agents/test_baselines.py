@@ -11,10 +11,10 @@ from agents.baselines.searches import SEARCHES, search_of
 from agents.evaluation.episodes import play
 from agents.evaluation.open_loop import FrozenPolicy, OpenLoop
 from agents.evaluation.policies import RandomPolicy
-from magfold_env.design import gap_designs
-from magfold_env.envs.draws import evaluation_seeds
-from magfold_env.envs.quasistatic_episode import fold
+from magfold_env.designer import gap_designs
+from magfold_env.envs.chains.quasistatic_episode import fold
 from magfold_env.envs.sequence_design import SequenceDesignEnv
+from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.shapes import folded_words
 

@@ -14,7 +14,7 @@ from agents.evaluation.episodes import Outcome, make_env, play
 from agents.evaluation.methods import Method, Results
 from agents.evaluation.policies import DesignPolicy
 from agents.settings.run import EnvSettings, load_settings
-from magfold_env.simulate import simulate
+from magfold_env.simulation.simulate import simulate
 
 runner = CliRunner()
 

@@ -8,10 +8,10 @@ from gymnasium import spaces
 from agents.features import WIDTHS, FromTheMouth
 from agents.training.envs import make_training_envs
 from agents.training.learners import load_model, make_model
-from magfold_env.envs.observation import ObservationLayout
+from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
-from magfold_env.scene_io import load_scene, save_scene
+from magfold_env.scene import load_scene, save_scene
 from tests.agents.training import LEARNERS, tiny
 
 N = 5

@@ -11,8 +11,8 @@ from agents.evaluation.methods import Method
 from agents.evaluation.open_loop import OpenLoop
 from agents.evaluation.report import overall_table, summarise, targets_table, write_results
 from agents.settings.run import EnvSettings
+from magfold_env.reporting.statistics import share
 from magfold_env.shapes import word_to_angles
-from magfold_env.statistics import share
 
 
 def outcome(target: str, success: bool, built: bool | None = None) -> Outcome:

@@ -12,7 +12,7 @@ from agents.evaluation.open_loop import FrozenPolicy
 from agents.evaluation.policies import TrainedPolicy
 from agents.sample_cost import main, measure, success
 from agents.settings.run import EnvSettings
-from magfold_env.envs.draws import evaluation_seeds
+from magfold_env.envs.tasks.draws import evaluation_seeds
 
 SETTINGS = EnvSettings(targets=("LRLLL",))
 BUDGETS = (0, 1, 4)

@@ -8,11 +8,10 @@ from gymnasium import spaces
 from agents.symmetry import VIEWS, FromOneSide, SymmetricPolicy, is_symmetric
 from agents.training.envs import make_training_envs
 from agents.training.learners import load_model, make_model
-from magfold_env.envs.actions import SIGNS
+from magfold_env.envs.spaces.actions import SIGNS
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene, save_scene
+from magfold_env.scene import Scene, load_scene, save_scene
 from magfold_env.shapes import mirror
 from tests.agents.training import LEARNERS, tiny
 

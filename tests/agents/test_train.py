@@ -10,7 +10,7 @@ from agents.evaluation.policies import DesignPolicy, RandomPolicy, TrainedPolicy
 from agents.settings.run import TrainSettings
 from agents.training.learners import save_policy
 from agents.training.run import train
-from magfold_env.envs.draws import episode_seeds
+from magfold_env.envs.tasks.draws import episode_seeds
 
 SETTINGS = TrainSettings.model_validate(
     {

@@ -39,13 +39,14 @@ from magfold_env.benchmarks.magnets.chains import pinned_states
 from magfold_env.benchmarks.magnets.kernels import chain_forces
 from magfold_env.benchmarks.magnets.poses import random_scene
 from magfold_env.benchmarks.magnets.scaling import FOLDED, shapes
-from magfold_env.energy import Landscape
-from magfold_env.engine import batch, recursion
-from magfold_env.engine.pack import pack
-from magfold_env.engine.session import Session
+from magfold_env.engine.chain import lanes as batch
+from magfold_env.engine.chain import recursion
 from magfold_env.engine.workspace import new_nodes, new_rigid, new_work
 from magfold_env.files import write_text
+from magfold_env.minimiser import Landscape
 from magfold_env.shapes import headings
+from magfold_env.simulation.pack import pack
+from magfold_env.simulation.session import Session
 
 STORED = Path(__file__).with_suffix(".json")
 COMPONENTS = 6

@@ -7,9 +7,9 @@ import pytest
 from typer.testing import CliRunner
 
 import magfold_env as mf
-from magfold_env import cli
 from magfold_env.benchmarks.design import friction, lengths, searches, targets
-from magfold_env.design import gap_designs
+from magfold_env.cli import app
+from magfold_env.designer import gap_designs
 from magfold_env.ensembles import release
 from magfold_env.shapes import folded_words
 
@@ -26,7 +26,7 @@ def test_targets_are_judged_beside_the_minimiser(
     if count == 1:
         monkeypatch.setattr(targets, "SELECTION", 2)
     command = ["bench", "design", "--quick", "--only", "targets", "--out", str(tmp_path)]
-    result = CliRunner().invoke(cli.app, command)
+    result = CliRunner().invoke(app.app, command)
     assert result.exit_code == 0, result.output
     rows = json.loads((tmp_path / "design.json").read_text())["parts"]["targets"]["rows"]
     assert {row["mode"] for row in rows} == {"free", "forward", "backward"}

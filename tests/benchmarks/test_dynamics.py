@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env import cli
-from magfold_env.benchmarks import drawing, report
 from magfold_env.benchmarks.dynamics import cases, command, contact_scenes, features, figures
 from magfold_env.benchmarks.dynamics.cases import same_error
 from magfold_env.benchmarks.dynamics.contact_scenes import Effort, fold
@@ -18,7 +16,9 @@ from magfold_env.benchmarks.dynamics.integrators import EULER, prepare_engine
 from magfold_env.benchmarks.dynamics.moreau_only import moreau_only
 from magfold_env.benchmarks.dynamics.smooth import needed
 from magfold_env.benchmarks.dynamics.smooth_problems import SmoothProblem, pendulum
-from magfold_env.benchmarks.part import Part, Table
+from magfold_env.cli import app
+from magfold_env.reporting import drawing, report
+from magfold_env.reporting.part import Part, Table
 
 
 def drawn(part, folder):
@@ -138,13 +138,13 @@ def test_the_command_measures_the_parts_it_is_asked_for(tmp_path, monkeypatch):
     monkeypatch.setattr(command, "PARTS", {"smooth": part, "features": part})
     out = tmp_path / "new" / "folder"
     arguments = ["bench", "dynamics", "--quick", "--only", "smooth", "--out", str(out)]
-    result = CliRunner().invoke(cli.app, arguments)
+    result = CliRunner().invoke(app.app, arguments)
     assert result.exit_code == 0, result.stderr
     assert asked == [True]
     assert "it [holds]" in result.stdout
     assert "Errors [rad]" in result.stdout
     assert (out / "smooth.csv").is_file()
-    wrong = CliRunner().invoke(cli.app, ["bench", "dynamics", "--only", "rest"])
+    wrong = CliRunner().invoke(app.app, ["bench", "dynamics", "--only", "rest"])
     assert wrong.exit_code == 2
     assert "'rest' is not allowed; must be one of smooth, features" in wrong.stderr
 
@@ -152,6 +152,6 @@ def test_the_command_measures_the_parts_it_is_asked_for(tmp_path, monkeypatch):
 def test_missing_extras_are_told_before_the_work(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     monkeypatch.setattr(command, "PARTS", {"features": lambda *_: pytest.fail("measured")})
-    result = CliRunner().invoke(cli.app, ["bench", "dynamics", "--out", str(tmp_path)])
+    result = CliRunner().invoke(app.app, ["bench", "dynamics", "--out", str(tmp_path)])
     assert result.exit_code == 2
     assert "diagrams need matplotlib" in result.stderr

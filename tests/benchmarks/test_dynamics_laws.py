@@ -8,13 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from magfold_env.benchmarks.dynamics_laws import agreement, mechanics, overlap, projection
-from magfold_env.benchmarks.dynamics_laws import random_scenes as scenes
-from magfold_env.energy.contacts import conflicts
-from magfold_env.energy.lattice import from_words
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
-from magfold_env.scene_parts import Casing, Feed
+from magfold_env.laws import agreement, mechanics, overlap, projection
+from magfold_env.laws import random_scenes as scenes
+from magfold_env.minimiser.contacts import conflicts
+from magfold_env.minimiser.lattice import from_words
+from magfold_env.scene import Casing, Feed, Scene, load_scene
 from magfold_env.shapes import mirror, overlaps
 from tests.laws import chains
 

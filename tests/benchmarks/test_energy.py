@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env import cli
 from magfold_env.benchmarks.energy import ground_states, predictors, scan
 from magfold_env.benchmarks.energy.command import PARTS
+from magfold_env.cli import app
 
 
 @pytest.mark.parametrize("name", [*PARTS])
@@ -23,7 +23,7 @@ def test_every_part_runs_and_is_written(
         monkeypatch.setattr(scan, "LENGTH", 5)
         monkeypatch.setattr(predictors, "LENGTHS", (4, 6))
     arguments = ["bench", "energy", "--quick", "--only", name, "--out", str(tmp_path)]
-    result = CliRunner().invoke(cli.app, arguments)
+    result = CliRunner().invoke(app.app, arguments)
     assert result.exit_code == 0, result.stderr
     data = json.loads((tmp_path / "energy.json").read_text(encoding="utf-8"))
     assert data["parts"][name]["rows"]
@@ -31,7 +31,7 @@ def test_every_part_runs_and_is_written(
 
 
 def test_an_unknown_part_is_named() -> None:
-    wrong = CliRunner().invoke(cli.app, ["bench", "energy", "--only", "rest"])
+    wrong = CliRunner().invoke(app.app, ["bench", "energy", "--only", "rest"])
     assert wrong.exit_code == 2
     assert "must be one of scan, ground-states, predictors" in wrong.stderr
 

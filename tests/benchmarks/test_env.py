@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env import cli
 from magfold_env.benchmarks.env import command, overhead, peers
 from magfold_env.benchmarks.env.kernel_clock import KernelClock
 from magfold_env.benchmarks.env.players import (
@@ -23,10 +22,11 @@ from magfold_env.benchmarks.env.players import (
     vector,
 )
 from magfold_env.benchmarks.env.rates import rate_cells, verdict
-from magfold_env.benchmarks.timing import Timing
-from magfold_env.engine.jit import numba_config
-from magfold_env.envs import observation
-from magfold_env.envs.action_table import ActionTable
+from magfold_env.cli import app
+from magfold_env.engine.compile.jit import numba_config
+from magfold_env.envs.spaces import observation
+from magfold_env.envs.spaces.action_table import ActionTable
+from magfold_env.reporting.timing import Timing
 
 OPTIONS = {"fidelity": "quasistatic", "actions": "box"}
 
@@ -137,7 +137,7 @@ def measured(tmp_path_factory):
     def measure(name):
         out = tmp_path_factory.mktemp(name) / "out"
         arguments = ["bench", "env", "--quick", "--only", name, "--out", str(out)]
-        result = CliRunner().invoke(cli.app, arguments)
+        result = CliRunner().invoke(app.app, arguments)
         assert result.exit_code == 0, result.stderr
         data = json.loads((out / "env.json").read_text(encoding="utf-8"))
         return data["parts"][name], {path.name for path in out.iterdir()}
@@ -163,6 +163,6 @@ def test_python_adds_less_than_the_whole_step_takes(measured):
 
 
 def test_unknown_parts_are_told():
-    wrong = CliRunner().invoke(cli.app, ["bench", "env", "--only", "rest"])
+    wrong = CliRunner().invoke(app.app, ["bench", "env", "--only", "rest"])
     assert wrong.exit_code == 2
     assert f"must be one of {', '.join(command.PARTS)}" in wrong.stderr

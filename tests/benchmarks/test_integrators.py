@@ -24,7 +24,7 @@ from magfold_env.benchmarks.dynamics.smooth_problems import (
     overlap,
     pendulum,
 )
-from magfold_env.simulate import accelerations, forces
+from magfold_env.simulation.simulate import accelerations, forces
 
 SHORT = 0.1  # [s] of the pendulum's swing
 

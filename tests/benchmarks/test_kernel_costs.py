@@ -3,7 +3,7 @@
 import pytest
 
 from magfold_env.benchmarks.dynamics.fold_cost import KINDS
-from magfold_env.engine.jit import numba_config
+from magfold_env.engine.compile.jit import numba_config
 from tests.benchmarks import kernel_costs
 from tests.benchmarks.kernel_costs import (
     beyond,

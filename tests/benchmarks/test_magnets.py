@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env import cli
-from magfold_env.benchmarks import drawing
 from magfold_env.benchmarks.magnets import (
     accuracy,
     casings,
@@ -28,7 +26,9 @@ from magfold_env.benchmarks.magnets.casings import Sums, sample_of
 from magfold_env.benchmarks.magnets.chains import Chain, joint_torques, pinned_states
 from magfold_env.benchmarks.magnets.kernels import Loads
 from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB, installed
-from magfold_env.scene_parts import Magnets
+from magfold_env.cli import app
+from magfold_env.reporting import drawing
+from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
 from tests.benchmarks.magnet_pairs import SIDE, alike
 
@@ -237,7 +237,7 @@ def measured(request, tmp_path_factory):
     def measure(name):
         out = tmp_path_factory.mktemp(name) / "out"
         arguments = ["bench", "magnets", "--quick", "--only", name, "--out", str(out)]
-        result = CliRunner().invoke(cli.app, arguments)
+        result = CliRunner().invoke(app.app, arguments)
         assert result.exit_code == 0, result.stderr
         data = json.loads((out / "magnets.json").read_text(encoding="utf-8"))
         return data["parts"][name], {path.name for path in out.iterdir()}
@@ -278,6 +278,6 @@ def test_parts_without_rows_have_no_diagram(tmp_path):
 
 
 def test_unknown_parts_are_told():
-    wrong = CliRunner().invoke(cli.app, ["bench", "magnets", "--only", "rest"])
+    wrong = CliRunner().invoke(app.app, ["bench", "magnets", "--only", "rest"])
     assert wrong.exit_code == 2
     assert f"must be one of {', '.join(command.PARTS)}" in wrong.stderr

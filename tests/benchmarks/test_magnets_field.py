@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from magfold_env.benchmarks.magnets import reference
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import MU0, Field, FixedMagnet
+from magfold_env.scene import Field, FixedMagnet, Scene
+from magfold_env.scene.parts import MU0
 from tests.benchmarks.magnet_pairs import SIDE, unequal
 
 FIXED = FixedMagnet(

@@ -7,8 +7,7 @@ from magfold_env.benchmarks.dynamics import dense
 from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.casings import sample_of
 from magfold_env.benchmarks.magnets.magpylib_peer import Peer, installed
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import Magnets
+from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres
 from tests.benchmarks.magnet_pairs import SIDE, alike, unequal
 from tests.engine import reference as engine_reference

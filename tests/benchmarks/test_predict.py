@@ -8,9 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 import magfold_env as mf
-from magfold_env import cli
 from magfold_env.benchmarks.predict import experiment, predictors, scaling, scenes
 from magfold_env.benchmarks.predict.predictors import DYNAMICS, Case
+from magfold_env.cli import app
 
 
 def _silent(share: float, what: str) -> None:
@@ -23,7 +23,7 @@ def test_the_experiment_is_written_and_drawn(
     pytest.importorskip("matplotlib.figure")
     monkeypatch.setattr(experiment, "QUICK_RUNS", 2)
     command = ["bench", "predict", "--quick", "--only", "experiment", "--out", str(tmp_path)]
-    result = CliRunner().invoke(cli.app, command)
+    result = CliRunner().invoke(app.app, command)
     assert result.exit_code == 0, result.output
     rows = json.loads((tmp_path / "predict.json").read_text())["parts"]["experiment"]["rows"]
     cases = {(row["sequence"], row["mode"]) for row in rows}

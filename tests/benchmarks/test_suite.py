@@ -10,17 +10,17 @@ from pathlib import Path
 
 import pytest
 
-from magfold_env.benchmarks import machine
-from magfold_env.benchmarks.about import About
-from magfold_env.benchmarks.part import Part, Progress, Table
-from magfold_env.benchmarks.runner import Benchmark
 from magfold_env.benchmarks.suite import command, plan
 from magfold_env.benchmarks.suite.done import Done
 from magfold_env.benchmarks.suite.page import tone
 from magfold_env.benchmarks.suite.plan import LEFT_OUT, Entry
-from magfold_env.benchmarks.timing import Spread
 from magfold_env.checkpoint import CheckpointError
-from magfold_env.cli_bench import BENCHMARKS
+from magfold_env.cli.bench import BENCHMARKS
+from magfold_env.reporting import machine
+from magfold_env.reporting.about import About
+from magfold_env.reporting.part import Part, Progress, Table
+from magfold_env.reporting.runner import Benchmark
+from magfold_env.reporting.timing import Spread
 
 pytest.importorskip("matplotlib.figure")
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks import machine
-from magfold_env.benchmarks.timing import (
+from magfold_env.reporting import machine
+from magfold_env.reporting.timing import (
     Timing,
     enough_repeats,
     ratio,

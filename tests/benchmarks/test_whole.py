@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks import drawing
 from magfold_env.benchmarks.whole import floor, motions, scenes, settings, skipping, work_precision
 from magfold_env.benchmarks.whole.figures import DRAWINGS
 from magfold_env.benchmarks.whole.front import fastest, front, without_luck
 from magfold_env.benchmarks.whole.settings import Setting, settings_of
 from magfold_env.benchmarks.whole.work_precision import BEHIND, END, WAY, Effort
-from magfold_env.engine.session import Session
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import Magnets, Solver
+from magfold_env.reporting import drawing
+from magfold_env.scene import Magnets, Scene, Solver
+from magfold_env.simulation.session import Session
 
 SMALL = Effort(2, (1e-2, 1e-4), (1e-2, 1e-3), (1 / 1200,), (1e-7, 1e-6), 2)
 

@@ -13,7 +13,7 @@ from magfold_env import files
 from magfold_env.checkpoint import CheckpointError
 from magfold_env.ensembles import generator, many, release
 from magfold_env.parallel import Backend
-from magfold_env.scene_parts import Spreads
+from magfold_env.scene import Spreads
 from tests.killed import run_until_killed
 
 FREE = mf.load_scene("paper/sequence-1").replace(
@@ -153,9 +153,9 @@ def test_the_digest_follows_the_sources(tmp_path: Path, monkeypatch: pytest.Monk
     shutil.copytree(package, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(files, "__file__", str(tmp_path / "copy" / "files.py"))
     first = files.physics_digest()
-    (tmp_path / "copy" / "cli.py").write_text("")
+    (tmp_path / "copy" / "cli" / "app.py").write_text("")
     assert files.physics_digest() == first
-    kernel = tmp_path / "copy" / "engine" / "feed.py"
+    kernel = tmp_path / "copy" / "engine" / "chain" / "feed.py"
     kernel.write_text(kernel.read_text() + "\n")
     assert files.physics_digest() != first
 

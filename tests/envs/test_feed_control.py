@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.envs.baseline import CANDIDATE_SPEEDS
-from magfold_env.envs.control_episode import INTERVAL, ControlEpisode, replay
-from magfold_env.envs.control_setup import HORIZON
-from magfold_env.envs.control_tasks import ControlTask, read_tasks
+from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
+from magfold_env.envs.control.episode import INTERVAL, ControlEpisode, replay
+from magfold_env.envs.control.pushed_session import PushedSession
 from magfold_env.envs.feed_control import FeedControlEnv
-from magfold_env.envs.make_control_tasks import DRAWS, count_words
-from magfold_env.envs.pushed_session import PushedSession
-from magfold_env.envs.randomisation import randomised
+from magfold_env.envs.tasks.control_setup import HORIZON
+from magfold_env.envs.tasks.control_tasks import ControlTask, read_tasks
+from magfold_env.envs.tasks.make_control_tasks import DRAWS, count_words
+from magfold_env.envs.tasks.randomisation import randomised
 
 SEQUENCE = ("NNNS", "NSSS", "NNNS", "SSNN", "SNNN", "SSSN")
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.envs.goals import goal_of
-from magfold_env.envs.options import Fidelity
-from magfold_env.envs.reward import Shaping
+from magfold_env.envs.tasks.goals import goal_of
+from magfold_env.envs.tasks.options import Fidelity
+from magfold_env.envs.tasks.reward import Shaping
 from magfold_env.envs.tube_feed import TubeFeedEnv
 
 

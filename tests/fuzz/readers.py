@@ -21,9 +21,9 @@ from agents.evaluation.open_loop import FrozenPolicy
 from agents.evaluation.policies import TrainedPolicy
 from agents.settings.run import load_settings
 from agents.training.archive import read_archive, write_archive
-from magfold_env.design.evidence import Evidence
-from magfold_env.design.result import Design
-from magfold_env.design.suites import load_suite
+from magfold_env.designer.evidence import Evidence
+from magfold_env.designer.result import Design
+from magfold_env.designer.suites import load_suite
 from magfold_env.ensembles import Ensemble, ensemble
 from magfold_env.files import configs_dir
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import magfold_env as mf
-from magfold_env import cli
-from magfold_env.envs.control_tasks import read_tasks
-from magfold_env.envs.targets import resolve_targets
+from magfold_env.cli import app
+from magfold_env.envs.tasks.control_tasks import read_tasks
+from magfold_env.envs.tasks.targets import resolve_targets
 from tests.fuzz.mutations import VALUES
 
 patient = settings(
@@ -48,7 +48,7 @@ def test_options_are_taken_or_refused(command: str, data: st.DataObject, quick: 
     given = data.draw(st.fixed_dictionaries(needed, optional=pairs))
     arguments = [] if command == "stress" else [quick]
     options = [part for pair in given.items() for part in pair]
-    result = CliRunner().invoke(cli.app, [command, *arguments, *options])
+    result = CliRunner().invoke(app.app, [command, *arguments, *options])
     assert result.exit_code in {0, 1, 2}, result.exception
     assert result.exception is None or isinstance(result.exception, SystemExit)
     assert "Traceback" not in result.output
@@ -81,6 +81,6 @@ def told(make: Callable[[], object]) -> str:
 def test_folders_in_the_place_of_files_are_refused() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for command in ("fold", "minimise", "ensemble"):
-            result = CliRunner().invoke(cli.app, [command, str(Path(folder))])
+            result = CliRunner().invoke(app.app, [command, str(Path(folder))])
             assert result.exit_code == 2
             assert "Traceback" not in result.output

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from magfold_env.engine import feed, integrator
-from magfold_env.engine.session import Session
+from magfold_env.engine.chain import feed
 from magfold_env.engine.state import LO, STEPS, TIME
+from magfold_env.engine.stepping import integrator
+from magfold_env.simulation.session import Session
 
 
 def states(session: Session) -> Iterator[Session]:

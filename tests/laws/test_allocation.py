@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from numba.core.runtime.nrt import rtsys
 
-from magfold_env.engine import feed, integrator
-from magfold_env.engine.session import Session
+from magfold_env.engine.chain import feed
 from magfold_env.engine.state import LO, STEPS, TIME
-from magfold_env.scene_io import load_scene
+from magfold_env.engine.stepping import integrator
+from magfold_env.scene import load_scene
+from magfold_env.simulation.session import Session
 
 pytestmark = pytest.mark.laws
 

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from magfold_env.engine.session import Session
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import Casing, Solver
+from magfold_env.scene import Casing, Scene, Solver
 from magfold_env.shapes import centres
+from magfold_env.simulation.session import Session
 from tests.laws.chains import kinetic, momentum
 
 pytestmark = pytest.mark.laws

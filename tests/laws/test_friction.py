@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from magfold_env.engine.session import Session
 from magfold_env.fold import FoldStatus
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
-from magfold_env.simulate import simulate
+from magfold_env.scene import Scene, load_scene
+from magfold_env.simulation.session import Session
+from magfold_env.simulation.simulate import simulate
 
 pytestmark = pytest.mark.laws
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from magfold_env.benchmarks.dynamics_laws import limits
-from magfold_env.benchmarks.dynamics_laws.free_motion import momentum_errors, reversal_error
-from magfold_env.benchmarks.dynamics_laws.impacts import impact_error
-from magfold_env.benchmarks.dynamics_laws.rest import creep
+from magfold_env.laws import limits
+from magfold_env.laws.free_motion import momentum_errors, reversal_error
+from magfold_env.laws.impacts import impact_error
+from magfold_env.laws.rest import creep
 
 pytestmark = pytest.mark.laws
 

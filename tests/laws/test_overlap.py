@@ -5,7 +5,7 @@ import pytest
 
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres
-from magfold_env.simulate import simulate
+from magfold_env.simulation.simulate import simulate
 from tests.laws.chains import squares_overlap
 
 pytestmark = pytest.mark.laws

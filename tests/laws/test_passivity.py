@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from magfold_env.engine.session import Session
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
+from magfold_env.scene import Scene, load_scene
+from magfold_env.simulation.session import Session
 from tests.laws.chains import kinetic
 from tests.laws.stepping import states
 from tests.laws.test_conservation import momentum_of, thrown

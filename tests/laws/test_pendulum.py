@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from magfold_env.engine import dormand_prince, integrator
 from magfold_env.engine.outcomes import REACHED
-from magfold_env.engine.session import Session
 from magfold_env.engine.state import STEP, STEPS
+from magfold_env.engine.stepping import dormand_prince, integrator
 from magfold_env.engine.workspace import new_state, new_work
-from magfold_env.scene_io import load_scene
-from magfold_env.simulate import simulate
+from magfold_env.scene import load_scene
+from magfold_env.simulation.session import Session
+from magfold_env.simulation.simulate import simulate
 from tests.laws.chains import kinetic, pinned_accelerations, potential
 
 pytestmark = pytest.mark.laws

@@ -7,8 +7,8 @@ a little and final angles of misfolds by tenths of a degree.
 import numpy as np
 import pytest
 
-from magfold_env.scene_io import load_scene
-from magfold_env.simulate import simulate
+from magfold_env.scene import load_scene
+from magfold_env.simulation.simulate import simulate
 from tests.laws import reference_simulation as reference
 from tests.laws.reference_kernels import SLOW, run
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from magfold_env.benchmarks.dynamics_laws.random_scenes import random_scene
-from magfold_env.simulate import simulate
+from magfold_env.laws.random_scenes import random_scene
+from magfold_env.simulation.simulate import simulate
 
 pytestmark = pytest.mark.laws
 

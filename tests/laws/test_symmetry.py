@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
+from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import mirror, reverse
-from magfold_env.simulate import simulate
+from magfold_env.simulation.simulate import simulate
 
 pytestmark = pytest.mark.laws
 

@@ -4,9 +4,9 @@ from functools import partial
 
 import pytest
 
-from magfold_env.benchmarks.dynamics_laws.random_scenes import random_scene
 from magfold_env.fold import FoldStatus
-from magfold_env.simulate import simulate
+from magfold_env.laws.random_scenes import random_scene
+from magfold_env.simulation.simulate import simulate
 
 thoroughly = partial(pytest.param, marks=pytest.mark.slow)
 

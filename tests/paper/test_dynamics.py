@@ -7,7 +7,6 @@ import pytest
 
 from magfold_env.benchmarks.dynamics.chain_contenders import DENSE, SCALAR
 from magfold_env.benchmarks.dynamics.integrators import EULER, VERLET
-from magfold_env.benchmarks.part import Row
 from magfold_env.paper import (
     figure_11,
     figure_12,
@@ -18,7 +17,8 @@ from magfold_env.paper import (
     pendulum,
 )
 from magfold_env.paper.reproduction import Measured
-from magfold_env.report_page import PNG_START
+from magfold_env.reporting.page import PNG_START
+from magfold_env.reporting.part import Row
 from tests.paper.measured import changed, outcomes
 
 CASES = (motions.HALF, motions.WHOLE)

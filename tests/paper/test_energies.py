@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from magfold_env.energy import minimise
+from magfold_env.minimiser import minimise
 from magfold_env.paper import figure_7, figure_19, states, table_1
 from magfold_env.paper.reproduction import Measured
-from magfold_env.report_page import PNG_START
+from magfold_env.reporting.page import PNG_START
 from tests.paper.measured import changed, outcomes
 
 

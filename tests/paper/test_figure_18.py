@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.part import Row
 from magfold_env.paper import figure_18
 from magfold_env.paper.reproduction import Measured
+from magfold_env.reporting.part import Row
+from magfold_env.reporting.statistics import share
 from magfold_env.shapes import centres, headings, mirror, reverse, word_to_angles
-from magfold_env.statistics import share
 from tests.paper.measured import outcomes
 
 Ends = dict[tuple[int, str], list[tuple[str, str, int]]]

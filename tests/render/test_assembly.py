@@ -9,11 +9,11 @@ import pytest
 from PIL import Image
 
 import magfold_env as mf
-from magfold_env.energy import minimise
-from magfold_env.plotting import figure_class
+from magfold_env.minimiser import minimise
 from magfold_env.render import save_sheet, style
 from magfold_env.render.assembly import LONGEST, predicted, simulated
 from magfold_env.render.cards import HEIGHT, WIDTH, card_scale, draw_card, draw_fold
+from magfold_env.reporting.plotting import figure_class
 from magfold_env.shapes import headings, word_to_angles
 
 pytest.importorskip("matplotlib.figure")

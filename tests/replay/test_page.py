@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.energy.along import energies_along
+from magfold_env.minimiser.along import energies_along
 from magfold_env.replay import write_html
 from magfold_env.replay.data import page_data
 from tests.folds import FREE, recorded

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from magfold_env.checkpoint import CheckpointError
-from magfold_env.scene_io import load_scene
+from magfold_env.scene import load_scene
 from magfold_env.stress import campaign, laws
 from magfold_env.stress.campaign import BLOCK, ordered, run
 from magfold_env.stress.case import Case

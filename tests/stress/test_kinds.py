@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics_laws.overlap import deepest_overlap
+from magfold_env.laws.overlap import deepest_overlap
 from magfold_env.shapes import headings
 from magfold_env.stress.case import Case
 from magfold_env.stress.kinds import KINDS

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics_laws.along_folds import Motion, follow
 from magfold_env.fold import Fold, FoldStatus
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
+from magfold_env.laws.along_folds import Motion, follow
+from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import headings
 from magfold_env.stress import laws, symmetries
 from magfold_env.stress.verdict import Verdict

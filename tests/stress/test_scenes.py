@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from magfold_env.scene_io import load_scene
+from magfold_env.scene import load_scene
 from magfold_env.stress.case import Case
 from magfold_env.stress.kinds import KINDS
 from magfold_env.stress.laws import check

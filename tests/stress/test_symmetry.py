@@ -6,7 +6,7 @@ from hypothesis import given, settings
 
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres, headings
-from magfold_env.simulate import energy
+from magfold_env.simulation.simulate import energy
 from magfold_env.stress.symmetry import mirrored, seen_from_other_end, turned
 from tests.stress.drawn import scenes
 

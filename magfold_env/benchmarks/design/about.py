@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from magfold_env.benchmarks.about import About
+from magfold_env.reporting.about import About
 
 ABOUT = {
     "targets": About(

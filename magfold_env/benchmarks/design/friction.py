@@ -6,11 +6,11 @@ from collections import Counter
 
 import numpy as np
 
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.design.annealing import anneal_sequence
-from magfold_env.design.choice import Choice
+from magfold_env.designer.annealing import anneal_sequence
+from magfold_env.designer.choice import Choice
 from magfold_env.ensembles import ensemble, release
-from magfold_env.scene_io import load_scene
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.scene import load_scene
 from magfold_env.shapes import folded_words
 
 LENGTHS, QUICK_LENGTHS = (6, 8, 10, 12, 16), (6, 8)

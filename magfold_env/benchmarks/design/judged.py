@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from magfold_env.design import Design
+from magfold_env.designer import Design
 from magfold_env.ensembles import ensemble
 
 

@@ -8,12 +8,12 @@ from typing import get_args
 import numpy as np
 
 from magfold_env.benchmarks.design.judged import judged
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.design import design
-from magfold_env.design.make_suites import suite_words
-from magfold_env.design.task import default_scene
-from magfold_env.energy.result import Mode
-from magfold_env.scene_io import load_scene
+from magfold_env.designer import design
+from magfold_env.designer.make_suites import suite_words
+from magfold_env.designer.task import default_scene
+from magfold_env.minimiser.result import Mode
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.scene import load_scene
 
 COUNTS = {8: 15, 10: 15, 12: 50, 16: 9}
 QUICK = {8: 2}

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from magfold_env.benchmarks.design.judged import judged
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.design import Design, design
-from magfold_env.scene_io import load_scene
+from magfold_env.designer import Design, design
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.scene import load_scene
 from magfold_env.shapes import folded_words
 
 QUICK_WORDS, WORDS = 1, 9

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import get_args
 
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.design import GapDesign, design, gap_designs
-from magfold_env.design.choice import Choice
-from magfold_env.design.task import SPEEDS
-from magfold_env.energy.result import Mode
+from magfold_env.designer import GapDesign, design, gap_designs
+from magfold_env.designer.choice import Choice
+from magfold_env.designer.task import SPEEDS
 from magfold_env.ensembles import ensemble, release
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
+from magfold_env.minimiser.result import Mode
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.statistics import Share
+from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import folded_words
-from magfold_env.statistics import Share
 
 RUNS = 100
 SELECTION = 16

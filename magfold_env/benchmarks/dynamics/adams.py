@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from magfold_env.engine.dynamics import smooth_accelerations
-from magfold_env.engine.jit import allocating_kernel
+from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array, Model, Work
+from magfold_env.engine.stepping.dynamics import smooth_accelerations
 
 HIGHEST = 12  # order of the predictor
 SHORTEST = 1e-15  # step, as a share of the whole time

@@ -18,8 +18,8 @@ from magfold_env.benchmarks.dynamics.integrators import (
     prepare_engine,
 )
 from magfold_env.benchmarks.dynamics.smooth_problems import PARTS, SmoothProblem
-from magfold_env.benchmarks.timing import take_turns
 from magfold_env.engine.state import Array
+from magfold_env.reporting.timing import take_turns
 
 ENGINE = "engine"
 FEWEST_STEPS = 64

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from magfold_env.benchmarks.dynamics.chain_problem import GRAVITY, ChainProblem
-from magfold_env.engine import batch, recursion
-from magfold_env.engine.jit import allocating_kernel
+from magfold_env.engine.chain import lanes as batch
+from magfold_env.engine.chain import recursion
+from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array, Bodies
 
 SCALAR = "magfold, one chain"

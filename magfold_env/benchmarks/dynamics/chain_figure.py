@@ -6,7 +6,7 @@ from typing import Any
 
 from magfold_env.benchmarks.dynamics.chain_contenders import LANES, SCALAR
 from magfold_env.benchmarks.dynamics.chain_scaling import OVERHEAD
-from magfold_env.benchmarks.part import Row
+from magfold_env.reporting.part import Row
 
 # Okabe and Ito's colours, which all kinds of sight tell apart.
 COLOURS = ("#0072b2", "#56b4e9", "#d55e00", "#009e73", "#cc79a7")

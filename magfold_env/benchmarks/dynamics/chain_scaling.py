@@ -24,9 +24,9 @@ from magfold_env.benchmarks.dynamics.chain_contenders import (
     missing,
 )
 from magfold_env.benchmarks.dynamics.chain_problem import random_problem
-from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
-from magfold_env.benchmarks.timing import Spread, Task, spread_of, take_turns
 from magfold_env.engine.state import Array
+from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.timing import Spread, Task, spread_of, take_turns
 
 NAME = "scaling"
 LENGTHS = (1, 2, 6, 20, 60, 200, 450, 1000, 3000, 10_000)

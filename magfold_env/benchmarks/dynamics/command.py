@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from magfold_env.benchmarks import runner
 from magfold_env.benchmarks.dynamics import (
     chain_scaling,
     contact_scenes,
@@ -18,7 +17,8 @@ from magfold_env.benchmarks.dynamics import (
 )
 from magfold_env.benchmarks.dynamics.about import ABOUT
 from magfold_env.benchmarks.dynamics.runge_kutta import dop853
-from magfold_env.benchmarks.runner import Runner
+from magfold_env.reporting import runner
+from magfold_env.reporting.runner import Runner
 
 PARTS: dict[str, Runner] = {
     "scaling": chain_scaling.run,

@@ -18,13 +18,12 @@ import numpy as np
 
 from magfold_env.benchmarks.dynamics.features import finish
 from magfold_env.benchmarks.dynamics.moreau_only import moreau_only
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.benchmarks.timing import take_turns
-from magfold_env.engine.session import Session
 from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.timing import take_turns
+from magfold_env.scene import Scene, load_scene
+from magfold_env.simulation.session import Session
 
 FINER = 30.0
 STEPS_ALLOWED = 10_000_000  # the accuracy of the reference must not be cut short by the work cap

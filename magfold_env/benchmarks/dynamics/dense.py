@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from magfold_env.engine.state import Array
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import MU0, Magnets
+from magfold_env.scene import Magnets, Scene
+from magfold_env.scene.parts import MU0
 from magfold_env.shapes import centres
 
 FACE_ANGLES = np.radians([45.0, 135.0, -135.0, -45.0])

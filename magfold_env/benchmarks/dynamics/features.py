@@ -15,15 +15,14 @@ from typing import Any
 import numpy as np
 
 from magfold_env.benchmarks.dynamics.fixed_step import double_euler
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.benchmarks.timing import Task, take_turns
-from magfold_env.engine.pack import pack
-from magfold_env.engine.session import Session
 from magfold_env.engine.state import Array
 from magfold_env.engine.workspace import new_work
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.timing import Task, take_turns
+from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import headings
+from magfold_env.simulation.pack import pack
+from magfold_env.simulation.session import Session
 
 SEQUENCE = "paper/sequence-3"
 DURATION = 1.0  # [s] at most, from the last release

@@ -6,7 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.drawing import (
+from magfold_env.benchmarks.dynamics.cases import ENGINE
+from magfold_env.benchmarks.dynamics.chain_figure import draw_scaling
+from magfold_env.benchmarks.dynamics.contact_scenes import METHODS, clear
+from magfold_env.reporting.drawing import (
     COLOURS,
     INK,
     MARKERS,
@@ -15,10 +18,7 @@ from magfold_env.benchmarks.drawing import (
     numbers,
     panels,
 )
-from magfold_env.benchmarks.dynamics.cases import ENGINE
-from magfold_env.benchmarks.dynamics.chain_figure import draw_scaling
-from magfold_env.benchmarks.dynamics.contact_scenes import METHODS, clear
-from magfold_env.benchmarks.part import Row
+from magfold_env.reporting.part import Row
 
 
 def draw_smooth(rows: list[Row]) -> Any:

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
+from magfold_env.reporting.part import Part, Progress, Row, Table
 
 LIMITS = {"first use": 60.0, "later use": 3.0}  # [s]
 LATER = 5

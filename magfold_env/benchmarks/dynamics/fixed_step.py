@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from magfold_env.engine.dynamics import smooth_accelerations
-from magfold_env.engine.jit import allocating_kernel
+from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array, Model, Work
+from magfold_env.engine.stepping.dynamics import smooth_accelerations
 
 MIDPOINT_ITERATIONS = 100
 MIDPOINT_ACCURACY = 1e-13

@@ -14,13 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from magfold_env.benchmarks.dynamics.features import finish
-from magfold_env.benchmarks.dynamics_laws.random_scenes import designed_sequence
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.benchmarks.timing import Task, take_turns
-from magfold_env.engine.session import Session
 from magfold_env.fold import Fold, FoldStatus
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import Solver
+from magfold_env.laws.random_scenes import designed_sequence
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.timing import Task, take_turns
+from magfold_env.scene import Scene, Solver
+from magfold_env.simulation.session import Session
 
 COMPONENTS = 6
 FRICTION = 0.35

@@ -13,8 +13,8 @@ from magfold_env.benchmarks.dynamics.fixed_step import (
 )
 from magfold_env.benchmarks.dynamics.runge_kutta import dop853, dp54, runge_kutta
 from magfold_env.benchmarks.dynamics.smooth_problems import SmoothProblem
-from magfold_env.engine.session import Session
 from magfold_env.engine.state import Array, Model, Work
+from magfold_env.simulation.session import Session
 
 Fixed = Callable[[Model, Work, Array, float, int], int]
 Adaptive = Callable[[Model, Work, Array, float, float], int]

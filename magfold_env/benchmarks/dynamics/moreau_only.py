@@ -13,9 +13,10 @@ from types import FunctionType
 from typing import Any, cast
 from unittest import mock
 
-from magfold_env.engine import integrator, session
-from magfold_env.engine.jit import kernel
+from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.state import TOUCHY, Model, Record, State, Work
+from magfold_env.engine.stepping import integrator
+from magfold_env.simulation import session
 
 ENDLESS = 2**60  # steps
 PATIENCE = "PATIENCE"  # the engine's name for the steps taken so after a contact
@@ -33,7 +34,7 @@ def patient_advance() -> Callable[[Model, State, Work, Record, float], int]:
     """
     source: Any = cast("Any", integrator.advance).py_func
     if PATIENCE not in source.__globals__:
-        raise LookupError(f"magfold_env.engine.integrator has no {PATIENCE} to set")
+        raise LookupError(f"magfold_env.engine.stepping.integrator has no {PATIENCE} to set")
     changed = FunctionType(source.__code__, {**source.__globals__, PATIENCE: ENDLESS})
     # Compiled results are kept by name: the name must not be that of the engine's own loop.
     changed.__qualname__ = "advance_by_moreau"

@@ -12,8 +12,8 @@ import numpy as np
 from magfold_env.benchmarks.dynamics.integrators import ADAPTIVE, DOP853, Integrator
 from magfold_env.benchmarks.dynamics.smooth import EXACT
 from magfold_env.benchmarks.dynamics.smooth_problems import SmoothProblem, magnetic_chain
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.engine.state import Array
+from magfold_env.reporting.part import Part, Progress, Row, Table
 
 ARCS = (1, 4, 16)
 TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(4, 23))

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.engine import dormand_prince
-from magfold_env.engine.dynamics import smooth_accelerations
-from magfold_env.engine.jit import allocating_kernel
+from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array, Model, Work
+from magfold_env.engine.stepping import dormand_prince
+from magfold_env.engine.stepping.dynamics import smooth_accelerations
 
 SAFETY = 0.9
 SHRINK, GROW = 0.2, 5.0

@@ -32,8 +32,8 @@ from magfold_env.benchmarks.dynamics.smooth_problems import (
     magnetic_chain,
     pendulum,
 )
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.benchmarks.timing import Spread, Timing, ratio, take_turns
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.timing import Spread, Timing, ratio, take_turns
 
 DEFAULT = 1e-3  # tolerance of a scene that names none [rad]
 EXACT = 1e-13

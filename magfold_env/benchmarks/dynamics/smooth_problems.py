@@ -9,14 +9,13 @@ from itertools import combinations
 
 import numpy as np
 
-from magfold_env.engine.boxes import APART
-from magfold_env.engine.pack import pack
+from magfold_env.engine.contact.boxes import APART
 from magfold_env.engine.state import Array, Model, Work
 from magfold_env.engine.workspace import new_work
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
+from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import centres
-from magfold_env.simulate import simulate
+from magfold_env.simulation.pack import pack
+from magfold_env.simulation.simulate import simulate
 
 GRAVITY = 9.81  # [m/s²] of the time unit √(d/g)
 PERIODS = 6.0  # length of a run in that unit

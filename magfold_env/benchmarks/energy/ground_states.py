@@ -7,9 +7,9 @@ import time
 import numpy as np
 
 from magfold_env.benchmarks.energy.scenes import random_scene
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.benchmarks.timing import spread_of
-from magfold_env.energy import ground_state
+from magfold_env.minimiser import ground_state
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.timing import spread_of
 
 NAME = "ground-states"
 LENGTHS = {12: 21, 16: 21, 20: 21, 24: 21, 28: 5, 30: 3}  # number of sequences of each length

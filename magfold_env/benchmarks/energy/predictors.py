@@ -7,9 +7,9 @@ from contextlib import suppress
 import numpy as np
 
 from magfold_env.benchmarks.energy.scenes import random_scene
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.energy import descend, ground_state, minimise
-from magfold_env.energy.result import Mode
+from magfold_env.minimiser import descend, ground_state, minimise
+from magfold_env.minimiser.result import Mode
+from magfold_env.reporting.part import Part, Progress, Row, Table
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from magfold_env.benchmarks.energy.scenes import random_scene, random_signs
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.benchmarks.timing import Task, take_turns
-from magfold_env.energy import Landscape
 from magfold_env.engine.state import Array
+from magfold_env.minimiser import Landscape
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.timing import Task, take_turns
 from magfold_env.shapes import folded_words
 
 NAME = "scan"

@@ -27,8 +27,8 @@ from magfold_env.benchmarks.env.players import (
     vector,
 )
 from magfold_env.benchmarks.env.rates import rate_cells, verdict
-from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
-from magfold_env.benchmarks.timing import Task, ratio, take_turns
+from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.timing import Task, ratio, take_turns
 
 NAME = "episodes"
 LENGTHS = (4, 6, 8, 12)

@@ -17,10 +17,10 @@ import numpy as np
 
 from magfold_env.benchmarks.env.kernel_clock import KernelClock
 from magfold_env.benchmarks.env.players import TUBE_FEED, Vector, drawn_actions, step_vector, vector
-from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
-from magfold_env.benchmarks.timing import Task, Timing, take_turns
 from magfold_env.engine.state import Array
-from magfold_env.envs.options import Fidelity
+from magfold_env.envs.tasks.options import Fidelity
+from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.timing import Task, Timing, take_turns
 
 NAME = "overhead"
 COUNTS = (1, 4, 16, 64, 256)

@@ -13,8 +13,8 @@ from typing import Any
 
 from magfold_env.benchmarks.env.players import TUBE_FEED, episode_length, single, stepping
 from magfold_env.benchmarks.env.rates import rate_cells
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.benchmarks.timing import Task, take_turns
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.timing import Task, take_turns
 
 NAME = "peers"
 SEED = 41

@@ -10,8 +10,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
-from magfold_env.benchmarks.timing import Task
 from magfold_env.envs import register_envs
+from magfold_env.reporting.timing import Task
 
 TUBE_FEED = "MagFold/TubeFeed-v0"
 ENVS = 64

@@ -7,8 +7,8 @@ from itertools import product
 
 from magfold_env.benchmarks.env.players import ENVS, TUBE_FEED, stepping
 from magfold_env.benchmarks.env.rates import rate_cells, verdict
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.benchmarks.timing import Task, take_turns
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.timing import Task, take_turns
 
 NAME = "quasistatic"
 FORMS = {"single": None, f"vector of {ENVS}": ENVS}

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from magfold_env.benchmarks.part import Row
-from magfold_env.benchmarks.timing import Timing
+from magfold_env.reporting.part import Row
+from magfold_env.reporting.timing import Timing
 
 
 def rate_cells(what: str, taken: Timing, count: float) -> Row:

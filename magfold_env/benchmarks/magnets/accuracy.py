@@ -21,11 +21,10 @@ from magfold_env.benchmarks.magnets.poses import (
     random_shape,
     unfolded,
 )
-from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
-from magfold_env.benchmarks.timing import Task, take_turns
 from magfold_env.engine.state import Array
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import Magnets
+from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.timing import Task, take_turns
+from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres
 
 NAME = "accuracy"

@@ -10,13 +10,12 @@ import numpy as np
 
 from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.kernels import Loads, sum_forces
-from magfold_env.benchmarks.timing import enough_repeats
-from magfold_env.engine.pack import charges, quadrature_of
-from magfold_env.engine.quadrature import Rule, choose_rule
 from magfold_env.engine.state import Array, Pose
 from magfold_env.engine.workspace import new_nodes
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import Magnets
+from magfold_env.reporting.timing import enough_repeats
+from magfold_env.scene import Magnets, Scene
+from magfold_env.simulation.pack import charges, quadrature_of
+from magfold_env.simulation.quadrature import Rule, choose_rule
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,12 +8,12 @@ import numpy as np
 
 from magfold_env.benchmarks.magnets.casings import new_loads, pose_of
 from magfold_env.benchmarks.magnets.kernels import Loads, States, chain_forces
-from magfold_env.benchmarks.timing import Task, enough_repeats
-from magfold_env.engine.pack import pack
 from magfold_env.engine.state import Array, IntArray
 from magfold_env.engine.workspace import new_nodes, new_rigid
+from magfold_env.reporting.timing import Task, enough_repeats
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres
+from magfold_env.simulation.pack import pack
 
 
 class Chain:

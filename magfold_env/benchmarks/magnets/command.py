@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from magfold_env.benchmarks import runner
 from magfold_env.benchmarks.magnets import (
     accuracy,
     devices,
@@ -17,7 +16,8 @@ from magfold_env.benchmarks.magnets import (
     scaling,
 )
 from magfold_env.benchmarks.magnets.about import ABOUT
-from magfold_env.benchmarks.runner import Runner
+from magfold_env.reporting import runner
+from magfold_env.reporting.runner import Runner
 
 PARTS: dict[str, Runner] = {
     "accuracy": accuracy.run,

@@ -12,8 +12,8 @@ import numpy as np
 from magfold_env.benchmarks.magnets.chains import Chain, pinned_states
 from magfold_env.benchmarks.magnets.poses import random_scene
 from magfold_env.benchmarks.magnets.scaling import AT_STOPS, FOLDED, UNFOLDED, shapes
-from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
-from magfold_env.benchmarks.timing import Timing, ratio, take_turns
+from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.timing import Timing, ratio, take_turns
 from magfold_env.scene import Scene
 
 NAME = "devices"

@@ -21,11 +21,11 @@ import numpy as np
 from magfold_env.benchmarks.magnets.casings import Sample, Sums
 from magfold_env.benchmarks.magnets.poses import random_scene
 from magfold_env.benchmarks.magnets.scaling import FOLDED, UNFOLDED, shapes
-from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
-from magfold_env.benchmarks.timing import Task, Timing, ratio, take_turns
-from magfold_env.engine.quadrature import Rule, choose_rule
-from magfold_env.scene_parts import Magnets
+from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.timing import Task, Timing, ratio, take_turns
+from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
+from magfold_env.simulation.quadrature import Rule, choose_rule
 
 NAME = "far"
 EXACT = 1e-6  # bound under whose nodes the far field's errors are found

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from magfold_env.benchmarks.drawing import COLOURS, INK, MARKERS, Drawing, numbers, panels
 from magfold_env.benchmarks.magnets.accuracy import BOUND, NODES, POINTS
 from magfold_env.benchmarks.magnets.devices import DEFAULT
 from magfold_env.benchmarks.magnets.far import NONE, ORDERS
@@ -13,7 +12,8 @@ from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB
 from magfold_env.benchmarks.magnets.peers import DYNAMICS, SUMS
 from magfold_env.benchmarks.magnets.points import CHARGES, PAPER, SHOWN, rows_at
 from magfold_env.benchmarks.magnets.scaling import LONG, STEEPEST
-from magfold_env.benchmarks.part import Row
+from magfold_env.reporting.drawing import COLOURS, INK, MARKERS, Drawing, numbers, panels
+from magfold_env.reporting.part import Row
 
 FLUSH = "force between two flush opposite faces"
 SMALLEST = 1e-8  # error that is drawn; below it the reference's own may show

@@ -12,17 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics_laws.stepping import SteppedSession
 from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.chains import Chain, joint_torques
 from magfold_env.benchmarks.magnets.kernels import Loads, States
-from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
-from magfold_env.benchmarks.timing import take_turns
-from magfold_env.engine.feed import place_all
-from magfold_env.engine.pack import pack
+from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.state import LO, Array, IntArray, Pose
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
+from magfold_env.laws.stepping import SteppedSession
+from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.timing import take_turns
+from magfold_env.scene import Scene, load_scene
+from magfold_env.simulation.pack import pack
 
 NAME = "fold"
 BOUNDS = (1e-2, 1e-3, 1e-4)

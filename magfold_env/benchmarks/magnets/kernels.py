@@ -8,11 +8,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from magfold_env.engine.chain_magnets import add_chain_forces
-from magfold_env.engine.jit import allocating_kernel
-from magfold_env.engine.magnets import add_forces
-from magfold_env.engine.near_faces import level_pair
-from magfold_env.engine.outer_field import add_field
+from magfold_env.engine.compile.jit import allocating_kernel
+from magfold_env.engine.magnets.chain import add_chain_forces
+from magfold_env.engine.magnets.near_faces import level_pair
+from magfold_env.engine.magnets.outer_field import add_field
+from magfold_env.engine.magnets.pairs import add_forces
 from magfold_env.engine.state import Array, IntArray, Magnets, Model, Nodes, Pose, Rigid
 
 

@@ -21,10 +21,10 @@ from magfold_env.benchmarks.magnets.kernels import Loads
 from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB, Mesh, Peer, installed
 from magfold_env.benchmarks.magnets.poses import random_scene
 from magfold_env.benchmarks.magnets.scaling import FOLDED, UNFOLDED, shapes
-from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
-from magfold_env.benchmarks.timing import Spread, Task, Timing, ratio, take_turns
 from magfold_env.engine.state import Array
-from magfold_env.scene_parts import Magnets
+from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.timing import Spread, Task, Timing, ratio, take_turns
+from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
 
 NAME = "peers"

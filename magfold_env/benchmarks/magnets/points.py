@@ -14,15 +14,14 @@ import numpy as np
 from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.kernels import face_force
 from magfold_env.benchmarks.magnets.poses import random_scene
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.energy import minimise
-from magfold_env.engine.magnet_laws import COULOMB
-from magfold_env.engine.pack import pack_magnets
+from magfold_env.engine.magnets.laws import COULOMB
 from magfold_env.engine.state import Magnets as Faces
 from magfold_env.engine.state import Nodes
 from magfold_env.engine.workspace import new_nodes
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import Magnets
+from magfold_env.minimiser import minimise
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.scene import Magnets, Scene
+from magfold_env.simulation.pack import pack_magnets
 
 NAME = "points"
 CHARGES = (1, 2, 3, 5, 10, 30)

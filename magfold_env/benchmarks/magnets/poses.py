@@ -8,8 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from magfold_env.engine.state import Array
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import Magnets
+from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres, folded_words, word_to_angles
 from magfold_env.shapes import headings as joint_headings
 

@@ -17,8 +17,8 @@ from typing import Self
 import numpy as np
 
 from magfold_env.engine.state import Array, IntArray
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import MU0, FixedMagnet, Magnets
+from magfold_env.scene import FixedMagnet, Magnets, Scene
+from magfold_env.scene.parts import MU0
 
 FACE_NORMALS = np.radians([45.0, 135.0, -135.0, -45.0])  # from the heading
 FACES = 8  # of a casing: four outer ones, then their inner counterparts

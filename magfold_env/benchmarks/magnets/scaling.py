@@ -17,11 +17,10 @@ import numpy as np
 from magfold_env.benchmarks.magnets.chains import Chain, pinned_states
 from magfold_env.benchmarks.magnets.poses import folded, random_sequence, unfolded
 from magfold_env.benchmarks.magnets.reference import FACES
-from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
-from magfold_env.benchmarks.timing import take_turns
 from magfold_env.engine.state import Array
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import Magnets
+from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.timing import take_turns
+from magfold_env.scene import Magnets, Scene
 
 NAME = "scaling"
 LENGTHS = (2, 6, 20, 60, 200, 450, 1000, 3000, 10_000)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from magfold_env.benchmarks.drawing import Drawing
-from magfold_env.benchmarks.part import Row
 from magfold_env.benchmarks.predict.experiment import bar_of
 from magfold_env.ensembles.bars import Bar
+from magfold_env.reporting.drawing import Drawing
+from magfold_env.reporting.part import Row
 
 
 def draw_experiment(rows: list[Row]) -> Any:

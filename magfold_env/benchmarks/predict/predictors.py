@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.predict.scenes import MODES, SEQUENCES, paper_scene, random_scenes
-from magfold_env.energy.result import Mode
 from magfold_env.ensembles import Ensemble, ensemble, predictions
 from magfold_env.ensembles.predictions import PREDICTORS
 from magfold_env.fold import FoldStatus
+from magfold_env.minimiser.result import Mode
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.statistics import share
 from magfold_env.scene import Scene
-from magfold_env.statistics import share
 
 MANY, FEW, SCENES = 25, 5, 100
 QUICK_MANY, QUICK_SCENES = 6, 2

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import time
 
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
 from magfold_env.benchmarks.predict.scenes import paper_scene
-from magfold_env.engine.session import Session
 from magfold_env.ensembles import ensemble, generator
 from magfold_env.parallel import Backend
+from magfold_env.reporting.part import Part, Progress, Row, Table
 from magfold_env.scene import Scene
+from magfold_env.simulation.session import Session
 
 RUNS, QUICK_RUNS = 1000, 50
 _COUNTS = (2, 4, 8, 16, 32, 64)

@@ -6,11 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from magfold_env.energy.result import Mode
 from magfold_env.ensembles import release
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
-from magfold_env.scene_parts import Spreads
+from magfold_env.minimiser.result import Mode
+from magfold_env.scene import Scene, Spreads, load_scene
 
 MODES: tuple[Mode, ...] = ("free", "forward", "backward")
 SEQUENCES = (1, 2, 3)

@@ -10,15 +10,15 @@ from pathlib import Path
 from rich.console import Console
 from rich.markup import escape
 
-from magfold_env.benchmarks import drawing, machine, report
-from magfold_env.benchmarks.runner import FILE_WIDTH, run_part
 from magfold_env.benchmarks.suite.done import Done
 from magfold_env.benchmarks.suite.pace import measure_pace
 from magfold_env.benchmarks.suite.page import page
 from magfold_env.benchmarks.suite.plan import BENCHMARKS, Effort, Entry, entries
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import write_text
-from magfold_env.report_page import write_page
+from magfold_env.reporting import drawing, machine, report
+from magfold_env.reporting.page import write_page
+from magfold_env.reporting.runner import FILE_WIDTH, run_part
 
 PAGE, RESULTS = "report.html", "bench.json"
 

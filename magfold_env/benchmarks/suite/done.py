@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from magfold_env.benchmarks.part import Cell, Part, Row, Table
+from magfold_env.reporting.part import Cell, Part, Row, Table
 
 
 @dataclass(frozen=True)

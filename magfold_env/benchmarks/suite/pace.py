@@ -7,9 +7,9 @@ on numbers that fit into the cache.
 
 from __future__ import annotations
 
-from magfold_env.benchmarks.timing import Spread, take_turns
 from magfold_env.benchmarks.whole.floor import prepare_swing
 from magfold_env.benchmarks.whole.skipping import variants
+from magfold_env.reporting.timing import Spread, take_turns
 
 ROUNDS = 9
 

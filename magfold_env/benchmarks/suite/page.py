@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from magfold_env.benchmarks.part import Row, Table
 from magfold_env.benchmarks.suite.done import Done
 from magfold_env.benchmarks.suite.plan import LEFT_OUT, Effort, Entry
-from magfold_env.report_page import (
+from magfold_env.reporting.page import (
     Block,
     Entries,
     Page,
@@ -21,6 +20,7 @@ from magfold_env.report_page import (
     Tone,
     Verdict,
 )
+from magfold_env.reporting.part import Row, Table
 
 LEAD = (
     "This page is made by one command, which runs every benchmark of magfold_env: a simulator of "

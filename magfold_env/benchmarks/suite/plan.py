@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Literal
 
-from magfold_env.benchmarks.about import About
-from magfold_env.benchmarks.runner import Benchmark, Runner
+from magfold_env.reporting.about import About
+from magfold_env.reporting.runner import Benchmark, Runner
 
 Effort = Literal["quick", "full"]
 

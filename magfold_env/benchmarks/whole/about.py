@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from magfold_env.benchmarks.about import About
+from magfold_env.reporting.about import About
 
 ABOUT = {
     "work-precision": About(
@@ -22,7 +22,7 @@ ABOUT = {
         "exactly there at any setting, so at its end the loosest setting that finds the right "
         "shape wins; how sure it finds it, one scene cannot tell.",
         "What the model itself leaves out: the reference is the same model. How reliable a "
-        "setting is over many scenes: python -m magfold_env.benchmarks.dynamics_laws.agreement "
+        "setting is over many scenes: python -m magfold_env.laws.agreement "
         "counts that. The paper's solver stops joints by snapping them, so it does not converge "
         "to this reference.",
     ),

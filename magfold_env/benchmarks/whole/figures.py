@@ -7,7 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.drawing import (
+from magfold_env.benchmarks.dynamics.contact_scenes import NUDGE
+from magfold_env.benchmarks.whole import skipping, work_precision
+from magfold_env.benchmarks.whole.skipping import ALLOWED, EVERYTHING, FLOOR, ONE, TOGETHER
+from magfold_env.reporting.drawing import (
     COLOURS,
     GRID,
     INK,
@@ -17,10 +20,7 @@ from magfold_env.benchmarks.drawing import (
     numbers,
     panels,
 )
-from magfold_env.benchmarks.dynamics.contact_scenes import NUDGE
-from magfold_env.benchmarks.part import Row
-from magfold_env.benchmarks.whole import skipping, work_precision
-from magfold_env.benchmarks.whole.skipping import ALLOWED, EVERYTHING, FLOOR, ONE, TOGETHER
+from magfold_env.reporting.part import Row
 
 ACROSS = 5  # panels beside each other
 TALLEST = 4.0  # [rad] of an error: beyond half a turn all are alike

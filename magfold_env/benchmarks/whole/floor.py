@@ -13,17 +13,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.engine import recursion
 from magfold_env.engine.arrays import copy
-from magfold_env.engine.by_pointer import by_pointer, write_down
-from magfold_env.engine.dormand_prince import ERROR, ORDER, STAGES, WEIGHT
-from magfold_env.engine.jit import inlined, kernel
-from magfold_env.engine.pack import pack
-from magfold_env.engine.stages import LOCAL, SLOW
+from magfold_env.engine.chain import recursion
+from magfold_env.engine.compile.by_pointer import by_pointer, write_down
+from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Array, Bodies
-from magfold_env.engine.step_limits import EASY, LONGEST_STEP
+from magfold_env.engine.stepping.dormand_prince import ERROR, ORDER, STAGES, WEIGHT
+from magfold_env.engine.stepping.stages import LOCAL, SLOW
+from magfold_env.engine.stepping.step_limits import EASY, LONGEST_STEP
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings
+from magfold_env.simulation.pack import pack
 
 GROWTH = 5.0  # of a step at most
 FIRST = 0.1  # step, in units of the inverse of a typical rate

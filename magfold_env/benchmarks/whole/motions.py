@@ -14,10 +14,10 @@ import numpy as np
 from magfold_env.benchmarks.dynamics.contact_scenes import CLOSE, FRAME_RATE, NUDGE, nudged
 from magfold_env.benchmarks.dynamics.features import finish
 from magfold_env.benchmarks.whole.settings import Setting, has_accuracy
-from magfold_env.engine.session import Session
 from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
 from magfold_env.scene import Scene
+from magfold_env.simulation.session import Session
 
 LOOSER = 10.0
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
-from magfold_env.scene_parts import Magnets, Solver
+from magfold_env.scene import Magnets, Scene, Solver, load_scene
 
 LONGEST = 1.0  # [s] simulated after the last release; most folds rest before that
 SWING = 0.3  # [s] of the pendulum, seven times √(d/g): longer swings are chaotic

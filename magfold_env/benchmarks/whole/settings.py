@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from magfold_env.scene import Scene
-from magfold_env.scene_parts import Magnets, Solver
+from magfold_env.scene import Magnets, Scene, Solver
 
 STEPS_ALLOWED = 10_000_000  # accuracy must not be cut short by the work cap
 

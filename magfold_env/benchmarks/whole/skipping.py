@@ -17,12 +17,11 @@ from typing import Any
 import numpy as np
 
 from magfold_env.benchmarks.dynamics.features import FRAME_RATE, SEED, finish
-from magfold_env.benchmarks.part import Part, Progress, Row, Table
-from magfold_env.benchmarks.timing import Spread, Task, Timing, ratio, take_turns
 from magfold_env.benchmarks.whole import floor
-from magfold_env.engine.session import Session
-from magfold_env.scene import Scene
-from magfold_env.scene_io import load_scene
+from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.timing import Spread, Task, Timing, ratio, take_turns
+from magfold_env.scene import Scene, load_scene
+from magfold_env.simulation.session import Session
 
 NAME = "skipping"
 SEQUENCE = "paper/sequence-3"

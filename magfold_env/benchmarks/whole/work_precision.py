@@ -17,15 +17,15 @@ import numpy as np
 
 from magfold_env.benchmarks.dynamics.contact_scenes import CLOSE, NUDGE
 from magfold_env.benchmarks.dynamics.features import finish
-from magfold_env.benchmarks.part import Part, Progress, Row, Table, Tick, begin_case
-from magfold_env.benchmarks.timing import Task, Timing, ratio, take_turns
 from magfold_env.benchmarks.whole.front import fastest, front, without_luck
 from magfold_env.benchmarks.whole.motions import Reference, recorded, reference
 from magfold_env.benchmarks.whole.scenes import drawn, named_scenes
 from magfold_env.benchmarks.whole.settings import Setting, settings_of
-from magfold_env.engine.session import Session
 from magfold_env.engine.state import Array
+from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.timing import Task, Timing, ratio, take_turns
 from magfold_env.scene import Scene
+from magfold_env.simulation.session import Session
 
 NAME = "work-precision"
 ALLOWED = 1.5  # times the front's run time that the default may take

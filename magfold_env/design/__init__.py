@@ -1,8 +1,0 @@
-"""Design: magnets, and a feed speed, with which a chain folds into a wanted shape."""
-
-from magfold_env.design.designer import design
-from magfold_env.design.evidence import Evidence
-from magfold_env.design.gap import GapDesign, gap_designs
-from magfold_env.design.result import Design
-
-__all__ = ["Design", "Evidence", "GapDesign", "design", "gap_designs"]

@@ -1,0 +1,135 @@
+"""Compute the shipped target suites: ``python -m magfold_env.designer.make_suites`` (an hour).
+
+What was found is kept in a folder as it is found, so that a run that was stopped goes on.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, get_args
+
+import numpy as np
+import typer
+from rich.progress import Progress
+
+from magfold_env.checkpoint import Checkpoint
+from magfold_env.designer.designer import design
+from magfold_env.designer.result import Design
+from magfold_env.designer.suites import Kind, Suite, Witness, save_suite
+from magfold_env.designer.task import SPEEDS, default_scene
+from magfold_env.ensembles import ensemble, release
+from magfold_env.files import configs_dir, physics_digest
+from magfold_env.minimiser.result import Mode
+from magfold_env.parallel import Workers, finished
+from magfold_env.shapes import folded_words
+
+LENGTHS = (6, 8, 10, 12, 16)
+WORDS = 50
+"""Of longer chains: drawn evenly, seed 0, of all fully folded ones. Of six components all 26."""
+
+RELEASES = 20
+ENOUGH = 18
+"""Successes of a sequence found by energy that make a search with releases unnecessary."""
+
+_COMMENT = """{count} of the {of} fully folded words of {n} components{how}. Each with witnesses: a
+sequence whose only ground state it is (gap in J), one of which it is the only stable word, and for
+each mode of release a sequence and a feed speed (m/s) with which the suite's scene folds into it;
+of the releases counted none was used in a search.
+Made by: python -m magfold_env.designer.make_suites"""
+
+BUDGET = 600
+"""Releases of a search that is necessary: two generations of cross-entropy at most."""
+
+Witnesses = dict[Kind, Witness]
+
+
+def main(
+    lengths: Annotated[list[int] | None, typer.Argument()] = None,
+    workers: int = 2,
+    state: Path = Path("runs/suites"),
+) -> None:
+    """Design for every target of the suites, and write them to the folder of settings."""
+    with Progress() as progress:
+        for n in lengths or LENGTHS:
+            words = suite_words(n)
+            kept = Checkpoint(state / f"n{n}", {"kind": f"suite n{n}", "physics": physics_digest()})
+            found: dict[str, Witnesses] = {
+                word: {kind: Witness(**each) for kind, each in witnesses.items()}
+                for word, witnesses in kept.load()
+            }
+            bar = progress.add_task(f"n{n}", total=len(words), completed=len(found))
+            missing = [word for word in words if word not in found]
+            for place, witnesses in finished(witnesses_for, missing, Workers(workers)):
+                found[missing[place]] = witnesses
+                plain = {kind: each.model_dump(mode="json") for kind, each in witnesses.items()}
+                kept.add([missing[place], plain])
+                progress.advance(bar)
+            kept.save()
+            suite = Suite(scene_name=default_scene(n), words={word: found[word] for word in words})
+            path = configs_dir() / "suites" / f"n{n}.yaml"
+            save_suite(suite, path, _comment(n))
+            progress.console.print(str(path))
+
+
+def suite_words(n: int) -> list[str]:
+    """Return the words of the suite of n components, sorted."""
+    words = folded_words(n)
+    if len(words) <= WORDS:
+        return words
+    rng = np.random.default_rng(0)
+    return sorted(rng.choice(words, WORDS, replace=False).tolist())
+
+
+def witnesses_for(word: str) -> Witnesses:
+    """Search for the witnesses of a word."""
+    held = design(word, objective="unique", runs=0, workers=1)
+    ground = held if held.evidence and held.evidence.ground else _by_gap(word)
+    gap = ground.evidence.gap if ground.evidence else None
+    found: Witnesses = {
+        "ground": Witness(sequence=ground.sequence, gap=gap) if ground.reached else _none(ground),
+        "unique": Witness(sequence=held.sequence) if held.reached else _none(held),
+    }
+    modes: tuple[Mode, ...] = get_args(Mode)
+    for mode in modes:
+        released = _released(held, mode) if held.reached else None
+        if released is None or (released.successes or 0) < ENOUGH:
+            released = _designed(word, mode)
+        found[mode] = released
+    return found
+
+
+def _by_gap(word: str) -> Design:
+    return design(word, objective="gap", runs=0, workers=1)
+
+
+def _released(held: Design, mode: Mode) -> Witness:
+    """Release a sequence that was found by energy."""
+    assert held.scene is not None
+    speed = None if mode == "free" else SPEEDS[0]
+    made = ensemble(release(held.scene, mode, speed), RELEASES, held.releases_seed, workers=1)
+    hits = made.probability(held.target, "folded").successes
+    return Witness(sequence=held.sequence, speed=speed, successes=hits, releases=RELEASES)
+
+
+def _designed(word: str, mode: Mode) -> Witness:
+    found = design(word, mode=mode, budget=BUDGET, runs=RELEASES, workers=1)
+    if found.scene is None or found.probability is None:
+        return _none(found)
+    speed = found.speed if isinstance(found.speed, float) else None
+    hits = found.probability.successes
+    return Witness(sequence=found.sequence, speed=speed, successes=hits, releases=RELEASES)
+
+
+def _none(found: Design) -> Witness:
+    return Witness(certificate=found.certificate)
+
+
+def _comment(n: int) -> str:
+    words = folded_words(n)
+    count = min(len(words), WORDS)
+    how = "" if count == len(words) else ", drawn evenly (NumPy's default generator, seed 0)"
+    return _COMMENT.format(count=count, of=len(words), n=n, how=how)
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,142 @@
+"""Target suites: fixed lists of words, with witnesses that each can be made, or why it cannot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import Field, field_validator, model_validator
+
+from magfold_env.files import configs_dir, write_text
+from magfold_env.reporting.statistics import Share, share
+from magfold_env.scene import Problem, Scene, SceneError, load_scene
+from magfold_env.scene.base import Part
+from magfold_env.scene.io import read_part
+from magfold_env.shapes import overlaps, parse_word
+
+Kind = Literal["ground", "unique", "forward", "backward", "free"]
+"""What a witness shows. The target is the only ground state of its sequence, or the only stable
+word; or a chain with it settles so when it is released in one of the three modes."""
+
+
+class Witness(Part):
+    """A sequence that makes a target, or the proof that there is none."""
+
+    sequence: tuple[str, ...] | None = None
+    """The components, component 1 first; None if none was found."""
+    speed: float | None = None
+    """Feed speed [m/s]."""
+    gap: float | None = None
+    """For `ground`: distance to the next word [J]."""
+    successes: Annotated[int, Field(ge=0)] | None = None
+    """For the modes of release: how many of the `releases` settled as the target."""
+    releases: Annotated[int, Field(ge=1)] | None = None
+    """None of them was used in the search."""
+    certificate: str = ""
+    """Why there is no such sequence; empty if that is not proved."""
+
+    @field_validator("sequence", mode="before")
+    @classmethod
+    def _split(cls, value: object) -> object:
+        return tuple(value.split()) if isinstance(value, str) else value
+
+    @property
+    def probability(self) -> Share | None:
+        """Of settling as the target; None where no chain was released."""
+        if self.successes is None or self.releases is None:
+            return None
+        return share(self.successes, self.releases)
+
+
+class Suite(Part):
+    """Words of one length that are to be made of one scene."""
+
+    scene_name: str
+    """A shipped scene, or the path of one."""
+    words: dict[str, dict[Kind, Witness]]
+    """The targets, in their order, with their witnesses."""
+
+    @model_validator(mode="after")
+    def _check_words(self) -> Suite:
+        lengths = {len(word) for word in self.words}
+        problems = [
+            Problem(f"words.{word}", word, "must not overlap")
+            for word in self.words
+            if overlaps(parse_word(word))
+        ]
+        if len(lengths) != 1:
+            problems.append(
+                Problem("words", sorted(lengths), "must be of one length, at least one")
+            )
+        problems += [
+            Problem(
+                f"words.{word}.{kind}", witness.sequence, f"must have {len(word) + 1} components"
+            )
+            for word, witnesses in self.words.items()
+            for kind, witness in witnesses.items()
+            if witness.sequence is not None and len(witness.sequence) != len(word) + 1
+        ]
+        if problems:
+            raise SceneError(problems)
+        return self
+
+    @property
+    def n(self) -> int:
+        """Number of components."""
+        return len(next(iter(self.words))) + 1
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """The words, in their order."""
+        return tuple(self.words)
+
+    def scene(self) -> Scene:
+        """Return the scene, with a placeholder for a sequence."""
+        return load_scene(self.scene_name).replace(sequence=("NNNN",) * self.n)
+
+
+def suite_names() -> list[str]:
+    """Return the names of the shipped suites, shortest chains first."""
+    return sorted((path.stem for path in _folder().glob("*.yaml")), key=lambda s: (len(s), s))
+
+
+def load_suite(name_or_path: str | Path) -> Suite:
+    """Read a target suite.
+
+    Parameters
+    ----------
+    name_or_path
+        The name of a shipped suite ("n6") or the path of a YAML file.
+
+    Raises
+    ------
+    SceneError
+        If there is no such suite or file, or if it is not valid.
+    """
+    path = Path(name_or_path)
+    if isinstance(name_or_path, str) and name_or_path in suite_names():
+        path = _folder() / f"{name_or_path}.yaml"
+    if not path.is_file():
+        raise SceneError(f"{name_or_path}: no such suite; shipped: {', '.join(suite_names())}")
+    return read_part(path, Suite)
+
+
+def save_suite(suite: Suite, path: str | Path, comment: str) -> None:
+    """Write a suite as YAML under some lines of comment."""
+    data: dict[str, Any] = {"scene_name": suite.scene_name, "words": {}}
+    for word, witnesses in suite.words.items():
+        data["words"][word] = {kind: _plain(witness) for kind, witness in witnesses.items()}
+    head = "".join(f"# {line}\n" for line in comment.splitlines())
+    write_text(path, head + yaml.safe_dump(data, sort_keys=False, width=200))
+
+
+def _plain(witness: Witness) -> dict[str, Any]:
+    found = witness.model_dump(exclude_defaults=True)
+    if witness.sequence is not None:
+        found["sequence"] = " ".join(witness.sequence)
+    return found
+
+
+def _folder() -> Path:
+    return configs_dir() / "suites"

@@ -1,0 +1,164 @@
+"""What a design is asked for, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import get_args
+
+import numpy as np
+
+from magfold_env.designer.result import Objective, Search
+from magfold_env.ensembles import release
+from magfold_env.minimiser.landscape import refuse_field
+from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser.sequence_space import LONGEST_OF_ALL
+from magfold_env.scene import Problem, Scene, SceneError, load_scene
+from magfold_env.shapes import cells, is_fully_folded, parse_word
+
+SPEEDS: tuple[float, ...] = (0.2, 0.5, 0.08, 0.03)
+"""Feed speeds that a design may choose from if none are given [m/s]."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A target and all that a search for it depends on."""
+
+    target: str
+    scene: Scene
+    """As it is released, but for sequence and speed."""
+    mode: Mode
+    objective: Objective
+    search: Search
+    seed: int
+    speeds: tuple[float, ...]
+    """Feed speeds to choose from [m/s]; none where no tube feeds, or energies decide."""
+    budget: int
+    """Releases of the search."""
+    goal: float
+    """Probability that is enough."""
+    runs: int
+    """Releases that the result is judged by."""
+
+    @property
+    def enough(self) -> float:
+        """Share of successes that ends the search: what was selected does worse afterwards."""
+        return 0.5 * (1.0 + self.goal)
+
+    @property
+    def searching_seed(self) -> int:
+        """Seed of the releases that choices are selected on."""
+        return self._seeds[0]
+
+    @property
+    def releases_seed(self) -> int:
+        """Seed of the releases that the result is judged by."""
+        return self._seeds[1]
+
+    @property
+    def _seeds(self) -> list[int]:
+        return np.random.SeedSequence(self.seed).generate_state(2).tolist()
+
+    @property
+    def impossible(self) -> str:
+        """Why no sequence can make the target what it shall be; empty if one might."""
+        places = [tuple(cell) for cell in cells(self.target).tolist()]
+        for j, place in enumerate(places):
+            if place in places[:j]:
+                return f"components {places.index(place) + 1} and {j + 1} would lie in one place"
+        if not is_fully_folded(self.target):
+            straight = self.target.index("S") + 1
+            if self.objective == "probability":
+                return f"joint {straight} is straight, and a chain that settles so has misfolded"
+            if self.objective == "unique":
+                return f"joint {straight} is straight, and a stable word is fully folded"
+        return ""
+
+
+def task_for(  # noqa: PLR0913 - all that a search depends on
+    target: str,
+    scene: Scene | None,
+    mode: Mode,
+    objective: Objective,
+    *,
+    search: Search | None,
+    seed: int,
+    speeds: Sequence[float] | None,
+    budget: int,
+    goal: float,
+    runs: int,
+) -> Task:
+    """Check what is asked for and fill in what was left out.
+
+    Raises
+    ------
+    SceneError
+        If an argument is not allowed.
+    ValueError
+        If the target is no word, or the scene has an external field.
+    """
+    n = len(parse_word(target)) + 1
+    problems = [
+        *_not_one_of("objective", objective, get_args(Objective)),
+        *_not_one_of("search", search, (None, *get_args(Search))),
+        *_out_of_range("seed", seed, seed >= 0, "at least 0"),
+        *_out_of_range("budget", budget, budget >= 1, "at least 1"),
+        *_out_of_range("runs", runs, runs >= 0, "at least 0"),
+        *_out_of_range("goal", goal, 0.0 < goal <= 1.0, "above 0 and at most 1"),
+        *_out_of_range("speeds", speeds, speeds is None or len(speeds) > 0, "None or not empty"),
+    ]
+    if n < 2:
+        problems.append(Problem("target", target, "must have at least one letter"))
+    if search == "exhaustive" and n > LONGEST_OF_ALL:
+        most = f"must be annealing or cross-entropy for more than {LONGEST_OF_ALL} components"
+        problems.append(Problem("search", search, most))
+    if search == "cross-entropy" and objective != "probability":
+        problems.append(
+            Problem("search", search, f"must be exhaustive or annealing for objective {objective}")
+        )
+    if speeds is not None and (mode == "free" or objective != "probability"):
+        allowed = "must be left out unless a tube feeds and the objective is probability"
+        problems.append(Problem("speeds", speeds, allowed))
+    if problems:
+        raise SceneError(problems)
+    scene = load_scene(default_scene(n)) if scene is None else scene
+    # Whatever the poles: a sequence of the target's length.
+    released = release(scene.replace(sequence=("NNNN",) * n, start_angles=None), mode)
+    refuse_field(released)
+    chosen: tuple[float, ...] = ()
+    if mode != "free" and objective == "probability":
+        chosen = SPEEDS if speeds is None else tuple(speeds)
+    for speed in chosen:
+        released.replace(feed={"speed": speed})  # raises if it is not allowed
+    return Task(
+        target,
+        released,
+        mode,
+        objective,
+        search or _usual_search(n),
+        seed,
+        chosen,
+        budget,
+        goal,
+        runs,
+    )
+
+
+def default_scene(n: int) -> str:
+    """Return the name of the shipped scene that chains of n components are designed for."""
+    return "design" if n <= LONGEST_OF_ALL else "design-long"
+
+
+def _usual_search(n: int) -> Search:
+    return "exhaustive" if n <= LONGEST_OF_ALL else "annealing"
+
+
+def _not_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Problem]:
+    choices = list(allowed)
+    if value in choices:
+        return []
+    return [Problem(key, value, f"must be one of {', '.join(str(each) for each in choices)}")]
+
+
+def _out_of_range(key: str, value: object, fits: bool, allowed: str) -> list[Problem]:
+    return [] if fits else [Problem(key, value, f"must be {allowed}")]

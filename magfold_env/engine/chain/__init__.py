@@ -1,0 +1,1 @@
+"""The articulated chain: recursion, many chains side by side, feed and momentum."""

@@ -1,0 +1,1 @@
+"""Contact: squares against squares and the tube, joint stops, impacts."""

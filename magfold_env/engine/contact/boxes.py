@@ -1,0 +1,217 @@
+"""Squares, walls and a fixed magnet as boxes with rounded corners, and how far apart they are.
+
+A box is a *core* with sharp corners, widened by a radius. The gap of two boxes is the distance of
+their cores less both radii, and that distance is always one of a corner of one core from the other
+core.
+
+Neighbours meet only at their stops. Components two or three apart cannot overlap while the stops
+between them hold (``tests/engine/contact/test_boxes.py`` searches for a counterexample), so pairs
+start at four apart. On the lattice of folded shapes many squares touch exactly where joint stops
+already hold them. Squares therefore collide only when they overlap by `SHRINK` of their side:
+contacts that repeat the stops never act.
+"""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.state import Model, Pose, Work
+
+APART = 4
+OBSTACLES = 3  # the tube's two walls and the fixed magnet, in this order
+SHRINK = 1e-4
+OVERLAP = 1e-3  # share of the side: deeper, and squares overlap
+FACE_C = math.sqrt(0.5)  # a square's first face looks 45° to the left of its heading
+
+
+@inlined
+def first_box(lo: int) -> int:
+    """Return the first component that others may meet.
+
+    The one in the mouth leaves room beside it, so the next in the tube is within reach too.
+    """
+    return max(lo - 2, 0)
+
+
+@kernel
+def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
+    """Cores of the squares of components ``first`` on, then of the obstacles.
+
+    A box has a centre, an axis (c, s) and half sizes along it and across.
+    """
+    n = model.n
+    half = 0.5 * (1.0 - SHRINK) * model.side - model.rounding
+    for i in range(first, n):
+        work.box_x[i] = pose.x[i]
+        work.box_y[i] = pose.y[i]
+        work.box_c[i] = FACE_C * (pose.cos[i] - pose.sin[i])
+        work.box_s[i] = FACE_C * (pose.sin[i] + pose.cos[i])
+        work.box_a[i] = half
+        work.box_b[i] = half
+    if model.tube:
+        length = 2.0 * n * model.bodies.length[0]
+        radius = wall_rounding(model)
+        for k in range(2):
+            sign = 1.0 - 2.0 * k
+            work.box_x[n + k] = -0.5 * length
+            work.box_y[n + k] = sign * 0.5 * (model.bore + model.wall)
+            work.box_c[n + k] = 1.0
+            work.box_s[n + k] = 0.0
+            work.box_a[n + k] = 0.5 * length - radius
+            work.box_b[n + k] = 0.5 * model.wall - radius
+    if model.field.solid:
+        radius = magnet_rounding(model)
+        work.box_x[n + 2] = model.field.centre_x
+        work.box_y[n + 2] = model.field.centre_y
+        work.box_c[n + 2] = model.field.cos
+        work.box_s[n + 2] = model.field.sin
+        work.box_a[n + 2] = model.field.half_length - radius
+        work.box_b[n + 2] = model.field.half_width - radius
+
+
+@inlined
+def magnet_rounding(model: Model) -> float:
+    """Radius of the fixed magnet's edges [m]: as the casings', as far as its size allows."""
+    return min(model.rounding, 0.5 * min(model.field.half_length, model.field.half_width))
+
+
+@inlined
+def wall_rounding(model: Model) -> float:
+    """Radius of the wall's edges [m]: as the casings', but never more than the wall allows."""
+    return min(model.rounding, 0.25 * model.wall)
+
+
+@inlined
+def clearance(model: Model, box: int, other: int) -> float:
+    """Sum of two boxes' radii [m]; at most one of them is an obstacle."""
+    last = max(box, other)
+    if last < model.n:
+        return 2.0 * model.rounding
+    return model.rounding + (
+        magnet_rounding(model) if last == model.n + 2 else wall_rounding(model)
+    )
+
+
+@inlined
+def corner(work: Work, box: int, k: int) -> tuple[float, float]:
+    """Corner k of a box's core relative to its centre [m]."""
+    a = work.box_a[box] if k in (0, 3) else -work.box_a[box]
+    b = work.box_b[box] if k in (0, 1) else -work.box_b[box]
+    c, s = work.box_c[box], work.box_s[box]
+    return c * a - s * b, s * a + c * b
+
+
+@inlined
+def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, float, float, bool]:
+    """Direction of corner k of ``other`` from the nearest point of the edge of ``box``'s core.
+
+    In the box's frame, with the distance [m], and whether the nearest point is a corner. A corner
+    that is inside lies behind the nearest side, and its distance is negative.
+    """
+    px, py = corner(work, other, k)
+    x = work.box_x[other] + px - work.box_x[box]
+    y = work.box_y[other] + py - work.box_y[box]
+    c, s = work.box_c[box], work.box_s[box]
+    along, across = c * x + s * y, c * y - s * x
+    a, b = work.box_a[box], work.box_b[box]
+    dx = along - min(max(along, -a), a)
+    dy = across - min(max(across, -b), b)
+    if dx == 0.0 and dy == 0.0:
+        beyond, above = abs(along) - a, abs(across) - b
+        if beyond > above:
+            return math.copysign(1.0, along), 0.0, beyond, False
+        return 0.0, math.copysign(1.0, across), above, False
+    distance = math.sqrt(dx * dx + dy * dy)
+    return dx / distance, dy / distance, distance, dx != 0.0 and dy != 0.0
+
+
+@inlined
+def corner_gap(model: Model, work: Work, box: int, other: int, k: int) -> float:
+    """Gap between corner k of ``other`` and ``box`` [m].
+
+    Where two corners face each other it is the same seen from either box, so that one row takes
+    over from the other without a jump.
+    """
+    return corner_offset(work, box, other, k)[2] - clearance(model, box, other)
+
+
+@inlined
+def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> float:
+    """How far corner k of ``other`` has come through the face of a wall [m]; −1 if it has not.
+
+    The face is the one that the centre of ``other`` looks at. A corner that swings fast may have
+    left a thin wall on its far side, where its gap says nothing.
+    """
+    px, py = corner(work, other, k)
+    x, y = work.box_x[other] - work.box_x[wall], work.box_y[other] - work.box_y[wall]
+    half = work.box_b[wall]
+    side = 1.0 if y > 0.0 else -1.0
+    before, behind = side * y - half, half - side * (y + py)
+    if before <= 0.0 or behind <= 0.0:
+        return -1.0
+    where = x + px * before / (before + behind)
+    return behind + clearance(model, wall, other) if abs(where) <= work.box_a[wall] else -1.0
+
+
+@inlined
+def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
+    """Cheap test that drops pairs too far apart to touch; ``j >= n`` is an obstacle."""
+    reach = model.bodies.length[0] * 1.01
+    dx = work.box_x[i] - work.box_x[j]
+    dy = work.box_y[i] - work.box_y[j]
+    if j < model.n:
+        return dx * dx + dy * dy < reach * reach
+    if j == model.n + 2:
+        c, s = work.box_c[j], work.box_s[j]
+        along, across = abs(c * dx + s * dy), abs(c * dy - s * dx)
+        return along < 0.6 * reach + work.box_a[j] and across < 0.6 * reach + work.box_b[j]
+    return (
+        work.box_x[i] < 0.6 * reach
+        and abs(work.box_y[i] - work.box_y[j]) < 0.6 * reach + work.box_b[j]
+    )
+
+
+@inlined
+def next_partner(model: Model, lo: int, i: int, j: int) -> int:
+    """Return the box after ``j`` that ``i`` can meet; begin with ``j = i``, end at the last box.
+
+    Components in the tube, all before ``lo``, meet neither each other nor an obstacle.
+    """
+    j = j + 1 if j > i else min(i + APART, model.n)
+    if j < model.n:
+        return j
+    if i < lo:
+        return model.n + OBSTACLES
+    if j < model.n + 2 and not model.tube:
+        j = model.n + 2
+    if j == model.n + 2 and not model.field.solid:
+        j = model.n + OBSTACLES
+    return j
+
+
+@kernel
+def separation(work: Work, i: int, j: int) -> float:
+    """Return the largest gap of two cores along a side's normal [m]; below zero they overlap."""
+    widest = -math.inf
+    for k in range(2):
+        box, other = (i, j) if k == 0 else (j, i)
+        c, s = work.box_c[box], work.box_s[box]
+        x, y = work.box_x[other] - work.box_x[box], work.box_y[other] - work.box_y[box]
+        cos = abs(c * work.box_c[other] + s * work.box_s[other])
+        sin = abs(c * work.box_s[other] - s * work.box_c[other])
+        a, b = work.box_a[other], work.box_b[other]
+        widest = max(widest, abs(c * x + s * y) - work.box_a[box] - (a * cos + b * sin))
+        widest = max(widest, abs(c * y - s * x) - work.box_b[box] - (a * sin + b * cos))
+    return widest
+
+
+@kernel
+def overlapping_pair(model: Model, work: Work) -> tuple[int, int]:
+    """Return two components that overlap, (−1, −1) if none do. Needs `place_boxes`."""
+    least = 2.0 * model.rounding - OVERLAP * model.side
+    for i in range(model.n):
+        for j in range(i + APART, model.n):
+            if may_touch(model, work, i, j) and separation(work, i, j) < least:
+                return i, j
+    return -1, -1

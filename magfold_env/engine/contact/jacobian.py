@@ -1,0 +1,161 @@
+"""Rows for joint stops, and for squares that touch squares or the tube's walls.
+
+A row is a corner of a box that touches another, see ``engine.boxes``; its normal turns
+continuously when the corner slides off the end of a face, or over another corner.
+"""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact.boxes import (
+    OBSTACLES,
+    corner,
+    corner_gap,
+    corner_offset,
+    first_box,
+    may_touch,
+    next_partner,
+)
+from magfold_env.engine.state import Array, Model, Pose, Work
+
+HALF_PI = math.pi / 2.0
+TOUCH = 1e-5  # contacts act within this share of the side
+
+
+@kernel
+def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
+    """Append a row [box, other box, corner of the other] for every touching corner.
+
+    Returns the number of rows, −1 if there is no room for them.
+    """
+    touch = TOUCH * model.side
+    for i in range(first_box(lo), model.n):
+        j = next_partner(model, lo, i, i)
+        while j < model.n + OBSTACLES:
+            if may_touch(model, work, i, j):
+                for c in range(8):
+                    box, other = (i, j) if c < 4 else (j, i)
+                    if corner_gap(model, work, box, other, c % 4) < touch:
+                        if row >= work.bias.size:
+                            return -1
+                        work.row_id[row, 0] = box
+                        work.row_id[row, 1] = other
+                        work.row_id[row, 2] = c % 4
+                        row += 1
+            j = next_partner(model, lo, i, j)
+    return row
+
+
+@inlined
+def is_row(work: Work, box: int, other: int, corner: int) -> bool:
+    """Whether this corner is one of the step's contacts."""
+    for r in range(work.row_count[0], work.row_count[1]):
+        if work.row_id[r, 0] == box and work.row_id[r, 1] == other and work.row_id[r, 2] == corner:
+            return True
+    return False
+
+
+@inlined
+def add_point(
+    lo: int, model: Model, pose: Pose, row: Array, i: int, px: float, py: float,
+    nx: float, ny: float,
+) -> None:  # fmt: skip
+    """Add to a Jacobian row the velocity along n of the point (px, py) of component i."""
+    n = model.n
+    # Bodies in the tube move with the base; obstacles (i >= n) do not move.
+    if i >= n:
+        return
+    row[n] += nx
+    row[n + 1] += ny
+    if i < lo:
+        return
+    # Component k < i carries the point by ω_k × its own hinge-to-hinge vector.
+    for k in range(lo, i):
+        row[k] += model.bodies.length[k] * (pose.cos[k] * ny - pose.sin[k] * nx)
+    hx = px - (pose.x[i] - model.bodies.reach[i] * pose.cos[i])
+    hy = py - (pose.y[i] - model.bodies.reach[i] * pose.sin[i])
+    row[i] += hx * ny - hy * nx
+
+
+@inlined
+def corner_velocity(
+    lo: int, model: Model, work: Work, box: int, other: int, ox: float, oy: float, v: Array
+) -> tuple[float, float, float]:
+    """Velocity [m/s] of the point (ox, oy) from the centre of ``other``, and rate of ``box``.
+
+    The velocity is relative to the centre of ``box``. Bodies before ``lo`` move with the base,
+    obstacles not at all.
+    """
+    n = model.n
+    vx, vy, w = 0.0, 0.0, 0.0
+    if other < n:
+        vx, vy = v[n], v[n + 1]
+        if other >= lo:
+            vx = work.vx[other] - v[other] * oy
+            vy = work.vy[other] + v[other] * ox
+    if box < n:
+        if box >= lo:
+            w = v[box]
+            vx -= work.vx[box]
+            vy -= work.vy[box]
+        else:
+            vx -= v[n]
+            vy -= v[n + 1]
+    return vx, vy, w
+
+
+@kernel
+def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array) -> None:
+    """Fill Jacobian and bias of contact row r.
+
+    The bias is what of the gap's second derivative is left when all accelerations are zero. Needs
+    `place_boxes`, and `centripetal` accelerations in ``work.ax``, ``work.ay``.
+    """
+    n = model.n
+    box, other = int(work.row_id[r, 0]), int(work.row_id[r, 1])
+    k = int(work.row_id[r, 2])
+    ux, uy, distance, round_corner = corner_offset(work, box, other, k)
+    c, s = work.box_c[box], work.box_s[box]
+    nx, ny = c * ux - s * uy, s * ux + c * uy
+    ox, oy = corner(work, other, k)
+    px, py = work.box_x[other] + ox, work.box_y[other] + oy
+    row = work.jacobian[r]
+    row[:] = 0.0
+    add_point(lo, model, pose, row, other, px, py, nx, ny)
+    # The same point taken as part of the box: the gap's rate is the point's, seen from the box.
+    add_point(lo, model, pose, row, box, px, py, -nx, -ny)
+    # n·ẍ seen from the box, x = p − c, with ω̇ = 0: n·(p̈ − c̈) + 2 ω n⊥·ẋ − ω² n·x.
+    x, y = px - work.box_x[box], py - work.box_y[box]
+    vx, vy, w = corner_velocity(lo, model, work, box, other, ox, oy, v)
+    ax, ay = 0.0, 0.0
+    if lo <= other < n:
+        u = v[other]
+        ax = work.ax[other] - u * u * ox
+        ay = work.ay[other] - u * u * oy
+    if lo <= box < n:
+        ax -= work.ax[box]
+        ay -= work.ay[box]
+    bias = nx * ax + ny * ay + 2.0 * w * (nx * vy - ny * vx) - w * w * (nx * x + ny * y)
+    if round_corner:
+        # Around a corner the normal turns with the point.
+        slip = nx * (vy - w * x) - ny * (vx + w * y)
+        bias += slip * slip / distance
+    work.bias[r] = bias
+
+
+@kernel
+def stop_row(lo: int, model: Model, work: Work, r: int, joint: int, sign: int) -> None:
+    """Fill row r for joint ``joint`` (between components joint − 1 and joint) at its stop.
+
+    The gap is π/2 − sign·(φ_joint − φ_{joint−1}).
+    """
+    row = work.jacobian[r]
+    row[:] = 0.0
+    row[joint] = -sign
+    if joint > lo:
+        row[joint - 1] = sign
+    work.bias[r] = 0.0
+    work.row_id[r, 0] = joint
+    work.row_id[r, 1] = sign

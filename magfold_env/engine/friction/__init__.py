@@ -1,0 +1,1 @@
+"""Friction with the floor: its law, sliding, sticking and rest."""

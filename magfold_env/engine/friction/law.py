@@ -1,0 +1,63 @@
+"""Coulomb friction with the floor: the associated law on the ellipsoid in (vx, vy, c·ω).
+
+A released component that moves with S = |(vx, vy, c ω)| > 0 feels −µ m g (vx, vy, c² ω) / S. One
+at rest feels whatever force keeps it there, as long as |(fx, fy, τ/c)| ≤ µ m g; that case is a
+complementarity problem, solved where the accelerations are.
+"""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.state import Array, Model, Pose, Work
+
+AT_REST = 1e-13  # [m/s] slower is rounding error
+
+
+@inlined
+def speed(model: Model, work: Work, v: Array, i: int) -> float:
+    """S of component i [m/s], from the centres' velocities in ``work``."""
+    spin = model.arm * v[i]
+    return math.sqrt(work.vx[i] ** 2 + work.vy[i] ** 2 + spin * spin)
+
+
+@inlined
+def add_sliding(lo: int, model: Model, v: Array, work: Work) -> None:
+    """Add the friction of the moving components to ``work.fx``, ``work.fy``, ``work.torque``.
+
+    But for those in ``work.slow``, whose friction is solved for.
+    """
+    for i in range(lo, model.n):
+        s = speed(model, work, v, i)
+        if s > AT_REST and work.slow[i] == 0:
+            f = model.grip[i] / s
+            work.fx[i] -= f * work.vx[i]
+            work.fy[i] -= f * work.vy[i]
+            work.torque[i] -= f * model.arm * model.arm * v[i]
+
+
+@inlined
+def slide_of(model: Model, work: Work, v: Array, i: int) -> float:
+    """How far component i would slide on if nothing but friction slowed it down [m]."""
+    s = speed(model, work, v, i)
+    return s * s * model.bodies.mass[i] / (2.0 * max(model.grip[i], 1e-300))
+
+
+@kernel
+def friction_rows(lo: int, model: Model, pose: Pose, work: Work, r: int, i: int) -> None:
+    """Fill rows r to r + 2 with (vx, vy, c ω) of component i; the bias as in `contact_row`."""
+    n = model.n
+    for k in range(3):
+        work.jacobian[r + k, :] = 0.0
+        work.row_id[r + k, 0] = i
+    for k in range(lo, i + 1):
+        d = model.bodies.reach[k] if k == i else model.bodies.length[k]
+        work.jacobian[r, k] = -d * pose.sin[k]
+        work.jacobian[r + 1, k] = d * pose.cos[k]
+    work.jacobian[r, n] = 1.0
+    work.jacobian[r + 1, n + 1] = 1.0
+    work.jacobian[r + 2, i] = model.arm
+    work.bias[r] = work.ax[i]
+    work.bias[r + 1] = work.ay[i]
+    work.bias[r + 2] = 0.0

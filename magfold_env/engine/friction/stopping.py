@@ -1,0 +1,230 @@
+"""Components that friction stops: those that all but rest are put to rest, others watched."""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine.arrays import copy
+from magfold_env.engine.chain import articulated
+from magfold_env.engine.chain.feed import place_all
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact.complementarity import solve_equalities
+from magfold_env.engine.contact.constraints import prepare
+from magfold_env.engine.friction import law
+from magfold_env.engine.friction.held import first_accelerations
+from magfold_env.engine.state import BRAKE, LO, Array, Model, State, Work
+from magfold_env.engine.stepping.dynamics import apply_multipliers, rate_of, respond
+
+# Shares of tolerance times side that a component may still slide by: to be put to rest, and to
+# have its stopping watched; and to turn back from rest.
+STOPPED = 0.01
+TURNING = 1e-4
+CREEPING = 1e-3  # and to creep, if it accelerates by no more than some µ g
+GENTLE = 3.0
+BRAKING = 25.0
+GOES_ON, RESTS, TURNS, STOPS = range(4)  # what becomes of a component
+DRAGGED = 30.0  # times the energy of what is put to rest, that it may take
+UNMET = 1e-6  # [rad/s], a hundredth of it in m/s: rates that should be zero and are not
+
+
+@kernel
+def stop_slow(model: Model, state: State, work: Work, out: Array) -> None:
+    """Stop the components that friction is about to stop.
+
+    A component that slows down and would slide on by less than a hundredth of the tolerance is
+    put to rest, and stays if friction can hold it. Those that it cannot hold go on, unless they
+    hardly move any more and turn back: that they may do from rest. ``out`` holds the accelerations
+    of the state, before and after. Steps must not jump over the moment when a component stops:
+    ``state.clock[BRAKE]`` bounds the next one.
+    """
+    lo, rows = state.counter[LO], work.row_count[1]
+    find_motion(lo, model, state, work, out)
+    find_braking(lo, model, state, work, out)
+    copy(state.v, work.stage_v, 0)
+    state.clock[BRAKE] = first_stop(lo, model, work)
+    while some_move(lo, model, work):
+        if put_to_rest(model, state, work, rows):
+            first_accelerations(model, state, work, out)
+            dropped = drop_unheld(lo, model, state, work, out)
+            articulated.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
+            if not dropped:
+                state.clock[BRAKE] = first_stop(lo, model, work)
+                return
+        else:
+            for i in range(lo, model.n):
+                work.mark[i] = GOES_ON
+        copy(work.stage_v, state.v, 0)
+        work.row_count[2] = rows
+        if not some_move(lo, model, work):
+            state.clock[BRAKE] = first_stop(lo, model, work)
+            first_accelerations(model, state, work, out)
+
+
+@kernel
+def find_braking(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
+    """Sort the components into `work.mark`, and when each would stop into `work.braking` [s]."""
+    for i in range(lo, model.n):
+        work.mark[i] = GOES_ON
+        work.braking[i] = math.inf
+        s = law.speed(model, work, state.v, i)
+        slide = law.slide_of(model, work, state.v, i)
+        if slide > BRAKING * model.tolerance * model.side:
+            continue
+        if s <= law.AT_REST:
+            work.mark[i] = RESTS
+            continue
+        slowing = half_rate(model, work, state.v, acceleration, i)
+        if slowing < 0.0:
+            work.braking[i] = -0.9 * s * s / slowing
+            if slide < TURNING * model.tolerance * model.side:
+                work.mark[i] = TURNS
+            elif slide < STOPPED * model.tolerance * model.side:
+                work.mark[i] = STOPS
+
+
+@inlined
+def first_stop(lo: int, model: Model, work: Work) -> float:
+    """Time until the first component that goes on may stop [s]."""
+    soonest = math.inf
+    for i in range(lo, model.n):
+        if work.mark[i] == GOES_ON:
+            soonest = min(soonest, work.braking[i])
+    return soonest
+
+
+@inlined
+def some_move(lo: int, model: Model, work: Work) -> bool:
+    """Whether any of the components to be put to rest still moves."""
+    for i in range(lo, model.n):
+        if work.mark[i] == STOPS or work.mark[i] == TURNS:
+            return True
+    return False
+
+
+@kernel
+def drop_unheld(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> bool:
+    """Let those go on that friction does not hold, but for those that turn back; whether any.
+
+    A component turns back if from rest it accelerates against its velocity before, which is in
+    ``work.stage_v``.
+    """
+    bodies, pose = model.bodies, work.pose
+    articulated.centre_velocities(lo, bodies, pose, work.stage_v, work.vx, work.vy)
+    articulated.centre_velocities(lo, bodies, pose, acceleration, work.fx, work.fy)
+    articulated.centripetal(lo, bodies, pose, state.v, work.ax, work.ay)
+    dropped = False
+    for i in range(lo, model.n):
+        if state.stuck[i] == 1 or work.mark[i] == GOES_ON or work.mark[i] == RESTS:
+            continue
+        if work.mark[i] == STOPS or half_rate(model, work, work.stage_v, acceleration, i) > 0.0:
+            work.mark[i] = GOES_ON
+            dropped = True
+    return dropped
+
+
+@kernel
+def creeps(model: Model, state: State, work: Work, acceleration: Array) -> bool:
+    """Whether a component hardly moves, and what drives it is of the order of its friction.
+
+    Its friction turns with its velocity within far less than a step, which steps that do not
+    solve for friction cannot follow. Needs the centres' velocities in ``work``.
+    """
+    lo = state.counter[LO]
+    if not any_creeper(lo, model, state, work):
+        return False
+    find_motion(lo, model, state, work, acceleration)
+    for i in range(lo, model.n):
+        if is_creeper(model, state, work, i):
+            ax, ay = work.fx[i] + work.ax[i], work.fy[i] + work.ay[i]
+            spin = model.arm * acceleration[i]
+            drive = math.sqrt(ax * ax + ay * ay + spin * spin)
+            if drive * model.bodies.mass[i] < GENTLE * model.grip[i]:
+                return True
+    return False
+
+
+@inlined
+def is_creeper(model: Model, state: State, work: Work, i: int) -> bool:
+    """Whether component i is neither held nor faster than creeping."""
+    if state.stuck[i] == 1:
+        return False
+    return law.slide_of(model, work, state.v, i) < CREEPING * model.tolerance * model.side
+
+
+@inlined
+def any_creeper(lo: int, model: Model, state: State, work: Work) -> bool:
+    """Whether there is any."""
+    for i in range(lo, model.n):
+        if is_creeper(model, state, work, i):
+            return True
+    return False
+
+
+@kernel
+def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
+    """Stop all components that are marked to be; whether that can be.
+
+    The velocity becomes the nearest one, in the metric of the mass matrix, at which they rest and
+    all that touches stays in touch.
+    """
+    lo = state.counter[LO]
+    count = rows
+    for i in range(lo, model.n):
+        if work.mark[i] != GOES_ON:
+            work.row_id[count, 0] = i
+            count += 3
+    work.row_count[2] = count
+    prepare(lo, model, state.v, work)
+    for r in range(rows, count, 3):
+        law.friction_rows(lo, model, work.pose, work, r, work.row_id[r, 0])
+    respond(lo, model, work, rows, count)
+    for r in range(count):
+        work.bias[r] = rate_of(lo, work, r, state.v)
+        work.passive[r] = 1
+    solve_equalities(count, work)
+    if drags_along(lo, model, state, work, count):
+        return False
+    apply_multipliers(lo, count, work, state.v)
+    for r in range(count):
+        # A chain held both in the tube and by the floor may leave no such velocity.
+        if abs(rate_of(lo, work, r, state.v)) > UNMET * (1.0 if r < work.row_count[0] else 0.01):
+            return False
+    for i in range(lo, model.n):
+        if work.mark[i] != GOES_ON:
+            state.v[i] = 0.0
+    return True
+
+
+@inlined
+def drags_along(lo: int, model: Model, state: State, work: Work, count: int) -> bool:
+    """Whether the multipliers stop far more than those that are to be put to rest.
+
+    Where links are all but stretched, holding an end that hardly moves stops all that do.
+    """
+    own, lost = 0.0, 0.0
+    for i in range(lo, model.n):
+        if work.mark[i] != GOES_ON:
+            own += model.bodies.mass[i] * law.speed(model, work, state.v, i) ** 2
+    for r in range(count):
+        for c in range(count):
+            lost += work.multiplier[r] * work.delassus[r, c] * work.multiplier[c]
+    return lost > DRAGGED * own
+
+
+@kernel
+def find_motion(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
+    """Velocities and accelerations of the centres, the latter in two parts: ``fx`` and ``ax``."""
+    place_all(lo, model, state.q, work.pose)
+    articulated.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
+    articulated.centripetal(lo, model.bodies, work.pose, state.v, work.ax, work.ay)
+    articulated.centre_velocities(lo, model.bodies, work.pose, acceleration, work.fx, work.fy)
+
+
+@inlined
+def half_rate(model: Model, work: Work, v: Array, acceleration: Array, i: int) -> float:
+    """Half the rate of change of component i's squared speed [m²/s³], see `stop_slow`."""
+    return (
+        work.vx[i] * (work.fx[i] + work.ax[i])
+        + work.vy[i] * (work.fy[i] + work.ay[i])
+        + model.arm * model.arm * v[i] * acceleration[i]
+    )

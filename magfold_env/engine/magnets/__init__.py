@@ -1,0 +1,1 @@
+"""Forces and energies of magnets."""

@@ -1,0 +1,161 @@
+"""Forces, torques and energy of the chain's magnets in a field from outside.
+
+An even field turns a component by the moment of its magnets and does not pull it. A fixed magnet
+acts by its pole faces, which are cut into strips of the chain's own size: a strip and a casing are
+summed over nodes, strips near a pole face with more of them, as ``engine.magnets`` does with two
+casings.
+"""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.magnets.laws import COULOMB, node_force, node_law
+from magfold_env.engine.magnets.multipoles import X10, Y10
+from magfold_env.engine.magnets.near_faces import BLEND, refine
+from magfold_env.engine.magnets.pairs import add_forces, whole_lanes
+from magfold_env.engine.state import Array, Model, Nodes, Pose
+
+ROOT = math.sqrt(COULOMB)  # moments contain it
+
+
+@inlined
+def add_field(
+    lo: int, model: Model, pose: Pose, nodes: Nodes, fx: Array, fy: Array, torque: Array
+) -> None:
+    """Add the field's forces [N] and torques [N·m] on components ``lo`` on.
+
+    Needs the magnets' nodes, as any of their forces or energies leaves them.
+    """
+    for i in range(lo, model.n):
+        if nodes.faces[i] > 0:
+            _, px, py, t = in_field(model, pose, nodes, i, False)
+            fx[i] += px
+            fy[i] += py
+            torque[i] += t
+
+
+@inlined
+def add_magnet_forces(
+    lo: int, model: Model, pose: Pose, nodes: Nodes, fx: Array, fy: Array, torque: Array
+) -> None:
+    """Add what components ``lo`` on do to each other, summed, and what the field does to them."""
+    add_forces(lo, model.magnets, model.charge, pose, nodes, fx, fy, torque)
+    if model.field.present:
+        add_field(lo, model, pose, nodes, fx, fy, torque)
+
+
+@kernel
+def field_energy(lo: int, model: Model, pose: Pose, nodes: Nodes) -> float:
+    """Energy of the magnets of components ``lo`` on in the field [J]."""
+    total = 0.0
+    for i in range(lo, model.n):
+        if nodes.faces[i] > 0:
+            total += in_field(model, pose, nodes, i, True)[0]
+    return total
+
+
+@inlined
+def in_field(
+    model: Model, pose: Pose, nodes: Nodes, i: int, with_energy: bool
+) -> tuple[float, float, float, float]:
+    """Energy [J], force [N] and torque about its centre [N·m] of component i.
+
+    The energy is complete only ``with_energy``.
+    """
+    field, moment = model.field, nodes.segments.moment
+    mx, my = moment[i, X10] / ROOT, moment[i, Y10] / ROOT
+    u, fx, fy, t = -(mx * field.x + my * field.y), 0.0, 0.0, mx * field.y - my * field.x
+    if field.strip_q.size > 0:
+        base = sum_strips(model, pose, nodes, i, with_energy)
+        near = refine_strips(model, pose, nodes, i, with_energy)
+        u += base[0] + near[0]
+        fx += base[1] + near[1]
+        fy += base[2] + near[2]
+        t += base[3] + near[3]
+    return u, fx, fy, t
+
+
+@kernel
+def sum_strips(
+    model: Model, pose: Pose, nodes: Nodes, i: int, with_energy: bool
+) -> tuple[float, float, float, float]:
+    """As `in_field`, by all strips of the fixed magnet with the nodes of level 0."""
+    magnets, field = model.magnets, model.field
+    strips = magnets.strips
+    rank = magnets.rank_count.size - 1
+    count = 2 * magnets.rank_count[rank] * nodes.faces[i]
+    lanes = whole_lanes(count)
+    x, y, half = nodes.x[rank, i], nodes.y[rank, i], nodes.half[rank, i]
+    lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
+    for a in range(lanes):
+        lane_x[a] = 0.0
+        lane_y[a] = 0.0
+        lane_u[a] = 0.0
+    h = field.strip_half
+    for g in range(field.strip_q.size):
+        for m in range(magnets.level_count[0]):
+            at = magnets.level_node[0, m]
+            px = field.strip_x[g] + at * field.strip_tx
+            py = field.strip_y[g] + at * field.strip_ty
+            q = field.strip_q[g] * magnets.level_weight[0, m]
+            for a in range(lanes):
+                dx, dy = x[a] - px, y[a] - py
+                sum2 = (half[a] + h) * (half[a] + h)
+                difference2 = (half[a] - h) * (half[a] - h)
+                r2 = dx * dx + dy * dy
+                if with_energy:
+                    force, u = node_law(strips, False, sum2, difference2, r2)
+                    lane_u[a] += q * u
+                else:
+                    force = node_force(strips, sum2, difference2, r2)
+                lane_x[a] += q * force * dx
+                lane_y[a] += q * force * dy
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    for a in range(count):
+        q = COULOMB * nodes.q[rank, i, a]
+        gx, gy = q * lane_x[a], q * lane_y[a]
+        energy += q * lane_u[a]
+        fx += gx
+        fy += gy
+        torque += (x[a] - pose.x[i]) * gy - (y[a] - pose.y[i]) * gx
+    return energy, fx, fy, torque
+
+
+@kernel
+def refine_strips(
+    model: Model, pose: Pose, nodes: Nodes, i: int, with_energy: bool
+) -> tuple[float, float, float, float]:
+    """Correct what `sum_strips` gives for strips near component i's pole faces."""
+    magnets, field, charge = model.magnets, model.field, model.charge
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    if magnets.level_count.size == 1:
+        return energy, fx, fy, torque
+    c, s = pose.cos[i], pose.sin[i]
+    outermost = magnets.level_radius[1] * BLEND
+    for g in range(field.strip_q.size):
+        away_x, away_y = pose.x[i] - field.strip_x[g], pose.y[i] - field.strip_y[g]
+        if math.hypot(away_x, away_y) >= magnets.depth + outermost:
+            continue
+        for f in range(8):
+            ax = c * magnets.face_x[f] - s * magnets.face_y[f]
+            ay = s * magnets.face_x[f] + c * magnets.face_y[f]
+            ex, ey = away_x + ax, away_y + ay
+            q = COULOMB * field.strip_q[g] * charge[i, f % 4] * (1.0 if f < 4 else -1.0)
+            if q == 0.0 or ex * ex + ey * ey >= outermost * outermost:
+                continue
+            u, px, py, t = refine(
+                magnets.strips, False, magnets.face_half[f], field.strip_half,
+                magnets.level_count, magnets.level_radius, magnets.level_node,
+                magnets.level_weight, ex, ey,
+                c * magnets.face_tx[f] - s * magnets.face_ty[f],
+                s * magnets.face_tx[f] + c * magnets.face_ty[f],
+                field.strip_tx, field.strip_ty,
+                with_energy, nodes.lane_x, nodes.lane_y, nodes.lane_u,
+            )  # fmt: skip
+            energy += q * u
+            fx += q * px
+            fy += q * py
+            torque += q * (t + ax * py - ay * px)
+    return energy, fx, fy, torque

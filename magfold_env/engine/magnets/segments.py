@@ -1,0 +1,224 @@
+"""Which casings act on each other one by one, and which in segments of the chain, expanded.
+
+Level l of a tree holds segments of 2^l consecutive components. Two segments whose centres, the
+means of their components' ones, are farther apart than 2^l times a radius act on each other by
+their `multipoles`; nearer ones do so by their halves. In between, from the radius to `SPREAD`
+times it, both energies are blended, so that the energy is twice differentiable and forces are its
+exact gradient, as with ranks and levels in ``engine.magnets``. Neighbours in a chain are joined,
+so a segment is never longer than when stretched: the radius bounds the error in any shape.
+
+`begin` finds the segments' moments; `list_pairs` lists pairs of single casings until none are left,
+adding up what segments do to each other on the way; `finish` brings that down to the components.
+Chains of fewer than `LONG` components have no segments but their casings.
+"""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.magnets.laws import step_down
+from magfold_env.engine.magnets.multipoles import (
+    PARTS,
+    add_shifted_derivatives,
+    add_shifted_moments,
+    expand,
+    force_of,
+    torque_of,
+)
+from magfold_env.engine.state import Array, Segments
+
+SPREAD = 1.25  # a radius is blended up to so many times itself
+LONG = 16  # components from which segments pay
+BATCH = 4096  # pairs listed at a time
+
+
+@kernel
+def begin(first: int, x: Array, y: Array, segments: Segments) -> None:
+    """Find the segments of components ``first`` on; the components' moments are in place."""
+    start, levels = segments.start, segments.start.size
+    n = x.size
+    segments.top[0] = 1
+    segments.stack[0, 0] = levels - 1
+    segments.stack[0, 1] = 0
+    segments.stack[0, 2] = 0
+    if levels == 1:
+        segments.stack[0, 1] = first
+        return
+    for i in range(first, n):
+        segments.x[i], segments.y[i] = x[i], y[i]
+    for level in range(1, levels):
+        for s in range(first >> level, ((n - 1) >> level) + 1):
+            row, part = int(start[level]) + s, int(start[level - 1]) + 2 * s
+            begins, ends = halves_of(level, s, first, n)
+            segments.charged[row] = 0
+            segments.x[row], segments.y[row] = 0.0, 0.0
+            whole = members(level, s, first, n)
+            for child in range(begins, ends):
+                share = members(level - 1, 2 * s + child, first, n) / whole
+                segments.x[row] += share * segments.x[part + child]
+                segments.y[row] += share * segments.y[part + child]
+                segments.charged[row] |= segments.charged[part + child]
+            for p in range(PARTS):
+                segments.moment[row, p] = 0.0
+            for child in range(begins, ends):
+                add_shifted_moments(
+                    segments.moment, part + child, row,
+                    segments.x[part + child] - segments.x[row],
+                    segments.y[part + child] - segments.y[row],
+                )  # fmt: skip
+    for level in range(levels):
+        for s in range(first >> level, ((n - 1) >> level) + 1):
+            row = int(start[level]) + s
+            segments.push[row, 0], segments.push[row, 1] = 0.0, 0.0
+            for p in range(PARTS):
+                segments.local[row, p] = 0.0
+
+
+@inlined
+def members(level: int, s: int, first: int, n: int) -> int:
+    """Return how many components from ``first`` on segment s has."""
+    return min((s + 1) << level, n) - max(s << level, first)
+
+
+@inlined
+def halves_of(level: int, s: int, first: int, n: int) -> tuple[int, int]:
+    """Which halves of segment s there are, 0 and 1, as the ends of a range."""
+    begins = 0 if 2 * s >= first >> (level - 1) else 1
+    return begins, 2 if 2 * s + 1 <= (n - 1) >> (level - 1) else 1
+
+
+@kernel
+def list_pairs(
+    first: int, lo: int, n: int, radius: float, terms: int, with_energy: bool, segments: Segments
+) -> tuple[int, float]:
+    """List the next pairs of casings in ``segments.pair``; returns their number, 0 at the end.
+
+    And the energy of the segments that were met on the way [J], which is complete only
+    ``with_energy``. Components without charge are left out, and pairs of held ones before ``lo``.
+    """
+    if segments.start.size == 1:
+        return list_all(lo, n, segments), 0.0
+    start, stack, pair, charged = segments.start, segments.stack, segments.pair, segments.charged
+    energy, count, top = 0.0, 0, segments.top[0]
+    while top > 0 and count < pair.shape[0]:
+        top -= 1
+        level, s, t = stack[top, 0], stack[top, 1], stack[top, 2]
+        a, b = start[level] + s, start[level] + t
+        if charged[a] == 0 or charged[b] == 0 or (t + 1) << level <= lo:
+            continue
+        if level == 0:
+            if s != t:
+                pair[count, 0], pair[count, 1] = s, t
+                count += 1
+            continue
+        near = radius * (1 << level)
+        if s != t:
+            dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
+            distance = math.sqrt(dx * dx + dy * dy)
+            if distance >= SPREAD * near:
+                energy += together(a, b, terms, 1.0, segments)
+                continue
+            if distance > near:
+                energy += blend(level, s, t, first, n, terms, distance, near, segments)
+                continue
+        last = (n - 1) >> (level - 1)
+        for k in range(4):
+            u, v = 2 * s + k // 2, 2 * t + k % 2
+            if u >= first >> (level - 1) and v <= last and u <= v and u <= last:
+                stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, u, v
+                top += 1
+    segments.top[0] = top
+    return count, energy
+
+
+@inlined
+def list_all(lo: int, n: int, segments: Segments) -> int:
+    """List all pairs of a short chain, once."""
+    if segments.top[0] == 0:
+        return 0
+    segments.top[0] = 0
+    count = 0
+    for i in range(segments.stack[0, 1], n):
+        if segments.charged[i] == 0:
+            continue
+        for j in range(max(i + 1, lo), n):
+            if segments.charged[j] != 0:
+                segments.pair[count, 0], segments.pair[count, 1] = i, j
+                count += 1
+    return count
+
+
+@inlined
+def together(a: int, b: int, terms: int, weight: float, segments: Segments) -> float:
+    """Let two rows act on each other, with a weight; returns their energy without it [J]."""
+    return expand(
+        terms, segments.moment, segments.x, segments.y, a, b, weight,
+        segments.local, segments.push, segments.turned,
+    )  # fmt: skip
+
+
+@kernel
+def blend(
+    level: int, s: int, t: int, first: int, n: int, terms: int,
+    distance: float, near: float, segments: Segments,
+) -> float:  # fmt: skip
+    """Let two segments act between their two rules; returns the blended energy [J].
+
+    Their halves are far enough from each other to be expanded.
+    """
+    start = segments.start
+    a, b = start[level] + s, start[level] + t
+    weight, slope = step_down(distance / near, SPREAD)
+    whole = together(a, b, terms, 1.0 - weight, segments)
+    halves, last = 0.0, (n - 1) >> (level - 1)
+    for u in range(max(2 * s, first >> (level - 1)), 2 * s + 2):
+        for v in range(2 * t, min(2 * t + 1, last) + 1):
+            row, other = int(start[level - 1]) + u, int(start[level - 1]) + v
+            halves += together(row, other, terms, weight, segments)
+    push = -slope / near * (halves - whole) / distance
+    dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
+    segments.push[a, 0] += push * dx
+    segments.push[a, 1] += push * dy
+    segments.push[b, 0] -= push * dx
+    segments.push[b, 1] -= push * dy
+    return whole + weight * (halves - whole)
+
+
+@kernel
+def finish(
+    first: int, n: int, segments: Segments, fx: Array, fy: Array, torque: Array
+) -> None:  # fmt: skip
+    """Add what segments feel to the forces [N] and torques [N·m] on components ``first`` on."""
+    start, levels = segments.start, segments.start.size
+    moment, local, push = segments.moment, segments.local, segments.push
+    if levels == 1:
+        return
+    for level in range(levels - 1, 0, -1):
+        for s in range(first >> level, ((n - 1) >> level) + 1):
+            row, part = int(start[level]) + s, int(start[level - 1]) + 2 * s
+            begins, ends = halves_of(level, s, first, n)
+            whole = members(level, s, first, n)
+            for child in range(begins, ends):
+                k = part + child
+                share = members(level - 1, 2 * s + child, first, n) / whole
+                # What the child passes on by itself is found before it inherits.
+                keep_rest(k, segments)
+                push[k, 0] += share * push[row, 0]
+                push[k, 1] += share * push[row, 1]
+                add_shifted_derivatives(
+                    local, row, k, segments.x[k] - segments.x[row], segments.y[k] - segments.y[row]
+                )
+    for i in range(first, n):
+        px, py = force_of(moment, local, i)
+        fx[i] += px + push[i, 0]
+        fy[i] += py + push[i, 1]
+        torque[i] += torque_of(moment, local, i)
+
+
+@inlined
+def keep_rest(row: int, segments: Segments) -> None:
+    """Leave of a row's force what its derivatives do not pass on: it moves all members alike."""
+    px, py = force_of(segments.moment, segments.local, row)
+    segments.push[row, 0] -= px
+    segments.push[row, 1] -= py

@@ -1,0 +1,1 @@
+"""Time stepping: the step and its stages, limits, whole runs."""

@@ -1,0 +1,213 @@
+"""Accelerations of one chain: the smooth forces, then the constraints and friction that act.
+
+The accelerations are those nearest to the unconstrained ones, in the metric of the mass matrix,
+that keep every touching pair from approaching (Gauss's principle). `project` is the same for
+velocities: Moreau's inelastic impact.
+"""
+
+from __future__ import annotations
+
+from magfold_env.engine.chain import articulated
+from magfold_env.engine.chain.feed import is_free, place_all
+from magfold_env.engine.chain.recursion import only_swings, swing
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact import boxes, jacobian
+from magfold_env.engine.contact.complementarity import solve_nonnegative
+from magfold_env.engine.friction import law
+from magfold_env.engine.magnets import chain, outer_field
+from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
+
+
+@inlined
+def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None:
+    """Generalised forces of magnets, field, gravity, inertia and friction into ``work.force``.
+
+    Leaves pose and centre velocities in ``work``. Charged components that are still in the tube
+    act on the others.
+    """
+    n = model.n
+    bodies, pose = model.bodies, work.pose
+    first = place_all(lo, model, q, pose)
+    articulated.centre_velocities(lo, bodies, pose, v, work.vx, work.vy)
+    articulated.centripetal(lo, bodies, pose, v, work.ax, work.ay)
+    for i in range(n):
+        work.fx[i] = 0.0
+        work.fy[i] = 0.0
+        work.torque[i] = 0.0
+    if model.magnetic:
+        chain.add_chain_forces(
+            first, lo, model, q, pose, work.nodes, work.rigid, work.fx, work.fy, work.torque
+        )
+        if model.field.present:
+            outer_field.add_field(lo, model, pose, work.nodes, work.fx, work.fy, work.torque)
+    if model.frictional:
+        law.add_sliding(lo, model, v, work)
+    for i in range(lo, n):
+        m = bodies.mass[i]
+        work.fx[i] += m * (model.gravity_x - work.ax[i])
+        work.fy[i] += m * (model.gravity_y - work.ay[i])
+    articulated.generalise(lo, bodies, pose, work.fx, work.fy, work.torque, work.force)
+
+
+@inlined
+def unconstrained(lo: int, model: Model, work: Work, out: Array) -> None:
+    """Accelerations (n + 2,) under ``work.force`` alone; leaves articulated inertias behind."""
+    bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
+    articulated.factor(lo, bodies, pose, work.open, work.art)
+    articulated.solve(lo, bodies, pose, work.open, work.art, free, work.force, out, work.hold)
+
+
+@kernel
+def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
+    """Accelerations (n + 2,) under magnets, gravity and sliding friction alone."""
+    smooth_forces(lo, model, q, v, work)
+    unconstrained(lo, model, work, out)
+
+
+@inlined
+def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> bool:
+    """Accelerations (n + 2,) under ``work.force`` if all joints at their stops stay there.
+
+    The components between them then move as rigid bodies, and no constraint has to be solved
+    for. Returns whether every stop presses, which is the condition; `work.multiplier` has how much.
+    """
+    lo = state.counter[LO]
+    bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
+    articulated.factor(lo, bodies, pose, state.lock, work.art)
+    articulated.solve(lo, bodies, pose, state.lock, work.art, free, work.force, out, work.hold)
+    for r in range(work.row_count[0]):
+        k, sign = work.row_id[r, 0], work.row_id[r, 1]
+        work.multiplier[r] = -sign * work.hold[k]
+        if work.multiplier[r] < 0.0:
+            return False
+    return True
+
+
+@kernel
+def respond(lo: int, model: Model, work: Work, first: int, last: int) -> None:
+    """Responses M⁻¹Jᵀ of rows ``first`` to ``last − 1`` and the Delassus matrix of all before."""
+    n = model.n
+    free = is_free(lo, model)
+    for r in range(first, last):
+        articulated.solve(
+            lo, model.bodies, work.pose, work.open, work.art, free,
+            work.jacobian[r], work.response[r], work.hold,
+        )  # fmt: skip
+    for r in range(first, last):
+        for c in range(r + 1):
+            total = 0.0
+            for k in range(lo, n + 2):
+                total += work.jacobian[c, k] * work.response[r, k]
+            work.delassus[r, c] = total
+            work.delassus[c, r] = total
+
+
+@kernel
+def fill_rows(lo: int, model: Model, v: Array, work: Work) -> None:
+    """Jacobians, biases and responses of the stops and contacts in ``work.row_id``."""
+    stops, rows = work.row_count[0], work.row_count[1]
+    for r in range(stops):
+        jacobian.stop_row(lo, model, work, r, work.row_id[r, 0], work.row_id[r, 1])
+    if rows > stops:
+        boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
+        for r in range(stops, rows):
+            jacobian.contact_row(lo, model, work.pose, work, r, v)
+    respond(lo, model, work, 0, rows)
+
+
+@inlined
+def rate_of(lo: int, work: Work, r: int, v: Array) -> float:
+    """Row r's Jacobian times ``v``."""
+    total = 0.0
+    for k in range(lo, v.size):
+        total += work.jacobian[r, k] * v[k]
+    return total
+
+
+@inlined
+def apply_multipliers(lo: int, count: int, work: Work, out: Array) -> None:
+    """Add the rows' responses to ``out``."""
+    for r in range(count):
+        lam = work.multiplier[r]
+        if lam != 0.0:
+            for k in range(lo, out.size):
+                out[k] += work.response[r, k] * lam
+
+
+@inlined
+def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
+    """Accelerations (n + 2,) with the constraints of the current step; False if unsolved.
+
+    Components marked in ``state.stuck`` stay at rest.
+    """
+    state.counter[EVALUATIONS] += 1
+    if only_swings(model):
+        swing(model, q, v, work, out)
+        return True
+    return constrained(model, state, q, v, work, out)
+
+
+@kernel
+def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
+    """As `accelerations`, of any chain."""
+    lo = state.counter[LO]
+    if model.frictional:
+        # Rounding moves what is held, and must not be taken for sliding.
+        for i in range(lo, model.n):
+            work.slow[i] = state.stuck[i]
+    smooth_forces(lo, model, q, v, work)
+    if work.row_count[2] == work.row_count[0] and rigid_accelerations(model, state, work, out):
+        return True
+    unconstrained(lo, model, work, out)
+    fill_rows(lo, model, v, work)
+    rows, count = work.row_count[1], work.row_count[2]
+    fill_friction(lo, model, work)
+    for r in range(count):
+        work.bias[r] += rate_of(lo, work, r, out)
+        work.equality[r] = 1 if r >= rows else 0
+    solved = solve_nonnegative(count, work)
+    apply_multipliers(lo, count, work, out)
+    return solved
+
+
+@kernel
+def fill_friction(lo: int, model: Model, work: Work) -> None:
+    """Rows of the components that friction may hold."""
+    rows, count = work.row_count[1], work.row_count[2]
+    for r in range(rows, count, 3):
+        law.friction_rows(lo, model, work.pose, work, r, work.row_id[r, 0])
+    respond(lo, model, work, rows, count)
+
+
+@kernel
+def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bool:
+    """Moreau's impact: replace ``v`` by the nearest velocity that no row forbids.
+
+    "Nearest" is in the metric of the mass matrix. Corners that would come apart slower
+    than ``slow`` [m/s] are kept together, which ends rocking. Needs the pose.
+    """
+    lo = state.counter[LO]
+    rows = work.row_count[1]
+    if rows == 0:
+        return True
+    articulated.centre_velocities(lo, model.bodies, work.pose, v, work.vx, work.vy)
+    articulated.centripetal(lo, model.bodies, work.pose, v, work.ax, work.ay)
+    articulated.factor(lo, model.bodies, work.pose, work.open, work.art)
+    fill_rows(lo, model, v, work)
+    for r in range(rows):
+        work.bias[r] = rate_of(lo, work, r, v)
+        work.equality[r] = 0
+        work.passive[r] = 1
+    solved = solve_nonnegative(rows, work)
+    again = False
+    for r in range(work.row_count[0], rows):
+        after = work.bias[r]
+        for c in range(rows):
+            after += work.delassus[r, c] * work.multiplier[c]
+        if work.passive[r] == 0 and after < slow:
+            work.equality[r] = 1
+            again = True
+    if again:
+        solved = solve_nonnegative(rows, work)
+    apply_multipliers(lo, rows, work, v)
+    return solved

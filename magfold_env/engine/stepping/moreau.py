@@ -1,0 +1,260 @@
+"""Moreau's time-stepping, for phases in which squares touch, stops rattle or components creep.
+
+One step, after Moreau and Jean, has two halves. The velocity nearest to the free one, in the
+metric of the mass matrix, that lets no gap become negative and leaves at rest what friction holds,
+leads over the first half to a middle position. Forces, masses and gaps are taken anew there, and
+the velocity found again; it leads over the second half and stays. The friction of components that
+hardly move is solved for too, so that it may turn within the step. Impacts, simultaneous ones too,
+take place inside steps, and nothing has to be located. The momentum of a free chain is kept apart
+from all this: only forces from outside change it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from magfold_env.engine.arrays import copy
+from magfold_env.engine.chain import articulated
+from magfold_env.engine.chain.feed import is_free, place_all
+from magfold_env.engine.chain.momentum import held_or_walled, keep_momentum, outer_force
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact.closing_gaps import collect_within
+from magfold_env.engine.contact.complementarity import solve_nonnegative
+from magfold_env.engine.contact.constraints import hold_joints, open_joints
+from magfold_env.engine.friction import law
+from magfold_env.engine.friction.solver import solve_with_friction
+from magfold_env.engine.friction.stopping import STOPPED
+from magfold_env.engine.outcomes import BROKEN, TOUCHED, UNSOLVABLE
+from magfold_env.engine.state import (
+    BRAKE,
+    EVALUATIONS,
+    LO,
+    STEP,
+    STEPS,
+    TIME,
+    Array,
+    Model,
+    Record,
+    State,
+    Work,
+)
+from magfold_env.engine.stepping.dynamics import (
+    apply_multipliers,
+    rate_of,
+    respond,
+    smooth_accelerations,
+    smooth_forces,
+    unconstrained,
+)
+from magfold_env.engine.stepping.recorder import record_line
+
+COARSEST = 0.01  # [s]
+FINEST = 10.0  # shortest step: tolerances of the lightest component's typical rate
+TURN = 0.1  # [rad] that no component turns by in a step, at its rate before
+SHARE = 0.05  # of the tolerance, that a step's change of velocity may move an angle by
+HOPELESS = 1e-3  # finest steps: shorter ones do not help either
+ROUNDING = 1e-12  # [m/s]
+VIOLENT = 100.0  # times the energy of the free motion: nothing asks for that
+
+
+@kernel
+def moreau_step(
+    model: Model, state: State, work: Work, record: Record, until: float, rattles: bool
+) -> int:
+    """Take one step from the state, whose pose and forces are in ``work``.
+
+    It is repeated at half its length until the velocity changes little, but not below what an
+    impact, which changes it at once, would ask for; and until forces change little, where poles all
+    but meet. Where something ``rattles`` the velocity counts as the new one from the beginning,
+    else as changing evenly.
+    """
+    lo, n = state.counter[LO], model.n
+    if model.frictional and mark_slow(lo, model, state, work):
+        smooth_forces(lo, model, state.q, state.v, work)
+        state.counter[EVALUATIONS] += 1
+    unconstrained(lo, model, work, work.smooth)
+    state.counter[STEPS] += 1
+    remaining = until - state.clock[TIME]
+    fastest = model.light_rate
+    for k in range(lo, n):
+        fastest = max(fastest, abs(state.v[k]))
+    finest = min(FINEST * model.tolerance / model.light_rate, TURN / fastest)
+    # Friction turns around when a component stops: no step goes far beyond.
+    h = min(max(1.5 * state.clock[STEP], finest), COARSEST, max(state.clock[BRAKE], 0.1 * finest))
+    while True:
+        last = h >= remaining
+        h = min(h, remaining)
+        if not velocity_after(model, state, work, h, 0.0 if rattles else 0.75):
+            # Gaps that are about to close may ask for too much; in less time they ask for less.
+            if h <= HOPELESS * finest:
+                return UNSOLVABLE
+            h *= 0.25
+            continue
+        moved, bent = 0.0, 0.0
+        for k in range(lo, n + 2):
+            turn = 0.5 * h * abs(work.new_v[k] - state.v[k])
+            moved = max(moved, turn if k < n else turn / model.side)
+            turn = 0.5 * h * h * abs(work.slope_v[1, k] - work.smooth[k])
+            bent = max(bent, turn if k < n else turn / model.side)
+        if not math.isfinite(moved):
+            return BROKEN
+        if bent > SHARE * model.tolerance and h > HOPELESS * finest:
+            h *= 0.5
+            continue
+        if moved <= SHARE * model.tolerance or h <= finest:
+            break
+        h = max(0.5 * h, finest)
+    state.clock[STEP] = h
+    for k in range(n + 2):
+        work.new_q[k] = work.stage_q[k]
+        if k >= lo:
+            old = 0.0 if rattles else 0.25
+            work.new_q[k] += 0.5 * h * (work.new_v[k] + old * (state.v[k] - work.new_v[k]))
+    record_line(record, state, work, h)
+    copy(work.new_q, state.q, lo)
+    copy(work.new_v, state.v, lo)
+    state.clock[TIME] = until if last else state.clock[TIME] + h
+    # A joint that lands on its stop keeps its speed until the next step's impact takes it.
+    open_joints(lo, model, state)
+    for i in range(lo, n):
+        if work.slow[i] == 1 and abs(state.v[i]) * model.arm < ROUNDING:
+            state.v[i] = 0.0
+    hold_joints(lo, model, state.lock, state.q, state.v)
+    return TOUCHED
+
+
+@kernel
+def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
+    """Mark the components at rest, or nearly, whose friction the step solves for; whether any.
+
+    Only where others may stop bounds the step.
+    """
+    found = False
+    brake = math.inf
+    articulated.place(lo, model.bodies, state.q, work.pose)
+    articulated.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
+    for i in range(lo, model.n):
+        slide = law.slide_of(model, work, state.v, i)
+        slow = state.stuck[i] == 1 or slide < STOPPED * model.tolerance * model.side
+        work.slow[i] = int(slow)
+        found = found or slow
+        if not slow:
+            brake = min(brake, work.braking[i])
+    state.clock[BRAKE] = brake
+    return found
+
+
+@kernel
+def velocity_after(model: Model, state: State, work: Work, h: float, old: float) -> bool:
+    """Middle of a step of length ``h`` into ``work.stage_q``, its new velocity into ``work.new_v``.
+
+    The way to the middle is at the new velocity but for a share ``old`` of the old one. Returns
+    False if it could not be found. Needs the smooth accelerations of the state in ``work.smooth``.
+    """
+    lo, n = state.counter[LO], model.n
+    # A repeated step finds the middle's pose and inertias; put the state's back.
+    place_all(lo, model, state.q, work.pose)
+    articulated.factor(lo, model.bodies, work.pose, work.open, work.art)
+    if not constrain(model, state, state.q, work.smooth, work, h, h):
+        return False
+    copy(state.q, work.stage_q, 0)
+    copy(state.v, work.stage_v, 0)
+    for k in range(lo, n + 2):
+        work.stage_q[k] += 0.5 * h * (work.new_v[k] + old * (state.v[k] - work.new_v[k]))
+        work.stage_v[k] = 0.5 * (state.v[k] + work.new_v[k])
+    state.counter[EVALUATIONS] += 1
+    middle = work.slope_v[1]
+    smooth_accelerations(lo, model, work.stage_q, work.stage_v, work, middle)
+    push_x, push_y, twist = outer_force(lo, model, work)
+    if not constrain(model, state, work.stage_q, middle, work, h, 0.5 * h):
+        return False
+    if is_free(lo, model) and not held_or_walled(model, work):
+        end = work.slope_q[2]
+        for k in range(n + 2):
+            end[k] = work.stage_q[k] + 0.5 * h * work.new_v[k]
+        keep_momentum(model, state, work, end, h * push_x, h * push_y, h * twist)
+    return True
+
+
+@kernel
+def constrain(
+    model: Model, state: State, q: Array, acceleration: Array, work: Work, h: float, left: float
+) -> bool:
+    """Velocity after a step ``h`` into ``work.new_v``: the nearest that closes no gap of ``q``.
+
+    ``left`` is the time that the gaps have to last. Needs pose and inertias of ``q``. Returns
+    False if it could not be found.
+    """
+    lo, n = state.counter[LO], model.n
+    v = work.new_v
+    copy(state.v, v, 0)
+    for k in range(lo, n + 2):
+        v[k] += h * acceleration[k]
+    rows = collect_within(lo, model, q, work, v, left)
+    if rows < 0:
+        return False
+    count = rows
+    work.row_count[1] = rows
+    work.row_count[2] = 0
+    if model.frictional:
+        articulated.centripetal(lo, model.bodies, work.pose, state.v, work.ax, work.ay)
+    for i in range(lo, n):
+        if work.slow[i] == 1:
+            if count + 3 > work.bias.size:
+                return False
+            law.friction_rows(lo, model, work.pose, work, count, i)
+            count += 3
+    respond(lo, model, work, 0, count)
+    # Friction is a force: with it, accelerations over the step are solved for, not velocities.
+    unit = h if count > rows else 1.0
+    for r in range(count):
+        # What is said of gaps holds in this pose, what is said of friction at the step's end.
+        rest = work.bias[r] if r < rows else left * work.bias[r]
+        work.bias[r] = (rest + rate_of(lo, work, r, v)) / unit
+        work.equality[r] = 0
+        work.passive[r] = 1
+    solved = solve(rows, count, work, model)
+    if not solved or too_violent(lo, rows, count, model, work, v, unit):
+        for r in range(rows):
+            work.bias[r] = max(work.bias[r], rate_of(lo, work, r, v) / unit)
+            work.passive[r] = 1
+        solved = solve(rows, count, work, model)
+    for r in range(count):
+        work.multiplier[r] *= unit
+    apply_multipliers(lo, count, work, v)
+    return solved
+
+
+@inlined
+def solve(rows: int, count: int, work: Work, model: Model) -> bool:
+    """Find the multipliers of ``rows`` gaps, and of friction in the rows after them."""
+    if count > rows:
+        return solve_with_friction(rows, count, work, model.grip)
+    return solve_nonnegative(count, work)
+
+
+@kernel
+def too_violent(
+    lo: int, rows: int, count: int, model: Model, work: Work, v: Array, unit: float
+) -> bool:
+    """Whether the multipliers change the free velocity ``v`` by more than gaps can ask for.
+
+    At rest no gap closes, so what keeps all open takes no more energy than the free motion has,
+    but for overlaps that are pushed out. Squares that overlap on both sides may ask to be pushed
+    into each other: of no velocity, or of a boundless one. Their overlaps are left for later.
+    """
+    bodies = model.bodies
+    articulated.centre_velocities(lo, bodies, work.pose, v, work.fx, work.fy)
+    energy, mass = 0.0, 0.0
+    for i in range(lo, model.n):
+        energy += bodies.mass[i] * (work.fx[i] ** 2 + work.fy[i] ** 2)
+        energy += bodies.inertia[i] * v[i] * v[i]
+        mass += bodies.mass[i]
+    fastest = 0.0
+    for r in range(work.row_count[0], rows):
+        fastest = max(fastest, rate_of(lo, work, r, v) - unit * work.bias[r])
+    change = 0.0
+    for r in range(count):
+        for c in range(count):
+            change += work.multiplier[r] * work.delassus[r, c] * work.multiplier[c]
+    return not unit * unit * change <= VIOLENT * (energy + mass * fastest * fastest)

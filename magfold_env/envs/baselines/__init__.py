@@ -1,0 +1,1 @@
+"""What energy minimisation alone achieves, against which rewards are measured."""

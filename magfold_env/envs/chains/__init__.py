@@ -1,0 +1,1 @@
+"""The chains of environments: what is drawn, fed and seen."""

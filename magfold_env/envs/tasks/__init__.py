@@ -1,0 +1,1 @@
+"""What is wanted and rewarded, and how physics is drawn."""

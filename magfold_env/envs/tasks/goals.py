@@ -1,0 +1,149 @@
+"""What an episode is to reach, and how near to it a fold is.
+
+A goal is a fold word, or any word with the same outline. How alike two folds are is
+`magfold_env.shapes.similarity`: the mean over ordered pairs of components of
+exp(−d²/side²), d being how far apart the two folds have the one component, seen from the other.
+Why this measure: components are told apart, because the magnets that were chosen belong to
+each; moving or turning the whole fold changes nothing, because the target is a shape and not a
+place; mirroring does, because a mirror image is another fold; it has no jumps at ±45° or elsewhere,
+so that it can shape a reward; and it is 1 for the target alone, so that nothing else is worth as
+much. The mean of the angles' errors would have all of this but one: a single wrong joint in the
+middle moves half the chain, and counts there like one at the end.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.engine.compile.jit import kernel
+from magfold_env.envs.tasks.outlines import words_of_outline
+from magfold_env.fold import FoldStatus
+from magfold_env.shapes import headings, outline, word_to_angles
+
+Match = Literal["word", "outline"]
+
+SUCCESS_TOLERANCE = 0.05
+"""Largest deviation of a joint from its target angle in a success [rad]."""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """The fold that is wanted.
+
+    Attributes
+    ----------
+    word : str
+        Word over L, S and R, one letter a joint.
+    match : {"word", "outline"}
+        Whether only `word` will do, or every fully folded word that covers the same cells.
+    """
+
+    word: str
+    match: Match = "word"
+
+    @cached_property
+    def words(self) -> tuple[str, ...]:
+        """The words that will do; `word` is the first."""
+        if self.match == "word":
+            return (self.word,)
+        others = words_of_outline(outline(self.word))
+        return (self.word, *(word for word in others if word != self.word))
+
+    @cached_property
+    def _angles(self) -> NDArray[np.float64]:
+        """Joint angles of `words` [rad], shape (words, n - 1)."""
+        return np.array([word_to_angles(word) for word in self.words])
+
+    @cached_property
+    def _headings(self) -> NDArray[np.float64]:
+        """Headings of `words` [rad], shape (words, n), component 1's being 0."""
+        return np.array([headings(angles) for angles in self._angles])
+
+    def is_reached(self, status: FoldStatus | None, joint_angles: NDArray[np.float64]) -> bool:
+        """Return whether the chain settled as wanted, every joint within `SUCCESS_TOLERANCE`.
+
+        Parameters
+        ----------
+        status : FoldStatus or None
+            How the fold ended.
+        joint_angles : array, shape (n - 1,)
+            Relative angles at the end [rad].
+        """
+        if status is not FoldStatus.FOLDED:
+            return False
+        deviations = np.abs(joint_angles - self._angles)
+        return bool((deviations <= SUCCESS_TOLERANCE).all(axis=1).any())
+
+    def score(self, status: FoldStatus | None, joint_angles: NDArray[np.float64]) -> float:
+        """Return 1 for a success, 0 for a failed simulation, else half the similarity.
+
+        The parameters are those of `is_reached`. A miss scores at most one half, so no amount of
+        similarity is worth as much as the fold itself.
+        """
+        if status is FoldStatus.FAILED:
+            return 0.0
+        if self.is_reached(status, joint_angles):
+            return 1.0
+        return self.potential(joint_angles)
+
+    def potential(self, joint_angles: NDArray[np.float64]) -> float:
+        """Return half the similarity of a chain to the likest of `words`.
+
+        Joints that are still in the tube count as straight. This is what the score would be if
+        the episode ended here without a success.
+        """
+        if not joint_angles.size:
+            return 0.5
+        scratch = np.empty((4, joint_angles.size + 1))
+        return 0.5 * float(likeness(headings(joint_angles), self._headings, scratch))
+
+
+@lru_cache(maxsize=4096)
+def goal_of(word: str, match: Match) -> Goal:
+    """Return the goal; what it has worked out is shared by all who ask for it."""
+    return Goal(word, match)
+
+
+@kernel
+def likeness(
+    angles: NDArray[np.float64], folds: NDArray[np.float64], scratch: NDArray[np.float64]
+) -> float:
+    """Similarity of the headings ``angles`` (n,) to the likest of ``folds`` (m, n); 4 n scratch.
+
+    It equals `magfold_env.shapes.similarity`, of which this is the compiled form.
+    """
+    n = angles.size
+    x, y, u, v = scratch[0], scratch[1], scratch[2], scratch[3]
+    place(angles, x, y)
+    best = 0.0
+    for m in range(folds.shape[0]):
+        fold = folds[m]
+        place(fold, u, v)
+        total = 0.0
+        for i in range(n):
+            c, s = np.cos(angles[i]), np.sin(angles[i])
+            a, b = np.cos(fold[i]), np.sin(fold[i])
+            for j in range(n):
+                if j != i:
+                    dx, dy = x[j] - x[i], y[j] - y[i]
+                    du, dv = u[j] - u[i], v[j] - v[i]
+                    p = c * dx + s * dy - (a * du + b * dv)
+                    q = c * dy - s * dx - (a * dv - b * du)
+                    total += np.exp(-(p * p + q * q))
+        best = max(best, total / (n * (n - 1)))
+    return best
+
+
+@kernel
+def place(angles: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
+    """Centres of a chain, in sides: hinges lie √2 sides apart, centres halfway between."""
+    px, py = 0.0, 0.0
+    for i in range(angles.size):
+        dx, dy = np.sqrt(2.0) * np.cos(angles[i]), np.sqrt(2.0) * np.sin(angles[i])
+        x[i] = px + 0.5 * dx
+        y[i] = py + 0.5 * dy
+        px += dx
+        py += dy

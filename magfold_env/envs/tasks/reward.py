@@ -1,0 +1,82 @@
+"""What an episode is worth, and what its steps are.
+
+The **score** of an episode is 1 if the chain settled as wanted, else half its similarity to the
+target, and 0 if the simulation failed (`magfold_env.envs.tasks.goals`). The last step's reward is
+
+- ``relative``: the score less b, what the energy minimiser's own design for this target scores on
+  average under the same randomisation (`magfold_env.envs.baselines.baseline`). Targets
+  differ in how hard they are; this is what an agent adds to the minimiser, and 0 is as good as it.
+- ``score``: the score alone.
+- ``sparse``: 1 for a success, else 0.
+
+**Shaping** adds γ Φ(next) − Φ(now) to every step, with Φ = 0 at the end, which leaves the best
+policies as they are (Ng, Harada and Russell 1999). Φ is half of
+
+- ``similarity``: how alike the chain as it is now and the target are, 0 to 1;
+- ``energy``: the magnetic energy of the chain as it is now over that of the same components in the
+  target's shape, within 0 and 1: how much of what the target would release is released. Where the
+  target would release nothing, Φ is 0.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from magfold_env.envs.tasks.checks import one_of
+
+RewardKind = Literal["relative", "score", "sparse"]
+Shaping = Literal["similarity", "energy"]
+
+
+@dataclass(frozen=True)
+class RewardRule:
+    """How an episode is rewarded.
+
+    Attributes
+    ----------
+    kind : {"relative", "score", "sparse"}
+        The last step's reward.
+    shaping : {"similarity", "energy"} or None
+        What every step is rewarded with besides.
+    gamma : float
+        Discount of the shaping.
+    """
+
+    kind: RewardKind = "relative"
+    shaping: Shaping | None = None
+    gamma: float = 1.0
+
+    @classmethod
+    def of(cls, kind: RewardKind, shaping: bool | Shaping, gamma: float) -> "RewardRule":
+        """Return the rule for the options of an environment.
+
+        Raises
+        ------
+        ValueError
+            If one of them is not allowed.
+        """
+        one_of("reward", kind, RewardKind)
+        if shaping not in (True, False, *get_args(Shaping)):
+            raise ValueError(
+                f"shaping: {shaping!r} is not allowed; "
+                f"must be one of True, False, {', '.join(get_args(Shaping))}"
+            )
+        if not 0.0 <= gamma <= 1.0:
+            raise ValueError(f"gamma: {gamma} is not allowed; must be between 0 and 1")
+        if isinstance(shaping, bool):
+            return cls(kind, "similarity" if shaping else None, gamma)
+        return cls(kind, shaping, gamma)
+
+    def step(self, before: float, after: float) -> float:
+        """Return the reward of a step between two potentials."""
+        return self.gamma * after - before
+
+    def end(self, score: float, success: bool, baseline: float) -> float:
+        """Return what the last step is worth besides."""
+        if self.kind == "relative":
+            return score - baseline
+        return score if self.kind == "score" else float(success)
+
+
+def energy_potential(energy: float, wanted: float) -> float:
+    """Return Φ of the shaping by energy, from the energies now and in the target's shape [J]."""
+    return 0.5 * min(max(energy / wanted, 0.0), 1.0) if wanted < 0.0 else 0.0

@@ -1,0 +1,155 @@
+"""A wrapper that makes the task harder as the agent gets better."""
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.utils import RecordConstructorArgs
+from numpy.typing import NDArray
+
+from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.tasks.checks import share_of
+
+
+class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
+    """Go from one stage of a task to the next when enough of the last episodes succeed.
+
+    The environment that is wrapped is the last stage, the stages before it are the same but for
+    some options, such as ``{"components": 4}`` or ``{"difficulty": 0.25}``. Spaces are those of
+    the last stage. Observations of shorter chains are filled up with zeros: each group's entries
+    come first in the group of the longest chain. All stages must have the same actions. The
+    stage is in ``info["stage"]``.
+
+    Parameters
+    ----------
+    env : gymnasium.Env
+        An environment of this package, made by `gymnasium.make`.
+    stages : sequence of mapping
+        What is different in each stage before the last, the easiest first.
+    threshold : float
+        Share of successes that leads to the next stage.
+    window : int
+        Number of episodes, on one stage, that the share is taken over.
+
+    Raises
+    ------
+    ValueError
+        If there is no stage, or their spaces do not go together.
+    """
+
+    def __init__(
+        self,
+        env: gymnasium.Env[Any, Any],
+        stages: Sequence[Mapping[str, Any]],
+        *,
+        threshold: float = 0.8,
+        window: int = 100,
+    ) -> None:
+        RecordConstructorArgs.__init__(self, stages=stages, threshold=threshold, window=window)
+        spec = env.unwrapped.spec
+        if spec is None:
+            raise ValueError(f"env: {env} is not allowed; must be made by gymnasium.make")
+        if not stages:
+            raise ValueError("stages: [] is not allowed; must have one stage or more")
+        if window < 1:
+            raise ValueError(f"window: {window!r} is not allowed; must be 1 or more")
+        easier = [gymnasium.make(spec.id, **{**spec.kwargs, **stage}) for stage in stages]
+        self._envs = [*easier, env]
+        for number, each in enumerate(easier):
+            _check_spaces(number, each, env)
+        super().__init__(self._envs[0])
+        self.observation_space = env.observation_space
+        self.action_space = env.action_space
+        self._threshold = share_of("threshold", threshold)
+        self._stage = 0
+        self._successes: deque[bool] = deque(maxlen=window)
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What `gymnasium.make` makes the same curriculum from: it wraps the last stage."""
+        present, self.env = self.env, self._envs[-1]
+        try:
+            return super().spec
+        finally:
+            self.env = present
+
+    @property
+    def layout(self) -> ObservationLayout:
+        """Where each group of entries lies in an observation."""
+        return _layout(self._envs[-1])
+
+    @property
+    def stage(self) -> int:
+        """Number of the present stage, from 0."""
+        return self._stage
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode, on the next stage if enough of the last ones succeeded."""
+        full = len(self._successes) == self._successes.maxlen
+        last = self._stage == len(self._envs) - 1
+        if full and not last and float(np.mean(self._successes)) >= self._threshold:
+            self._stage += 1
+            self._successes.clear()
+            if seed is None:
+                # The next stage goes on from this one's random numbers.
+                seed = int(self.env.np_random.integers(2**31))
+            self.env = self._envs[self._stage]
+        observation, info = self.env.reset(seed=seed, options=options)
+        return self._spread(observation), info | {"stage": self._stage}
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Step the present stage."""
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        if terminated or truncated:
+            self._successes.append(bool(info.get("is_success", False)))
+        return (
+            self._spread(observation),
+            reward,
+            terminated,
+            truncated,
+            info | {"stage": self._stage},
+        )
+
+    def close(self) -> None:
+        """Close the environments of all stages."""
+        for env in self._envs:
+            env.close()
+
+    def _spread(self, observation: Any) -> Any:
+        """Return an observation as one of the longest chain."""
+        if self.env.observation_space == self.observation_space:
+            return observation
+        entries = cast("NDArray[np.float32]", observation)
+        small, large = _layout(self.env), _layout(self._envs[-1])
+        spread = np.zeros(large.size, dtype=np.float32)
+        for name, group in small.slices.items():
+            start = large.slices[name].start
+            spread[start : start + group.stop - group.start] = entries[group]
+        return spread
+
+
+def _layout(env: gymnasium.Env[Any, Any]) -> ObservationLayout:
+    return cast("ObservationLayout", env.get_wrapper_attr("layout"))
+
+
+def _check_spaces(number: int, env: gymnasium.Env[Any, Any], last: gymnasium.Env[Any, Any]) -> None:
+    """Refuse a stage whose observations or actions do not fit the last stage's."""
+    if env.action_space != last.action_space:
+        raise ValueError(
+            f"stages[{number}]: the actions {env.action_space} are not allowed; "
+            f"must be those of the last stage, {last.action_space}"
+        )
+    if env.observation_space == last.observation_space:
+        return
+    flat = isinstance(env.observation_space, spaces.Box)
+    if not flat or _layout(env).size > _layout(last).size:
+        raise ValueError(
+            f"stages[{number}]: the observations {env.observation_space} are not allowed; "
+            "must be flat and not larger than the last stage's"
+        )

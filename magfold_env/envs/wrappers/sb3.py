@@ -1,0 +1,159 @@
+"""Vector environments for Stable-Baselines3, which this module needs; the package does not.
+
+>>> from stable_baselines3 import PPO
+>>> from magfold_env.envs.wrappers.sb3 import make_sb3_vec
+>>> model = PPO("MlpPolicy", make_sb3_vec("MagFold/TubeFeed-v0", 64, shaping=True))
+"""
+
+from collections.abc import Sequence
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import VecMonitor
+from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
+
+from magfold_env.envs.control.vector import FeedControlVectorEnv
+from magfold_env.envs.fold_vector import FoldVectorEnv
+
+Info = dict[str, Any]
+VectorEnv = FoldVectorEnv[Any] | FeedControlVectorEnv
+
+
+def make_sb3_vec(env_id: str, num_envs: int, **options: Any) -> VecMonitor:
+    """Return a vector environment for Stable-Baselines3 that reports on episodes.
+
+    Parameters
+    ----------
+    env_id : str
+        Such as ``MagFold/TubeFeed-v0``.
+    num_envs : int
+        How many environments.
+    **options
+        Those of the vector environment: `magfold_env.envs.fold_vector.FoldVectorEnv`.
+    """
+    made = gymnasium.make_vec(
+        env_id, num_envs=num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options
+    )
+    return VecMonitor(FoldVecEnv(cast("VectorEnv", made.unwrapped)))
+
+
+class FoldVecEnv(VecEnv):
+    """A vector environment as Stable-Baselines3 has them.
+
+    Methods and attributes asked for by name are those of a single environment with the same
+    options: ``action_masks`` and ``compute_reward`` are the same for all.
+
+    Parameters
+    ----------
+    vector : FoldVectorEnv or FeedControlVectorEnv
+        With the autoreset mode SAME_STEP.
+
+    Raises
+    ------
+    ValueError
+        If it has another.
+    """
+
+    def __init__(self, vector: VectorEnv) -> None:
+        if vector.autoreset_mode != AutoresetMode.SAME_STEP:
+            raise ValueError(
+                f"autoreset_mode: {vector.autoreset_mode} is not allowed; must be SAME_STEP"
+            )
+        self.vector = vector
+        self._actions: Any = None
+        given: Any = vector
+        super().__init__(  # pyright: ignore[reportUnknownMemberType]
+            vector.num_envs, given.single_observation_space, given.single_action_space
+        )
+
+    def reset(self) -> Any:
+        """Begin new episodes, with the seeds and options given before, if any."""
+        options = self._options[0]
+        if any(each != options for each in self._options):
+            if any(each.keys() != {"target"} for each in self._options):
+                raise ValueError(
+                    f"options: {self._options!r} are not allowed; must be the same for all "
+                    "environments, or a 'target' for each"
+                )
+            options = {"target": [each["target"] for each in self._options]}
+        observation, infos = self.vector.reset(seed=self._seeds, options=options)
+        self.reset_infos = _each(infos, self.num_envs)
+        self._reset_seeds()
+        self._reset_options()
+        return observation
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Take note of the actions."""
+        self._actions = actions
+
+    def step_wait(self) -> Any:
+        """Take the step."""
+        observation, reward, terminated, truncated, infos = self.vector.step(self._actions)
+        done = terminated | truncated
+        final_obs, final = infos.pop("final_obs", None), infos.pop("final_info", {})
+        told = _each(infos, self.num_envs)
+        if final:
+            self.reset_infos = [
+                info if over else before
+                for info, over, before in zip(told, done, self.reset_infos, strict=True)
+            ]
+            ends = _each(final, self.num_envs)
+            for row in np.flatnonzero(done).tolist():
+                told[row] = ends[row] | {"terminal_observation": final_obs[row]}
+        for row, info in enumerate(told):
+            info["TimeLimit.truncated"] = bool(truncated[row] and not terminated[row])
+        return observation, reward.astype(np.float32), done, told
+
+    def close(self) -> None:
+        """End the threads."""
+        self.vector.close()
+
+    def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
+        """Return a picture of each environment."""
+        return cast("Any", self.vector).render()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """Return an attribute of a single environment, as often as it is asked for."""
+        return [getattr(self.vector.template, attr_name)] * len(self._rows(indices))
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Refuse: options are given when the environment is made."""
+        raise NotImplementedError(f"{attr_name}: cannot be set once the environments are made")
+
+    def env_method(
+        self,
+        method_name: str,
+        *method_args: Any,
+        indices: VecEnvIndices = None,
+        **method_kwargs: Any,
+    ) -> list[Any]:
+        """Return what a method of a single environment returns, as often as it is asked for."""
+        method = getattr(self.vector.template, method_name)
+        return [method(*method_args, **method_kwargs)] * len(self._rows(indices))
+
+    def env_is_wrapped(
+        self,
+        wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]],
+        indices: VecEnvIndices = None,
+    ) -> list[bool]:
+        """Return that they are in no wrapper."""
+        return [False] * len(self._rows(indices))
+
+    def _rows(self, indices: VecEnvIndices) -> list[int]:
+        return list(self._get_indices(indices))
+
+
+def _each(infos: Info, count: int) -> list[Info]:
+    """Return what is told of each environment, from what Gymnasium tells of all."""
+    told: list[Info] = [{} for _ in range(count)]
+    for key, values in infos.items():
+        if key.startswith("_"):
+            continue
+        present = infos[f"_{key}"]
+        for info, value, has in zip(told, values.tolist(), present.tolist(), strict=True):
+            if has:
+                info[key] = value
+    return told

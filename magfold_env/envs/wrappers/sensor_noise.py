@@ -1,0 +1,56 @@
+"""A wrapper that blurs what a camera would see of the chain."""
+
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+from gymnasium.utils import RecordConstructorArgs
+from numpy.typing import NDArray
+
+from magfold_env.envs.spaces.observation import MEASURED, ObservationLayout
+
+
+class SensorNoise(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):
+    """Add noise to the measured entries of the observation: ``joint`` to ``velocity``.
+
+    What the agent knows (target, magnets, speeds, which components are out) stays as it is. So do
+    the goals of ``MagFold/TubeFeedGoal-v0``, which rewards are computed from. The noise is drawn
+    from the environment's own random numbers after everything else, so that a seed gives the
+    physics that it gives without noise in the first episode, and one sequence of episodes always.
+
+    Parameters
+    ----------
+    env : gymnasium.Env
+        One of the environments of this package.
+    spread : float
+        Standard deviation, in the entries' own units, in which each lies between −1 and 1.
+
+    Raises
+    ------
+    ValueError
+        If `spread` is negative.
+    """
+
+    def __init__(self, env: gymnasium.Env[Any, Any], spread: float) -> None:
+        RecordConstructorArgs.__init__(self, spread=spread)
+        super().__init__(env)
+        if not spread >= 0.0:
+            raise ValueError(f"spread: {spread!r} is not allowed; must be 0 or more")
+        self._spread = spread
+        layout = cast("ObservationLayout", env.get_wrapper_attr("layout"))
+        self._measured = np.zeros(layout.size, dtype=np.bool_)
+        for name in MEASURED:
+            self._measured[layout.slices[name]] = True
+
+    def observation(self, observation: Any) -> Any:
+        """Return the observation with noise."""
+        if isinstance(observation, dict):
+            seen = cast("dict[str, NDArray[np.float32]]", observation)
+            return {**seen, "observation": self._blurred(seen["observation"])}
+        return self._blurred(observation)
+
+    def _blurred(self, entries: NDArray[np.float32]) -> NDArray[np.float32]:
+        noise = self._spread * self.np_random.standard_normal(int(self._measured.sum()))
+        blurred = entries.copy()
+        blurred[self._measured] = np.clip(blurred[self._measured] + noise, -1.0, 1.0)
+        return blurred

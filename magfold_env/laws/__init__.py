@@ -1,0 +1,1 @@
+"""Laws of mechanics as measurements, for tests, stress campaigns and benchmarks."""

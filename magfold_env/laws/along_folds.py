@@ -1,0 +1,163 @@
+"""What must hold after every step of a fold: no overlap, no joint past its stop, no new energy."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from magfold_env.laws import mechanics
+from magfold_env.laws.overlap import deepest_overlaps
+from magfold_env.laws.stepping import SteppedSession
+from magfold_env.scene import Scene
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The states that a fold passed through, up to where numbers broke down: m of them."""
+
+    scene: Scene
+    time: Floats
+    """[s], shape (m,)."""
+    angles: Floats
+    """Headings [rad], shape (m, n)."""
+    rates: Floats
+    """[rad/s], shape (m, n)."""
+    base: Floats
+    """Outer hinge of component 1 [m], shape (m, 2)."""
+    base_velocity: Floats
+    """[m/s], shape (m, 2)."""
+    potential: Floats
+    """Of the magnets [J], shape (m,)."""
+    released: npt.NDArray[np.int64]
+    """Components that are out of the tube, shape (m,)."""
+    finite: bool
+    """Whether nothing broke down."""
+
+    @cached_property
+    def overlap(self) -> float:
+        """Deepest overlap, as a share of the side."""
+        deep = deepest_overlaps(self.scene, self.angles, self.base, self.released)
+        return float(deep.max(initial=0.0)) / self.scene.casing.side
+
+    @cached_property
+    def fitting_overlap(self) -> float:
+        """The same, but for components that the tube holds though they reach through its wall."""
+        states = (self.angles, self.base, self.released)
+        deep = deepest_overlaps(self.scene, *states, fitting=True)
+        return float(deep.max(initial=0.0)) / self.scene.casing.side
+
+    @cached_property
+    def past_stop(self) -> float:
+        """How far a joint was beyond a right angle [rad]."""
+        joints = np.abs(np.diff(self.angles, axis=1))
+        return float((joints - np.pi / 2.0).max(initial=0.0))
+
+    @cached_property
+    def kinetic(self) -> Floats:
+        """Kinetic energy [J], shape (m,)."""
+        return mechanics.kinetic_energy(self.scene, self.angles, self.rates, self.base_velocity)
+
+    @cached_property
+    def total(self) -> Floats:
+        """Magnetic, kinetic and in-plane gravity's energy [J], shape (m,)."""
+        weight = mechanics.weight_energy(self.scene, self.angles, self.base)
+        return self.potential + self.kinetic + weight
+
+    @cached_property
+    def rise(self) -> float:
+        """Largest rise of the total energy, after the feed, over its range in the whole run."""
+        alone = self.total[self.released == self.scene.n]
+        extent = float(np.ptp(self.total)) if len(self.time) else 0.0
+        if extent == 0.0 or alone.size == 0:
+            return 0.0
+        return float((alone - np.minimum.accumulate(alone)).max()) / extent
+
+
+def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
+    """Simulate a scene in which nothing is left to draw, and keep every state.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    stride
+        Steps from one state that is kept to the next.
+
+    Returns
+    -------
+    motion : Motion
+        Start and end included.
+    session : SteppedSession
+        As it ended.
+    """
+    rows: list[Floats] = []
+    released: list[int] = []
+
+    def look(session: SteppedSession) -> None:
+        seen = (session.angles, session.rates, session.base, session.base_velocity)
+        rows.append(np.concatenate([[session.time, session.potential()], *seen]))
+        released.append(session.released)
+
+    session = SteppedSession(scene, look, stride)
+    look(session)
+    session.run()
+    look(session)
+    table = np.array(rows)
+    sound = np.isfinite(table).all(axis=1)
+    count = len(table) if sound.all() else int(sound.argmin())
+    n = scene.n
+    moment, potential, angles, rates, base, velocity = np.split(
+        table[:count], np.cumsum([1, 1, n, n, 2]), axis=1
+    )
+    motion = Motion(
+        scene=scene,
+        time=moment[:, 0],
+        angles=angles,
+        rates=rates,
+        base=base,
+        base_velocity=velocity,
+        potential=potential[:, 0],
+        released=np.array(released[:count], dtype=np.int64),
+        finite=bool(sound.all()),
+    )
+    return motion, session
+
+
+@dataclass(frozen=True)
+class FoldLimits:
+    """Worst values along one fold, and how it ended."""
+
+    overlap: float
+    """Share of the side."""
+    past_stop: float
+    """[rad]."""
+    rise: float
+    """Of the total energy without feed, over its range."""
+    finite: bool
+    status: str
+    message: str
+    steps: int
+    seconds: float
+
+
+def limits_of(scene: Scene) -> FoldLimits:
+    """Simulate a scene in which nothing is left to draw, and look at every step."""
+    begun = time.perf_counter()
+    motion, session = follow(scene)
+    assert session.status is not None
+    return FoldLimits(
+        overlap=motion.overlap,
+        past_stop=motion.past_stop,
+        rise=motion.rise,
+        finite=motion.finite,
+        status=session.status.value,
+        message=session.message,
+        steps=session.steps,
+        seconds=time.perf_counter() - begun,
+    )

@@ -1,0 +1,98 @@
+"""Random contact scenes: every number gives one scene, on every machine and for every engine.
+
+Scenes with even seeds have sequences designed for a folded word, the others are left to chance.
+A design takes no simulation and no energies, so that a change of either leaves the scenes alone.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from magfold_env.minimiser.contacts import conflicts
+from magfold_env.minimiser.lattice import from_words
+from magfold_env.scene import Scene
+from magfold_env.shapes import overlaps
+
+SMALLEST, LARGEST = 3, 12  # components
+SLOWEST, FASTEST = 0.01, 0.6  # feed speeds [m/s]
+FRICTIONLESS = 0.15  # share of scenes without friction
+DURATION = 2.0  # [s] after the last release
+DRAWS = 100  # of sequences for one word
+
+Sequence = tuple[str, ...]
+
+
+def random_scene(seed: int) -> Scene:
+    """Return the scene of a number, with nothing left to draw.
+
+    Components, friction and start angles are drawn evenly, feed speeds evenly in their logarithm.
+    """
+    rng = np.random.default_rng([seed, 0x5EED])
+    n = int(rng.integers(SMALLEST, LARGEST + 1))
+    sequence = designed_sequence(rng, n) if is_designed(seed) else random_sequence(rng, n)
+    friction = 0.0 if rng.random() < FRICTIONLESS else float(rng.random())
+    changes: dict[str, Any] = {"mount": str(rng.choice(["pinned", "free", "tube"]))}
+    if changes["mount"] == "tube":
+        changes["feed"] = {
+            "direction": str(rng.choice(["forward", "backward"])),
+            "loading": str(rng.choice(["preloaded", "at_mouth"])),
+            "speed": math.exp(rng.uniform(math.log(SLOWEST), math.log(FASTEST))),
+        }
+    scene = Scene(sequence=sequence, friction=friction, duration=DURATION)
+    return scene.replace(**changes).draw(rng)
+
+
+def is_designed(seed: int) -> bool:
+    """Whether the scene of a number has a sequence that is meant to fold."""
+    return seed % 2 == 0
+
+
+def random_sequence(rng: np.random.Generator, n: int) -> Sequence:
+    """Draw every face by itself."""
+    return tuple("".join(row) for row in rng.choice(["N", "S"], (n, 4)))
+
+
+def random_word(rng: np.random.Generator, n: int) -> str:
+    """Draw a word of L and R in which nothing overlaps, letter by letter."""
+    word = ""
+    while len(word) < n - 1:
+        options = [word + letter for letter in "LR" if not overlaps(word + letter)]
+        # A dead end begins anew.
+        word = str(rng.choice(options)) if options else ""
+    return word
+
+
+def designed_sequence(rng: np.random.Generator, n: int) -> Sequence:
+    """Draw a sequence that pulls every joint towards one folded word.
+
+    Of several draws, the one with the fewest equal poles in touch where the word closes loops.
+    """
+    word = random_word(rng, n)
+    lattice = from_words([word])
+    draws = (pulled_sequence(rng, word) for _ in range(DRAWS))
+    best, fewest = next(draws), 4 * n
+    for sequence in draws:
+        count = len(conflicts(lattice, sequence))
+        if count < fewest:
+            best, fewest = sequence, count
+        if fewest == 0:
+            break
+    return best
+
+
+def pulled_sequence(rng: np.random.Generator, word: str) -> Sequence:
+    """Draw a sequence whose neighbours attract on the side they turn to and repel on the other.
+
+    A left turn brings the front-left face of a component to the back-left face of the next, a
+    right turn the front-right face to the back-right one: no face is asked for twice.
+    """
+    n = len(word) + 1
+    sign = rng.choice([-1, 1], (n, 4))  # front-left, back-left, back-right, front-right
+    for k, letter in enumerate(word):
+        toward = 1 if letter == "L" else -1
+        sign[k + 1, 1] = -toward * sign[k, 0]
+        sign[k + 1, 2] = toward * sign[k, 3]
+    return tuple("".join("N" if face > 0 else "S" for face in row) for row in sign)

@@ -1,0 +1,244 @@
+"""Local descent of the energy over continuous joint angles: `descend`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from magfold_env.engine.magnets import pairs
+from magfold_env.engine.state import Array, Pose
+from magfold_env.engine.workspace import new_nodes
+from magfold_env.minimiser.landscape import energy_unit, refuse_field
+from magfold_env.minimiser.overlap import overlaps, push
+from magfold_env.scene import Problem, Scene, SceneError
+from magfold_env.shapes import angles_to_word, centres
+from magfold_env.simulation.pack import charges, pack_magnets
+
+STIFFNESS: Final = 2e4
+"""Of the springs between casings, in the energy unit over side²: overlaps stay below 1e-3 side."""
+TOLERANCE: Final = 1e-6
+"""Torques on free joints up to this part of the energy unit are none."""
+
+_LONGEST_STEP = 0.1  # of a joint [rad]
+_SHORTEST_SHARE = 1e-12  # of a step, when it is shortened
+_SUFFICIENT = 1e-4  # share of the slope that a step must realise
+_DIFFERENCE = 1e-6  # of a joint, for second derivatives [rad]
+_FLATTEST = 1e-6  # least curvature that a step trusts, relative to the largest
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """The result of `descend`.
+
+    Attributes
+    ----------
+    angles : (n,) array
+        Headings [rad], component 1's as it was given.
+    word : str
+        The nearest letters.
+    energy : float
+        `mf.energy` at the angles [J].
+    torques : (n-1,) array
+        The magnets' on the joints, -∂U/∂θ [N·m]; where the chain rests they are nil, or held by a
+        stop or by casings that touch.
+    overlap : float
+        How deep the casings overlap that press on each other most [m].
+    steps : int
+        Number of steps taken.
+    converged : bool
+        Whether no free joint is turned any more.
+    """
+
+    angles: Array
+    word: str
+    energy: float
+    torques: Array
+    overlap: float
+    steps: int
+    converged: bool
+
+
+def descend(scene: Scene, angles: npt.ArrayLike, *, max_steps: int = 500) -> Descent:
+    """Follow the magnets' energy downhill from any state to a local minimum.
+
+    Joints stay within their stops. Casings four or more apart that overlap are pushed apart by a
+    stiff spring, so that where they are pressed together they keep a small overlap, which is
+    reported; a state that begins with overlapping casings is first freed of it. Without `contact`
+    in the scene there are neither stops nor springs. There is no inertia and no friction. A state
+    in which no joint is turned stays, even on a ridge.
+
+    Parameters
+    ----------
+    scene
+        Its sequence, casing, magnets and contact count.
+    angles : (n,) array
+        Headings to start from [rad]; joints beyond their stops are set back to them.
+    max_steps
+        Steps after which to give up.
+
+    Raises
+    ------
+    SceneError
+        If the angles do not fit.
+    ValueError
+        If `max_steps` is below 1, or the scene has an external field.
+
+    Notes
+    -----
+    Projected Newton steps (Bertsekas, SIAM J. Control Optim. 20, 1982) with second derivatives
+    from differences of the torques, of which the magnitudes of the curvatures are taken: on a
+    ridge a step goes down, too.
+    """
+    start = np.asarray(angles, dtype=np.float64)
+    if start.shape != (scene.n,):
+        raise SceneError([Problem("angles", start.shape, f"must have shape ({scene.n},)")])
+    if not np.isfinite(start).all():
+        raise SceneError([Problem("angles", start.tolist(), "must be finite")])
+    if max_steps < 1:
+        raise ValueError(f"max_steps: {max_steps!r} is not allowed; must be at least 1")
+    refuse_field(scene)
+    hill = _Hill(scene, float(start[0]))
+    limit = 0.5 * np.pi if scene.contact else np.inf
+    joints = np.clip(np.diff(start), -limit, limit)
+    energy, torques = hill.at(joints)
+    enough = TOLERANCE * max(energy_unit(scene), np.finfo(np.float64).tiny)
+    steps, converged = 0, False
+    while not converged and steps < max_steps:
+        held = ((joints >= limit) & (torques > 0.0)) | ((joints <= -limit) & (torques < 0.0))
+        free = np.flatnonzero(~held)
+        if not free.size or np.abs(torques[free]).max() <= enough:
+            converged = True
+            break
+        step = _step(hill, joints, torques, limit)
+        moved = _line_search(hill, joints, energy, torques, step, limit)
+        if moved is None:
+            break
+        joints, energy, torques = moved
+        steps += 1
+    return hill.result(joints, steps, converged=converged)
+
+
+class _Hill:
+    """The energy of a chain by its joint angles, springs between casings included."""
+
+    def __init__(self, scene: Scene, first: float) -> None:
+        pinned = scene.replace(mount="pinned", start_angles=None)
+        self._scene = pinned
+        self._first = first
+        self._magnets = pack_magnets(pinned)
+        self._charge = charges(pinned)
+        self._nodes = new_nodes(self._magnets, pinned.n)
+        self._stiffness = STIFFNESS * energy_unit(scene) / scene.casing.side**2
+
+    def at(self, joints: Array) -> tuple[float, Array]:
+        """Return the energy [J] and the torques on the joints (n-1,) [N·m]."""
+        headings, places = self._place(joints)
+        energy, force, moment = self._magnetic(headings, places, with_energy=True)
+        energy += self._push(headings, places, force, moment)
+        return energy, self._joint_torques(headings, places, force, moment)
+
+    def torques(self, joints: Array) -> Array:
+        """Return the torques on the joints (n-1,) [N·m] without the energy, at half the cost."""
+        headings, places = self._place(joints)
+        _, force, moment = self._magnetic(headings, places, with_energy=False)
+        self._push(headings, places, force, moment)
+        return self._joint_torques(headings, places, force, moment)
+
+    def result(self, joints: Array, steps: int, *, converged: bool) -> Descent:
+        headings, places = self._place(joints)
+        energy, force, moment = self._magnetic(headings, places, with_energy=True)
+        deep = overlaps(places, headings, self._scene.casing.side)
+        return Descent(
+            angles=headings,
+            word=angles_to_word(joints),
+            energy=energy,
+            torques=self._joint_torques(headings, places, force, moment),
+            overlap=max((overlap.depth for overlap in deep), default=0.0),
+            steps=steps,
+            converged=converged,
+        )
+
+    def _place(self, joints: Array) -> tuple[Array, Array]:
+        headings = self._first + np.concatenate([[0.0], np.cumsum(joints)])
+        return headings, centres(headings, self._scene.casing.side)
+
+    def _push(self, headings: Array, places: Array, force: Array, moment: Array) -> float:
+        if not self._scene.contact:
+            return 0.0
+        found = overlaps(places, headings, self._scene.casing.side)
+        return push(found, self._stiffness, force, moment)
+
+    def _magnetic(
+        self, headings: Array, places: Array, *, with_energy: bool
+    ) -> tuple[float, Array, Array]:
+        """Energy [J], forces (n, 2) [N] and moments about the origin (n,) [N·m] of the magnets."""
+        n = len(headings)
+        force, moment = np.zeros((n, 2)), np.zeros(n)
+        if self._scene.magnets is None:
+            return 0.0, force, moment
+        x, y = np.ascontiguousarray(places.T)
+        pose = Pose(np.cos(headings), np.sin(headings), x, y)
+        force_x, force_y = np.zeros(n), np.zeros(n)
+        pairs.add_forces(
+            0, self._magnets, self._charge, pose, self._nodes, force_x, force_y, moment
+        )
+        energy = 0.0
+        if with_energy:
+            energy = float(pairs.energy(0, self._magnets, self._charge, pose, self._nodes))
+        force[:, 0], force[:, 1] = force_x, force_y
+        moment += x * force_y - y * force_x
+        return energy, force, moment
+
+    def _joint_torques(self, headings: Array, places: Array, force: Array, moment: Array) -> Array:
+        """Moments about each hinge of what acts on the components behind it (n-1,) [N·m]."""
+        half = 0.5 * self._scene.casing.diagonal
+        hinges = places - half * np.stack([np.cos(headings), np.sin(headings)], axis=1)
+        beyond = np.cumsum(force[::-1], axis=0)[::-1]
+        turning = np.cumsum(moment[::-1])[::-1]
+        return (turning - hinges[:, 0] * beyond[:, 1] + hinges[:, 1] * beyond[:, 0])[1:]
+
+
+def _step(hill: _Hill, joints: Array, torques: Array, limit: float) -> Array:
+    """Return a step downhill (n-1,) [rad].
+
+    Joints that are driven towards a stop nearby go there; the others' step leads to the minimum of
+    a quadratic form. If all took the latter, to cut some short at their stops could turn it uphill.
+    """
+    room = np.where(torques > 0.0, limit - joints, -limit - joints)
+    stopping = np.abs(room) < _LONGEST_STEP
+    step = np.where(stopping, room, 0.0)
+    rest = np.flatnonzero(~stopping)
+    if rest.size:
+        step[rest] = _newton_step(hill, joints, torques, rest)
+    return step
+
+
+def _newton_step(hill: _Hill, joints: Array, torques: Array, free: npt.NDArray[np.intp]) -> Array:
+    """Return the free joints' step to the minimum of the quadratic form they make [rad]."""
+    curvature = np.empty((free.size, free.size))
+    for k, joint in enumerate(free):
+        moved = joints.copy()
+        moved[joint] += _DIFFERENCE
+        curvature[k] = (torques[free] - hill.torques(moved)[free]) / _DIFFERENCE
+    values, vectors = np.linalg.eigh(0.5 * (curvature + curvature.T))
+    size = np.abs(values)
+    size = np.maximum(size, max(_FLATTEST * size.max(), np.finfo(np.float64).tiny))
+    step = vectors @ ((vectors.T @ torques[free]) / size)
+    return step * min(1.0, _LONGEST_STEP / np.abs(step).max(initial=_LONGEST_STEP))
+
+
+def _line_search(
+    hill: _Hill, joints: Array, energy: float, torques: Array, step: Array, limit: float
+) -> tuple[Array, float, Array] | None:
+    """Shorten a step until the energy falls enough; None if it does not fall."""
+    share = 1.0
+    while share > _SHORTEST_SHARE:
+        moved = np.clip(joints + share * step, -limit, limit)
+        lower, turned = hill.at(moved)
+        if lower <= energy - _SUFFICIENT * float(torques @ (moved - joints)) and lower < energy:
+            return moved, lower, turned
+        share *= 0.5
+    return None

@@ -1,0 +1,127 @@
+"""Kernels that evaluate words for every sequence of poles there is.
+
+The energy of a word is sᵀ J s. The faces are cut into leading and trailing ones. While the leading
+signs are fixed, the energy is that among them, plus that among the trailing ones, which is kept in
+a table, plus a sum of fields on the trailing faces. All sums of those are built by doubling: with
+one face more, every sum so far appears twice, the second time with that face's sign changed. That
+is one addition a sequence, without the flip after flip of a Gray code, in which errors add up.
+
+Sequences are numbered with one bit a face, component 1's front-left highest, N = 0 and S = 1: the
+order of the numbers is the alphabetical order of the sequences.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.engine.compile.jit import allocating_kernel
+from magfold_env.engine.state import Array
+
+WordIndices = NDArray[np.uint8]
+"""Enough for the 229 words of six components."""
+
+
+@allocating_kernel
+def word_for_every_sequence(form: Array, trailing: int, out: Array) -> None:
+    """Fill the energies [J] of one word for all sequences whose first face is N.
+
+    ``form`` (faces, faces) is J [J], ``trailing`` the number of trailing faces, ``out`` has shape
+    (2^(faces - 1),).
+    """
+    own, fields = np.empty(1 << trailing), np.empty(trailing)
+    tabulate(form, trailing, own)
+    size = own.size
+    for block in range(out.size // size):
+        energies = out[block * size : (block + 1) * size]
+        fill_block(form, block, trailing, own, fields, energies)
+
+
+@allocating_kernel
+def best_for_every_sequence(
+    forms: Array, trailing: int, first: int,
+    word: WordIndices, least: Array, second: Array,
+) -> None:  # fmt: skip
+    """Fill which word has least energy, its energy and the second least [J], for some sequences.
+
+    ``forms`` (words, faces, faces) holds J [J]. The sequences are those from number ``first`` on,
+    a multiple of 2^``trailing``, as many as ``word``, ``least`` and ``second`` have entries.
+    """
+    words, size = forms.shape[0], 1 << trailing
+    own = np.empty((words, size))
+    for w in range(words):
+        tabulate(forms[w], trailing, own[w])
+    fields, energies = np.empty(trailing), np.empty(size)
+    for begin in range(0, least.size, size):
+        lowest, runner_up = least[begin : begin + size], second[begin : begin + size]
+        which = word[begin : begin + size]
+        lowest[:] = np.inf
+        runner_up[:] = np.inf
+        which[:] = 0
+        for w in range(words):
+            fill_block(forms[w], (first + begin) // size, trailing, own[w], fields, energies)
+            keep_lowest(w, energies, which, lowest, runner_up)
+
+
+@allocating_kernel
+def keep_lowest(
+    w: int, energies: Array, which: WordIndices, lowest: Array, runner_up: Array
+) -> None:
+    """Compare a word's energies with the lowest two so far; of equal ones the first word stays."""
+    for k in range(energies.size):
+        energy, low = energies[k], lowest[k]
+        higher = low if energy < low else energy
+        runner_up[k] = higher if higher < runner_up[k] else runner_up[k]
+        which[k] = w if energy < low else which[k]
+        lowest[k] = energy if energy < low else low
+
+
+@allocating_kernel
+def fill_block(
+    form: Array, block: int, trailing: int, own: Array, fields: Array, energies: Array
+) -> None:
+    """Fill the energies (2^trailing,) of the sequences whose leading faces are bits of ``block``.
+
+    ``own`` is what `tabulate` fills, ``fields`` (trailing,) is overwritten.
+    """
+    faces = form.shape[0]
+    leading = faces - trailing
+    fields[:] = 0.0
+    energies[0] = 0.0
+    for f in range(leading):
+        sign = sign_of(block, leading - 1 - f)
+        for g in range(leading):
+            energies[0] += sign * sign_of(block, leading - 1 - g) * form[f, g]
+        for g in range(trailing):
+            # Twice: J is symmetric.
+            fields[g] += 2.0 * sign * form[f, leading + g]
+    for g in range(trailing):
+        energies[0] += fields[g]
+    for bit in range(trailing):
+        change = 2.0 * fields[trailing - 1 - bit]
+        half = 1 << bit
+        for k in range(half):
+            energies[half + k] = energies[k] - change
+    for k in range(energies.size):
+        energies[k] += own[k]
+
+
+@allocating_kernel
+def tabulate(form: Array, trailing: int, own: Array) -> None:
+    """Fill the energies (2^trailing,) among the trailing faces for all their signs [J]."""
+    leading = form.shape[0] - trailing
+    for number in range(own.size):
+        total = 0.0
+        for f in range(trailing):
+            sign = sign_of(number, trailing - 1 - f)
+            for g in range(f):
+                total += (
+                    2.0 * sign * sign_of(number, trailing - 1 - g) * form[leading + f, leading + g]
+                )
+        own[number] = total
+
+
+@allocating_kernel
+def sign_of(number: int, bit: int) -> float:
+    """Return the sign of a face: +1 for N, a bit that is 0, and -1 for S."""
+    return -1.0 if (number >> bit) & 1 else 1.0

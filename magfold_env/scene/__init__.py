@@ -1,0 +1,35 @@
+"""What a user states: a scene, its groups, and how they are read and written."""
+
+from magfold_env.scene.errors import Problem, SceneError
+from magfold_env.scene.io import load_scene, save_scene, scene_names
+from magfold_env.scene.parts import (
+    FACES,
+    Casing,
+    Feed,
+    Field,
+    FixedMagnet,
+    Gravity,
+    Magnets,
+    Solver,
+    Spreads,
+)
+from magfold_env.scene.scene import SIGNS, Scene
+
+__all__ = [
+    "FACES",
+    "SIGNS",
+    "Casing",
+    "Feed",
+    "Field",
+    "FixedMagnet",
+    "Gravity",
+    "Magnets",
+    "Problem",
+    "Scene",
+    "SceneError",
+    "Solver",
+    "Spreads",
+    "load_scene",
+    "save_scene",
+    "scene_names",
+]

@@ -1,0 +1,128 @@
+"""Scenes as YAML files: the shipped ones by name, any other by path."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import yaml
+
+from magfold_env.files import configs_dir, write_text
+from magfold_env.scene.base import Part
+from magfold_env.scene.errors import SceneError
+from magfold_env.scene.scene import Scene
+
+PartType = TypeVar("PartType", bound=Part)
+
+_SUFFIXES = (".yaml", ".yml")
+
+
+class _Loader(yaml.SafeLoader):
+    """Safe YAML in which 1e-3 is a number and a key is text and given once."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[str] = set()
+        for key_node, _ in node.value:
+            key = cast("Any", self.construct_object(key_node, deep=True))  # pyright: ignore[reportUnknownMemberType]
+            if not isinstance(key, str) or key in seen:
+                wrong = "is given twice" if key in seen else "is not text"
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key {key!r} {wrong}", key_node.start_mark
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+# YAML 1.1, which PyYAML follows, takes 1e-3 and 1e5 for strings.
+cast("Any", _Loader).add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"^[-+]?(?:\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
+    list("-+.0123456789"),
+)
+
+
+def scene_names() -> list[str]:
+    """Return the names of the shipped scenes, sorted."""
+    root = configs_dir() / "scenes"
+    return sorted(
+        path.relative_to(root).with_suffix("").as_posix() for path in root.rglob("*.yaml")
+    )
+
+
+def load_scene(name_or_path: str | Path) -> Scene:
+    """Read a scene.
+
+    Parameters
+    ----------
+    name_or_path
+        The name of a shipped scene ("paper/sequence-3") or the path of a YAML file.
+
+    Raises
+    ------
+    SceneError
+        If there is no such scene or file, or if it is not valid.
+    """
+    if isinstance(name_or_path, str) and name_or_path in scene_names():
+        path = configs_dir() / "scenes" / f"{name_or_path}.yaml"
+    else:
+        path = Path(name_or_path)
+    if path.is_file():
+        return read_part(path, Scene)
+    shipped = "shipped scenes: " + ", ".join(scene_names())
+    if isinstance(name_or_path, Path) or path.suffix in _SUFFIXES:
+        raise SceneError(f"{name_or_path}: no such file; {shipped}")
+    raise SceneError(f"{name_or_path}: no such scene; {shipped}")
+
+
+def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
+    """Write a scene as YAML, every field spelt out, so that `load_scene` gives it back equal.
+
+    Parameters
+    ----------
+    scene
+        What to write.
+    path
+        Where to.
+    comment
+        Lines to put before it.
+    """
+    data = scene.model_dump(mode="json")
+    head = "".join(f"# {line}\n" for line in comment.splitlines())
+    write_text(path, head + yaml.safe_dump(data, sort_keys=False, default_flow_style=None))
+
+
+def read_part(path: Path, kind: type[PartType]) -> PartType:
+    """Read a YAML file that holds the keys and values of ``kind``.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read, is not YAML, holds no mapping or not a valid one.
+    """
+    try:
+        return kind(**_mapping(path, kind.__name__.lower()))
+    except SceneError as error:
+        if not error.problems:
+            raise
+        raise SceneError(error.problems, source=str(path)) from None
+
+
+def _mapping(path: Path, what: str) -> dict[str, Any]:
+    try:
+        data = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
+    except yaml.YAMLError as error:
+        raise SceneError(_describe(error), source=str(path)) from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise SceneError(f"cannot be read: {error}", source=str(path)) from None
+    if not isinstance(data, dict):
+        message = f"{data!r} is not a {what}; must be a mapping of keys"
+        raise SceneError(message, source=str(path))
+    return cast("dict[str, Any]", data)
+
+
+def _describe(error: yaml.YAMLError) -> str:
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
+        mark = error.problem_mark
+        return f"line {mark.line + 1}, column {mark.column + 1}: {error.problem}"
+    return f"not YAML: {error}"

@@ -1,0 +1,201 @@
+"""The magnets group of a scene: four magnets a component, one behind each face."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self, cast
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Strict,
+    Tag,
+    model_validator,
+)
+
+from magfold_env.scene.base import MU0, NonNegative, Part, Positive, number_or_list
+from magfold_env.scene.errors import Problem, SceneError
+
+FACES = ("front-left", "back-left", "back-right", "front-right")
+"""Order of the letters of a component; outward normals +45°, +135°, -135°, -45° from heading."""
+
+ROUNDING = 1e-12  # lengths that agree to this part of the side count as equal
+
+Array = npt.NDArray[np.float64]
+Length = Literal["width", "height", "thickness", "inset"]
+
+_ONE_A_FACE = f"one a face ({', '.join(FACES)})"
+
+
+def _four(values: tuple[float, ...]) -> tuple[float, ...]:
+    if len(values) != len(FACES):
+        raise ValueError(f"must be one number, or four, {_ONE_A_FACE}")
+    return values
+
+
+def _row(value: object) -> object:
+    if number_or_list(value) != "<list>" or len(cast("list[object]", value)) != len(FACES):
+        raise ValueError(f"must be four numbers, {_ONE_A_FACE}")
+    return value
+
+
+def _strength_branch(value: object) -> str:
+    tag = number_or_list(value)
+    if tag == "<list>" and "<list>" in map(number_or_list, cast("list[object]", value)):
+        return "<rows>"
+    return tag
+
+
+PositiveFaces = Annotated[
+    Annotated[Positive, Tag("<number>")]
+    | Annotated[tuple[Positive, ...], AfterValidator(_four), Tag("<list>")],
+    Discriminator(number_or_list),
+]
+"""One positive number for all faces, or one for each, in the order `FACES`."""
+NonNegativeFaces = Annotated[
+    Annotated[NonNegative, Tag("<number>")]
+    | Annotated[tuple[NonNegative, ...], AfterValidator(_four), Tag("<list>")],
+    Discriminator(number_or_list),
+]
+"""One number, zero or more, for all faces, or one for each, in the order `FACES`."""
+Strength = Annotated[
+    Annotated[Positive, Tag("<number>")]
+    | Annotated[tuple[Positive, ...], AfterValidator(_four), Tag("<list>")]
+    | Annotated[tuple[Annotated[tuple[Positive, ...], BeforeValidator(_row)], ...], Tag("<rows>")],
+    Discriminator(_strength_branch),
+]
+"""One positive number, one a face, or a row of four for every component, component 1 first."""
+
+
+class Magnets(Part):
+    """The four magnets of a component, one behind each face that is not left empty.
+
+    Lengths are one number, or four in the order `FACES`, the same in every component. A strength
+    may be a row of four for each component.
+    """
+
+    model: Literal["strips", "points"] = "strips"
+    """`strips`: evenly charged rectangles; `points`: the paper's charges on a line."""
+    remanence: Strength | None = 0.6
+    """Residual flux density [T]; None where `pole_charge` is given."""
+    pole_charge: Strength | None = None
+    """Magnetic charge of one pole face [A m]; given instead of `remanence`."""
+    width: PositiveFaces = 0.006
+    """Pole face along the casing's face, in the plane [m]."""
+    height: PositiveFaces = 0.006
+    """Pole face normal to the plane [m]."""
+    thickness: PositiveFaces = 0.0025
+    """Distance between a magnet's two pole faces [m]."""
+    inset: NonNegativeFaces = 0.0005
+    """How far the outer pole face lies inside the casing's face [m]."""
+    nodes: Annotated[int, Strict(), Field(ge=1, le=128)] | None = None
+    """Nodes along the width of a pole face; None lets `accuracy` choose (points: 3)."""
+    accuracy: Annotated[float, Strict(), Field(ge=1e-12, le=0.1)] = 1e-3
+    """Bound on a component's force error, relative to two flush opposite faces (`strips`)."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _charge_replaces_remanence(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            entries = cast("dict[str, Any]", data)
+            if entries.get("pole_charge") is not None and "remanence" not in entries:
+                return {**entries, "remanence": None}
+        return cast("Any", data)
+
+    @model_validator(mode="after")
+    def _one_strength(self) -> Self:
+        if self.remanence is None and self.pole_charge is None:
+            raise SceneError([Problem("remanence", None, "must be given, or pole_charge instead")])
+        if self.remanence is not None and self.pole_charge is not None:
+            allowed = f"must be left out when remanence ({self.remanence!r}) is given"
+            raise SceneError([Problem("pole_charge", self.pole_charge, allowed)])
+        return self
+
+    @property
+    def strength_name(self) -> Literal["remanence", "pole_charge"]:
+        """Which of the two ways to say how strong the magnets are is used."""
+        return "remanence" if self.pole_charge is None else "pole_charge"
+
+    @property
+    def rows(self) -> int | None:
+        """Number of components whose strengths are given one by one; None where they are alike."""
+        strength: object = getattr(self, self.strength_name)
+        if isinstance(strength, tuple) and isinstance(strength[0], tuple):
+            return len(cast("tuple[object, ...]", strength))
+        return None
+
+    def by_face(self, name: Length) -> Array:
+        """Return a length of each face [m], shape (4,), in the order `FACES`."""
+        return np.broadcast_to(np.asarray(getattr(self, name), dtype=np.float64), 4).copy()
+
+    def charges(self, n: int) -> Array:
+        """Return the magnetic charge of each pole face [A m], without sign, shape (n, 4).
+
+        A magnet that is evenly magnetised through its thickness has remanence·area/µ0 on a face.
+
+        Raises
+        ------
+        ValueError
+            If strengths are given component by component, and not for `n` of them.
+        """
+        if self.rows not in (None, n):
+            raise ValueError(f"n: {n} is not allowed; {self.strength_name} has {self.rows} rows")
+        strength = np.asarray(getattr(self, self.strength_name), dtype=np.float64)
+        if self.pole_charge is None:
+            strength = strength * self.by_face("width") * self.by_face("height") / MU0
+        return np.broadcast_to(strength, (n, 4)).copy()
+
+    @property
+    def charge(self) -> float:
+        """Largest magnetic charge of a pole face [A m]: the unit of energies and tolerances."""
+        return float(self.charges(self.rows or 1).max())
+
+    @property
+    def even(self) -> bool:
+        """Whether the four faces have equal widths, heights, thicknesses and insets."""
+        lengths: tuple[Length, ...] = ("width", "height", "thickness", "inset")
+        return not any(np.ptp(self.by_face(name)) for name in lengths)
+
+    def misfits(self, side: float) -> list[Problem]:
+        """Return what keeps the magnets from fitting into a casing without overlap.
+
+        All four faces are checked, those too that a sequence leaves empty: a scene stays valid
+        when its sequence is replaced. A magnet is a rectangle behind its face, as wide as its
+        pole face, from `inset` to `inset` + `thickness` deep.
+
+        Parameters
+        ----------
+        side
+            Edge length of the casing [m].
+        """
+        width, depth = self.by_face("width"), self.by_face("inset") + self.by_face("thickness")
+        room = side - 2.0 * depth  # for the width of a magnet beside this one
+        slack = ROUNDING * side
+        if self.even:
+            if width[0] <= room[0] + slack:
+                return []
+            allowed = f"must be at most side - 2 (inset + thickness) = {max(room[0], 0.0):.6g}"
+            return [Problem("width", self.width, f"the magnets of a casing overlap, {allowed}")]
+        problems: list[Problem] = []
+        for f, face in enumerate(FACES):
+            g, opposite = (f + 1) % 4, (f + 2) % 4
+            if width[f] > side + slack:
+                allowed = f"{face}'s must be at most the casing's side, {side:.6g}"
+                problems.append(Problem("width", self.width, allowed))
+            if width[f] > room[g] + slack and width[g] > room[f] + slack:
+                allowed = (
+                    f"the magnets of {face} and {FACES[g]} overlap, {face}'s must be at most "
+                    f"{max(room[g], 0.0):.6g} or {FACES[g]}'s at most {max(room[f], 0.0):.6g}, "
+                    "side - 2 (inset + thickness) of the other"
+                )
+                problems.append(Problem("width", self.width, allowed))
+            if f < opposite and depth[f] + depth[opposite] > side + slack:
+                allowed = (
+                    f"the magnets of {face} and {FACES[opposite]} overlap, their insets and "
+                    f"thicknesses must add up to at most the casing's side, {side:.6g}"
+                )
+                problems.append(Problem("thickness", self.thickness, allowed))
+        return problems

@@ -1,0 +1,124 @@
+"""The groups of a scene: small frozen models, one sentence a field, SI units and radians."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field as Limits
+from pydantic import Strict
+
+from magfold_env.scene.base import (
+    MU0,
+    Flag,
+    Fraction,
+    NonNegative,
+    Number,
+    Part,
+    Positive,
+    PositiveEach,
+    plain,
+)
+from magfold_env.scene.field import Field, FixedMagnet
+from magfold_env.scene.magnets import FACES, Magnets
+
+__all__ = [
+    "FACES",
+    "MU0",
+    "Casing",
+    "Feed",
+    "Field",
+    "FixedMagnet",
+    "Flag",
+    "Gravity",
+    "Magnets",
+    "NonNegative",
+    "Number",
+    "Part",
+    "Positive",
+    "Solver",
+    "Spreads",
+    "plain",
+]
+
+
+class Casing(Part):
+    """The square body of a component, hinged to its neighbours at opposite corners."""
+
+    side: Positive = 0.0125
+    """Edge length [m]."""
+    mass: PositiveEach = 0.0037
+    """Mass of a component with its magnets [kg]; one number, or one a component."""
+    inertia: PositiveEach | None = None
+    """Moment of inertia about the centre [kg m²]; None takes mass·side²/6, an even square."""
+    corner_radius: Positive = 1e-5
+    """Rounding of the corners where they meet other casings and the tube [m]."""
+    hinge: Literal["corner"] = "corner"
+    """Where neighbours are hinged; opposite corners is the only geometry there is."""
+
+    @property
+    def diagonal(self) -> float:
+        """Distance between a component's two hinges [m]."""
+        return self.side * math.sqrt(2.0)
+
+
+class Feed(Part):
+    """The tube and how the chain is pushed out of it."""
+
+    direction: Literal["forward", "backward"] = "forward"
+    """`forward`: component 1 leaves first; `backward`: component n does."""
+    speed: PositiveEach = 0.05
+    """Feed speed [m/s]; one number, or the speed each component leaves at, component 1 first."""
+    loading: Literal["preloaded", "at_mouth"] = "preloaded"
+    """`at_mouth`: a component has no magnets until its leading hinge reaches the mouth."""
+    bore: Positive | None = None
+    """Inner width of the tube [m], at least the casing's diagonal; None takes 1.05 of it."""
+    wall: Positive = 0.001
+    """Thickness of the tube's walls [m]."""
+
+
+class Gravity(Part):
+    """Gravity: what presses the chain on the floor, and what acts along it."""
+
+    normal: NonNegative = 9.8
+    """Acceleration towards the floor [m/s²]; it acts through friction alone."""
+    in_plane: tuple[Number, Number] = (0.0, 0.0)
+    """Acceleration along x and y [m/s²]."""
+
+
+class Spreads(Part):
+    """Relative half-widths of the even draws that `Scene.draw` makes; 0 draws nothing."""
+
+    friction: Fraction = 0.0
+    """Of the friction coefficient, one factor a scene."""
+    mass: Fraction = 0.0
+    """Of the masses (and of inertias that are given), one factor a component."""
+    remanence: Fraction = 0.0
+    """Of the strength of the chain's magnets, one factor a scene."""
+    feed_speed: Fraction = 0.0
+    """Of the feed speeds, one factor a scene."""
+    feed_jitter: Fraction = 0.0
+    """Of the speed each component leaves at, one factor a component."""
+    magnet: Fraction = 0.0
+    """Of the strength of each of the chain's magnets, one factor a magnet."""
+
+    @property
+    def any(self) -> bool:
+        """Whether there is something to draw."""
+        return any(getattr(self, name) > 0.0 for name in type(self).model_fields)
+
+
+class Solver(Part):
+    """How time is stepped."""
+
+    method: Literal["adaptive", "paper"] = "adaptive"
+    """`paper` repeats the paper's fixed steps and snaps; it needs `mount: pinned`."""
+    tolerance: Annotated[float, Strict(), Limits(ge=1e-12, le=0.1)] = 1e-4
+    """Local error allowed in an angle [rad] (`adaptive`)."""
+    time_step: Positive = 1.0 / 1200.0
+    """Step [s] (`paper`)."""
+    max_steps: Annotated[int, Strict(), Limits(ge=1)] = 200_000
+    """Work cap: a chain still moving after so many steps is `unsettled`. A step that is tried again
+    at a shorter length counts once."""
+    max_steps_per_second: Annotated[int, Strict(), Limits(ge=1)] = 50_000
+    """Work cap: so is one that needs more steps in one second of simulated time."""

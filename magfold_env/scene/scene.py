@@ -1,0 +1,275 @@
+"""Scene: everything a fold depends on but the seed, frozen and validated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self, cast
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import AfterValidator, Strict, model_validator
+from pydantic import Field as Limits
+
+from magfold_env.scene.errors import Problem, SceneError
+from magfold_env.scene.magnets import ROUNDING
+from magfold_env.scene.parts import (
+    FACES,
+    Casing,
+    Feed,
+    Field,
+    Flag,
+    Gravity,
+    Magnets,
+    NonNegative,
+    Part,
+    Positive,
+    Solver,
+    Spreads,
+    plain,
+)
+
+SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
+"""Sign of the outward pole that a letter of a component stands for; - is a face without magnet."""
+
+_JOINT_LIMIT = math.pi / 2
+
+
+def _faces(letters: str) -> str:
+    if len(letters) != len(FACES) or set(letters) - set(SIGNS):
+        raise ValueError(f"must be four letters N, S or - for no magnet ({', '.join(FACES)})")
+    return letters
+
+
+def _some(sequence: tuple[str, ...]) -> tuple[str, ...]:
+    if not sequence:
+        raise ValueError("must have at least one component")
+    return sequence
+
+
+Component = Annotated[str, Strict(), AfterValidator(_faces)]
+
+
+class Scene(Part):
+    """A chain, its surroundings and how to simulate it.
+
+    Raises
+    ------
+    SceneError
+        If anything is unknown, out of range or inconsistent; one line per problem.
+
+    Examples
+    --------
+    >>> scene = Scene(sequence=("NSNN", "NSSN"), mount="tube")
+    >>> scene.replace(feed={"speed": 0.1}).feed.speed
+    0.1
+    """
+
+    sequence: Annotated[tuple[Component, ...], AfterValidator(_some)]
+    """The components' outward poles, component 1 first: N, S or - (none) of each of the FACES."""
+    casing: Casing = Casing()
+    """The bodies."""
+    magnets: Magnets | None = Magnets()
+    """The magnets; None for a chain without any."""
+    field: Field | None = None
+    """The external magnetic field; None for none."""
+    mount: Literal["pinned", "free", "tube"] = "free"
+    """`pinned`: component 1's outer hinge is fixed; `tube`: the chain is pushed out of a tube."""
+    feed: Feed = Feed()
+    """The tube; without effect unless `mount` is `tube`."""
+    friction: NonNegative = 0.35
+    """Coulomb coefficient between casing and floor, static and kinetic."""
+    gravity: Gravity = Gravity()
+    """Gravity, normal to the plane and in it."""
+    contact: Flag = True
+    """Whether squares collide and joints stop at ±90°."""
+    start_angle_spread: Annotated[float, Strict(), Limits(ge=0, le=0.5)] = 0.03
+    """Half-width of the even draw of each joint angle at release [rad]."""
+    start_angles: (
+        tuple[Annotated[float, Strict(), Limits(ge=-_JOINT_LIMIT, le=_JOINT_LIMIT)], ...] | None
+    ) = None
+    """The n-1 joint angles at release [rad], in place of the draw."""
+    spreads: Spreads = Spreads()
+    """Randomisation of the physics."""
+    solver: Solver = Solver()
+    """Time stepping."""
+    duration: Positive = 5.0
+    """Longest simulated time [s]; with a tube it counts from the last release."""
+
+    @model_validator(mode="after")
+    def _check_lengths(self) -> Self:
+        wanted = {
+            "casing.mass": (self.casing.mass, self.n, "components"),
+            "casing.inertia": (self.casing.inertia, self.n, "components"),
+            "feed.speed": (self.feed.speed, self.n, "components"),
+            "start_angles": (self.start_angles, self.n - 1, "joints"),
+        }
+        problems = [
+            Problem(key, value, f"must have {count} numbers, the scene has {count} {what}")
+            for key, (value, count, what) in wanted.items()
+            if isinstance(value, tuple) and len(value) != count
+        ]
+        if self.magnets is not None and self.magnets.rows not in (None, self.n):
+            name = self.magnets.strength_name
+            allowed = f"must have {self.n} rows of four, the scene has {self.n} components"
+            problems.append(Problem(f"magnets.{name}", getattr(self.magnets, name), allowed))
+        if problems:
+            raise SceneError(problems)
+        return self
+
+    @model_validator(mode="after")
+    def _check_fit(self) -> Self:
+        side, magnets, feed = self.casing.side, self.magnets, self.feed
+        problems: list[Problem] = []
+        if magnets is not None:
+            wrong = magnets.misfits(side)
+            problems += [each._replace(key=f"magnets.{each.key}") for each in wrong]
+        if feed.bore is not None and feed.bore < self.casing.diagonal * (1.0 - ROUNDING):
+            allowed = f"must be at least the casing's diagonal, {self.casing.diagonal:.6g}"
+            problems.append(Problem("feed.bore", feed.bore, allowed))
+        fixed = self.field.magnet if self.field is not None else None
+        if fixed is not None and self.mount == "tube":
+            half_width = 0.5 * self.bore + feed.wall
+            if fixed.overlaps_tube(half_width):
+                allowed = (
+                    "a fixed external magnet must lie outside the tube: nowhere both x < 0 and "
+                    f"|y| < bore/2 + wall = {half_width:.6g}"
+                )
+                problems.append(Problem("field.magnet.position", fixed.position, allowed))
+        if self.solver.method == "paper" and self.mount != "pinned":
+            allowed = f"the paper's solver needs mount 'pinned', the mount is {self.mount!r}"
+            problems.append(Problem("solver.method", self.solver.method, allowed))
+        if problems:
+            raise SceneError(problems)
+        return self
+
+    @property
+    def n(self) -> int:
+        """Number of components."""
+        return len(self.sequence)
+
+    @property
+    def masses(self) -> npt.NDArray[np.float64]:
+        """Masses [kg], shape (n,)."""
+        return np.broadcast_to(np.asarray(self.casing.mass, dtype=np.float64), self.n).copy()
+
+    @property
+    def inertias(self) -> npt.NDArray[np.float64]:
+        """Moments of inertia about the centres [kg m²], shape (n,)."""
+        if self.casing.inertia is None:
+            return self.masses * self.casing.side**2 / 6.0
+        return np.broadcast_to(np.asarray(self.casing.inertia, dtype=np.float64), self.n).copy()
+
+    @property
+    def speeds(self) -> npt.NDArray[np.float64]:
+        """Feed speeds [m/s], component 1 first, shape (n,)."""
+        return np.broadcast_to(np.asarray(self.feed.speed, dtype=np.float64), self.n).copy()
+
+    @property
+    def charges(self) -> npt.NDArray[np.float64]:
+        """Magnetic charges of the outer pole faces [A m], N positive, shape (n, 4).
+
+        Component 1 first, faces in the order FACES; 0 where there is no magnet. The inner pole
+        face of a magnet carries the opposite charge.
+        """
+        if self.magnets is None:
+            return np.zeros((self.n, len(FACES)))
+        signs = np.array([[SIGNS[letter] for letter in faces] for faces in self.sequence])
+        return signs * self.magnets.charges(self.n)
+
+    @property
+    def bore(self) -> float:
+        """Inner width of the tube [m]."""
+        return self.feed.bore if self.feed.bore is not None else 1.05 * self.casing.diagonal
+
+    @property
+    def is_concrete(self) -> bool:
+        """Whether nothing is left to draw: `draw` then returns the scene itself."""
+        return self.start_angles is not None and not self.spreads.any
+
+    def replace(self, **changes: Any) -> Scene:
+        """Return a new, validated scene; mappings, at any depth, change only what they name.
+
+        Parameters
+        ----------
+        changes
+            Fields of the scene, or of its groups: `replace(feed={"speed": 0.1}, friction=0.3)`.
+
+        Raises
+        ------
+        SceneError
+            If the new scene is not valid.
+        """
+        data = self.model_dump()
+        for key, change in changes.items():
+            old = data.get(key)
+            if not isinstance(change, Mapping):
+                data[key] = change.model_dump() if isinstance(change, Part) else change
+                continue
+            new = dict(cast("Mapping[str, Any]", change))
+            merged = _merged(old, new)
+            if key == "magnets":
+                # Remanence and pole charge are two ways to say one thing: naming one drops
+                # the other.
+                for given, other in (
+                    ("pole_charge", "remanence"),
+                    ("remanence", "pole_charge"),
+                ):
+                    if new.get(given) is not None and other not in new:
+                        merged[other] = None
+            data[key] = merged
+        return Scene(**data)
+
+    def draw(self, rng: np.random.Generator) -> Scene:
+        """Draw everything random and return a scene in which nothing is left to draw.
+
+        The draws are, in this order and always all of them, so that switching one spread on
+        leaves the others' values as they were: friction (1), mass (n), remanence (1), feed
+        speed (1), start angles (n-1), each even over its width. Where the feed jitters or magnets
+        differ one by one, their draws follow: feed jitter (n), magnets (4n), component by
+        component. A concrete scene draws nothing.
+
+        Parameters
+        ----------
+        rng
+            Source of the draws.
+        """
+        if self.is_concrete:
+            return self
+        n, spreads = self.n, self.spreads
+        unit = 2.0 * rng.random(2 * n + 2) - 1.0
+        friction = 1.0 + spreads.friction * unit[0]
+        masses = 1.0 + spreads.mass * unit[1 : n + 1]
+        strength = np.asarray(1.0 + spreads.remanence * unit[n + 1])
+        speed = np.asarray(1.0 + spreads.feed_speed * unit[n + 2])
+        if spreads.feed_jitter > 0.0 or spreads.magnet > 0.0:
+            each = 2.0 * rng.random((5, n)) - 1.0
+            if spreads.feed_jitter > 0.0:
+                speed = speed * (1.0 + spreads.feed_jitter * each[0])
+            if spreads.magnet > 0.0:
+                strength = strength * (1.0 + spreads.magnet * each[1:].reshape(n, 4))
+        changes: dict[str, Any] = {"friction": self.friction * friction, "spreads": Spreads()}
+        if spreads.mass > 0.0:
+            casing: dict[str, Any] = {"mass": self.masses * masses}
+            if self.casing.inertia is not None:
+                casing["inertia"] = self.inertias * masses
+            changes["casing"] = casing
+        if self.magnets is not None and max(spreads.remanence, spreads.magnet) > 0.0:
+            name = self.magnets.strength_name
+            changes["magnets"] = {name: np.asarray(getattr(self.magnets, name)) * strength}
+        if max(spreads.feed_speed, spreads.feed_jitter) > 0.0:
+            changes["feed"] = {"speed": plain(np.asarray(self.feed.speed) * speed)}
+        if self.start_angles is None:
+            changes["start_angles"] = self.start_angle_spread * unit[n + 3 :] + 0.0  # no -0.0
+        return self.replace(**changes)
+
+
+def _merged(old: object, new: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a group's entries with those of `new` in their places; nested groups likewise."""
+    merged = dict(cast("dict[str, Any]", old)) if isinstance(old, dict) else {}
+    for key, value in new.items():
+        if isinstance(value, Mapping):
+            merged[key] = _merged(merged.get(key), cast("Mapping[str, Any]", value))
+        else:
+            merged[key] = value
+    return merged

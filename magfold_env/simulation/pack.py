@@ -1,0 +1,261 @@
+"""Scene -> arrays. The only room of the engine, with ``session``, that knows what a scene is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from magfold_env.engine.magnets import expansions, multipoles
+from magfold_env.engine.magnets.multipoles import ComplexArray
+from magfold_env.engine.magnets.near_faces import BLEND, LANES
+from magfold_env.engine.state import Array, Bodies, Magnets, Model, Tables
+from magfold_env.scene import SIGNS, Casing, Scene
+from magfold_env.scene import Magnets as MagnetsPart
+from magfold_env.scene.magnets import Length
+from magfold_env.simulation.pack_field import pack_field
+from magfold_env.simulation.pack_rates import typical_rate
+from magfold_env.simulation.pair_tables import build_tables
+from magfold_env.simulation.quadrature import Rule, choose_rule, table_rule
+
+# c of the friction ellipsoid, as a share of the side: mean distance of a square's points from
+# its centre, so that pure spin of an evenly pressed square feels its exact friction torque.
+FRICTION_ARM = 0.3826
+
+# Share of the accuracy that splines may use up.
+TABLE_SHARE = 0.05
+PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to meet
+
+NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)))
+TURNED = [2, 3, 0, 1]  # faces of a casing that is turned by half a turn
+FACE_ANGLES = np.array([0.25, 0.75, -0.75, -0.25]) * math.pi
+
+
+def reversed_inside(scene: Scene) -> bool:
+    """Whether the engine indexes this scene's chain from component n.
+
+    The engine counts from the held end. In forward feed component n is held.
+    """
+    return scene.mount == "tube" and scene.feed.direction == "forward"
+
+
+def pack(scene: Scene) -> Model:
+    """Turn a scene into the arrays of the kernels.
+
+    Random spreads are not applied here: draw them first (``Scene.draw``).
+    """
+    n = scene.n
+    casing = scene.casing
+    pitch = casing.diagonal
+    mass, inertia = scene.masses, scene.inertias
+    flip = reversed_inside(scene)
+    if flip:
+        mass, inertia = mass[::-1].copy(), inertia[::-1].copy()
+    bodies = Bodies(
+        mass=mass,
+        inertia=inertia,
+        reach=np.full(n, pitch / 2.0),
+        length=np.full(n, pitch),
+    )
+    gravity_x, gravity_y = scene.gravity.in_plane
+    magnets, tables = pack_magnets(scene), joint_tables(scene)
+    charge = 0.0 if scene.magnets is None else scene.magnets.charge
+    rate, light_rate = typical_rate(scene, np.full(2, charge), np.array([mass.mean(), mass.min()]))
+    return Model(
+        n=n,
+        bodies=bodies,
+        magnets=magnets if tables is NO_TABLES else magnets._replace(tables=tables),
+        charge=charges(scene),
+        magnetic=_is_magnetic(scene),
+        side=casing.side,
+        rounding=casing.corner_radius,
+        past_stop=_past_stop(scene),
+        grip=scene.friction * scene.gravity.normal * mass,
+        arm=FRICTION_ARM * casing.side,
+        frictional=scene.friction > 0.0 and scene.gravity.normal > 0.0,
+        gravity_x=gravity_x,
+        gravity_y=gravity_y,
+        field=pack_field(scene, _is_magnetic(scene)),
+        contact=scene.contact,
+        tube=scene.mount == "tube",
+        bore=scene.bore,
+        wall=scene.feed.wall,
+        pinned=scene.mount == "pinned",
+        tolerance=scene.solver.tolerance,
+        rate_scale=float(rate),
+        light_rate=float(light_rate),
+        max_steps=scene.solver.max_steps,
+        max_steps_per_second=scene.solver.max_steps_per_second,
+    )
+
+
+def _is_magnetic(scene: Scene) -> bool:
+    """Whether any component has magnets, or may be given some at the mouth of the tube."""
+    if scene.magnets is None:
+        return False
+    chosen_later = scene.mount == "tube" and scene.feed.loading == "at_mouth"
+    return chosen_later or bool(scene.charges.any())
+
+
+def _past_stop(scene: Scene) -> float:
+    """Angle beyond a joint's stop [rad] where forces still say something of those before it."""
+    if scene.magnets is None:
+        return math.inf
+    return PAST_STOP * 2.0 * float(np.min(scene.magnets.inset)) / scene.casing.side
+
+
+def charges(scene: Scene) -> Array:
+    """Signed charge of each outer pole face in the engine's order, shape (n, 4) [A·m]."""
+    charge = scene.charges
+    if reversed_inside(scene):
+        # Seen from the other end of the chain a casing is turned by half a turn.
+        charge = charge[::-1, TURNED]
+    return np.ascontiguousarray(charge)
+
+
+def component_charges(faces: str, index: int, scene: Scene) -> Array:
+    """Signed charges (4,) [A·m] of component ``index`` + 1, its faces in the engine's order."""
+    if scene.magnets is None:
+        return np.zeros(len(faces))
+    signs = np.array([SIGNS[letter] for letter in faces])
+    charge = signs * scene.magnets.charges(scene.n)[index]
+    return charge[TURNED] if reversed_inside(scene) else charge
+
+
+def pack_magnets(scene: Scene) -> Magnets:
+    """Quadrature nodes of a casing's eight pole faces."""
+    magnets = scene.magnets
+    if magnets is None:
+        none = MagnetsPart(model="points")
+        return quadrature_of(scene.casing, none, Rule.single(1))
+    return quadrature_of(scene.casing, magnets, choose_rule(magnets), reversed_inside(scene))
+
+
+def joint_tables(scene: Scene) -> Tables:
+    """Splines of the energies of nearby casings, where angles are bounded and splines exact enough.
+
+    Rows of points, and nodes whose number is given, are summed as they stand.
+    """
+    magnets = scene.magnets
+    if (
+        magnets is None
+        or magnets.model == "points"
+        or magnets.nodes is not None
+        or not scene.contact
+        or scene.solver.method == "paper"
+    ):
+        return NO_TABLES
+    shape = Shape.of(magnets, reversed_inside(scene))
+    tables, error = _tables_of(scene.casing.side, shape)
+    return tables if error <= TABLE_SHARE * magnets.accuracy else NO_TABLES
+
+
+@lru_cache(maxsize=16)
+def _tables_of(side: float, shape: Shape) -> tuple[Tables, float]:
+    casing = Casing(side=side)
+    rule = table_rule(MagnetsPart(**shape._asdict()))
+    return build_tables(_build(rule, True, side, shape), casing.diagonal)
+
+
+def quadrature_of(
+    casing: Casing, magnets: MagnetsPart, rule: Rule, turned: bool = False
+) -> Magnets:
+    """Return the nodes of a casing's eight pole faces for a given rule.
+
+    They are those of a casing that is ``turned`` by half a turn, if asked.
+    """
+    return _build(rule, magnets.model == "strips", casing.side, Shape.of(magnets, turned))
+
+
+class Shape(NamedTuple):
+    """Sizes of a casing's magnets, four numbers each in the engine's order of faces [m]."""
+
+    width: tuple[float, ...]
+    height: tuple[float, ...]
+    thickness: tuple[float, ...]
+    inset: tuple[float, ...]
+
+    @classmethod
+    def of(cls, magnets: MagnetsPart, turned: bool) -> Shape:
+        """Return the sizes of a scene's magnets, maybe those of a casing turned by half a turn."""
+        order = TURNED if turned else [0, 1, 2, 3]
+        names: tuple[Length, ...] = ("width", "height", "thickness", "inset")
+        return cls(*(tuple(magnets.by_face(name)[order].tolist()) for name in names))
+
+
+@lru_cache(maxsize=64)
+def _build(rule: Rule, strips: bool, side: float, shape: Shape) -> Magnets:
+    levels = len(rule.counts)
+    most = -(-max(rule.counts) // LANES) * LANES
+    node, weight = np.zeros((levels, most)), np.zeros((levels, most))
+    for level, count in enumerate(rule.counts):
+        node[level, :count], weight[level, :count] = _width_rule(strips, count)
+    outer = side / 2.0 - np.array(shape.inset)
+    distance = np.concatenate([outer, outer - np.array(shape.thickness)])
+    angle = np.tile(FACE_ANGLES, 2)
+    width = np.tile(shape.width, 2)
+    face_x, face_y = distance * np.cos(angle), distance * np.sin(angle)
+    tangent_x, tangent_y = -np.sin(angle) * width, np.cos(angle) * width
+    sign = np.repeat([1.0, -1.0], 4)
+    ranks, widest = len(rule.ranks), 8 * max(rule.ranks)
+    node_x, node_y, share = (np.zeros((ranks, widest)) for _ in range(3))
+    for rank, count in enumerate(rule.ranks):
+        offset, part = _width_rule(strips, count)
+        nodes = slice(0, 8 * count)
+        node_x[rank, nodes] = (face_x[:, None] + np.outer(tangent_x, offset)).ravel()
+        node_y[rank, nodes] = (face_y[:, None] + np.outer(tangent_y, offset)).ravel()
+        share[rank, nodes] = np.outer(sign, part).ravel()
+    faces = face_x + 1j * face_y, tangent_x + 1j * tangent_y
+    return Magnets(
+        strips=strips,
+        even=min(shape.height) == max(shape.height),
+        height2=shape.height[0] ** 2,
+        rank_count=np.array(rule.ranks, dtype=np.int64),
+        rank_radius=np.array(rule.rank_radii),
+        far_radius=rule.far * side * math.sqrt(2.0),
+        far_order=rule.far_order,
+        group_radius=rule.groups * side * math.sqrt(2.0),
+        group_terms=multipoles.COUNTS[min(rule.far_order, multipoles.OCTUPOLE)],
+        face_moment=_moments(multipoles.moments, faces, shape),
+        face_wide=_moments(expansions.wide_moments, faces, shape),
+        node_x=node_x,
+        node_y=node_y,
+        node_weight=share,
+        depth=float(outer.max()),
+        face_x=face_x,
+        face_y=face_y,
+        face_tx=tangent_x,
+        face_ty=tangent_y,
+        face_half=np.tile(shape.height, 2) / 2.0,
+        level_count=np.array(rule.counts, dtype=np.int64),
+        level_node=node,
+        level_weight=weight,
+        level_radius=np.array(rule.radii),
+        reach=2.0 * float(outer.max()) + BLEND * rule.radii[1] if levels > 1 else 0.0,
+        tables=NO_TABLES,
+    )
+
+
+def _moments(
+    found: Callable[[ComplexArray, Array, float], Array],
+    faces: tuple[ComplexArray, ComplexArray],
+    shape: Shape,
+) -> Array:
+    """Moments of the magnet behind each outer face, that face having unit charge."""
+    centre, along = faces
+    # Four nodes are exact up to the seventh order.
+    offset, part = _width_rule(True, 4)
+    share = np.concatenate([part, -part])
+    poles = [np.concatenate([centre[g] + offset * along[g] for g in (f, f + 4)]) for f in range(4)]
+    return np.array([found(poles[f], share, shape.height[f]) for f in range(4)])
+
+
+def _width_rule(strips: bool, count: int) -> tuple[Array, Array]:
+    """Offsets, in widths, and shares of the charge of ``count`` nodes across a pole face."""
+    if strips:
+        x, w = np.polynomial.legendre.leggauss(count)
+        return x / 2.0, w / 2.0
+    return np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1), np.full(count, 1.0 / count)

@@ -1,0 +1,183 @@
+"""Build the splines of ``engine.pair_lookup``, once a geometry.
+
+The energy of neighbours depends on the angle of one joint, that of components two apart on two,
+and both are bilinear in the charges of the faces. So the sixteen energies of pairs of faces of
+unit charge are summed over nodes at even angles, as exactly as the sums allow, and splines are
+laid through them.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.magnets.laws import COULOMB
+from magfold_env.engine.magnets.lookup import DEGREE, PAIRS
+from magfold_env.engine.magnets.near_faces import BLEND, level_pair, refine
+from magfold_env.engine.state import Array, Magnets, Nodes, Tables
+from magfold_env.engine.workspace import new_nodes
+
+# Joints stop at a right angle; the solver oversteps by no more than a tolerance.
+END = math.pi / 2.0 + 0.004
+ONE_SPACES = 200
+TWO_SPACES = 40
+PROBES = 6
+
+
+@kernel
+def face_energies(magnets: Magnets, places: Array, nodes: Nodes, out: Array) -> None:
+    """Energies of all pairs of faces of unit charge, (m, 16) [J/(A·m)²].
+
+    ``places`` (m, 4) holds the second casing's centre [m] and heading as a unit vector, seen from
+    the first, which is at the origin and heads along x.
+    """
+    for p in range(places.shape[0]):
+        x, y, c, s = places[p, 0], places[p, 1], places[p, 2], places[p, 3]
+        for f in range(8):
+            ax, ay = magnets.face_x[f], magnets.face_y[f]
+            atx, aty = magnets.face_tx[f], magnets.face_ty[f]
+            for g in range(8):
+                bx = x + c * magnets.face_x[g] - s * magnets.face_y[g]
+                by = y + s * magnets.face_x[g] + c * magnets.face_y[g]
+                btx = c * magnets.face_tx[g] - s * magnets.face_ty[g]
+                bty = s * magnets.face_tx[g] + c * magnets.face_ty[g]
+                u = level_pair(magnets, 0, f, g, ax, ay, atx, aty, bx, by, btx, bty, True, nodes)[0]
+                ex, ey = ax - bx, ay - by
+                if math.hypot(ex, ey) < BLEND * magnets.level_radius[1]:
+                    u += refine(
+                        magnets.strips, magnets.even, magnets.face_half[f], magnets.face_half[g],
+                        magnets.level_count, magnets.level_radius,
+                        magnets.level_node, magnets.level_weight, ex, ey, atx, aty, btx, bty, True,
+                        nodes.lane_x, nodes.lane_y, nodes.lane_u,
+                    )[0]  # fmt: skip
+                sign = COULOMB if (f < 4) == (g < 4) else -COULOMB
+                out[p, 4 * (f % 4) + g % 4] += sign * u
+
+
+def places_along(pitch: float, joints: Array) -> Array:
+    """Return where the last casing of a chain is, seen from the first, as `face_energies` asks.
+
+    Parameters
+    ----------
+    pitch
+        Distance of a casing's hinges [m].
+    joints : (m, k) array
+        Angles of the k joints between them [rad].
+    """
+    headings = np.cumsum(joints, axis=1)
+    cos, sin = np.cos(headings), np.sin(headings)
+    last = cos[:, -1], sin[:, -1]
+    x, y = (
+        pitch * (start + along.sum(axis=1) - 0.5 * along[:, -1])
+        for start, along in ((0.5, cos), (0.0, sin))
+    )
+    return np.stack([x, y, *last], axis=1)
+
+
+def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
+    """Return the energies (m, 16) at joint angles (m, k)."""
+    out = np.zeros((len(joints), PAIRS))
+    face_energies(magnets, places_along(pitch, joints), new_nodes(magnets, 1), out)
+    return out
+
+
+def sites(spaces: int) -> Array:
+    """Return through which angles the splines are laid, as shares of the end.
+
+    These are the knots and, near the ends, middles between them: as many as there are splines.
+    """
+    return np.sort(np.concatenate([np.linspace(-1.0, 1.0, spaces + 1), _middles(spaces, 2)]))
+
+
+def _middles(spaces: int, count: int) -> Array:
+    """Middles of the first and the last ``count`` spaces between knots, as shares of the end."""
+    near = (2.0 * np.arange(count) + 1.0) / spaces - 1.0
+    return np.concatenate([near, -near[::-1]])
+
+
+def basis_matrix(spaces: int, shares: Array) -> Array:
+    """Return the values of all splines at some shares of the end, (shares, splines)."""
+    x = (shares + 1.0) * spaces / 2.0
+    first = np.minimum(x.astype(np.int64), spaces - 1)
+    u = x - first
+    weight = np.zeros((DEGREE + 1, x.size))
+    weight[0] = 1.0
+    for p in range(1, DEGREE + 1):
+        saved = np.zeros(x.size)
+        for r in range(p):
+            share = weight[r] / p
+            weight[r] = saved + (r + 1.0 - u) * share
+            saved = (u + (p - 1.0 - r)) * share
+        weight[p] = saved
+    out = np.zeros((x.size, spaces + DEGREE))
+    for r in range(DEGREE + 1):
+        out[np.arange(x.size), first + r] = weight[r]
+    return out
+
+
+def coefficients(spaces: int, values: Array) -> Array:
+    """Return the coefficients (splines, …) that give some values, a row for each of the `sites`.
+
+    Splines are zero but near their knots, so that the matrix is a band. Of a full one threads would
+    share the work, and how many there are would decide the last bits.
+    """
+    solve: Any = importlib.import_module("scipy.linalg").solve_banded  # slow to import
+    matrix = basis_matrix(spaces, sites(spaces))
+    n = len(matrix)
+    band = np.zeros((2 * DEGREE + 1, n))
+    for above in range(-DEGREE, DEGREE + 1):
+        band[DEGREE - above, max(above, 0) : n + min(above, 0)] = np.diagonal(matrix, above)
+    return solve((DEGREE, DEGREE), band, values.reshape(n, -1)).reshape(values.shape)
+
+
+def build_tables(magnets: Magnets, pitch: float) -> tuple[Tables, float]:
+    """Lay the splines of one kind of casing.
+
+    Parameters
+    ----------
+    magnets
+        Pole faces, with the nodes that their energies are to be summed over.
+    pitch
+        Distance of a casing's hinges [m].
+
+    Returns
+    -------
+    Tables
+    float
+        Error of the slopes, all faces together, as a share of the largest slope.
+    """
+    angles = END * sites(ONE_SPACES)
+    values = energies(magnets, pitch, angles[:, None])
+    one = coefficients(ONE_SPACES, values)
+    worst = np.abs(np.gradient(values, angles, axis=0)).sum(axis=1).max()
+    angles = END * sites(TWO_SPACES)
+    grid = np.array(list(product(angles, angles)))
+    values = energies(magnets, pitch, grid).reshape(angles.size, angles.size, PAIRS)
+    two = coefficients(TWO_SPACES, values).swapaxes(0, 1)
+    two = coefficients(TWO_SPACES, two).swapaxes(0, 1)
+    tables = Tables(END, np.ascontiguousarray(one), two.reshape(len(two), -1).copy())
+    return tables, _slope_error(tables, magnets, pitch) / worst
+
+
+def _slope_error(tables: Tables, magnets: Magnets, pitch: float) -> float:
+    """Largest error of the slopes [N·m/(A·m)²], judged by the energies in the middle of spaces.
+
+    That is near the stops, where errors are largest. An error that alternates from space to space
+    has a slope of up to π over the knots' distance times its size.
+    """
+    worst = 0.0
+    for table, spaces, joints in ((tables.one, ONE_SPACES, 1), (tables.two, TWO_SPACES, 2)):
+        shares = _middles(spaces, PROBES)
+        found = table.reshape((spaces + DEGREE,) * joints + (PAIRS,))
+        for _ in range(joints):
+            # Contracts the first axis and moves it behind the others but the faces'.
+            found = np.moveaxis(np.tensordot(basis_matrix(spaces, shares), found, 1), 0, -2)
+        grid = np.array(list(product(END * shares, repeat=joints)))
+        error = np.abs(found.reshape(-1, PAIRS) - energies(magnets, pitch, grid))
+        worst = max(worst, float(error.sum(axis=1).max()) * math.pi * spaces / (2.0 * END))
+    return worst

@@ -1,0 +1,131 @@
+"""How many nodes a pole face gets, and from which distance on.
+
+The table is read off an error map of single pairs of pole faces
+(``tests/simulation/test_quadrature.py`` measures it again): the largest error of a pair's force
+over non-overlapping poses, relative to the force between two flush opposite faces, as a function of
+the distance of the faces' centres. With 6 mm wide faces behind 0.5 mm of casing:
+
+=====  =======  =======  =======  =======  =======  =======
+nodes  1 mm     3.5 mm   5 mm     7 mm     8.5 mm   12 mm
+=====  =======  =======  =======  =======  =======  =======
+2      5e-1     3e-1     9e-2     9e-3     2e-3     3e-4
+3      2e-1     1e-1     4e-2     1e-3     1e-4     6e-6
+4      1e-1     4e-2     1e-2     2e-4     9e-6     1e-7
+6      2e-2     9e-4     1e-3     4e-6     5e-8     8e-11
+8      6e-3     1e-3     1e-4     9e-8     3e-10    5e-14
+12     3e-4     7e-6     5e-6     6e-11    9e-15    -
+16     2e-5     2e-6     1e-7     4e-14    -        -
+=====  =======  =======  =======  =======  =======  =======
+
+A bound on a component's whole force needs more than a pair's, since errors of pairs add up; the
+same tests check the bounds on random pairs, sliding ones included, and on folded chains.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from magfold_env.scene import Magnets
+
+
+class Row(NamedTuple):
+    """Nodes a face that keep an error bound; radii in widths of a pole face."""
+
+    bound: float
+    ranks: tuple[int, ...]  # nodes of casings, from far to near
+    rooms: tuple[float, ...]  # room (see `Rule`) within which all but the first rank act
+    counts: tuple[int, int]  # nodes of near faces: middle, near
+    radii: tuple[float, float]  # distances of faces' centres within which these act
+    far: float  # distance of casings beyond which they are expanded, in diagonals of a casing
+    order: int  # of that expansion
+    groups: float  # and that of segments of the chain, over the number of their components
+
+
+# The paper's faces rest at 1, 3.5 and 6 mm from each other: where the bound allows, the radii keep
+# these distances out of the zones where two levels are blended. Ranks begin where the blended
+# error of two casings, for the worst of their charges, is a third of the bound. A fold begins
+# slowly, under weak forces from afar, of which the bound allows a large share: how far off it is on
+# its way is decided by what is far apart. So single nodes, which are off by a hundredth of the
+# force at any distance, are for the loosest bound only, and expansions go to an order that leaves
+# less than the solver's tolerance does. Casings on a grid are 1.58 and 2 diagonals apart, but never
+# in between, where nodes and expansions are blended and both take their time.
+TABLE = (
+    Row(5e-2, (1, 2), (1.2,), (4, 8), (6.2 / 6.0, 3.1 / 6.0), 1.59, 5, 1.45),
+    Row(1e-2, (2, 3), (0.8,), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 1.59, 5, 2.05),
+    Row(1e-3, (2, 4), (1.35,), (7, 14), (6.2 / 6.0, 4.2 / 6.0), 1.59, 6, 3.05),
+    Row(1e-4, (2, 3, 5), (3.5, 1.3), (12, 18), (6.2 / 6.0, 3.1 / 6.0), 1.59, 7, 4.75),
+    Row(1e-6, (2, 3, 5, 8), (5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 2.55, 7, 8.05),
+    Row(0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0), math.inf, 0, math.inf),
+)
+# Touching faces of the table's magnets are a sixth of their width apart.
+TABLE_GAP = 1.0 / 6.0
+MOST_NODES = 64
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Nodes a pole face at every rank and level, and where they act [m]; the first has no bound.
+
+    Level 0 is the last rank. A rank acts by the room between casings, the distance of their
+    centres less twice the depth of the outer faces; a level by the distance of faces' centres.
+    Beyond ``far``, a distance in diagonals of a casing, casings are expanded, and beyond ``groups``
+    times their number segments of the chain.
+    """
+
+    ranks: tuple[int, ...]
+    rank_radii: tuple[float, ...]
+    counts: tuple[int, ...]
+    radii: tuple[float, ...]
+    far: float = math.inf
+    far_order: int = 0
+    groups: float = math.inf
+
+    @classmethod
+    def single(cls, count: int) -> Rule:
+        """Return the rule that takes ``count`` nodes everywhere."""
+        return cls((count,), (math.inf,), (count,), (math.inf,))
+
+
+def choose_rule(magnets: Magnets) -> Rule:
+    """Pick the nodes for a fixed number or for an error bound."""
+    if magnets.model == "points":
+        return Rule.single(magnets.nodes or 3)
+    if magnets.nodes is not None:
+        return Rule.single(magnets.nodes)
+    row = next(row for row in TABLE if magnets.accuracy >= row.bound)
+    middle, near = row.counts
+    width = widest(magnets)
+    return Rule(
+        ranks=row.ranks,
+        rank_radii=(math.inf, *(room * width for room in row.rooms)),
+        counts=(row.ranks[-1], middle, nodes_across_gap(near, magnets)),
+        radii=(math.inf, *(radius * width for radius in row.radii)),
+        far=row.far,
+        far_order=row.order,
+        groups=row.groups,
+    )
+
+
+def widest(magnets: Magnets) -> float:
+    """Width of the widest pole face [m]."""
+    return float(np.max(magnets.width))
+
+
+def table_rule(magnets: Magnets) -> Rule:
+    """Pick the nodes that energies are summed over to be laid splines through.
+
+    They leave errors of 1e-8, below the splines' own.
+    """
+    middle, near = 1.5 * widest(magnets), widest(magnets)
+    return Rule((8,), (math.inf,), (8, 16, nodes_across_gap(32, magnets)), (math.inf, middle, near))
+
+
+def nodes_across_gap(count: int, magnets: Magnets) -> int:
+    """Nodes that are worth ``count`` of the table's where touching faces are nearer than there."""
+    # Gauss-Legendre errors fall geometrically with nodes times distance over width.
+    gap = max(2.0 * float(np.min(magnets.inset)), 1e-9) / widest(magnets)
+    return min(MOST_NODES, max(count, math.ceil(count * TABLE_GAP / gap)))

@@ -1,0 +1,131 @@
+"""Scene -> Fold, and the forces behind it."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from magfold_env.engine.chain import articulated, lanes
+from magfold_env.engine.magnets.energies import magnet_energy
+from magfold_env.engine.magnets.loads import magnet_loads
+from magfold_env.engine.magnets.outer_field import add_magnet_forces
+from magfold_env.engine.workspace import new_work
+from magfold_env.fold import Fold
+from magfold_env.scene import Problem, Scene, SceneError
+from magfold_env.simulation.pack import pack
+from magfold_env.simulation.session import Session
+
+Floats = npt.NDArray[np.float64]
+
+
+def simulate(
+    scene: Scene, seed: int | np.random.Generator = 0, *, frame_rate: float | None = None
+) -> Fold:
+    """Simulate one fold.
+
+    Parameters
+    ----------
+    scene
+        What to fold.
+    seed
+        Draws what the scene leaves to chance: its start angles and its spreads. One seed gives
+        one fold, bit for bit.
+    frame_rate
+        Frames recorded a simulated second [1/s]; None records no trajectory. Recording does not
+        change the fold.
+
+    Returns
+    -------
+    Fold
+        The result; ``fold.scene`` is the scene as drawn and gives the same fold again.
+    """
+    session = Session(scene.draw(np.random.default_rng(seed)), frame_rate)
+    while session.status is None and session.released < session.n:
+        session.feed_one()
+    session.settle()
+    return session.fold()
+
+
+def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> Floats:
+    """Angular accelerations (..., n) [rad/s²] of the pinned chain under its smooth forces.
+
+    Magnets, in-plane gravity and inertia act; contact, stops and friction do not. The equations
+    are the paper's eq. 39, solved in O(n), for many states at once if they come stacked; alone or
+    in a stack a state gives the same bits.
+
+    Parameters
+    ----------
+    scene
+        The chain; its mount is ignored.
+    angles, rates
+        Headings [rad] and their rates [rad/s], both of the same shape (..., n), component 1 first.
+
+    Raises
+    ------
+    SceneError
+        If a shape is not (..., n), the shapes differ or a number is not finite.
+    """
+    headings = _checked("angles", angles, scene.n, stacked=True)
+    speeds = _checked("rates", rates, scene.n, stacked=True)
+    if headings.shape != speeds.shape:
+        raise SceneError([Problem("rates", speeds.shape, f"must have shape {headings.shape}")])
+    model = pack(scene.replace(mount="pinned"))._replace(contact=False, frictional=False)
+    flat = np.ascontiguousarray(headings.reshape(-1, scene.n))
+    loads: Floats | None = None
+    if model.magnetic:
+        loads = np.empty_like(flat)
+        magnet_loads(model, flat, new_work(model), loads)
+    # A hinge that accelerates upwards is a hinge at rest in a field that pulls down.
+    base = (-model.gravity_x, -model.gravity_y)
+    out = lanes.accelerate(model.bodies, base, flat, speeds.reshape(flat.shape), loads)
+    return out.reshape(headings.shape)
+
+
+def forces(scene: Scene, angles: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Magnet forces (n, 2) [N] and torques about the centres (n,) [N·m] at the given headings.
+
+    Raises
+    ------
+    SceneError
+        If the shape is not (n,) or a number is not finite.
+    """
+    force, torque, _, _ = _smooth_state(scene, _checked("angles", angles, scene.n))
+    return force, torque
+
+
+def energy(scene: Scene, angles: npt.ArrayLike) -> float:
+    """Magnetic energy [J] at the given headings, each pair of components once.
+
+    Pairs of pole faces within a component are left out: they do not depend on the shape.
+
+    Raises
+    ------
+    SceneError
+        If the shape is not (n,) or a number is not finite.
+    """
+    return _smooth_state(scene, _checked("angles", angles, scene.n))[3]
+
+
+def _checked(key: str, values: npt.ArrayLike, n: int, *, stacked: bool = False) -> Floats:
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape[-1:] != (n,) or (array.ndim > 1 and not stacked):
+        wanted = f"(..., {n})" if stacked else f"({n},)"
+        raise SceneError([Problem(key, array.shape, f"must have shape {wanted}")])
+    if not np.isfinite(array).all():
+        raise SceneError([Problem(key, array.tolist(), "must be finite")])
+    return array
+
+
+def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, Floats, float]:
+    """Magnet forces (n, 2) [N], torques (n,) [N·m], centres (n, 2) [m] and energy [J]."""
+    pinned = scene.replace(mount="pinned", start_angles=None)
+    model = pack(pinned)
+    work = new_work(model._replace(contact=False, frictional=False))
+    q = np.append(np.asarray(angles, dtype=np.float64), [0.0, 0.0])
+    articulated.place(0, model.bodies, q, work.pose)
+    if model.magnetic:
+        add_magnet_forces(0, model, work.pose, work.nodes, work.fx, work.fy, work.torque)
+    energy = magnet_energy(0, model, work)
+    force = np.stack([work.fx, work.fy], axis=1)
+    centres = np.stack([work.pose.x, work.pose.y], axis=1)
+    return force, work.torque, centres, energy

@@ -1,0 +1,37 @@
+"""`magfold play`: what it opens, and what it refuses."""
+
+import pytest
+
+from magfold_env.envs.pictures.play import Game
+from tests.command_line import run
+
+
+def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    played: list[Game] = []
+
+    def note(game: Game) -> None:
+        played.append(game)
+
+    monkeypatch.setattr(Game, "run", note)
+    result = run("play", "--target", "LRL", "--fidelity", "quasistatic", "--seed", "4")
+    assert result.exit_code == 0, result.output
+    (game,) = played
+    assert game.env.target == "LRL"
+    assert game.env.scene.n == 4
+    assert game.env.task.fidelity == "quasistatic"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--target", "LXL"), "LXL"),
+        (("--target", "LRL", "--components", "5"), "--components: 5 is not allowed; must be 4"),
+        (("--scene", "pendulum-3"), "scene.mount: 'pinned' is not allowed; must be 'tube'"),
+        (("--fidelity", "exact"), "fidelity: 'exact' is not allowed"),
+    ],
+)
+def test_wrong_options_are_named(arguments: tuple[str, ...], message: str) -> None:
+    result = run("play", *arguments)
+    assert result.exit_code == 2
+    assert message in result.stderr

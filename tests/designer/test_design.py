@@ -1,0 +1,248 @@
+"""Design from a word to magnets and speed: what it promises, refuses, keeps and repeats."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.checkpoint import CheckpointError
+from magfold_env.designer import Design
+from magfold_env.designer.trials import score_of
+from magfold_env.fold import FoldStatus
+from tests.killed import run_until_killed
+
+SMALL = mf.load_scene("design").replace(sequence=("NNNN",) * 4)
+
+
+def test_a_design_folds_into_its_target() -> None:
+    design = mf.design("LRR", SMALL, "forward", runs=30)
+    assert design.reached
+    assert design.scene is not None
+    assert design.scene.mount == "tube"
+    assert design.scene.feed.direction == "forward"
+    assert design.speed == design.scene.feed.speed
+    assert design.probability is not None
+    assert design.score is not None
+    assert design.score == design.probability.rate >= 0.9
+    again = mf.ensemble(design.scene, 30, design.releases_seed)
+    assert again.probability("LRR", "folded") == design.probability
+    assert design.shortfall == pytest.approx(1.0 - design.score)
+    assert design.calls["releases"] > 0
+
+
+@pytest.mark.parametrize("mode", ["free", "backward"])
+def test_every_mode_releases_its_own_way(mode: Any) -> None:
+    design = mf.design("LLR", SMALL, mode, runs=10)
+    assert design.scene is not None
+    assert design.scene.mount == ("free" if mode == "free" else "tube")
+    assert design.reached
+    assert (design.speed is None) == (mode == "free")
+
+
+@pytest.mark.parametrize("search", ["exhaustive", "annealing"])
+@pytest.mark.parametrize("objective", ["ground", "gap", "unique", "sensitivity"])
+def test_objectives_of_energy_are_met(objective: Any, search: Any) -> None:
+    design = mf.design("LRR", SMALL, objective=objective, search=search, runs=0)
+    assert design.reached
+    evidence = design.evidence
+    assert evidence is not None
+    assert design.probability is None
+    scene = SMALL.replace(sequence=design.sequence)
+    lowest, second = mf.minimise(scene, top=2).states
+    stable = [state.word for state in mf.minimise(scene, among="stable", top=9).states]
+    assert evidence.ground == (lowest.word == "LRR")
+    assert evidence.gap == pytest.approx(second.energy - lowest.energy, rel=1e-9)
+    assert evidence.only_stable == (stable == ["LRR"])
+    if objective == "unique":
+        assert evidence.only_stable
+    proved = search == "exhaustive" and objective in ("gap", "sensitivity")
+    assert design.shortfall == (0.0 if proved else None)
+    expected = evidence.tolerance if objective == "sensitivity" else evidence.gap
+    assert design.score == pytest.approx(expected, rel=1e-9)
+
+
+def test_no_search_beats_the_proven_optimum() -> None:
+    for objective in ("gap", "sensitivity"):
+        proved, found = (
+            mf.design("LLRR", SMALL, objective=objective, search=search, runs=0)
+            for search in ("exhaustive", "annealing")
+        )
+        assert proved.bound is not None
+        assert found.score is not None
+        assert 0.8 * proved.bound < found.score <= proved.bound * (1 + 1e-9)
+
+
+def test_cross_entropy_needs_no_energies() -> None:
+    design = mf.design("LR", SMALL, search="cross-entropy", runs=20, budget=600)
+    assert design.reached
+    assert set(design.calls) == {"releases", "ground states"}  # the latter for the evidence
+
+
+def test_a_long_chain_is_designed() -> None:
+    design = mf.design("LRRLLRLR", objective="gap", runs=0)
+    assert design.search == "annealing"
+    assert design.reached
+    assert design.bound is None
+    assert mf.ground_state(mf.load_scene("design-long").replace(sequence=design.sequence)).best.word
+
+
+@pytest.mark.parametrize(
+    ("target", "objective", "message"),
+    [
+        ("LLLL", "probability", "components 1 and 5 would lie in one place"),
+        ("LLLL", "gap", "components 1 and 5 would lie in one place"),
+        ("LSR", "probability", "joint 2 is straight"),
+        ("LSR", "unique", "joint 2 is straight"),
+    ],
+)
+def test_what_cannot_be_is_certified(target: str, objective: Any, message: str) -> None:
+    design = mf.design(target, SMALL, objective=objective)
+    assert not design.reached
+    assert design.scene is None
+    assert design.shortfall is None
+    assert message in design.certificate
+    with pytest.raises(ValueError, match=message):
+        _ = design.sequence
+
+
+def test_a_certificate_compares_all_sequences() -> None:
+    # Without magnets all words have one energy.
+    design = mf.design("LR", SMALL.replace(magnets=None, sequence=("----",) * 3), objective="gap")
+    assert "of none of all 2048 sequences" in design.certificate
+    assert design.certificate.endswith("another word lies as low")
+
+
+def test_where_energies_propose_nothing_releases_decide() -> None:
+    bare = SMALL.replace(magnets=None, sequence=("----",) * 3)
+    design = mf.design("LR", bare, budget=1, runs=5)
+    assert not design.reached
+    assert design.score == 0.0
+    assert design.calls["releases"] > 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"mode": "sideways"}, "mode: 'sideways' is not allowed; must be one of free"),
+        ({"objective": "beauty"}, "objective: 'beauty' is not allowed; must be one of prob"),
+        ({"search": "luck"}, "search: 'luck' is not allowed; must be one of"),
+        ({"seed": -1}, "seed: -1 is not allowed; must be at least 0"),
+        ({"budget": 0}, "budget: 0 is not allowed; must be at least 1"),
+        ({"goal": 1.5}, "goal: 1.5 is not allowed"),
+        ({"runs": -1}, "runs: -1 is not allowed; must be at least 0"),
+        ({"speeds": ()}, "speeds: .* is not allowed; must be None or not empty"),
+        ({"speeds": (-0.1,)}, "feed.speed"),
+        ({"speeds": (0.1,), "mode": "free"}, "speeds: .* must be left out unless a tube feeds"),
+        ({"speeds": (0.1,), "objective": "gap"}, "speeds: .* must be left out unless"),
+        ({"search": "cross-entropy", "objective": "gap"}, "must be exhaustive or annealing"),
+        ({"search": "exhaustive", "target": "LRLRLR"}, "must be annealing or cross-entropy"),
+        ({"target": ""}, "target: '' is not allowed; must have at least one letter"),
+        ({"target": "LAR"}, "word: 'LAR' is not allowed"),
+        ({"workers": 0}, "workers: 0 is not allowed"),
+        ({"scene": SMALL.replace(field={"uniform": (1e-3, 0.0)})}, "field: .* is not allowed"),
+    ],
+)
+def test_wrong_arguments_are_named(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        mf.design(**{"target": "LR", "scene": SMALL, **changes})
+
+
+def test_the_same_seed_gives_the_same_design_however_many_work() -> None:
+    def find(**more: Any) -> Design:
+        return mf.design("LLR", SMALL, seed=5, runs=12, search="annealing", **more)
+
+    assert find(workers=1) == find(workers=3) == find(workers=2, backend="processes")
+    assert find(workers=1).releases_seed != mf.design("LLR", SMALL, seed=6, runs=1).releases_seed
+
+
+def test_a_score_is_one_only_for_the_target() -> None:
+    design = mf.design("LRR", SMALL, runs=0)
+    assert design.scene is not None
+    fold = mf.simulate(design.scene, seed=0)
+    assert fold.status is FoldStatus.FOLDED
+    assert score_of(fold, "LRR") == 1.0
+    assert 0.0 < score_of(fold, "LRL") < score_of(fold, "LRR") / 2
+
+
+def test_a_design_is_kept_in_a_file(tmp_path: Path) -> None:
+    for design in (mf.design("LR", SMALL, runs=5), mf.design("LLLL", SMALL)):
+        path = tmp_path / "design.json"
+        design.to_json(path)
+        assert Design.from_json(path) == design
+    path.write_text("[]")
+    with pytest.raises(ValueError, match=r"design\.json: is not a design"):
+        Design.from_json(path)
+    path.write_text(json.dumps({**design.to_dict(), "format": "other"}))
+    with pytest.raises(ValueError, match="format: 'other' is not allowed"):
+        Design.from_json(path)
+
+
+def test_progress_names_what_is_done() -> None:
+    told: list[tuple[str, float]] = []
+    mf.design("LR", SMALL, runs=5, progress=lambda *what: told.append(what))
+    assert [what for what, _ in told] == sorted(
+        (what for what, _ in told), key=["energies", "releases", "judgement"].index
+    )
+    assert {what for what, _ in told} == {"energies", "releases", "judgement"}
+    assert all(0.0 <= share <= 1.0 for _, share in told)
+
+
+ARGUMENTS: dict[str, Any] = {
+    "target": "LRR", "mode": "forward", "search": "cross-entropy", "budget": 300, "runs": 5,
+    "seed": 4, "goal": 1.0,
+}  # fmt: skip
+KILLED = (
+    "import sys, json, magfold_env as mf; "
+    "mf.design(**json.loads(sys.argv[1]), state=sys.argv[2], workers=2)"
+)
+
+
+def test_a_killed_search_goes_on_and_ends_the_same(tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    run_until_killed(10, KILLED, json.dumps(ARGUMENTS), str(state))
+    parts = state / "search"
+    kept = sum(len(json.loads(path.read_text())["records"]) for path in parts.glob("part-*.json"))
+    resumed = mf.design(**ARGUMENTS, state=state)
+    made = sum(len(json.loads(path.read_text())["records"]) for path in parts.glob("part-*.json"))
+    whole = mf.design(**ARGUMENTS)
+    assert resumed == whole
+    assert made == whole.calls["releases"] > kept  # nothing was released twice
+
+
+def test_a_state_of_another_search_is_refused(tmp_path: Path) -> None:
+    mf.design("LR", SMALL, runs=1, state=tmp_path)
+    with pytest.raises(CheckpointError, match="whose target is 'LR' where this one's is 'RL'"):
+        mf.design("RL", SMALL, runs=1, state=tmp_path)
+    with pytest.raises(CheckpointError, match="whose seed is"):
+        mf.design("LR", SMALL, runs=1, seed=1, state=tmp_path)
+    part = next((tmp_path / "search").glob("part-*.json"))
+    part.write_text(part.read_text().replace("1.0", "0.9", 1))
+    with pytest.raises(CheckpointError, match="is damaged"):
+        mf.design("LR", SMALL, runs=1, state=tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("target", "mode"),
+    [("LLLRLLRLRLR", "forward"), ("LLRLLRLLRLL", "forward"), ("LLRLLLRRLLL", "free")],
+)
+def test_what_was_hard_of_twelve_components_takes_some_hundred_releases(
+    target: str, mode: Any
+) -> None:
+    design = mf.design(target, mode=mode, runs=40)
+    assert design.reached
+    assert design.calls["releases"] < 400
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", ["forward", "backward", "free"])
+def test_mirror_images_are_as_easy(mode: Any) -> None:
+    rates: list[float] = []
+    for target in ("LLRRL", "RRLLR"):
+        design = mf.design(target, mode=mode, runs=60)
+        assert design.probability is not None
+        rates.append(design.probability.rate)
+    assert np.min(rates) >= 0.9

@@ -1,0 +1,137 @@
+"""Target suites: the shipped ones keep what they promise, others are checked."""
+
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+import magfold_env as mf
+from magfold_env.designer.choice import Choice
+from magfold_env.designer.make_suites import LENGTHS, WORDS, suite_words
+from magfold_env.designer.suites import (
+    Kind,
+    Suite,
+    Witness,
+    load_suite,
+    save_suite,
+    suite_names,
+)
+from magfold_env.ensembles import release
+from magfold_env.minimiser.result import Mode
+from magfold_env.scene import SceneError
+from magfold_env.shapes import folded_words, is_fully_folded
+
+NAMES = suite_names()
+
+
+def test_suites_are_shipped() -> None:
+    assert [f"n{n}" for n in LENGTHS] == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_target_has_all_witnesses(name: str) -> None:
+    suite = load_suite(name)
+    assert name == f"n{suite.n}"
+    assert list(suite.targets) == suite_words(suite.n)
+    assert len(suite.targets) == (26 if suite.n == 6 else WORDS)
+    assert set(suite.targets) <= set(folded_words(suite.n))
+    for witnesses in suite.words.values():
+        assert set(witnesses) == set(get_args(Kind))
+        for kind, witness in witnesses.items():
+            assert witness.sequence or witness.certificate
+            assert (witness.probability is not None) == (kind in ("forward", "backward", "free"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("every", [10, pytest.param(1, marks=pytest.mark.slow)])
+def test_witnesses_by_energy_hold(every: int, name: str) -> None:
+    suite = load_suite(name)
+    for word in suite.targets[:: 1 if suite.n == 6 else every]:
+        witnesses = suite.words[word]
+        if (ground := witnesses["ground"]).sequence:
+            scene = suite.scene().replace(sequence=ground.sequence)
+            lowest, second = mf.ground_state(scene, top=2).states
+            assert lowest.word == word
+            assert ground.gap == pytest.approx(second.energy - lowest.energy, rel=1e-9)
+        if (unique := witnesses["unique"]).sequence:
+            scene = suite.scene().replace(sequence=unique.sequence)
+            stable = mf.ground_state(scene, top=2, among="stable").states
+            assert [state.word for state in stable] == [word]
+
+
+@pytest.mark.parametrize("name", ["n6", "n8"])
+@pytest.mark.parametrize("mode", ["forward", "backward", "free"])
+def test_witnesses_of_release_fold(name: str, mode: Mode) -> None:
+    suite = load_suite(name)
+    word = suite.targets[7]
+    witness = suite.words[word][mode]
+    assert witness.sequence is not None
+    scene = Choice(witness.sequence, witness.speed).applied(release(suite.scene(), mode))
+    made = mf.ensemble(scene, 12, seed=99)
+    shown = witness.probability
+    assert shown is not None
+    assert made.probability(word, "folded").high >= shown.low
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES[2:])
+def test_long_witnesses_of_release_fold(name: str) -> None:
+    suite = load_suite(name)
+    for word in suite.targets[::17]:
+        witness = suite.words[word]["free"]
+        assert witness.sequence is not None
+        scene = Choice(witness.sequence, None).applied(release(suite.scene(), "free"))
+        made = mf.ensemble(scene, 10, seed=99)
+        shown = witness.probability
+        assert shown is not None
+        assert made.probability(word, "folded").high >= shown.low
+
+
+def test_a_suite_is_written_and_read(tmp_path: Path) -> None:
+    witness = Witness(sequence=("NSSN", "NNSS"), speed=0.2, successes=9, releases=10)
+    suite = Suite(
+        scene_name="design",
+        words={"L": {"forward": witness}, "R": {"unique": Witness(certificate="none")}},
+    )
+    path = tmp_path / "suite.yaml"
+    save_suite(suite, path, "Two lines\nof comment")
+    assert path.read_text().startswith("# Two lines\n# of comment\n")
+    assert load_suite(path) == suite
+    assert suite.n == 2
+    assert suite.scene().n == 2
+    assert witness.probability is not None
+    assert witness.probability.rate == 0.9
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("scene_name: design\nwords: {L: {}, LR: {}}", "words: .* must be of one length"),
+        ("scene_name: design\nwords: {}", "must be of one length"),
+        ("scene_name: design\nwords: {LLLL: {}}", "words.LLLL: 'LLLL' is not allowed"),
+        ("scene_name: design\nwords: {LX: {}}", "'LX' is not allowed; must consist of"),
+        ("scene_name: design\nwords: {L: {forward: {sequence: NSNS}}}", "must have 2 components"),
+        ("scene_name: design\nwords: {L: {sideways: {}}}", "sideways"),
+        ("words: {L: {}}", "scene_name: None is not allowed; must be given"),
+        ("[]", "is not a suite"),
+        ("a: b: c", "line 1, column 5"),
+    ],
+)
+def test_a_wrong_suite_is_refused(text: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "suite.yaml"
+    path.write_text(text)
+    with pytest.raises(SceneError, match=message) as error:
+        load_suite(path)
+    assert str(path) in str(error.value)
+
+
+def test_a_missing_suite_is_told() -> None:
+    with pytest.raises(SceneError, match="n7: no such suite; shipped: n6, n8"):
+        load_suite("n7")
+
+
+@pytest.mark.parametrize("n", [*LENGTHS[:-1], pytest.param(LENGTHS[-1], marks=pytest.mark.slow)])
+def test_words_of_a_suite_are_fixed(n: int) -> None:
+    words = suite_words(n)
+    assert words == sorted(set(words))
+    assert all(is_fully_folded(word) and len(word) == n - 1 for word in words)

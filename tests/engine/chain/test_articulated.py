@@ -1,0 +1,202 @@
+"""The O(n) recursion against dense matrices."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import magfold_env as mf
+from magfold_env.engine.chain import articulated
+from magfold_env.engine.workspace import new_work
+from magfold_env.scene import Casing, Gravity, Magnets
+from magfold_env.simulation.pack import pack
+from tests.engine import reference
+
+SIDE = 0.0125
+
+
+def random_scene(rng, n, magnets=True, gravity=(0.0, 0.0)):
+    """A chain whose masses and inertias lie within a factor of ten."""
+    masses = 0.0037 * 10 ** rng.uniform(-0.5, 0.5, n)
+    inertias = 0.0037 * SIDE**2 / 6 * 10 ** rng.uniform(-0.5, 0.5, n)
+    return mf.Scene(
+        sequence=tuple("".join(rng.choice(["N", "S"], 4)) for _ in range(n)),
+        casing=Casing(side=SIDE, mass=tuple(masses.tolist()), inertia=tuple(inertias.tolist())),
+        magnets=Magnets(nodes=2) if magnets else None,
+        gravity=Gravity(in_plane=(float(gravity[0]), float(gravity[1]))),
+    )
+
+
+def random_state(rng, n):
+    """Headings of a chain bent within its stops, and rates to match."""
+    joints = rng.uniform(-np.pi / 2, np.pi / 2, n)
+    return np.cumsum(joints), rng.normal(0.0, 30.0, n)
+
+
+def assert_agree(found, expected, rates):
+    """To 1e-12 of the largest one; if all vanish (n = 1, no load) to rounding."""
+    slack = 1e-12 * np.abs(expected).max() + 1e-16 * np.square(rates).max()
+    np.testing.assert_allclose(found, expected, rtol=0, atol=slack)
+
+
+@pytest.mark.parametrize("gravity", [(0.0, 0.0), (3.0, -9.8)])
+@pytest.mark.parametrize("magnets", [False, True])
+@pytest.mark.parametrize(
+    "lengths", [(1, 2, 3, 5, 8, 16, 33, 60), pytest.param(range(1, 61), marks=pytest.mark.slow)]
+)
+def test_accelerations_solve_equation_39(lengths, magnets, gravity):
+    rng = np.random.default_rng(39)
+    for n in lengths:
+        scene = random_scene(rng, n, magnets, gravity)
+        angles, rates = random_state(rng, n)
+        force, torque = mf.forces(scene, angles)
+        expected = reference.equation_39(scene, angles, rates, force, torque)
+        assert_agree(mf.accelerations(scene, angles, rates), expected, rates)
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 60))
+def test_accelerations_solve_equation_39_from_any_heading(seed, n):
+    rng = np.random.default_rng(seed)
+    scene = random_scene(rng, n, magnets=False, gravity=rng.normal(0, 10, 2))
+    angles, rates = rng.uniform(-np.pi, np.pi, n), rng.normal(0.0, 30.0, n)
+    expected = reference.equation_39(scene, angles, rates, np.zeros((n, 2)), np.zeros(n))
+    assert_agree(mf.accelerations(scene, angles, rates), expected, rates)
+
+
+def in_engine(rng, n):
+    """Model, scratch space and random coordinates (n + 2,) of a chain with its pose placed."""
+    scene = random_scene(rng, n, magnets=False)
+    model = pack(scene)._replace(contact=False, frictional=False)
+    work = new_work(model)
+    q = np.append(random_state(rng, n)[0], rng.normal(0.0, 0.05, 2))
+    articulated.place(0, model.bodies, q, work.pose)
+    return scene, model, work, q
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 60))
+def test_free_chain_solves_the_dense_mass_matrix(seed, n):
+    rng = np.random.default_rng(seed)
+    scene, model, work, q = in_engine(rng, n)
+    force = rng.normal(0.0, 1.0, n + 2) * np.append(np.full(n, SIDE), [1.0, 1.0])
+    out = np.empty(n + 2)
+    articulated.factor(0, model.bodies, work.pose, work.open, work.art)
+    articulated.solve(0, model.bodies, work.pose, work.open, work.art, True, force, out, work.hold)
+    matrix = reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)
+    expected = np.linalg.solve(matrix, force)
+    scale = np.append(np.full(n, 1.0), [SIDE, SIDE])
+    np.testing.assert_allclose(
+        out / scale, expected / scale, rtol=0, atol=1e-11 * np.abs(expected / scale).max()
+    )
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 60), share=st.floats(0.0, 1.0))
+def test_part_of_a_chain_behind_its_hinge_is_a_shorter_chain(seed, n, share):
+    rng = np.random.default_rng(seed)
+    scene, model, work, q = in_engine(rng, n)
+    lo = int(share * (n - 1))
+    force = np.append(rng.normal(0.0, SIDE, n), [0.0, 0.0])
+    out = np.zeros(n + 2)
+    articulated.factor(lo, model.bodies, work.pose, work.open, work.art)
+    articulated.solve(
+        lo, model.bodies, work.pose, work.open, work.art, False, force, out, work.hold
+    )
+    tail = reference.mass_matrix(q[lo:], SIDE, scene.masses[lo:], scene.inertias[lo:])
+    expected = np.linalg.solve(tail[: n - lo, : n - lo], force[lo:n])
+    np.testing.assert_allclose(out[lo:n], expected, rtol=0, atol=1e-11 * np.abs(expected).max())
+    assert not out[:lo].any()
+    assert not out[n:].any()
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 12))
+def test_kinematics_are_the_derivatives_of_the_centres(seed, n):
+    rng = np.random.default_rng(seed)
+    _, model, work, q = in_engine(rng, n)
+    v = np.append(rng.normal(0.0, 5.0, n), rng.normal(0.0, 0.1, 2))
+    articulated.centre_velocities(0, model.bodies, work.pose, v, work.vx, work.vy)
+    articulated.centripetal(0, model.bodies, work.pose, v, work.ax, work.ay)
+
+    def path(t):
+        return reference.centres(q + t * v, SIDE)
+
+    np.testing.assert_allclose(np.stack([work.pose.x, work.pose.y], axis=1), path(0.0), atol=1e-15)
+    speed = reference.derivative(path, 1e-3)
+    bend = reference.second_derivative(path, 3e-3)
+    np.testing.assert_allclose(np.stack([work.vx, work.vy], axis=1), speed, atol=1e-9)
+    np.testing.assert_allclose(np.stack([work.ax, work.ay], axis=1), bend, atol=1e-6)
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 60))
+def test_generalised_forces_do_the_work_of_the_forces(seed, n):
+    rng = np.random.default_rng(seed)
+    _, model, work, q = in_engine(rng, n)
+    force, torque = rng.normal(0.0, 1.0, (n, 2)), rng.normal(0.0, SIDE, n)
+    out = np.empty(n + 2)
+    articulated.generalise(
+        0, model.bodies, work.pose, force[:, 0].copy(), force[:, 1].copy(), torque, out
+    )
+    expected = np.einsum("idk,id->k", reference.velocity_map(q, SIDE), force)
+    expected[:n] += torque
+    np.testing.assert_allclose(out, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.laws
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 12))
+def test_a_free_chain_keeps_its_momentum(seed, n):
+    # Internal forces leave the centre of mass and the angular momentum alone.
+    rng = np.random.default_rng(seed)
+    scene, model, work, q = in_engine(rng, n)
+    v = np.append(rng.normal(0.0, 5.0, n), rng.normal(0.0, 0.1, 2))
+    articulated.centripetal(0, model.bodies, work.pose, v, work.ax, work.ay)
+    pull_x, pull_y = -scene.masses * work.ax, -scene.masses * work.ay
+    out = np.empty(n + 2)
+    articulated.generalise(0, model.bodies, work.pose, pull_x, pull_y, np.zeros(n), work.force)
+    articulated.factor(0, model.bodies, work.pose, work.open, work.art)
+    articulated.solve(
+        0, model.bodies, work.pose, work.open, work.art, True, work.force, out, work.hold
+    )
+    places = reference.centres(q, SIDE)
+    pulls = reference.velocity_map(q, SIDE) @ out
+    pulls = scene.masses[:, None] * (pulls + reference.velocity_accelerations(q, v, SIDE))
+    moment = (places[:, 0] * pulls[:, 1] - places[:, 1] * pulls[:, 0]).sum()
+    moment += scene.inertias @ out[:n]
+    size = np.abs(pulls).max() + 1e-300
+    assert np.abs(pulls.sum(axis=0)).max() <= 1e-11 * size
+    assert abs(moment) <= 1e-11 * size * (np.abs(places).max() + SIDE) + 1e-18
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 20), held=st.booleans())
+def test_locked_joints_move_as_the_constrained_mass_matrix_says(seed, n, held):
+    # M a = Q + Jᵀτ with one row a locked joint, J a = 0; if held, component 0 may lock to the base.
+    rng = np.random.default_rng(seed)
+    scene, model, work, q = in_engine(rng, n)
+    lock = rng.integers(-1, 2, n)
+    lock[0] = 1 if held and rng.integers(2) else 0
+    force = rng.normal(0.0, 1.0, n + 2) * np.append(np.full(n, SIDE), [1.0, 1.0])
+    out = np.empty(n + 2)
+    articulated.factor(0, model.bodies, work.pose, lock, work.art)
+    articulated.solve(0, model.bodies, work.pose, lock, work.art, not held, force, out, work.hold)
+    matrix = reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)
+    relative = np.eye(n, n + 2) - np.eye(n, n + 2, -1)
+    rows = relative[lock != 0]
+    if held:
+        rows = np.concatenate([rows, np.eye(n + 2)[n:]])
+    size = len(rows)
+    scale = np.append(np.full(n, SIDE), [1.0, 1.0])  # torques and forces of one size
+    system = np.block([[matrix / scale[:, None], rows.T], [rows, np.zeros((size, size))]])
+    solution = (
+        np.linalg.solve(system, np.concatenate([force / scale, np.zeros(size)]))
+        if size
+        else np.linalg.solve(matrix, force)
+    )
+    np.testing.assert_allclose(
+        out * scale, solution[: n + 2] * scale, rtol=0, atol=1e-10 * np.abs(solution).max()
+    )
+    assert not np.diff(out[:n])[lock[1:] != 0].any()
+    assert not work.hold[lock == 0].any()
+    # What holds the joints does no net work and makes up for the rest of the equation.
+    torque = matrix @ out - force
+    torque[:n] += np.append(work.hold[1:], 0.0) - work.hold
+    kept = slice(0, n) if held else slice(None)
+    np.testing.assert_allclose(
+        torque[kept] / scale[kept], 0.0, atol=1e-9 * np.abs(force / scale).max()
+    )

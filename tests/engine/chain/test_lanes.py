@@ -1,0 +1,163 @@
+"""The chains in vector lanes, the fused recursion and their sine and cosine."""
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import magfold_env as mf
+from magfold_env.engine.chain import lanes, recursion
+from magfold_env.engine.chain.sincos import sincos
+from magfold_env.engine.compile.jit import kernel, numba_config
+from magfold_env.engine.state import Bodies
+from magfold_env.engine.stepping.dynamics import smooth_accelerations
+from magfold_env.engine.workspace import new_work
+from magfold_env.scene import SceneError
+from magfold_env.simulation.pack import pack
+from tests.engine import reference
+from tests.engine.chain.test_articulated import assert_agree, random_scene, random_state
+
+
+@kernel
+def sincos_of(x, sine, cosine):
+    for i in range(x.size):
+        sine[i], cosine[i] = sincos(x[i])
+
+
+def random_states(rng, chains, n):
+    angles, rates = zip(*(random_state(rng, n) for _ in range(chains)), strict=True)
+    return np.array(angles), np.array(rates)
+
+
+def random_bodies(rng, n):
+    """Bodies that differ from one another in everything."""
+    scales = 10 ** rng.uniform(-0.5, 0.5, (4, n))
+    return Bodies(*(scales * np.array([[0.0037], [1e-7], [0.0088], [0.0177]])))
+
+
+def scalar(bodies, base, heading, rate, force):
+    n = heading.size
+    out = np.zeros(n)
+    scratch = np.zeros((recursion.ROWS, n))
+    recursion.accelerate(bodies, base[0], base[1], heading, rate, force, scratch, out)
+    return out
+
+
+def engine(scene, angles, rates):
+    """Accelerations by the engine's own stages."""
+    model = pack(scene.replace(mount="pinned"))._replace(contact=False, frictional=False)
+    out = np.zeros(scene.n + 2)
+    q, v = np.append(angles, [0.0, 0.0]), np.append(rates, [0.0, 0.0])
+    smooth_accelerations(0, model, q, v, new_work(model), out)
+    return out[: scene.n]
+
+
+@pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="the interpreter cannot fuse a·b + c")
+@pytest.mark.parametrize("largest", [1.0, 100.0, 1e6, 1e14])
+def test_sincos_is_as_good_as_the_library_on_any_heading(largest):
+    x = np.random.default_rng(1).uniform(-largest, largest, 5000)
+    sine, cosine = np.empty_like(x), np.empty_like(x)
+    sincos_of(x, sine, cosine)
+    exact = np.sin(x.astype(np.longdouble)), np.cos(x.astype(np.longdouble))
+    assert np.abs(sine - exact[0]).max() < 1.3e-16
+    assert np.abs(cosine - exact[1]).max() < 1.3e-16
+
+
+def test_sincos_knows_the_quadrants():
+    x = np.arange(-20, 21) * (np.pi / 4)
+    sine, cosine = np.empty_like(x), np.empty_like(x)
+    sincos_of(x, sine, cosine)
+    np.testing.assert_allclose(sine, np.sin(x), rtol=0, atol=2e-16)
+    np.testing.assert_allclose(cosine, np.cos(x), rtol=0, atol=2e-16)
+
+
+@pytest.mark.parametrize("n", [1, 2, 6, 31, 60])
+@pytest.mark.parametrize("magnets", [False, True])
+def test_a_stack_solves_equation_39_as_the_engine_does(n, magnets):
+    rng = np.random.default_rng(n)
+    scene = random_scene(rng, n, magnets, gravity=(3.0, -9.8))
+    angles, rates = random_states(rng, 5, n)
+    found = mf.accelerations(scene, angles, rates)
+    for k in range(5):
+        force, torque = mf.forces(scene, angles[k])
+        dense = reference.equation_39(scene, angles[k], rates[k], force, torque)
+        assert_agree(found[k], dense, rates)
+        assert_agree(found[k], engine(scene, angles[k], rates[k]), rates)
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 40))
+def test_the_scalar_kernel_and_the_lanes_agree(seed, n):
+    rng = np.random.default_rng(seed)
+    bodies, base = random_bodies(rng, n), tuple(rng.normal(0.0, 10.0, 2))
+    angles, rates = random_states(rng, 3, n)
+    force = rng.normal(0.0, 1e-4, (3, n))
+    found = lanes.accelerate(bodies, base, angles, rates, force)
+    for k in range(3):
+        expected = scalar(bodies, base, angles[k], rates[k], force[k])
+        assert_agree(found[k], expected, rates)
+
+
+@pytest.mark.parametrize("inertia", [1e-10, 1e-16, 0.0])
+def test_accuracy_does_not_fade_with_the_inertia(inertia):
+    """Down to point masses on rods, M α = Q holds to rounding."""
+    rng = np.random.default_rng(3)
+    n = 20
+    bodies = Bodies(*(np.full(n, x) for x in (0.0037, inertia, 0.0088, 0.0176)))
+    angles, rates = random_state(rng, n)
+    found = lanes.accelerate(bodies, (0.0, 9.81), angles[None], rates[None])[0]
+    q, v = np.append(angles, [0.0, 0.0]), np.append(rates, [0.0, 0.0])
+    side = 0.0176 / np.sqrt(2)
+    jacobian = reference.velocity_map(q, side)[:, :, :n]
+    pull = -reference.velocity_accelerations(q, v, side) - [0.0, 9.81]
+    force = np.einsum("idk,id->k", jacobian, 0.0037 * pull)
+    mass = reference.mass_matrix(q, side, bodies.mass, bodies.inertia)[:n, :n]
+    residual = mass @ found - force
+    assert np.abs(residual).max() < 1e-13 * (np.abs(mass) @ np.abs(found)).max()
+
+
+def test_a_chain_gives_the_same_bits_alone_and_in_any_batch():
+    rng = np.random.default_rng(8)
+    scene = random_scene(rng, 7, magnets=True, gravity=(0.5, -1.0))
+    angles, rates = random_states(rng, 75, 7)
+    together = mf.accelerations(scene, angles, rates)
+    order = rng.permutation(75)
+    shuffled = mf.accelerations(scene, angles[order], rates[order])
+    assert shuffled.tobytes() == together[order].tobytes()
+    for k in (0, 31, 32, 74):
+        assert mf.accelerations(scene, angles[k], rates[k]).tobytes() == together[k].tobytes()
+    stacked = mf.accelerations(scene, angles.reshape(3, 25, 7), rates.reshape(3, 25, 7))
+    assert stacked.shape == (3, 25, 7)
+    assert stacked.tobytes() == together.tobytes()
+
+
+def test_threads_do_not_change_a_bit():
+    rng = np.random.default_rng(9)
+    bodies = random_bodies(rng, 12)
+    angles, rates = random_states(rng, 300, 12)
+    most = numba.get_num_threads()
+    results = []
+    for threads in {1, most}:
+        numba.set_num_threads(threads)
+        results.append(lanes.accelerate(bodies, (0.0, 0.0), angles, rates).tobytes())
+    numba.set_num_threads(most)
+    assert len(set(results)) == 1
+
+
+def test_an_empty_stack_is_no_error():
+    scene = random_scene(np.random.default_rng(0), 4)
+    nothing = np.empty((0, 4))
+    assert mf.accelerations(scene, nothing, nothing).shape == (0, 4)
+
+
+@pytest.mark.parametrize("shape", [(), (5,), (2, 5), (6, 1)])
+def test_stacks_of_another_chain_are_an_error(shape):
+    scene = random_scene(np.random.default_rng(0), 6)
+    with pytest.raises(SceneError, match="angles"):
+        mf.accelerations(scene, np.zeros(shape), np.zeros(shape))
+
+
+def test_angles_and_rates_go_together():
+    scene = random_scene(np.random.default_rng(0), 6)
+    with pytest.raises(SceneError, match="rates"):
+        mf.accelerations(scene, np.zeros((3, 6)), np.zeros(6))

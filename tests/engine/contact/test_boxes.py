@@ -1,0 +1,152 @@
+"""Squares: which can meet, the gap between rounded boxes, and its derivatives."""
+
+import numpy as np
+import pytest
+from hypothesis import given, target
+from hypothesis import strategies as st
+
+from magfold_env.engine.contact import boxes, jacobian
+from magfold_env.scene import Magnets, Scene
+from magfold_env.simulation.pack import pack
+from tests.engine import reference
+from tests.engine.contact.box_case import RADIUS, SIDE, Boxes, layouts, pairs, seeds
+
+right_angle = st.floats(-np.pi / 2, np.pi / 2)
+
+
+def end_separation(joints):
+    """Separation of the first and the last square of unit side, over sharp corners."""
+    headings = np.concatenate([[0.0], np.cumsum(joints)])
+    places = reference.centres(np.append(headings, [0.0, 0.0]), 1.0)
+    return reference.separation(
+        reference.square(places[0], headings[0], 0.5),
+        reference.square(places[-1], headings[-1], 0.5),
+    )
+
+
+@given(joints=st.lists(right_angle, min_size=1, max_size=3))
+def test_near_components_cannot_overlap(joints):
+    gap = end_separation(joints)
+    target(-gap)
+    assert gap >= -1e-12
+
+
+def test_near_components_cannot_overlap_on_a_grid():
+    grid = np.linspace(-np.pi / 2, np.pi / 2, 13)
+    worst = min(end_separation([a, b, c]) for a in grid for b in grid for c in grid)
+    assert worst >= -1e-12
+
+
+def test_near_components_cannot_overlap_next_to_the_stops():
+    # Where three squares turn round one corner, and four close a ring.
+    rng = np.random.default_rng(4)
+    for _ in range(1000):
+        stops = rng.choice([-1.0, 1.0], 3) * np.pi / 2
+        joints = stops * (1.0 - 10 ** rng.uniform(-12, -1, 3))
+        assert end_separation(joints) >= -1e-12
+        assert end_separation(joints[:2]) >= -1e-12
+
+
+def test_components_four_apart_can_overlap():
+    assert end_separation([np.pi / 2] * 4) < -0.5
+
+
+@pytest.mark.parametrize(("lo", "first"), [(0, 0), (1, 0), (2, 0), (3, 1), (6, 4)])
+def test_the_two_held_components_next_to_the_mouth_are_in_the_way(lo, first):
+    assert boxes.first_box(lo) == first
+
+
+def test_a_corner_beside_the_one_in_the_mouth_meets_the_next():
+    # A chain that turns back to its tube: its last square lies beside the one in the mouth.
+    case = Boxes(8, 3, tube=True)
+    case.place(np.zeros(10))
+    work = case.work
+    for name in ("box_x", "box_y"):
+        getattr(work, name)[5] = getattr(work, name)[1]
+    work.box_x[5] += 0.9 * SIDE * np.sqrt(2)
+    rows = jacobian.collect_contacts(3, case.model, work, 0)
+    assert {(1, 5), (5, 1)} & {tuple(row[:2]) for row in work.row_id[:rows].tolist()}
+
+
+@given(seed=seeds, layout=layouts)
+def test_gap_is_the_distance_of_the_rounded_boxes(seed, layout):
+    n, lo, tube = layout
+    rng = np.random.default_rng(seed)
+    case = Boxes(n, lo, tube=tube)
+    q = case.random_q(rng)
+    for i, j in pairs(case):
+        if reference.separation(case.polygon(i, q), case.polygon(j, q)) <= 0.0:
+            continue
+        case.place(q)
+        gaps = [boxes.corner_gap(case.model, case.work, i, j, k) for k in range(4)]
+        gaps += [boxes.corner_gap(case.model, case.work, j, i, k) for k in range(4)]
+        assert min(gaps) == pytest.approx(case.gap(i, j, q), abs=1e-15)
+
+
+def test_engine_looks_at_every_pair_that_can_meet():
+    free = {(i, j) for i in range(7) for j in range(i + 4, 7)}
+    assert set(pairs(Boxes(7))) == free
+    # Component 0 is deep in the tube, 2 sticks out of it and leaves room beside 1; the walls are
+    # boxes 7 and 8.
+    held = {(1, 5), (1, 6), (2, 6)} | {(i, w) for i in range(3, 7) for w in (7, 8)}
+    assert set(pairs(Boxes(7, 3, tube=True))) == held
+
+
+@given(seed=seeds)
+def test_a_corner_beyond_a_wall_is_told_from_one_in_front_of_it(seed):
+    rng = np.random.default_rng(seed)
+    case = Boxes(5, 0, tube=True)
+    case.place(case.random_q(rng))
+    work, model = case.work, case.model
+    wall, k = case.n + int(rng.integers(2)), int(rng.integers(4))
+    # Somewhere at the mouth, at either face of the wall.
+    work.box_x[2], work.box_y[2] = rng.uniform(-1.0, 1.0, 2) * SIDE + (0.0, work.box_y[wall])
+    turn = rng.uniform(-np.pi, np.pi)
+    work.box_c[2], work.box_s[2] = np.cos(turn), np.sin(turn)
+
+    centre = np.array([work.box_x[2], work.box_y[2]])
+    corner = centre + boxes.corner(work, 2, k)
+    half_length, half = work.box_a[wall], work.box_b[wall]
+    middle = np.array([work.box_x[wall], work.box_y[wall]])
+    side = np.sign(centre[1] - middle[1])
+    face = middle[1] + side * half
+    before, behind = side * (centre[1] - face), side * (face - corner[1])
+    expected = -1.0
+    if before > 0.0 and behind > 0.0:
+        crossing = np.interp(0.0, [-before, behind], [centre[0], corner[0]])
+        if abs(crossing - middle[0]) <= half_length:
+            expected = behind + case.radii(wall, 2)
+    assert boxes.behind_face(model, work, wall, 2, k) == pytest.approx(expected, abs=1e-12)
+
+
+@given(seed=seeds)
+def test_squares_overlap_where_no_side_separates_them(seed):
+    case = Boxes(6)
+    q = case.random_q(np.random.default_rng(seed))
+    case.place(q)
+    overlapping = []
+    for i, j in pairs(case):
+        expected = reference.separation(case.polygon(i, q), case.polygon(j, q))
+        assert boxes.separation(case.work, i, j) == pytest.approx(expected, abs=1e-12)
+        if expected < 2.0 * RADIUS - boxes.OVERLAP * SIDE:
+            overlapping.append((i, j))
+    assert boxes.overlapping_pair(case.model, case.work) == (overlapping or [(-1, -1)])[0]
+
+
+@given(seed=seeds, layout=layouts)
+def test_gaps_are_those_of_corners_and_negative_inside(seed, layout):
+    n, lo, tube = layout
+    rng = np.random.default_rng(seed)
+    case = Boxes(n, lo, tube=tube)
+    q = case.random_q(rng)
+    for i, j in pairs(case):
+        for box, other in ((i, j), (j, i)):
+            for k in range(4):
+                expected = case.row_gap(box, other, k, q)
+                found = boxes.corner_gap(case.model, case.work, box, other, k)
+                assert found == pytest.approx(expected, abs=1e-12)
+
+
+def test_magnets_do_not_move_the_boxes():
+    with_magnets = pack(Scene(sequence=("NNNN",) * 2, magnets=Magnets()))
+    assert (with_magnets.side, with_magnets.rounding) == (SIDE, RADIUS)

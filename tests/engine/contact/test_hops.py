@@ -1,0 +1,135 @@
+"""Which joints stay at their stops after an impact, and which squares stay in touch."""
+
+import math
+
+import numpy as np
+import pytest
+
+from magfold_env.engine.chain import articulated
+from magfold_env.engine.contact import boxes, constraints, hops
+from magfold_env.engine.workspace import new_state, new_work
+from magfold_env.scene import Scene
+from magfold_env.simulation.pack import pack
+
+PULL = 1e4  # [rad/s²], what magnets pull a joint shut with
+
+
+def hopping(rate, joint=1, tolerance=1e-3):
+    """A free chain whose joint ``joint`` leaves its left stop at a rate, and is pulled back."""
+    scene = Scene(sequence=("NNNN",) * 3, magnets=None)
+    scene = scene.replace(solver={"tolerance": tolerance})
+    model = pack(scene)
+    angles = np.zeros(3)
+    angles[joint:] = math.pi / 2.0
+    state, work = new_state(model, angles), new_work(model)
+    state.v[:] = np.random.default_rng(0).normal(0.0, 5.0, 5) * [1.0, 1.0, 1.0, 0.01, 0.01]
+    state.v[joint] = state.v[joint - 1] - rate
+    acceleration = np.zeros(5)
+    acceleration[joint] = PULL
+    return model, state, work, acceleration
+
+
+def momentum(model, state, work):
+    """Linear momentum [kg m/s]."""
+    articulated.place(0, model.bodies, state.q, work.pose)
+    articulated.centre_velocities(0, model.bodies, work.pose, state.v, work.vx, work.vy)
+    return np.array([model.bodies.mass @ work.vx, model.bodies.mass @ work.vy])
+
+
+def energy(model, state, work):
+    """Kinetic energy [J]."""
+    momentum(model, state, work)
+    moving = model.bodies.mass @ (work.vx**2 + work.vy**2)
+    return 0.5 * (moving + model.bodies.inertia @ state.v[: model.n] ** 2)
+
+
+@pytest.mark.parametrize("joint", [1, 2])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-5])
+def test_a_hop_too_small_to_see_is_left_out(joint, tolerance):
+    seen = math.sqrt(2.0 * PULL * hops.HOP * tolerance)
+    model, state, work, acceleration = hopping(0.9 * seen, joint, tolerance)
+    before, power = momentum(model, state, work), energy(model, state, work)
+    assert hops.end_hops(model, state, work, acceleration) == constraints.IMPACT
+    assert state.lock[joint] == 1
+    assert state.v[joint] == state.v[joint - 1]
+    assert work.row_count[0] == 1
+    # The joint is held from within the chain, and by a projection.
+    np.testing.assert_allclose(momentum(model, state, work), before, rtol=1e-12)
+    assert energy(model, state, work) < power
+
+
+@pytest.mark.parametrize("joint", [1, 2])
+def test_a_larger_hop_takes_place(joint):
+    seen = math.sqrt(2.0 * PULL * hops.HOP * 1e-3)
+    model, state, work, acceleration = hopping(1.1 * seen, joint)
+    before = state.v.copy()
+    assert hops.end_hops(model, state, work, acceleration) == constraints.OK
+    assert (state.v == before).all()
+    assert state.lock[joint] == 0
+
+
+def test_a_joint_that_nothing_pulls_back_opens():
+    model, state, work, acceleration = hopping(1e-3)
+    assert hops.end_hops(model, state, work, -acceleration) == constraints.OK
+    assert state.lock[1] == 0
+
+
+class Curled:
+    """A free chain of five, curled up until the first and the last square touch."""
+
+    def __init__(self, tolerance=1e-3):
+        scene = Scene(sequence=("NNNN",) * 5, magnets=None).replace(solver={"tolerance": tolerance})
+        self.model = pack(scene)
+        self.work = new_work(self.model)
+        self.tolerance, self.side = tolerance, scene.casing.side
+        low, high = 0.8, 1.5
+        for _ in range(60):
+            bend = 0.5 * (low + high)
+            self.state = new_state(self.model, bend * np.arange(5.0))
+            low, high = (bend, high) if self.gap(self.state.q) > 1e-12 else (low, bend)
+
+    def gap(self, q):
+        """Gap of the two squares [m]."""
+        model, work = self.model, self.work
+        articulated.place(0, model.bodies, q, work.pose)
+        boxes.place_boxes(0, model, work.pose, work)
+        corners = [(i, j, k) for i, j in ((0, 4), (4, 0)) for k in range(4)]
+        return min(boxes.corner_gap(model, work, *corner) for corner in corners)
+
+    def along(self, v):
+        """Rate of the gap at velocities v [m/s]."""
+        q, h = self.state.q, 1e-7 / np.abs(v).max()
+        return (self.gap(q + h * v) - self.gap(q - h * v)) / (2.0 * h)
+
+    def opening(self, rate):
+        """Velocities at which the gap opens at a rate [m/s]; their squares bend it by nothing."""
+        v = np.zeros(7)
+        v[0] = -1.0
+        return v * rate / self.along(v)
+
+
+def test_squares_that_part_too_little_to_see_stay_in_touch():
+    case, pull = Curled(), 10.0
+    seen = math.sqrt(2.0 * pull * hops.HOP * case.tolerance * case.side)
+    acceleration = case.opening(-pull)
+    for share in (0.5, 0.8):
+        case.state.v[:] = case.opening(share * seen)
+        before = energy(case.model, case.state, case.work)
+        assert constraints.begin_step(case.model, case.state, case.work) == constraints.OK
+        assert case.work.row_count[1] == 0
+        found = hops.end_hops(case.model, case.state, case.work, acceleration)
+        assert found == constraints.IMPACT
+        assert case.work.row_count[1] > 0
+        assert abs(case.along(case.state.v)) < 1e-6 * share * seen
+        assert energy(case.model, case.state, case.work) < before
+
+
+def test_squares_that_part_visibly_do_so():
+    case, pull = Curled(), 10.0
+    seen = math.sqrt(2.0 * pull * hops.HOP * case.tolerance * case.side)
+    case.state.v[:] = case.opening(1.5 * seen)
+    before = case.state.v.copy()
+    assert constraints.begin_step(case.model, case.state, case.work) == constraints.OK
+    found = hops.end_hops(case.model, case.state, case.work, case.opening(-pull))
+    assert found == constraints.OK
+    assert (case.state.v == before).all()

@@ -1,0 +1,161 @@
+"""Friction that holds or is overcome: its conditions, another solver, and hard random scenes."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+from magfold_env.engine.contact.constraints import begin_step
+from magfold_env.engine.friction.held import first_accelerations
+from magfold_env.engine.friction.solver import solve_with_friction
+from magfold_env.engine.workspace import new_work
+from magfold_env.laws.random_scenes import random_scene
+from magfold_env.scene import Scene
+from magfold_env.simulation.pack import pack
+from magfold_env.simulation.session import Session
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+class Problem:
+    """Rows G of contacts and equalities, then of balls, with w = G (Gᵀ λ + start)."""
+
+    def __init__(self, rows, start, normals, grip, equality=()):
+        count = len(rows)
+        self.rows, self.start, self.normals, self.grip = rows, start, normals, grip
+        # A chain with n components has n + 2 coordinates, and W no larger rank.
+        n = max(rows.shape[1] - 2, (count - 15) // 6 + 1, 2)
+        self.work = work = new_work(pack(Scene(sequence=("NNNN",) * n, magnets=None)))
+        work.delassus[:count, :count] = rows @ rows.T
+        work.bias[:count] = rows @ start
+        work.equality[list(equality)] = 1
+        work.row_id[normals:count, 0] = np.repeat(np.arange((count - normals) // 3), 3)
+
+    def solve(self):
+        return solve_with_friction(self.normals, len(self.rows), self.work, self.grip)
+
+    @property
+    def motion(self):
+        """What the multipliers do; unlike them it is unique."""
+        return self.start + self.rows.T @ self.work.multiplier[: len(self.rows)]
+
+
+def draw(rng, most_normals=14, most_balls=15):
+    """Any rank; some rows repeat others, some grips hold nothing and some everything."""
+    normals, balls = int(rng.integers(0, most_normals + 1)), int(rng.integers(1, most_balls + 1))
+    rows = rng.normal(size=(normals + 3 * balls, rng.integers(1, 15)))
+    for r in range(1, normals):
+        if rng.random() < 0.3:
+            rows[r] = rows[rng.integers(r)] * rng.choice([0.5, 1.0, 2.0])
+    if balls > 1 and rng.random() < 0.3:
+        rows[normals : normals + 3] = rows[-3:]
+    grip = 10 ** rng.uniform(-3, 1, balls)
+    grip[rng.random(balls) < 0.1] = 0.0
+    grip[rng.random(balls) < 0.1] = 1e6
+    equality = np.flatnonzero(rng.random(normals) < 0.2)
+    return Problem(rows, rng.normal(size=rows.shape[1]), normals, grip, equality)
+
+
+def assert_optimal(work, normals, count, radius, tolerance=1e-9):
+    """Check the conditions of the convex problem, in which ``radius`` is that of each three."""
+    lam = work.multiplier[:count]
+    w = work.delassus[:count, :count] @ lam + work.bias[:count]
+    allowed = tolerance * np.abs(work.bias[:count]).max()
+    held = work.equality[:normals] == 1
+    push, rate = lam[:normals], w[:normals]
+    assert np.abs(rate[held]).max(initial=0.0) <= allowed
+    assert push[~held].min(initial=0.0) >= 0.0
+    assert rate[~held].min(initial=0.0) >= -allowed
+    assert np.minimum(push, np.abs(rate))[~held].max(initial=0.0) <= allowed
+    force, slip = lam[normals:].reshape(-1, 3), w[normals:].reshape(-1, 3)
+    size = np.linalg.norm(force, axis=1)
+    assert (size <= radius * (1 + 1e-12)).all()
+    inside = size < radius * (1 - 1e-9)
+    assert np.abs(slip[inside]).max(initial=0.0) <= allowed
+    full = ~inside & (radius > 0.0)
+    opposed = -np.linalg.norm(slip[full], axis=1) * force[full].T / size[full]
+    np.testing.assert_allclose(slip[full], opposed.T, rtol=0, atol=allowed)
+
+
+@given(seed=seeds)
+def test_forces_satisfy_their_conditions(seed):
+    problem = draw(np.random.default_rng(seed))
+    assert problem.solve()
+    assert_optimal(problem.work, problem.normals, len(problem.rows), problem.grip)
+
+
+@given(seed=seeds)
+def test_motion_agrees_with_another_solver(seed):
+    problem = draw(np.random.default_rng(seed), most_normals=4, most_balls=3)
+    assert problem.solve()
+    rows, start, normals = problem.rows, problem.start, problem.normals
+    grip = np.minimum(problem.grip, 100.0)
+    held = problem.work.equality[:normals] == 1
+    bounds = [(None if h else 0.0, None) for h in held] + [(None, None)] * 3 * len(grip)
+    within = {
+        "type": "ineq",
+        "fun": lambda lam: grip**2 - (lam[normals:].reshape(-1, 3) ** 2).sum(axis=1),
+    }
+    # The dual problem: half the square of the motion, least over all forces that can act.
+    least = minimize(
+        lambda lam: 0.5 * np.sum((rows.T @ lam + start) ** 2),
+        np.zeros(len(rows)),
+        jac=lambda lam: rows @ (rows.T @ lam + start),
+        bounds=bounds,
+        constraints=within,
+        method="SLSQP",
+        options={"maxiter": 1000, "ftol": 1e-14},
+    )
+    # Half the distance's square is at most the difference of the values.
+    found = 0.5 * np.sum(problem.motion**2)
+    assert found <= least.fun + 1e-6
+    if least.success and within["fun"](least.x).min() >= -1e-9:
+        motion = rows.T @ least.x + start
+        np.testing.assert_allclose(problem.motion, motion, rtol=0, atol=2e-3)
+
+
+@given(seed=seeds)
+def test_enough_grip_holds_all(seed):
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=(12, 8))
+    problem = Problem(rows, rng.normal(size=8), 0, np.full(4, 1e9))
+    assert problem.solve()
+    np.testing.assert_allclose(rows @ problem.motion, 0.0, rtol=0, atol=1e-10)
+
+
+def test_no_grip_changes_nothing():
+    rng = np.random.default_rng(0)
+    problem = Problem(rng.normal(size=(9, 6)), rng.normal(size=6), 0, np.zeros(3))
+    assert problem.solve()
+    assert not problem.work.multiplier.any()
+
+
+def test_grip_that_just_suffices_holds():
+    # One component of unit mass: the force that holds it is opposite to its acceleration.
+    problem = Problem(np.eye(3), np.array([0.6, 0.0, 0.8]), 0, np.ones(1))
+    assert problem.solve()
+    np.testing.assert_allclose(problem.motion, 0.0, rtol=0, atol=1e-12)
+    problem = Problem(np.eye(3), np.array([0.6, 0.0, 0.8]), 0, np.array([0.5]))
+    assert problem.solve()
+    np.testing.assert_allclose(problem.motion, [0.3, 0.0, 0.4], rtol=0, atol=1e-12)
+
+
+def test_the_impossible_is_not_solved():
+    rows = np.array([[1.0, 0.0], [-1.0, 0.0]])
+    problem = Problem(rows, np.zeros(2), 2, np.zeros(0))
+    problem.work.bias[:2] = -1.0  # two walls that close in on each other
+    assert not problem.solve()
+    problem.work.bias[:2] = np.nan
+    assert not problem.solve()
+
+
+@pytest.mark.parametrize("seed", [9, 27, 33])
+def test_chains_at_rest_whose_forces_relaxation_does_not_find(seed):
+    # More held components than coordinates: the forces are far from unique.
+    session = Session(random_scene(seed))
+    model, state, work = session._model, session._state, session._work
+    begin_step(model, state, work)
+    assert first_accelerations(model, state, work, np.zeros(model.n + 2))
+    normals = int(work.row_count[1])
+    assert_optimal(work, normals, normals + 3 * model.n, model.grip)

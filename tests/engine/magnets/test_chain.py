@@ -1,0 +1,251 @@
+"""Magnets of a jointed chain: looked up, summed and kept, against sums over all nodes."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import magfold_env as mf
+from magfold_env.engine.chain import articulated as chain
+from magfold_env.engine.chain import feed
+from magfold_env.engine.magnets.chain import add_chain_forces, chain_energy
+from magfold_env.engine.workspace import new_work
+from magfold_env.scene import Magnets, Scene
+from magfold_env.shapes import folded_words, word_to_angles
+from magfold_env.simulation.pack import pack
+from tests.engine import reference
+from tests.engine.magnets.test_pairs import Casings
+
+SIDE = 0.0125
+EXACT = 24  # nodes that leave 1e-7 where casings lie flush, and less elsewhere
+BOUNDS = [1e-2, 1e-3, 1e-4, 1e-5]
+seeds = st.integers(0, 2**32 - 1)
+
+
+class Chain:
+    """A chain under the kernels of the dynamics."""
+
+    def __init__(self, scene):
+        self.model = pack(scene)
+        self.work = new_work(self.model)
+
+    def forces(self, joints, lo=0):
+        """Generalised forces (n + 2,) for joint angles (n,), the first being the heading."""
+        model, work = self.model, self.work
+        q = np.append(np.cumsum(joints), [0.0, 0.0])
+        first = feed.place_all(lo, model, q, work.pose)
+        fx, fy, torque = np.zeros((3, model.n))
+        add_chain_forces(first, lo, model, q, work.pose, work.nodes, work.rigid, fx, fy, torque)
+        out = np.zeros(model.n + 2)
+        chain.generalise(lo, model.bodies, work.pose, fx, fy, torque, out)
+        return out
+
+    def energy(self, joints):
+        q = np.append(np.cumsum(joints), [0.0, 0.0])
+        feed.place_all(0, self.model, q, self.work.pose)
+        return chain_energy(0, self.model, q, self.work.pose, self.work.nodes)
+
+
+def random_sequence(rng, n):
+    return tuple("".join(rng.choice(["N", "S"], 4)) for _ in range(n))
+
+
+def open_joints(rng, n):
+    """Joint angles anywhere short of the stops, some of them near."""
+    joints = rng.uniform(-1.5, 1.5, n)
+    near = rng.random(n) < 0.4
+    return np.where(near, rng.choice([-1.0, 1.0], n) * (np.pi / 2 - 0.05 * rng.random(n)), joints)
+
+
+def summed(scene, joints, nodes=EXACT):
+    """Generalised forces (n,) of the headings, by plain sums over many nodes a face."""
+    angles = np.cumsum(joints)
+    force, torque = mf.forces(scene.replace(magnets={"nodes": nodes}), angles)
+    jacobian = reference.velocity_map(np.append(angles, [0.0, 0.0]), SIDE)[:, :, : scene.n]
+    return np.einsum("idk,id->k", jacobian, force) + torque
+
+
+def worst_error(bound, scene, joints):
+    """Largest error of a joint's torque over the side, in flush forces."""
+    found = Chain(scene.replace(magnets={"accuracy": bound})).forces(joints)[: scene.n]
+    # A joint's torque is the sum of the headings' beyond it.
+    error = np.cumsum((found - summed(scene, joints))[::-1])
+    return np.abs(error).max() / SIDE / reference.flush_force(scene)
+
+
+@pytest.mark.parametrize("bound", BOUNDS)
+@pytest.mark.parametrize("share", [1.0, 0.999, 0.97, 0.8, 0.4])
+def test_torques_of_folded_chains_keep_the_bound(bound, share):
+    rng = np.random.default_rng(31)
+    words = [word for word in folded_words(6) if word <= "LRS"]
+    for word in rng.choice(words, 6, replace=False):
+        scene = Scene(sequence=random_sequence(rng, 6))
+        joints = np.append(0.3, share * word_to_angles(word))
+        # Errors of the components' forces add up over the chain's length.
+        assert worst_error(bound, scene, joints) <= 3 * bound
+
+
+@pytest.mark.parametrize("bound", BOUNDS)
+def test_torques_of_bent_chains_keep_the_bound(bound):
+    rng = np.random.default_rng(32)
+    for _ in range(12):
+        scene = Scene(sequence=random_sequence(rng, 5))
+        joints = np.append(0.1, rng.uniform(-1.57, 1.57, 4) * rng.choice([1.0, 0.5]))
+        assert worst_error(bound, scene, joints) <= 3 * bound
+
+
+@pytest.mark.parametrize("span", [1, 2])
+def test_splines_are_far_more_exact_than_asked(span):
+    # Nothing but looked-up pairs: 1e-5 must leave no more than the splines' own error.
+    rng = np.random.default_rng(33)
+    for angle in np.concatenate([np.linspace(-1.5, 1.5, 7), [-np.pi / 2, 1.5707, 1.55]]):
+        scene = Scene(sequence=random_sequence(rng, span + 1))
+        joints = np.append(0.0, np.append(angle, rng.uniform(-1.57, 1.57, span - 1)))
+        found = Chain(scene.replace(magnets={"accuracy": 1e-5})).forces(joints)[: span + 1]
+        error = np.abs(found - summed(scene, joints, 40)).max()
+        assert error <= 5e-7 * SIDE * reference.flush_force(scene)
+
+
+@pytest.mark.laws
+@pytest.mark.parametrize("bound", BOUNDS)
+def test_generalised_forces_are_the_energys_gradient(bound):
+    rng = np.random.default_rng(34)
+    checked = 0
+    while checked < 8:
+        scene = Scene(sequence=random_sequence(rng, 5), magnets=Magnets(accuracy=bound))
+        joints = open_joints(rng, 5)
+        # In headings: a step turns one component.
+        turns = 1e-4 * (np.eye(5) - np.eye(5, k=1))
+        if any(crosses(scene, joints - 3 * turn, joints + 3 * turn) for turn in turns):
+            continue
+        found = Chain(scene).forces(joints)[:5]
+        expected = [-slope(Chain(scene), joints, turn) / 1e-4 for turn in turns]
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * np.abs(found).max())
+        checked += 1
+
+
+def slope(chain, joints, turn):
+    return reference.derivative(lambda t: chain.energy(joints + t * turn), 1.0)
+
+
+def crosses(scene, before, after):
+    """Whether a blend begins or ends between two shapes."""
+    casings = Casings(scene)
+    headings = [np.cumsum(joints) for joints in (before, after)]
+    places = [reference.centres(np.append(turned, [0.0, 0.0]), SIDE) for turned in headings]
+    return casings.crosses_an_edge(*zip(places, headings, strict=True))
+
+
+@pytest.mark.laws
+@given(seed=seeds)
+def test_mirrored_and_reversed_chains_feel_the_same(seed):
+    rng = np.random.default_rng(seed)
+    sequence = random_sequence(rng, 6)
+    joints = open_joints(rng, 6)
+    joints[0] = 0.0
+    stops = rng.random(6) < 0.3
+    joints[1:] = np.where(stops, np.copysign(np.pi / 2, joints), joints)[1:]
+    mirrored = tuple(word[::-1] for word in sequence)
+    turned_round = tuple(word[2:] + word[:2] for word in sequence[::-1])
+    torque = joint_torques(sequence, joints)
+    size = np.abs(torque).max()
+    np.testing.assert_allclose(joint_torques(mirrored, -joints), -torque, rtol=0, atol=1e-10 * size)
+    other = np.append(0.0, -joints[:0:-1])
+    np.testing.assert_allclose(
+        joint_torques(turned_round, other), -torque[::-1], rtol=0, atol=1e-10 * size
+    )
+
+
+def joint_torques(sequence, joints):
+    """Torques (n − 1,) that turn the joints [N·m]."""
+    headings = Chain(Scene(sequence=sequence)).forces(joints)[: len(sequence)]
+    return np.cumsum(headings[::-1])[::-1][1:]
+
+
+@pytest.mark.parametrize("word", ["LLLRR", "LRLLL", "RRRLL"])
+def test_what_is_kept_of_joints_at_their_stops_is_what_is_found_a_little_before(word):
+    rng = np.random.default_rng(35)
+    scene = Scene(sequence=random_sequence(rng, 6))
+    joints = np.append(0.7, word_to_angles(word))
+    kept = Chain(scene).forces(joints)
+    before = Chain(scene).forces(np.append(0.7, joints[1:] * (1 - 2e-9)))
+    assert (kept != before).any()
+    np.testing.assert_allclose(kept, before, rtol=0, atol=1e-6 * np.abs(before).max())
+
+
+def test_what_is_kept_does_not_depend_on_what_came_before():
+    rng = np.random.default_rng(36)
+    scene = Scene(sequence=random_sequence(rng, 6))
+    used = Chain(scene)
+    for word in ["LLLRR", "LRLLL", "LLLRL", "RRRLL", "LLLRR"]:
+        for slack in (0.0, 5e-10, 0.2):
+            joints = np.append(rng.normal(), (1 - slack) * word_to_angles(word))
+            fresh = Chain(scene).forces(joints)
+            assert (used.forces(joints) == fresh).all()
+            assert (used.forces(joints) == fresh).all()
+
+
+def test_charges_may_change_during_a_run():
+    rng = np.random.default_rng(37)
+    used = Chain(Scene(sequence=random_sequence(rng, 6)))
+    for word in ["LLLRR", "SSLRL"]:
+        joints = np.append(0.2, word_to_angles(word))
+        used.forces(joints)
+        fresh = Chain(Scene(sequence=random_sequence(rng, 6)))
+        fresh.model.charge[rng.integers(6)] = 0.0
+        used.model.charge[:] = fresh.model.charge
+        assert (used.forces(joints) == fresh.forces(joints)).all()
+
+
+@given(seed=seeds, lo=st.integers(1, 5))
+def test_held_components_act_on_those_outside(seed, lo):
+    rng = np.random.default_rng(seed)
+    scene = Scene(sequence=random_sequence(rng, 6), mount="tube")
+    joints = open_joints(rng, 6)
+    joints[: lo + 1] *= 1e-3
+    jointed = Chain(scene)
+    np.testing.assert_allclose(
+        jointed.forces(joints, lo)[lo:6],
+        jointed.forces(joints)[lo:6],
+        rtol=0,
+        atol=1e-9 * reference.flush_force(scene) * SIDE,
+    )
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"contact": False, "friction": 0.0},
+        {"magnets": {"nodes": 5}},
+        {"magnets": Magnets(model="points", pole_charge=8.6)},
+        {"magnets": {"accuracy": 1e-8}},
+        {"magnets": {"inset": 0.0}},
+    ],
+)
+def test_chains_that_splines_do_not_fit_are_summed(change):
+    rng = np.random.default_rng(38)
+    scene = Scene(sequence=random_sequence(rng, 4)).replace(**change)
+    assert pack(scene).magnets.tables.end == 0.0
+    joints = open_joints(rng, 4) / 2
+    force, torque = mf.forces(scene, np.cumsum(joints))
+    jacobian = reference.velocity_map(np.append(np.cumsum(joints), [0.0, 0.0]), SIDE)[:, :, :4]
+    expected = np.einsum("idk,id->k", jacobian, force) + torque
+    found = Chain(scene).forces(joints)[:4]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_forces_go_on_smoothly_where_trial_steps_overshoot_the_stops(side):
+    rng = np.random.default_rng(39)
+    jointed = Chain(Scene(sequence=random_sequence(rng, 3)))
+    angles = side * (np.pi / 2 + np.linspace(-0.15, 0.15, 31))
+    torque = np.array([jointed.forces([0.0, angle, 0.9 * angle])[2] for angle in angles])
+    # A kink would leave its jump of slope in all higher differences.
+    assert np.abs(np.diff(torque, 4)).max() <= 1e-2 * np.abs(np.diff(torque)).max()
+
+
+def test_forces_stay_finite_however_far_the_stops_are_overshot():
+    rng = np.random.default_rng(40)
+    jointed = Chain(Scene(sequence=random_sequence(rng, 3)))
+    for angle in (-30.0, -1.6, 1.6, 4.0):
+        assert np.isfinite(jointed.forces([0.0, angle, -angle])).all()

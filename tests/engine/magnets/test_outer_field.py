@@ -1,0 +1,249 @@
+"""Fields from outside: an even one and a fixed magnet, against exact references and laws."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import magfold_env as mf
+from magfold_env.benchmarks.magnets import reference as exact
+from magfold_env.engine.magnets import outer_field
+from magfold_env.engine.magnets import pairs as magnets
+from magfold_env.engine.state import Pose
+from magfold_env.engine.workspace import new_work
+from magfold_env.scene import Magnets, Scene
+from magfold_env.simulation.pack import pack
+from tests.engine import reference
+
+SIDE = 0.0125
+THICKNESS = 0.0025
+MAGNET = {"position": (0.03, 0.02), "heading": 0.7, "width": 0.02, "height": 0.01}
+MAGNET |= {"thickness": 0.008, "remanence": 1.2}
+EVEN = {"uniform": (0.02, -0.03)}
+seeds = st.integers(0, 2**32 - 1)
+
+
+class Casings:
+    """Casings anywhere in a field."""
+
+    def __init__(self, scene):
+        self.model = pack(scene.replace(friction=0.0, contact=False))
+        self.work = new_work(self.model)
+
+    def prepare(self, places, headings):
+        pose = Pose(np.cos(headings), np.sin(headings), places[:, 0].copy(), places[:, 1].copy())
+        loads = np.zeros((3, headings.size))
+        model, nodes = self.model, self.work.nodes
+        magnets.add_forces(0, model.magnets, model.charge, pose, nodes, *loads)
+        return pose
+
+    def forces(self, places, headings):
+        pose, loads = self.prepare(places, headings), np.zeros((3, headings.size))
+        outer_field.add_field(0, self.model, pose, self.work.nodes, *loads)
+        return loads[:2].T, loads[2]
+
+    def energy(self, places, headings):
+        pose = self.prepare(places, headings)
+        return outer_field.field_energy(0, self.model, pose, self.work.nodes)
+
+
+def in_field(sequence, field, **changes):
+    return Scene(sequence=sequence).replace(field=field, **changes)
+
+
+def recorded(fold):
+    assert fold.trajectory is not None
+    return fold.trajectory
+
+
+def random_sequence(rng, n, letters="NS"):
+    return tuple("".join(rng.choice(list(letters), 4)) for _ in range(n))
+
+
+def around(rng, least, most):
+    """Place a casing anywhere outside the magnet, the gap between a bounding circle and it."""
+    bearing, heading = rng.uniform(-np.pi, np.pi, 2)
+    distance = np.hypot(0.010, 0.004) + SIDE / np.sqrt(2) + rng.uniform(least, most)
+    place = np.array(MAGNET["position"]) + distance * np.array([np.cos(bearing), np.sin(bearing)])
+    return place[None], np.array([heading])
+
+
+def facing(rng):
+    """Place a casing flush with the magnet's north face, or slid along it."""
+    heading = MAGNET["heading"]
+    along = np.array([np.cos(heading), np.sin(heading)])
+    aside = rng.uniform(-0.012, 0.012) * np.array([-along[1], along[0]])
+    place = np.array(MAGNET["position"]) + (0.004 + SIDE / 2 + 0.0005) * along + aside
+    return place[None], np.array([heading + np.pi / 4 + rng.integers(4) * np.pi / 2])
+
+
+@given(seed=seeds)
+def test_an_even_field_turns_a_casing_by_its_moment(seed):
+    rng = np.random.default_rng(seed)
+    scene = in_field(random_sequence(rng, 1, "NS-"), EVEN)
+    places, headings = rng.normal(size=(1, 2)), rng.uniform(-np.pi, np.pi, 1)
+    force, torque = Casings(scene).forces(places, headings)
+    normals = headings[0] + np.array([0.25, 0.75, -0.75, -0.25]) * np.pi
+    moment = THICKNESS * (scene.charges[0] @ np.stack([np.cos(normals), np.sin(normals)], 1))
+    bx, by = EVEN["uniform"]
+    scale = Magnets().charge * THICKNESS * np.hypot(bx, by)
+    assert torque[0] == pytest.approx(moment[0] * by - moment[1] * bx, abs=1e-12 * scale)
+    assert not force.any()
+    energy = Casings(scene).energy(places, headings)
+    assert energy == pytest.approx(-(moment[0] * bx + moment[1] * by), abs=1e-12 * scale)
+
+
+def scene_of(rng, bound):
+    scene = in_field(random_sequence(rng, 1, "NS-"), {"magnet": MAGNET, **EVEN})
+    return scene.replace(magnets={"accuracy": bound})
+
+
+@pytest.mark.parametrize("bound", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("gap", ["flush", "near", "far"])
+@pytest.mark.parametrize("count", [15, pytest.param(100, marks=pytest.mark.slow)])
+def test_a_fixed_magnet_acts_within_the_bound(count, gap, bound):
+    rng = np.random.default_rng(51)
+    places = {
+        "flush": facing,
+        "near": lambda rng: around(rng, 1e-4, 5e-3),
+        "far": lambda rng: around(rng, 5e-3, 0.1),
+    }[gap]
+    worst = 0.0
+    for _ in range(count):
+        scene = scene_of(rng, bound)
+        pose = places(rng)
+        force, torque = Casings(scene).forces(*pose)
+        wanted, turning = exact.field_forces(scene, *pose)
+        error = max(np.hypot(*(force - wanted)[0]), abs(torque - turning)[0] / SIDE)
+        # A charge twice as dense as the chain's own makes twice the error.
+        worst = max(worst, error / exact.flush_force(scene) / 2.0)
+    assert worst <= bound
+
+
+@pytest.mark.laws
+@pytest.mark.parametrize("near", [False, True])
+@pytest.mark.parametrize("seed", range(20))
+def test_force_and_torque_are_the_energys_gradient(seed, near):
+    rng = np.random.default_rng(seed)
+    casings = Casings(scene_of(rng, 1e-3))
+    places, headings = facing(rng) if near else around(rng, 0.0, 0.02)
+    force, torque = casings.forces(places, headings)
+    size = np.abs(force).max() + 1e-3
+    for axis in range(2):
+        shift = np.eye(2)[[axis]]
+        slope = reference.derivative(
+            lambda t, d=shift: casings.energy(places + t * d, headings), 2e-6
+        )
+        assert force[0, axis] == pytest.approx(-slope, abs=1e-8 * size)
+    slope = reference.derivative(lambda t: casings.energy(places, headings + t), 3e-4)
+    assert torque[0] == pytest.approx(-slope, abs=1e-8 * size * SIDE)
+
+
+def test_public_forces_and_energy_contain_the_field():
+    scene = in_field(("NSSN", "NN-S"), {"magnet": MAGNET, **EVEN})
+    bare = scene.replace(field=None)
+    angles = np.array([0.2, -0.4])
+    places = reference.centres(np.append(angles, [0.0, 0.0]), SIDE)
+    force, torque = mf.forces(scene, angles)
+    own, turning = mf.forces(bare, angles)
+    wanted, twist = exact.field_forces(scene, places, angles)
+    unit = 1e-3 * exact.flush_force(scene)
+    np.testing.assert_allclose(force - own, wanted, rtol=0, atol=unit)
+    np.testing.assert_allclose(torque - turning, twist, rtol=0, atol=unit * SIDE)
+    outer = Casings(scene).energy(places, angles)
+    assert mf.energy(scene, angles) - mf.energy(bare, angles) == pytest.approx(outer, rel=1e-9)
+
+
+def test_a_needle_swings_in_an_even_field_with_the_period_of_a_compass():
+    # One component with its moment along the heading, hinged at a corner, without friction.
+    angle, density = 1e-3, 0.05
+    field = {"uniform": (density * np.cos(angle), density * np.sin(angle))}
+    scene = in_field(
+        ("NSSN",), field, mount="pinned", friction=0.0, duration=0.2, solver={"tolerance": 1e-10}
+    )
+    moment = 4 * Magnets().charge * THICKNESS / np.sqrt(2)
+    inertia = scene.inertias[0] + scene.masses[0] * SIDE**2 / 2
+    path = recorded(mf.simulate(scene, seed=0, frame_rate=1000))
+    phase = np.sqrt(moment * density / inertia) * path.time
+    assert phase[-1] > 20
+    np.testing.assert_allclose(
+        path.angles[:, 0], angle * (1 - np.cos(phase)), rtol=0, atol=1e-4 * angle
+    )
+
+
+def mass(scene, angles):
+    q = np.append(angles, [0.0, 0.0])
+    return reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)[: scene.n, : scene.n]
+
+
+@pytest.mark.laws
+def test_energy_is_kept_in_the_field():
+    # Beyond the chain's reach, without friction, stops and contact.
+    magnet = {**MAGNET, "position": (0.056, 0.01)}
+    scene = in_field(
+        ("NSSN", "NNSS"), {"magnet": magnet, **EVEN}, mount="pinned", friction=0.0, contact=False,
+        start_angles=(0.5,), duration=0.3, solver={"tolerance": 1e-8},
+    )  # fmt: skip
+    path = recorded(mf.simulate(scene, frame_rate=200))
+    potential = np.array([mf.energy(scene, angles) for angles in path.angles])
+    kinetic = [
+        0.5 * rates @ mass(scene, angles) @ rates
+        for angles, rates in zip(path.angles, path.rates, strict=True)
+    ]
+    total = potential + kinetic
+    assert np.ptp(potential) > 1e-4
+    # Energies that are looked up are summed here: they differ by the magnets' accuracy.
+    assert np.ptp(total) <= 2e-3 * np.ptp(potential)
+
+
+@pytest.mark.parametrize("heading", [0.1, 1.2])
+@pytest.mark.parametrize("friction", [0.0, 0.35])
+def test_a_casing_runs_into_the_fixed_magnet_and_not_through_it(heading, friction):
+    magnet = {**MAGNET, "position": (0.05, 0.004), "heading": heading}
+    scene = in_field(("NSSN",), {"magnet": magnet}, mount="free", friction=friction, duration=1.0)
+    fold = mf.simulate(scene, seed=3, frame_rate=500)
+    assert fold.status in (mf.FoldStatus.FOLDED, mf.FoldStatus.MISFOLDED, mf.FoldStatus.UNSETTLED)
+    turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
+    block = reference.rectangle(np.zeros(2), 0.004, 0.01) @ turn.T + magnet["position"]
+    path, gaps = recorded(fold), []
+    for base, angle in zip(path.base, path.angles[:, 0], strict=True):
+        centre = base + SIDE / np.sqrt(2) * np.array([np.cos(angle), np.sin(angle)])
+        gaps.append(reference.separation(reference.square(centre, angle, SIDE / 2), block))
+    # Corners are rounded: sharp ones would stick out by 0.41 of their radius.
+    assert min(gaps) >= -2e-4 * SIDE - 0.42 * scene.casing.corner_radius
+    assert min(gaps) <= 1e-3 * SIDE  # they have met
+    if friction:
+        assert fold.status is not mf.FoldStatus.UNSETTLED
+
+
+def test_what_is_absent_is_skipped():
+    bare = pack(Scene(sequence=("NSSN",)))
+    assert not bare.field.present
+    assert not pack(in_field(("NSSN",), {})).field.present
+    assert not pack(in_field(("NSSN",), EVEN, magnets=None)).field.present
+    assert not pack(in_field(("----",), EVEN)).field.present
+    even = pack(in_field(("NSSN",), EVEN)).field
+    assert even.present
+    assert not even.solid
+    assert even.strip_q.size == 0
+
+
+@pytest.mark.parametrize("magnets", [None, {}])
+def test_a_fixed_magnet_is_in_the_way_of_a_chain_without_magnets(magnets):
+    # A pendulum swings down onto the magnet's upper side, 14 mm below its pin.
+    magnet = {**MAGNET, "position": (0.003, -0.018), "heading": np.pi / 2}
+    scene = in_field(
+        ("----",), {"magnet": magnet}, magnets=magnets, friction=0.0, duration=0.2, mount="pinned",
+        gravity={"in_plane": (0.0, -9.8)},
+    )  # fmt: skip
+    field = pack(scene).field
+    assert field.solid
+    assert not field.present
+    stopped, free = (
+        recorded(mf.simulate(each, frame_rate=1000)) for each in (scene, scene.replace(field=None))
+    )
+    tip = SIDE * np.sqrt(2) * np.array([np.cos(stopped.angles[:, 0]), np.sin(stopped.angles[:, 0])])
+    above = np.abs(tip[0] - 0.003) <= 0.010
+    assert above.any()
+    assert (tip[1, above] >= -0.014 - 1e-3 * SIDE).all()
+    assert stopped.angles.min() > -np.pi / 2 > free.angles.min()

@@ -1,0 +1,296 @@
+"""Magnets: the gradient of the energy, Newton's third law and the sum over nodes."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+import magfold_env as mf
+from magfold_env.engine.magnets import near_faces, pairs
+from magfold_env.engine.state import Pose
+from magfold_env.engine.workspace import new_work
+from magfold_env.scene import Magnets, Scene
+from magfold_env.simulation.pack import pack
+from tests.engine import reference
+
+SIDE = 0.0125
+MODELS = {
+    "points": Magnets(model="points", pole_charge=8.5946),
+    "strips": Magnets(),
+    "coarse strips": Magnets(accuracy=1e-2),
+    "fine strips": Magnets(accuracy=1e-4),
+    "one rule": Magnets(nodes=5),
+}
+models = st.sampled_from(sorted(MODELS))
+seeds = st.integers(0, 2**32 - 1)
+
+
+class Casings:
+    """Casings anywhere in the plane, not joined to each other, under the engine's kernels."""
+
+    def __init__(self, scene):
+        self.model = pack(scene.replace(friction=0.0, contact=False))
+        self.work = new_work(self.model)
+
+    def pose(self, places, headings):
+        return Pose(np.cos(headings), np.sin(headings), places[:, 0].copy(), places[:, 1].copy())
+
+    @property
+    def nodes(self):
+        return self.work.nodes
+
+    def forces(self, places, headings):
+        n = headings.size
+        fx, fy, torque = np.zeros(n), np.zeros(n), np.zeros(n)
+        pose = self.pose(places, headings)
+        pairs.add_forces(0, self.model.magnets, self.model.charge, pose, self.nodes, fx, fy, torque)
+        return np.stack([fx, fy], axis=1), torque
+
+    def energy(self, places, headings):
+        pose = self.pose(places, headings)
+        return pairs.energy(0, self.model.magnets, self.model.charge, pose, self.nodes)
+
+    def face_distances(self, places, headings):
+        """Distances of all pairs of pole faces' centres; 0 within a casing."""
+        rule = self.model.magnets
+        turn = np.exp(1j * headings)[:, None]
+        faces = (places[:, :1] + 1j * places[:, 1:]) + turn * (rule.face_x + 1j * rule.face_y)
+        faces = faces.ravel()
+        between = np.kron(1 - np.eye(headings.size), np.ones((8, 8)))
+        return between * np.abs(faces[:, None] - faces[None, :])
+
+    def blended(self, places, headings):
+        """How many pairs of pole faces of different casings lie between two levels."""
+        near = self.face_distances(places, headings)
+        radii = self.model.magnets.level_radius[1:]
+        return sum(int(((near > r) & (near < near_faces.BLEND * r)).sum()) // 2 for r in radii)
+
+    def crosses_an_edge(self, first, second):
+        """Whether a blend, only twice differentiable at its ends, begins or ends on the way."""
+        rule = self.model.magnets
+        levels = np.outer(rule.level_radius[1:], [1.0, near_faces.BLEND]).ravel()
+        ranks = 2 * rule.depth + np.outer(rule.rank_radius[1:], [1.0, pairs.SPREAD]).ravel()
+        casings = np.append(ranks, rule.far_radius * np.array([1.0, pairs.SPREAD]))
+        return _crosses(
+            levels, self.face_distances(*first), self.face_distances(*second)
+        ) or _crosses(casings, _distances(first[0]), _distances(second[0]))
+
+
+def _distances(places):
+    return np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))
+
+
+def _crosses(edges, before, after):
+    low, high = np.minimum(before, after) - 1e-7, np.maximum(before, after) + 1e-7
+    return any(bool(((low < edge) & (edge < high)).any()) for edge in edges)
+
+
+def scene_of(rng, n, model):
+    return Scene(
+        sequence=tuple("".join(rng.choice(["N", "S"], 4)) for _ in range(n)),
+        magnets=MODELS[model],
+    )
+
+
+def scatter(rng, n, gap):
+    """Casings that do not overlap, each within a few gaps of the one before."""
+    places, headings = [np.zeros(2)], [rng.uniform(-np.pi, np.pi)]
+    while len(places) < n:
+        heading, bearing = rng.uniform(-np.pi, np.pi, 2)
+        for reach in np.arange(SIDE, 2 * SIDE, gap / 4):
+            place = places[-1] + reach * np.array([np.cos(bearing), np.sin(bearing)])
+            body = reference.square(place, heading, SIDE / 2)
+            others = [
+                reference.square(p, h, SIDE / 2) for p, h in zip(places, headings, strict=True)
+            ]
+            if all(reference.separation(body, other) > 0 for other in others):
+                places.append(place)
+                headings.append(heading)
+                break
+    return np.array(places), np.array(headings)
+
+
+def gradient(casings, places, headings):
+    """Energy's derivatives by each casing's x, y [N] and heading [N·m]; None across an edge."""
+    n = headings.size
+    force, torque = np.zeros((n, 2)), np.zeros(n)
+    for i in range(n):
+        for axis in range(3):
+            shift, turn = np.zeros((n, 2)), np.zeros(n)
+            if axis < 2:
+                shift[i, axis] = 1.0
+                step = 4e-6
+            else:
+                turn[i] = 1.0
+                step = 4e-4
+
+            def along(t, shift=shift, turn=turn):
+                return places + t * shift, headings + t * turn
+
+            if casings.crosses_an_edge(along(-3 * step), along(3 * step)):
+                return None
+            slope = reference.derivative(lambda t, a=along: casings.energy(*a(t)), step)
+            if axis < 2:
+                force[i, axis] = -slope
+            else:
+                torque[i] = -slope
+    return force, torque
+
+
+def assert_gradient(casings, places, headings, expected):
+    assert expected is not None
+    force, torque = casings.forces(places, headings)
+    np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
+    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * SIDE * np.abs(force).max())
+
+
+@pytest.mark.laws
+@pytest.mark.parametrize("model", sorted(MODELS))
+def test_force_and_torque_are_the_energys_gradient(model):
+    rng = np.random.default_rng(5)
+    levels = {"strips", "coarse strips"}
+    checked, blended = 0, 0
+    while checked < 25 or (model in levels and blended < 10):
+        casings = Casings(scene_of(rng, 3, model))
+        places, headings = scatter(rng, 3, 0.001)
+        expected = gradient(casings, places, headings)
+        if expected is None:
+            continue
+        force, torque = casings.forces(places, headings)
+        np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
+        np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * np.abs(torque).max())
+        checked += 1
+        blended += casings.blended(places, headings) > 0
+
+
+@pytest.mark.laws
+@pytest.mark.parametrize("level", [1, 2])
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.7, 0.9])
+def test_gradient_holds_between_two_levels(level, share):
+    # Two faces look at each other from a distance at which the rules are blended.
+    rng = np.random.default_rng(9)
+    casings = Casings(scene_of(rng, 2, "coarse strips"))
+    radius = casings.model.magnets.level_radius[level]
+    distance = radius * (1.0 + share * (near_faces.BLEND - 1.0))
+    places = np.array([[0.0, 0.0], [0.0, SIDE - 0.001 + distance]])
+    headings = np.array([np.pi / 4, np.pi / 4])
+    assert casings.blended(places, headings) > 0
+    assert_gradient(casings, places, headings, gradient(casings, places, headings))
+
+
+@pytest.mark.laws
+@pytest.mark.parametrize("rank", [1, 2])
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.7, 0.9])
+def test_gradient_holds_between_two_ranks(rank, share):
+    rng = np.random.default_rng(10)
+    casings = Casings(scene_of(rng, 2, "fine strips"))
+    rule = casings.model.magnets
+    room = rule.rank_radius[rank] * (1.0 + share * (pairs.SPREAD - 1.0))
+    distance = 2 * rule.depth + room
+    while True:
+        bearing = rng.uniform(-np.pi, np.pi)
+        places = distance * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]])
+        headings = rng.uniform(-np.pi, np.pi, 2)
+        expected = gradient(casings, places, headings)
+        if expected is not None:
+            break
+    assert_gradient(casings, places, headings, expected)
+
+
+@pytest.mark.laws
+@pytest.mark.parametrize("share", [-0.1, 0.1, 0.5, 0.9, 1.1])
+def test_gradient_holds_where_casings_begin_to_be_expanded(share):
+    rng = np.random.default_rng(12)
+    casings = Casings(scene_of(rng, 2, "strips"))
+    distance = casings.model.magnets.far_radius * (1.0 + share * (pairs.SPREAD - 1.0))
+    bearing = rng.uniform(-np.pi, np.pi)
+    places = distance * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]])
+    headings = rng.uniform(-np.pi, np.pi, 2)
+    assert_gradient(casings, places, headings, gradient(casings, places, headings))
+
+
+@pytest.mark.laws
+@given(seed=seeds, model=models)
+def test_generalised_force_of_a_chain_is_its_energys_gradient(seed, model):
+    rng = np.random.default_rng(seed)
+    scene = scene_of(rng, 4, model)
+    joints = rng.uniform(-1.4, 1.4, 4)
+    angles = np.cumsum(joints)
+    casings = Casings(scene)
+    q = np.append(angles, [0.0, 0.0])
+    steps = 4e-4 * np.eye(4)
+    for step in steps:
+        ends = [reference.centres(q + np.append(k * step, [0, 0]), SIDE) for k in (-3, 3)]
+        turns = [angles - 3 * step, angles + 3 * step]
+        assume(not casings.crosses_an_edge((ends[0], turns[0]), (ends[1], turns[1])))
+    force, torque = mf.forces(scene, angles)
+    found = np.einsum("idk,id->k", reference.velocity_map(q, SIDE)[:, :, :4], force) + torque
+    expected = [
+        -reference.derivative(lambda t, s=step: mf.energy(scene, angles + t * s), 1.0)
+        / np.abs(step).max()
+        for step in steps
+    ]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * np.abs(found).max())
+
+
+@pytest.mark.laws
+@given(seed=seeds, model=models, n=st.integers(2, 5))
+def test_forces_and_moments_balance(seed, model, n):
+    rng = np.random.default_rng(seed)
+    casings = Casings(scene_of(rng, n, model))
+    places, headings = scatter(rng, n, 0.001)
+    force, torque = casings.forces(places, headings)
+    size = np.abs(force).max()
+    moment = places[:, 0] * force[:, 1] - places[:, 1] * force[:, 0] + torque
+    assert np.abs(force.sum(axis=0)).max() <= 1e-12 * size
+    assert abs(moment.sum()) <= 1e-12 * size * n * SIDE
+
+
+@given(
+    seed=seeds,
+    count=st.sampled_from([1, 2, 3, 5, 12, 30]),
+    kind=st.sampled_from(["points", "strips"]),
+)
+def test_a_single_rule_is_the_sum_over_its_nodes(seed, count, kind):
+    # With `points` this is the paper's eqs. 5 to 7, each pair once and like poles apart.
+    rng = np.random.default_rng(seed)
+    scene = scene_of(rng, 3, "points").replace(magnets={"model": kind, "nodes": count})
+    if count == 1 and kind == "points":
+        scene = scene.replace(magnets={"width": 0.0055})
+    angles = np.cumsum(rng.uniform(-np.pi / 2, np.pi / 2, 3))
+    places = reference.centres(np.append(angles, [0.0, 0.0]), SIDE)
+    if count == 1 and kind == "points":
+        # One charge sits in the middle of its pole face.
+        expected = lone_charges(places, angles, scene)
+    else:
+        expected = reference.magnet_forces(places, angles, scene, count)
+    force, torque = mf.forces(scene, angles)
+    size = np.abs(expected[0]).max()
+    np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-12 * size)
+    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-12 * size * SIDE)
+    # Poles of both signs cancel in the sum: rounding is judged by the energy of one pair.
+    pair = size * SIDE
+    assert mf.energy(scene, angles) == pytest.approx(expected[2], rel=1e-12, abs=1e-11 * pair)
+
+
+def lone_charges(places, angles, scene):
+    """Forces, torques and energy where a pole face is one charge: nodes of a vanishing width."""
+    narrow = scene.replace(magnets={"width": 1e-15, "pole_charge": MODELS["points"].charge})
+    return reference.magnet_forces(places, angles, narrow, 2)
+
+
+def test_charge_of_the_papers_magnet():
+    # 0.6 T on 36 mm²: 17.1892 A·m with the paper's rounded µ0.
+    assert Magnets().charge == pytest.approx(17.1887, abs=1e-4)
+
+
+@pytest.mark.parametrize("model", ["points", "strips"])
+def test_like_faces_repel_and_unlike_faces_attract(model):
+    scene = Scene(sequence=("NNNN", "NNNN"), magnets=MODELS[model])
+    angles = [0.0, np.pi / 2]
+    like = mf.energy(scene, angles)
+    unlike = mf.energy(scene.replace(sequence=["NNNN", "SSSS"]), angles)
+    assert like > 0 > unlike
+    assert like == pytest.approx(-unlike)
+    apart = np.array([1.0, 1.0]) / np.sqrt(2)  # from the first casing's front-left face
+    assert mf.forces(scene, angles)[0][1] @ apart > 0

@@ -1,0 +1,138 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.envs.baselines import baseline_store
+from magfold_env.envs.baselines.baseline import (
+    CANDIDATE_SPEEDS,
+    SCORING_DRAWS,
+    SELECTION_DRAWS,
+    designs,
+    draw_generator,
+    evaluate_design,
+    unknown_baseline,
+)
+from magfold_env.envs.baselines.baseline_store import BaselineStore, baseline_key
+from magfold_env.envs.tasks.goals import goal_of
+from magfold_env.envs.tasks.randomisation import Randomisation, randomised
+from magfold_env.envs.tube_feed import TubeFeedEnv
+from magfold_env.shapes import folded_words
+
+
+def scene_of(n: int, randomisation: Randomisation = "nominal") -> mf.Scene:
+    scene = randomised(mf.load_scene("tube-feed"), randomisation)
+    return scene.replace(sequence=("NSNS",) * n)
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(baseline_store, "user_cache_path", lambda _name: tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("randomisation", ["none", "nominal", "strong"])
+def test_the_default_env_needs_no_computation(randomisation: Randomisation, cache: Path) -> None:
+    env = TubeFeedEnv(randomisation=randomisation)
+    for target in env.targets:
+        baseline = env.baseline_of(target)
+        assert baseline.target == target
+        assert 0.0 <= baseline.score <= 1.0
+        assert not baseline.flagged
+    assert not list(cache.iterdir())
+
+
+def test_shipped_designs_are_the_minimisers() -> None:
+    env = TubeFeedEnv()
+    for target, sequence in designs(env.scene).items():
+        assert env.baseline_of(target).sequence == sequence
+
+
+@pytest.mark.parametrize(
+    ("target", "randomisation"),
+    [
+        ("LRLLL", "none"),
+        ("RLRLR", "none"),
+        ("RLRLR", "nominal"),
+        pytest.param("LRLLL", "nominal", marks=pytest.mark.slow),
+    ],
+)
+def test_shipped_numbers_can_be_recomputed(target: str, randomisation: Randomisation) -> None:
+    env = TubeFeedEnv(randomisation=randomisation)
+    shipped = env.baseline_of(target)
+    assert evaluate_design(env.scene, target, shipped.sequence) == shipped
+
+
+def test_the_baseline_is_the_mean_score_at_the_best_speed() -> None:
+    scene, target = scene_of(3), "LR"
+    sequence = designs(scene)[target]
+    assert sequence is not None
+    baseline = evaluate_design(scene, target, sequence)
+
+    def mean(speed: float, stream: str, draws: int) -> float:
+        fed = scene.replace(sequence=sequence, feed={"speed": speed})
+        scores = []
+        for index in range(draws):
+            fold = mf.simulate(fed.draw(draw_generator(stream, index)))
+            scores.append(goal_of(target, "word").score(fold.status, fold.joint_angles))
+        return float(np.mean(scores))
+
+    selection = [mean(speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS]
+    assert baseline.speed == CANDIDATE_SPEEDS[int(np.argmax(selection))]
+    assert baseline.speed is not None
+    assert baseline.score == mean(baseline.speed, "scoring", SCORING_DRAWS)
+
+
+def test_speed_is_chosen_on_other_draws_than_it_is_judged_by() -> None:
+    scene = scene_of(6)
+    drawn = [
+        scene.draw(draw_generator(stream, index)).friction
+        for stream, count in (("selection", SELECTION_DRAWS), ("scoring", SCORING_DRAWS))
+        for index in range(count)
+    ]
+    assert len(set(drawn)) == SELECTION_DRAWS + SCORING_DRAWS
+
+
+def test_without_a_design_the_baseline_is_flagged_and_zero() -> None:
+    scene = scene_of(7)
+    sequences = designs(scene)
+    assert set(sequences) == set(folded_words(7))
+    target = "LRLRLR"
+    baseline = evaluate_design(scene, target, sequences[target])
+    assert baseline == unknown_baseline(target)
+    assert baseline.flagged
+    assert baseline.score == 0.0
+
+
+def test_a_missing_baseline_is_computed_once_and_kept(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scene_of(3, "none")
+    computed = BaselineStore(scene).get("LL")
+    (file,) = [path for path in cache.rglob("*") if path.is_file()]
+    assert file.name == "LL.json"
+    assert baseline_key(scene) in str(file)
+
+    def forbidden(*_arguments: object) -> None:
+        raise AssertionError("computed again")
+
+    monkeypatch.setattr(baseline_store, "evaluate_design", forbidden)
+    assert BaselineStore(scene).get("LL") == computed
+
+
+def test_the_key_covers_the_physics_and_leaves_out_what_the_agent_chooses() -> None:
+    scene = scene_of(6)
+    key = baseline_key(scene)
+    assert baseline_key(scene.replace(sequence=("SSSS",) * 6, feed={"speed": 0.3})) == key
+    assert baseline_key(scene.replace(field={"uniform": (0.0, 0.0)})) == key
+    others = [
+        scene.replace(friction=0.3),
+        scene.replace(field={"uniform": (1e-3, 0.0)}),
+        scene.replace(magnets={"remanence": (0.6, 0.6, 0.6, 0.7)}),
+        scene.replace(spreads={"mass": 0.1}),
+        scene.replace(feed={"direction": "backward"}),
+        scene.replace(start_angle_spread=0.01),
+        scene_of(5),
+    ]
+    assert len({key, *map(baseline_key, others)}) == 1 + len(others)

@@ -1,0 +1,72 @@
+"""What is drawn for many chains at once is what `Scene.draw` and `pack` make of each."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.envs.chains.draws import DrawnChains
+from magfold_env.envs.chains.dynamic_episode import REFERENCE_SPEED, dynamic_template
+from magfold_env.simulation.pack import pack
+from magfold_env.simulation.session import Session
+
+EVERY = {
+    "friction": 0.2,
+    "mass": 0.3,
+    "remanence": 0.1,
+    "feed_speed": 0.1,
+    "feed_jitter": 0.05,
+    "magnet": 0.1,
+}
+CASES: dict[str, dict[str, Any]] = {
+    "nothing": {"spreads": {}, "start_angles": (0.0, 0.01, 0.0, -0.02, 0.0)},
+    "angles": {"spreads": {}},
+    "every": {"spreads": EVERY},
+    "every-backward": {"spreads": EVERY, "feed": {"direction": "backward"}},
+    "inertia": {"spreads": EVERY, "casing": {"inertia": 1e-7, "mass": (1e-3,) * 6}},
+    "faces": {
+        "spreads": {"magnet": 0.1},
+        "magnets": {"remanence": (1.2, 0.6, 0.6, 1.1), "width": (0.004, 0.006, 0.006, 0.005)},
+    },
+    "charges": {"spreads": {"remanence": 0.3}, "magnets": {"pole_charge": 2.0}},
+    "no-friction": {"spreads": {"friction": 0.5, "mass": 0.1}, "friction": 0.0},
+    "built": {"spreads": EVERY, "feed": {"loading": "preloaded"}},
+} | {name: {"spreads": {name: spread}} for name, spread in EVERY.items()}
+
+
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
+def test_draws_are_those_of_the_scene(case: dict[str, Any]) -> None:
+    template = dynamic_template(mf.load_scene("tube-feed").replace(**case))
+    drawn = DrawnChains(template, 3, 1)
+    rngs, others = ([np.random.default_rng(seed) for seed in range(3)] for _ in range(2))
+    for rows in (np.array([0, 1, 2]), np.array([2, 0])):
+        drawn.draw(rows, rngs)
+        for row in rows.tolist():
+            scene = template.draw(others[row])
+            assert drawn.scene(row) == scene
+            assert scene.magnets is not None
+            model, chains = pack(scene), drawn.chains
+            np.testing.assert_array_equal(chains.mass[row], model.bodies.mass)
+            np.testing.assert_array_equal(chains.inertia[row], model.bodies.inertia)
+            np.testing.assert_array_equal(chains.grip[row], model.grip)
+            assert chains.rate_scale[row] == model.rate_scale
+            assert chains.light_rate[row] == model.light_rate
+            np.testing.assert_array_equal(drawn.strengths[row], scene.magnets.charges(6))
+            np.testing.assert_array_equal(drawn.factors[row], scene.speeds / REFERENCE_SPEED)
+            state = Session(scene)._state
+            np.testing.assert_array_equal(chains.q[row], state.q)
+            np.testing.assert_array_equal(chains._clocks[row], state.clock)
+            assert rngs[row].bit_generator.state == others[row].bit_generator.state
+
+
+def test_what_chains_share_is_what_packing_a_drawn_scene_gives() -> None:
+    """Only the arrays and numbers that chains have of their own depend on what is drawn."""
+    template = dynamic_template(mf.load_scene("tube-feed").replace(spreads=EVERY))
+    model = DrawnChains(template, 1, 1).chains.model
+    other = pack(template.draw(np.random.default_rng(5)))
+    own = {"bodies", "charge", "grip", "rate_scale", "light_rate"}
+    for name in set(model._fields) - own:
+        np.testing.assert_equal(getattr(model, name), getattr(other, name), err_msg=name)
+    for name in ("reach", "length"):
+        np.testing.assert_array_equal(getattr(model.bodies, name), getattr(other.bodies, name))

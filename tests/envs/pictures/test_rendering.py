@@ -1,0 +1,270 @@
+"""Pictures, windows and text of every environment."""
+
+import copy
+import pickle
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pygame
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.wrappers import RecordVideo
+from gymnasium.wrappers.vector import RecordVideo as VectorRecordVideo
+from stable_baselines3.common.env_checker import check_env as sb3_check_env
+
+from magfold_env.envs import ENTRY_POINTS
+from magfold_env.envs.pictures import rendering
+from magfold_env.envs.pictures.play import Game
+from magfold_env.envs.pictures.rendering import text_of
+from magfold_env.envs.tube_feed import TubeFeedEnv
+from magfold_env.render import style
+from magfold_env.render.moments import moment_picture
+
+QUICK: dict[str, Any] = {"components": 3, "baseline": None}
+VARIANTS = [
+    pytest.param("MagFold/TubeFeed-v0", QUICK, id="tube-feed"),
+    pytest.param("MagFold/TubeFeed-v0", QUICK | {"fidelity": "quasistatic"}, id="quasistatic"),
+    pytest.param("MagFold/SequenceDesign-v0", QUICK, id="sequence-design"),
+    pytest.param("MagFold/TubeFeedGoal-v0", {"components": 3}, id="tube-feed-goal"),
+    pytest.param("MagFold/FeedControl-v0", {}, id="feed-control"),
+]
+every_variant = pytest.mark.parametrize(("env_id", "options"), VARIANTS)
+
+
+@pytest.fixture(autouse=True)
+def no_display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.setattr(rendering, "SLOWDOWN", 0.01)
+    yield
+    pygame.display.quit()
+
+
+def made(env_id: str, mode: str | None, options: dict) -> Any:
+    return gymnasium.make(env_id, render_mode=mode, **options).unwrapped
+
+
+def episode(env: Any, seed: int = 0) -> Iterator[tuple]:
+    """Play random actions; yield what the environment says."""
+    env.action_space.seed(seed)
+    yield env.reset(seed=seed)
+    ended = False
+    while not ended:
+        said = env.step(env.action_space.sample())
+        ended = said[2] or said[3]
+        yield said
+
+
+def count(picture: np.ndarray, colour: style.Colour) -> int:
+    return int((picture == np.array(colour[:3])).all(axis=-1).sum())
+
+
+@every_variant
+def test_both_checkers_pass_with_pictures(env_id: str, options: dict) -> None:
+    env = made(env_id, "rgb_array", options)
+    check_env(env)
+    sb3_check_env(env)
+    env.close()
+
+
+@every_variant
+def test_a_picture_changes_with_the_chain_and_only_then(env_id: str, options: dict) -> None:
+    env = made(env_id, "rgb_array", options)
+    env.reset(seed=0)
+    before, again = env.render(), env.render()
+    for picture in (before, again):
+        assert picture.shape == (600, 800, 3)
+        assert picture.dtype == np.uint8
+    np.testing.assert_array_equal(before, again)
+    env.action_space.seed(1)
+    moving = [env.action_space.sample() for _ in range(2)] if "Control" not in env_id else [9] * 5
+    for action in moving[: 1 if "Design" in env_id else None]:
+        env.step(action)
+    # Of the part that shows the chain, left of the panel.
+    assert (before[:, :540] != env.render()[:, :540]).any()
+
+
+def after(*faces: str) -> TubeFeedEnv:
+    """Return an environment with a chain of these components, fed at 0.1 m/s."""
+    env = TubeFeedEnv(render_mode="rgb_array", **QUICK, targets=["LL"], randomisation="none")
+    env.reset(seed=0)
+    for each in faces:
+        env.step(env.actions.encode(each, 0.1))
+    return env
+
+
+def test_the_ghost_shows_where_the_chain_differs_from_the_target() -> None:
+    moment = after("SSNN", "NNNN", "SSSS").moment()
+    assert dict(moment.rows)["word"] == "LL"
+    faint = {}
+    for target in ("LL", "RR", "LR", "RL"):
+        picture = np.asarray(moment_picture(replace(moment, target=target)))[:, :540].astype(int)
+        light = picture.min(axis=-1) > 180
+        faint[target] = int((light & (picture[..., 1] >= picture[..., 0] + 15)).sum())
+    # Under a chain that lies as it should, nothing of the ghost is seen but smoothed edges.
+    assert faint["LL"] < 300
+    assert min(faint["RR"], faint["LR"], faint["RL"]) > 3000
+
+
+def test_what_touches_is_shown() -> None:
+    straight = after().render()[:400, :540]
+    folded = after("SSNN", "NNNN", "SSSS").render()[:400, :540]
+    assert count(straight, style.GOOD) == 0
+    assert count(folded, style.GOOD) > 500
+    assert count(folded, style.CONFLICT) == 0
+    moment = after("SSNN", "NNNN", "SSSS").moment()
+    equal = replace(moment, scene=moment.scene.replace(sequence=("NNNN",) * 3))
+    repelling = np.asarray(moment_picture(equal))[:400, :540]
+    assert count(repelling, style.CONFLICT) > 500
+    assert count(repelling, style.GOOD) == 0
+
+
+def test_what_friction_holds_is_shown() -> None:
+    # Equal poles drive the joints apart, so that friction alone brings the chain to rest.
+    env = after("SSSS", "SSSS", "SSSS")
+    moment = env.moment()
+    assert moment.title == "misfolded"
+    assert moment.held.all()
+    free = np.asarray(moment_picture(replace(moment, held=np.zeros(3, dtype=np.bool_))))
+    assert count(env.render(), style.HELD) > count(free, style.HELD) + 50
+    assert not after("SSSS").moment().held[1:].any()
+
+
+def test_the_prediction_is_the_minimisers() -> None:
+    options = QUICK | {"components": 5, "randomisation": "none"}
+    dynamic = TubeFeedEnv(**options)
+    static = TubeFeedEnv(**options, fidelity="quasistatic")
+    target = dynamic.targets[0]
+    for env in (dynamic, static):
+        env.reset(seed=0, options={"target": target})
+    assert dynamic.moment().predicted is None
+    for action in ([3, 4], [9, 4], [12, 4], [5, 4], [10, 4]):
+        info = static.step(action)[4]
+        dynamic.step(action)
+        assert dynamic.moment().predicted == info["word"]
+        assert static.moment().predicted is None
+    assert dict(dynamic.moment().rows)["as predicted"] == dict(static.moment().rows)["energy"]
+
+
+@every_variant
+def test_text_names_the_target_and_every_component(env_id: str, options: dict) -> None:
+    env = made(env_id, "ansi", options)
+    for _ in episode(env):
+        lines = env.render().splitlines()
+        assert lines[0].startswith(f"target {env.moment().target}, ")
+        assert sum(" out" in line or " in the tube" in line for line in lines) >= env.scene.n
+    assert text_of(env.moment()) == env.render()
+
+
+@every_variant
+def test_a_window_changes_nothing(env_id: str, options: dict) -> None:
+    shown, hidden = made(env_id, "human", options), made(env_id, None, options)
+    if "Control" in env_id:
+        shown.viewer._fps = 1e6
+    for one, other in zip(episode(shown), episode(hidden), strict=True):
+        np.testing.assert_equal(one, other)
+    assert shown.render() is None
+    shown.close()
+    shown.close()
+
+
+def test_a_window_shows_the_motion_between_decisions(monkeypatch: pytest.MonkeyPatch) -> None:
+    env = TubeFeedEnv(render_mode="human", **QUICK)
+    env.reset(seed=0)
+    shown: list[Any] = []
+    monkeypatch.setattr(env.viewer.window, "show", shown.append)
+    monkeypatch.setattr(rendering, "SLOWDOWN", 1e6)
+    env.step([0, 8])
+    # One component of 18 mm at 0.6 m/s takes 0.03 s.
+    assert 6 <= len(shown) - 1 <= 9
+    arrays = [np.asarray(image) for image in shown]
+    assert all((one != other).any() for one, other in pairwise(arrays))
+    env.close()
+
+
+def test_a_window_keeps_the_size_it_is_given() -> None:
+    env = TubeFeedEnv(render_mode="human", **QUICK)
+    env.reset(seed=0)
+    assert env.viewer.window.size == (800, 600)
+    pygame.display.set_mode((640, 420), pygame.RESIZABLE)
+    env.render()
+    screen = pygame.display.get_surface()
+    assert screen is not None
+    assert env.viewer.window.size == screen.get_size() == (640, 420)
+    assert np.ptp(pygame.surfarray.array3d(screen)) > 0
+    env.close()
+
+
+def test_copies_have_windows_of_their_own() -> None:
+    env = TubeFeedEnv(render_mode="human", **QUICK)
+    env.reset(seed=0)
+    for twin in (copy.deepcopy(env), pickle.loads(pickle.dumps(env))):
+        np.testing.assert_equal(twin.step([3, 8]), copy.deepcopy(env).step([3, 8]))
+        twin.close()
+    env.close()
+
+
+@every_variant
+@pytest.mark.parametrize("mode", ["human", "rgb_array", "ansi"])
+def test_rendering_needs_a_reset(env_id: str, options: dict, mode: str) -> None:
+    env = made(env_id, mode, options)
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"call reset\(\) first"):
+        env.render()
+    env.close()
+    env.close()
+
+
+@pytest.mark.parametrize("env_id", list(ENTRY_POINTS))
+def test_modes_are_told(env_id: str) -> None:
+    spec = gymnasium.spec(env_id)
+    env: Any = spec.make()
+    assert env.metadata["render_modes"] == ["human", "rgb_array", "ansi"]
+    assert env.metadata["render_fps"] > 0
+
+
+# All film the pictures that `render` returns.
+@pytest.mark.parametrize(
+    ("env_id", "options"),
+    [
+        VARIANTS[0],
+        *(pytest.param(*v.values, id=v.id, marks=pytest.mark.slow) for v in VARIANTS[1:]),
+    ],
+)
+def test_episodes_can_be_filmed(env_id: str, options: dict, tmp_path: Path) -> None:
+    env = RecordVideo(
+        gymnasium.make(env_id, render_mode="rgb_array", **options),
+        str(tmp_path / "films"),
+        lambda _: True,
+    )
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    ended = False
+    while not ended:
+        _, _, terminated, truncated, _ = env.step(env.action_space.sample())
+        ended = terminated or truncated
+    env.close()
+    assert [path.suffix for path in (tmp_path / "films").iterdir()] == [".mp4"]
+
+
+def test_vector_envs_can_be_filmed(tmp_path: Path) -> None:
+    single = [lambda: gymnasium.make("MagFold/TubeFeed-v0", render_mode="rgb_array", **QUICK)] * 2
+    env = VectorRecordVideo(
+        gymnasium.vector.SyncVectorEnv(single),
+        str(tmp_path / "films"),
+        episode_trigger=lambda _: True,
+    )
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    for _ in range(5):
+        env.step(env.action_space.sample())
+    env.close()
+    assert list(tmp_path.glob("films/*.mp4"))
+
+
+def test_a_game_needs_a_window() -> None:
+    with pytest.raises(ValueError, match="render_mode: None is not allowed; must be 'human'"):
+        Game(TubeFeedEnv(**QUICK))

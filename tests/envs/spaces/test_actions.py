@@ -1,0 +1,158 @@
+import numpy as np
+import pytest
+
+from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
+from magfold_env.envs.spaces.action_reading import read_catalogue
+from magfold_env.envs.spaces.action_table import ActionKind, ActionTable
+from magfold_env.envs.spaces.actions import (
+    FASTEST,
+    PATTERNS,
+    SIGNS,
+    SLOWEST,
+    scaled_speed,
+    speed_at,
+    speed_levels,
+)
+from magfold_env.envs.spaces.speed_table import SpeedTable
+
+KINDS: tuple[ActionKind, ...] = ("multidiscrete", "discrete", "box", "dict")
+
+
+def test_patterns_are_the_sixteen_and_read_as_bits() -> None:
+    assert len(set(PATTERNS)) == 16
+    for index, faces in enumerate(PATTERNS):
+        bits = int("".join("1" if face == "S" else "0" for face in faces), 2)
+        assert bits == index
+        np.testing.assert_array_equal(SIGNS[index], [1 if face == "N" else -1 for face in faces])
+
+
+@pytest.mark.parametrize("levels", [2, 5, 9])
+def test_speeds_are_log_spaced_between_the_limits(levels: int) -> None:
+    speeds = speed_levels(levels)
+    assert speeds[0] == pytest.approx(SLOWEST)
+    assert speeds[-1] == pytest.approx(FASTEST)
+    ratios = speeds[1:] / speeds[:-1]
+    np.testing.assert_allclose(ratios, ratios[0])
+
+
+def test_the_log_scale_goes_from_the_slowest_to_the_fastest_and_back() -> None:
+    for scaled in np.linspace(-1, 1, 11):
+        assert SLOWEST <= speed_at(scaled) <= FASTEST
+        assert scaled_speed(speed_at(scaled)) == pytest.approx(scaled)
+    assert (speed_at(-1.0), speed_at(1.0)) == (pytest.approx(SLOWEST), pytest.approx(FASTEST))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_choice_is_written_and_read_back(kind: ActionKind) -> None:
+    table = ActionTable(5, kind=kind)
+    for faces in PATTERNS:
+        for speed in table.speeds.tolist():
+            action = table.encode([faces], speed)
+            assert action in table.space
+            read, at = table.decode(action)
+            assert read == (faces,)
+            assert at == pytest.approx(speed, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("components", [1, 3])
+def test_every_action_of_the_space_can_be_read(kind: ActionKind, components: int) -> None:
+    table = ActionTable(9, components, kind)
+    table.space.seed(0)
+    for _ in range(100):
+        sequence, speed = table.decode(table.space.sample())
+        assert len(sequence) == components
+        assert SLOWEST * (1 - 1e-9) <= speed <= FASTEST * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_sequence_is_written_and_read_back(kind: ActionKind) -> None:
+    table = ActionTable(9, 3, kind)
+    sequence = ("NSNN", "SSSS", "NNSN")
+    assert table.decode(table.encode(sequence, 0.6))[0] == sequence
+
+
+def test_default_levels_offer_the_speeds_of_the_baseline() -> None:
+    np.testing.assert_allclose(speed_levels(9)[::2], CANDIDATE_SPEEDS)
+
+
+@pytest.mark.parametrize(
+    ("kind", "action", "allowed"),
+    [
+        *(
+            ("multidiscrete", action, r"two integers, pattern 0\.\.15 and speed level 0\.\.8")
+            for action in ([16, 0], [0, 9], [-1, 0], [0], [0, 0, 0], 3, [0.5, 1.0], "NS", None)
+        ),
+        *(("discrete", action, r"an integer, 0\.\.143") for action in (144, -1, 0.5, [1], None)),
+        *(
+            ("box", action, "5 numbers from -1 to 1")
+            for action in ([0] * 4, [2.0] * 5, [np.nan] * 5, 1)
+        ),
+        *(
+            ("dict", action, "a mapping of patterns .* and speed")
+            for action in ([0, 0], {"patterns": [3]}, {"patterns": [16], "speed": [0.0]})
+        ),
+    ],
+)
+def test_a_wrong_action_is_an_error_that_says_what_is_allowed(
+    kind: ActionKind, action: object, allowed: str
+) -> None:
+    with pytest.raises(ValueError, match=rf"action: .* is not allowed; must be {allowed}"):
+        ActionTable(9, kind=kind).decode(action)
+
+
+def test_wrong_tables_are_refused() -> None:
+    with pytest.raises(ValueError, match="speeds: 1 is not allowed"):
+        ActionTable(1)
+    with pytest.raises(ValueError, match="actions: 'tuple' is not allowed; must be one of multi"):
+        ActionTable(9, kind="tuple")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match="actions: 'discrete' is not allowed for 6 components"):
+        ActionTable(9, 6, "discrete")
+
+
+def test_masks_leave_out_what_cannot_be_built_and_nothing_else() -> None:
+    catalogue = read_catalogue(["NSNS", "NNNN", "SSNN"])
+    single = ActionTable(3, kind="discrete", catalogue=catalogue)
+    mask = single.masks()
+    assert mask.shape == (48,)
+    for action in range(48):
+        faces, _ = ActionTable(3, kind="discrete").decode(action)
+        assert mask[action] == (PATTERNS.index(faces[0]) in catalogue)
+    several = ActionTable(3, 2, catalogue=catalogue)
+    parts = np.split(several.masks(), [16, 32])
+    for part in parts[:2]:
+        assert tuple(np.flatnonzero(part)) == catalogue
+    assert parts[2].all()
+    with pytest.raises(ValueError, match="actions: 'box' is not allowed with masks"):
+        ActionTable(3, kind="box").masks()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_cannot_be_built_becomes_the_nearest_that_can(kind: ActionKind) -> None:
+    built = ["NSNS", "NNNN", "SSNN"]
+    table = ActionTable(3, kind=kind, catalogue=read_catalogue(built))
+    for faces in PATTERNS:
+        ((chosen,), _) = table.decode(table.encode([faces], 0.1))
+        apart = {other: sum(a != b for a, b in zip(faces, other, strict=True)) for other in built}
+        assert apart[chosen] == min(apart.values())
+
+
+@pytest.mark.parametrize("catalogue", [[], ["NSN"], ["NS-N"], "NSNS", ["NSNS", "nsns"]])
+def test_a_wrong_catalogue_is_named(catalogue: list[str]) -> None:
+    with pytest.raises(ValueError, match=r"catalogue: .* is not allowed; must be a list"):
+        read_catalogue(catalogue)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_feed_speed_reaches_from_standstill_to_the_fastest(kind: ActionKind) -> None:
+    table = SpeedTable(9, kind)
+    lowest = {"discrete": 0, "multidiscrete": [0], "box": [-1.0], "dict": {"speed": [-1.0]}}[kind]
+    highest = {"discrete": 9, "multidiscrete": [9], "box": [1.0], "dict": {"speed": [1.0]}}[kind]
+    assert table.decode(lowest) == 0.0
+    assert table.decode(highest) == pytest.approx(FASTEST)
+    table.space.seed(0)
+    for _ in range(50):
+        assert 0.0 <= table.decode(table.space.sample()) <= FASTEST * (1 + 1e-9)
+    for wrong in (10, -1, [2.0], {"speed": [1.5]}, None, "fast"):
+        with pytest.raises(ValueError, match=r"action: .* is not allowed; must be"):
+            table.decode(wrong)

@@ -1,0 +1,48 @@
+from itertools import pairwise
+
+import pytest
+
+from magfold_env.envs.tasks.reward import RewardRule, energy_potential
+
+
+def test_the_three_kinds_of_reward() -> None:
+    assert RewardRule("relative").end(0.4, False, 0.9) == pytest.approx(-0.5)
+    assert RewardRule("score").end(0.4, False, 0.9) == 0.4
+    assert RewardRule("sparse").end(0.4, False, 0.9) == 0.0
+    assert RewardRule("sparse").end(1.0, True, 0.9) == 1.0
+
+
+def test_shaping_telescopes() -> None:
+    rule = RewardRule(gamma=0.9)
+    potentials = [0.1, 0.5, 0.3, 0.0]
+    steps = [rule.step(a, b) for a, b in pairwise(potentials)]
+    discounted = sum(0.9**k * reward for k, reward in enumerate(steps))
+    assert discounted == pytest.approx(0.9**3 * potentials[-1] - potentials[0])
+
+
+def test_energy_is_a_share_of_what_the_target_would_release() -> None:
+    assert energy_potential(-1.0, -2.0) == 0.25
+    assert energy_potential(-2.0, -2.0) == 0.5
+    assert energy_potential(-3.0, -2.0) == 0.5
+    assert energy_potential(1.0, -2.0) == 0.0
+    assert energy_potential(-1.0, 0.0) == 0.0
+    assert energy_potential(-1.0, 2.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("best", False, 1.0), "reward: 'best' is not allowed; must be one of relative, score, sp"),
+        (("score", "speed", 1.0), "shaping: 'speed' is not allowed; must be one of True, False"),
+        (("score", False, 1.5), "gamma: 1.5 is not allowed; must be between 0 and 1"),
+    ],
+)
+def test_wrong_options_are_named(arguments: tuple, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        RewardRule.of(*arguments)
+
+
+def test_shaping_may_be_switched_on_without_a_name() -> None:
+    assert RewardRule.of("score", True, 1.0).shaping == "similarity"
+    assert RewardRule.of("score", False, 1.0).shaping is None
+    assert RewardRule.of("score", "energy", 1.0).shaping == "energy"

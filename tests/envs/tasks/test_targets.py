@@ -1,0 +1,79 @@
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import magfold_env as mf
+from magfold_env.envs.sequence_design import SequenceDesignEnv
+from magfold_env.envs.tasks.targets import pick_target, resolve_targets
+from magfold_env.envs.tube_feed import TubeFeedEnv
+from magfold_env.shapes import folded_words
+
+
+def test_all_fully_folded_words_by_default() -> None:
+    assert resolve_targets(None, 6) == tuple(folded_words(6))
+    assert len(resolve_targets(None, 6)) == 26
+
+
+def test_a_list_is_kept_in_its_order() -> None:
+    assert resolve_targets(["RRRLR", "LRLLL"], 6) == ("RRRLR", "LRLLL")
+
+
+@pytest.mark.parametrize(
+    ("targets", "named"),
+    [
+        (["LRLL"], "'LRLL'"),  # a letter short
+        (["LRSLL"], "'LRSLL'"),  # not fully folded
+        (["LLLLL"], "'LLLLL'"),  # overlaps
+        (["LRLLX"], "'LRLLX'"),
+        ("LRLLL", "'LRLLL'"),  # a word, not a list of words
+        ([], r"\[\]"),
+    ],
+)
+def test_wrong_targets_are_named(targets: list[str], named: str) -> None:
+    with pytest.raises(ValueError, match=rf"targets: {named} is not allowed; must be"):
+        resolve_targets(targets, 6)
+
+
+def test_a_wrong_option_is_named_with_what_is_allowed() -> None:
+    with pytest.raises(ValueError, match=r"options\['target'\]: 'LLRRL' .* one of LRLLL, LRLRL"):
+        pick_target("LLRRL", ("LRLLL", "LRLRL"))
+
+
+def test_long_chains_need_a_list() -> None:
+    word = ("LR" * 20)[:29]
+    assert resolve_targets([word], 30) == (word,)
+    with pytest.raises(ValueError, match="targets: None is not allowed with 30 components"):
+        resolve_targets(None, 30)
+    with pytest.raises(ValueError, match="targets: 'LRLR' is not allowed; must be a fully"):
+        resolve_targets(["LRLR"], 30)
+
+
+def test_a_suite_gives_targets_and_length(tmp_path: Path) -> None:
+    path = tmp_path / "few.yaml"
+    path.write_text("scene_name: design\nwords: {LRLR: {}, LLRL: {}}\n")
+    env = TubeFeedEnv(targets=str(path), baseline=None)
+    assert env.targets == ("LRLR", "LLRL")
+    assert env.scene.n == 5
+
+
+@pytest.mark.parametrize("make", [TubeFeedEnv, SequenceDesignEnv])
+def test_the_shipped_suite_is_the_default_by_another_name(make: Any) -> None:
+    suite, default = make(targets="n6"), make()
+    assert suite.targets == default.targets
+    for target in ("LRLLL", "RRRLR"):
+        assert suite.baseline_of(target) == default.baseline_of(target)
+
+
+def test_a_suite_brings_its_scene(tmp_path: Path) -> None:
+    path = tmp_path / "slippery.yaml"
+    path.write_text("scene_name: design-long\nwords: {LRLRLRL: {}}\n")
+    env = TubeFeedEnv(targets=str(path), baseline=None)
+    assert env.scene.friction == mf.load_scene("design-long").friction
+    assert env.scene.feed.loading == "at_mouth"
+    assert TubeFeedEnv("tube-feed", targets=str(path), baseline=None).scene.friction == 0.35
+
+
+def test_a_suite_that_does_not_exist_is_named() -> None:
+    with pytest.raises(ValueError, match="targets: 'LRLLL' is not allowed; must be a list of fold"):
+        TubeFeedEnv(targets="LRLLL")

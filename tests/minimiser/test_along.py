@@ -1,0 +1,96 @@
+"""Energies along recorded folds: against the session's own, and against laws."""
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.minimiser.along import energies_along, loaded, turns
+from magfold_env.shapes import centres
+from magfold_env.simulation.session import Session
+from tests.laws.chains import kinetic
+from tests.laws.stepping import states
+
+SEQUENCE = ("SNNS", "NNSN", "SSSN", "----", "SSSS", "N-SN")
+MAGNET = mf.FixedMagnet(position=(0.05, 0.1), width=0.03, height=0.03, thickness=0.02)
+FIELD = mf.Field(uniform=(1e-3, 2e-3), magnet=MAGNET)
+
+
+def _scene(**changes: object) -> mf.Scene:
+    scene = mf.Scene(sequence=SEQUENCE, duration=0.1).replace(feed={"speed": 0.4})
+    return scene.replace(**changes).draw(np.random.default_rng(0))
+
+
+def _steps(scene: mf.Scene) -> tuple[mf.Trajectory, np.ndarray, np.ndarray]:
+    """Some states of a run, their magnetic energies and their velocities of the base."""
+    rows = [
+        (s.time, s.angles, s.base, s.rates, s.released, s.energy(), s.base_velocity)
+        for k, s in enumerate(states(Session(scene)))
+        if k % 3 == 0
+    ]
+    *motion, energy, velocity = (np.array(column) for column in zip(*rows, strict=True))
+    return mf.Trajectory(*motion), energy, velocity
+
+
+@pytest.mark.parametrize("field", [None, FIELD])
+@pytest.mark.parametrize("mount", ["pinned", "free", "forward", "backward"])
+def test_energies_are_those_of_the_run(mount: str, field: mf.Field | None) -> None:
+    tube = mount in ("forward", "backward")
+    changes = {"mount": "tube", "feed": {"direction": mount}} if tube else {"mount": mount}
+    scene = _scene(**changes, field=field)
+    motion, magnetic, velocity = _steps(scene)
+    found = energies_along(scene, motion)
+    np.testing.assert_allclose(found.magnetic, magnetic, rtol=1e-9, atol=1e-15)
+    # Where the velocity of the chain as a whole is known, so is the kinetic energy.
+    known = motion.released < scene.n if tube else np.full(len(motion), mount == "pinned")
+    rows = zip(motion.angles[known], motion.rates[known], velocity[known], strict=True)
+    expected = [kinetic(scene, *row) for row in rows]
+    np.testing.assert_allclose(found.kinetic[known], expected, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(("friction", "share"), [(0.0, 1e-3), (0.35, 1e-2)])
+def test_no_energy_comes_from_nowhere(friction: float, share: float) -> None:
+    scene = mf.load_scene("paper/sequence-3").replace(friction=friction, duration=0.3)
+    fold = mf.simulate(scene, frame_rate=4000.0)
+    assert fold.trajectory is not None
+    found = energies_along(fold.scene, fold.trajectory)
+    total = found.magnetic + found.kinetic
+    assert np.max(total - np.minimum.accumulate(total)) < share * np.ptp(total)
+    assert found.kinetic.max() > 0.1 * np.ptp(total)
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_magnets_loaded_at_the_mouth_act_from_there(direction: str) -> None:
+    n = len(SEQUENCE)
+    feed = {"direction": direction, "loading": "at_mouth"}
+    scene = _scene(mount="tube", feed=feed)
+    released = np.arange(n + 1)
+    angles = np.random.default_rng(1).uniform(-0.3, 0.3, (n + 1, n))
+    zeros = np.zeros((n + 1, 2))
+    motion = mf.Trajectory(np.linspace(0.0, 0.5, n + 1), angles, zeros, 0.0 * angles, released)
+    order = range(n) if direction == "forward" else range(n)[::-1]
+    found = energies_along(scene, motion).magnetic
+    for out in released:
+        magnetic = list(order)[: out + 1]
+        faces = tuple(f if k in magnetic else "----" for k, f in enumerate(SEQUENCE))
+        expected = mf.energy(scene.replace(sequence=faces, mount="free"), angles[out])
+        assert found[out] == pytest.approx(expected, rel=1e-12, abs=1e-18)
+        assert set(np.flatnonzero(loaded(scene, released)[out])) == set(magnetic)
+
+
+def test_turns_are_the_order_of_the_feed() -> None:
+    forward = _scene(mount="tube")
+    np.testing.assert_array_equal(turns(forward), range(6))
+    np.testing.assert_array_equal(
+        turns(forward.replace(feed={"direction": "backward"})), range(6)[::-1]
+    )
+
+
+def test_a_chain_without_magnets_has_only_kinetic_energy() -> None:
+    fold = mf.simulate(mf.load_scene("pendulum-3").replace(duration=0.1), frame_rate=100.0)
+    assert fold.trajectory is not None
+    found = energies_along(fold.scene, fold.trajectory)
+    assert not found.magnetic.any()
+    fallen = [
+        fold.scene.masses @ centres(angles, side=0.0125)[:, 1] for angles in fold.trajectory.angles
+    ]
+    np.testing.assert_allclose(found.kinetic, -9.8 * np.array(fallen), rtol=1e-3, atol=1e-9)

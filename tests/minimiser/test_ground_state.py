@@ -1,0 +1,160 @@
+"""Branch and bound against the full search, and what its certificates say."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.minimiser import GroundStates, Landscape, ground_state, minimise
+from magfold_env.minimiser.lattice import from_words
+from magfold_env.minimiser.result import Among
+from magfold_env.scene import Scene
+from magfold_env.shapes import headings, reverse, word_to_angles
+from tests.minimiser.scenes import scene_of
+
+
+def random_scene(seed: int, n: int, model: str = "strips") -> Scene:
+    faces = np.random.default_rng(seed).choice(["N", "S"], (n, 4))
+    return scene_of(tuple("".join(component) for component in faces), model)
+
+
+def words_of(found: GroundStates) -> list[str]:
+    return [state.word for state in found.states]
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 6, 7])
+@pytest.mark.parametrize("among", ["all", "folded", "stable"])
+def test_the_lowest_states_are_those_of_the_full_search(n: int, among: Among) -> None:
+    for seed in range(3):
+        scene = random_scene(seed, n, "points")
+        full = minimise(scene, top=5, among=among).states
+        found = ground_state(scene, top=5, among=among)
+        assert words_of(found) == [state.word for state in full]
+        assert [state.energy for state in found.states] == [state.energy for state in full]
+        assert found.complete
+
+
+@pytest.mark.parametrize(
+    ("count", "longest"), [(20, 9), pytest.param(500, 12, marks=pytest.mark.slow)]
+)
+def test_random_sequences_agree_with_the_full_search(count: int, longest: int) -> None:
+    landscapes: dict[int, Landscape] = {}
+    for seed in range(count):
+        n = 2 + seed % (longest - 1)
+        scene = random_scene(100 + seed, n)
+        landscape = landscapes.setdefault(n, Landscape(scene))
+        energies = landscape.energies([scene.sequence])[0]
+        found = ground_state(scene)
+        assert found.proved
+        assert found.best.energy == pytest.approx(energies.min(), rel=1e-9, abs=1e-12)
+        row = landscape.words.index(found.best.word)
+        assert energies[row] == pytest.approx(energies.min(), rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("n", [16, 19])
+def test_a_long_chain_read_from_its_other_end_has_the_same_ground_states(n: int) -> None:
+    scene = random_scene(7, n)
+    other = tuple("".join(c[k] for k in (2, 3, 0, 1)) for c in scene.sequence[::-1])
+    found = ground_state(scene, top=3)
+    image = ground_state(scene.replace(sequence=other), top=3)
+    assert found.complete
+    assert image.complete
+    assert [reverse(word) for word in words_of(image)] == words_of(found)
+    for state in found.states:
+        assert not from_words([state.word]).overlapping()[0]
+        assert state.energy == pytest.approx(
+            mf.energy(scene, headings(word_to_angles(state.word))), rel=1e-9
+        )
+
+
+def test_a_long_ground_state_lies_below_what_other_searches_find() -> None:
+    scene = random_scene(8, 20)
+    found = ground_state(scene, top=10)
+    energies = [state.energy for state in found.states]
+    assert all(low <= high for low, high in pairwise(energies))
+    assert len(set(words_of(found))) == 10
+    greedy = minimise(scene, "forward").best
+    assert greedy.energy >= found.best.energy
+    assert greedy.word in words_of(found) or greedy.energy >= energies[-1]
+
+
+def test_limits_leave_a_gap_that_holds() -> None:
+    scene = random_scene(9, 18)
+    exact = ground_state(scene)
+    assert (exact.proved, exact.gap, exact.lower_bound) == (True, 0.0, exact.best.energy)
+    before = np.inf
+    for limit in (0, 1):  # stops before and after the prefixes are ordered
+        found = ground_state(scene, node_limit=limit)
+        assert not found.proved
+        assert found.lower_bound <= exact.best.energy <= found.best.energy
+        assert found.gap == found.best.energy - found.lower_bound
+        assert found.gap < before
+        before = found.gap
+    stopped = ground_state(scene, time_limit=0.0)
+    assert stopped.lower_bound <= exact.best.energy <= stopped.best.energy
+
+
+def test_limits_count_the_same_nodes_every_time() -> None:
+    scene = random_scene(10, 14)
+    one, two = (ground_state(scene, top=4, node_limit=2000) for _ in range(2))
+    assert one == two
+
+
+def test_progress_rises_to_1() -> None:
+    shares: list[float] = []
+    ground_state(random_scene(11, 12), progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_ties_are_listed() -> None:
+    # Its own mirror image: mirrored words have equal energies.
+    found = ground_state(scene_of(("NSSN",) * 6, "strips"), top=2)
+    first, second = found.states
+    assert first.energy == pytest.approx(second.energy, rel=1e-9)
+    assert first.tied == (second.word,)
+    assert second.tied == (first.word,)
+    alone = ground_state(scene_of(("NSSN",) * 6, "strips"))
+    assert alone.best.word in words_of(found)
+
+
+def test_without_magnets_every_state_will_do() -> None:
+    found = ground_state(Scene(sequence=("NNNN",) * 9, magnets=None), top=3)
+    assert found.complete
+    assert [state.energy for state in found.states] == [0.0] * 3
+
+
+def test_more_states_than_there_are() -> None:
+    found = ground_state(random_scene(12, 3), top=20)
+    assert len(found.states) == 9
+    assert found.lower_bound == np.inf
+    assert found.complete
+
+
+def test_no_stable_state_is_no_error_until_it_is_asked_for() -> None:
+    found = ground_state(scene_of(("NNNN",) * 14, "points"), among="stable")
+    assert found.states == ()
+    assert found.complete
+    with pytest.raises(ValueError, match="no state"):
+        _ = found.best
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"among": "some"}, "among: 'some' is not allowed; must be one of all, folded, stable"),
+        ({"top": 0}, "top: 0 is not allowed; must be at least 1"),
+        ({"time_limit": -1.0}, "time_limit: -1.0 is not allowed; must be None or at least 0"),
+        ({"node_limit": -1}, "node_limit: -1 is not allowed"),
+    ],
+)
+def test_wrong_arguments_are_named(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        ground_state(random_scene(0, 3), **changes)
+
+
+def test_a_chain_that_is_too_long_is_refused_at_once() -> None:
+    with pytest.raises(ValueError, match="sequence: 40 components are not allowed; the halves"):
+        ground_state(random_scene(13, 40, "points"))

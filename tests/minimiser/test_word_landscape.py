@@ -1,0 +1,198 @@
+"""Landscapes against brute force from positions and against the engine's forces."""
+
+from typing import get_args
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.minimiser import Landscape, minimise, sequence_of
+from magfold_env.minimiser.landscape import signs
+from magfold_env.minimiser.score import internal_energy
+from magfold_env.minimiser.sequence_space import best_words
+from magfold_env.minimiser.word_landscape import Words
+from magfold_env.shapes import folded_words, headings, word_to_angles
+from tests.minimiser import reference
+from tests.minimiser.scenes import MODELS, scene_of
+
+SIDE = 0.0125
+
+
+def random_sequences(seed: int, count: int, n: int) -> list[tuple[str, ...]]:
+    faces = np.random.default_rng(seed).choice(["N", "S"], (count, n, 4))
+    return [tuple("".join(component) for component in each) for each in faces]
+
+
+@pytest.fixture(scope="module")
+def by_position() -> tuple[list[str], np.ndarray]:
+    words = reference.words(6)
+    return words, reference.forms(words, SIDE, MODELS["points"])
+
+
+def test_a_thousand_sequences_are_brute_force(by_position: tuple[list[str], np.ndarray]) -> None:
+    words, forms = by_position
+    sequences = random_sequences(1, 1000, 6)
+    landscape = Landscape(scene_of(sequences[0], "points"))
+    assert list(landscape.words) == words
+    s = np.array([signs(each).ravel() for each in sequences])
+    expected = np.einsum("ka,wab,kb->kw", s, forms, s, optimize=True)
+    found = landscape.energies(sequences)
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_array_equal(landscape.energies(signs_of(sequences)), found)
+    np.testing.assert_array_equal(landscape.energies(), found[0])
+
+
+def signs_of(sequences: list[tuple[str, ...]]) -> np.ndarray:
+    return np.array([signs(each) for each in sequences])
+
+
+@pytest.mark.parametrize("count", [20, pytest.param(1000, marks=pytest.mark.slow)])
+def test_the_minimiser_is_brute_force(
+    by_position: tuple[list[str], np.ndarray], count: int
+) -> None:
+    words, forms = by_position
+    for sequence in random_sequences(2, count, 6):
+        s = signs(sequence).ravel()
+        expected = np.einsum("a,wab,b->w", s, forms, s, optimize=True)
+        order = np.argsort(expected)[:2]
+        found = minimise(scene_of(sequence, "points"), top=2).states
+        assert [state.energy for state in found] == pytest.approx(expected[order], rel=1e-9)
+        if np.diff(expected[order]) > 1e-9 * abs(expected[order[0]]):
+            assert found[0].word == words[order[0]]
+
+
+def test_scores_have_the_pairs_inside_components_in() -> None:
+    scene = mf.load_scene("paper/sequence-1-literal")
+    landscape = Landscape(scene, "folded")
+    inside = landscape.coulomb_scores() - landscape.energies()
+    assert inside == pytest.approx(np.full(26, internal_energy(scene)))
+
+
+def test_only_folded_words_on_request() -> None:
+    landscape = Landscape(mf.load_scene("paper/sequence-1"), "folded")
+    assert sorted(landscape.words) == folded_words(6)
+
+
+@pytest.mark.parametrize("name", ["paper/sequence-1", "paper/sequence-2-literal"])
+def test_torques_are_the_moments_of_the_engines_forces(name: str) -> None:
+    scene = mf.load_scene(name)
+    landscape = Landscape(scene, "folded")
+    torques = landscape.torques()
+    reach = scene.casing.diagonal / 2
+    for row, word in enumerate(landscape.words):
+        angles = headings(word_to_angles(word), first=0.4)
+        force, moment = mf.forces(scene, angles)
+        along = reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        centres = np.cumsum(2 * along, axis=0) - along
+        for joint in range(1, scene.n):
+            arm = centres[joint:] - (centres[joint] - along[joint])
+            turning = arm[:, 0] * force[joint:, 1] - arm[:, 1] * force[joint:, 0]
+            expected = np.sum(moment[joint:] + turning)
+            assert torques[row, joint - 1] == pytest.approx(
+                expected, abs=1e-10 * np.abs(torques).max()
+            )
+
+
+def test_torques_are_slopes_of_the_energy() -> None:
+    scene = scene_of(random_sequences(3, 1, 5)[0], "strips")
+    landscape = Landscape(scene)
+    torques = landscape.torques()
+    for row in range(0, len(landscape.words), 7):
+        joints = word_to_angles(landscape.words[row])
+        for joint, aside in enumerate(1e-6 * np.eye(4)):
+            rise = mf.energy(scene, headings(joints + aside)) - mf.energy(
+                scene, headings(joints - aside)
+            )
+            assert torques[row, joint] == pytest.approx(
+                -rise / 2e-6, abs=1e-6 * np.abs(torques).max()
+            )
+
+
+def test_stable_words_are_local_minima_and_no_others() -> None:
+    scene = mf.load_scene("paper/sequence-1")
+    landscape = Landscape(scene)
+    stable = landscape.mechanically_stable()
+    assert stable.any()
+    for word, stays, torques in zip(landscape.words, stable, landscape.torques(), strict=True):
+        joints = word_to_angles(word)
+        lowest = mf.energy(scene, headings(joints))
+        rises = [
+            mf.energy(scene, headings(joints - 1e-5 * np.sign(joints) * one)) > lowest
+            for one in np.eye(5)
+        ]
+        assert stays == ("S" not in word and all(rises)), (word, torques)
+
+
+def test_sequences_are_numbered_in_alphabetical_order() -> None:
+    names = [sequence_of(number, 2) for number in range(256)]
+    assert names == sorted(names)
+    assert len(set(names)) == 256
+    assert names[5] == ("NNNN", "NSNS")
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_every_sequence_is_each_one(n: int) -> None:
+    landscape = Landscape(scene_of(("NNNN",) * n, "points"))
+    numbers = range(1 << (4 * n - 1))
+    expected = landscape.energies([sequence_of(number, n) for number in numbers])
+    found = landscape.every_sequence()
+    lowest = np.sort(expected, axis=1)
+    scale = 1e-12 * np.abs(expected).max()
+    np.testing.assert_allclose(found.energy, lowest[:, 0], atol=scale)
+    np.testing.assert_allclose(found.gap, lowest[:, 1] - lowest[:, 0], atol=scale)
+    unique = found.gap > found.tie
+    np.testing.assert_array_equal(found.word[unique], expected.argmin(axis=1)[unique])
+    assert sum(found.counts().values()) == unique.sum()
+    for row, word in enumerate(landscape.words):
+        np.testing.assert_allclose(landscape.every_energy(word), expected[:, row], atol=scale)
+
+
+def test_every_sequence_of_six_in_samples() -> None:
+    landscape = Landscape(mf.load_scene("paper/sequence-1"), "folded")
+    shares: list[float] = []
+    found = landscape.every_sequence(shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    numbers = np.random.default_rng(4).integers(0, 1 << 23, 300)
+    expected = np.sort(landscape.energies([sequence_of(int(k), 6) for k in numbers]), axis=1)
+    np.testing.assert_allclose(found.energy[numbers], expected[:, 0], atol=1e-14)
+    np.testing.assert_allclose(found.gap[numbers], expected[:, 1] - expected[:, 0], atol=1e-14)
+    one = landscape.every_energy("LRLLL")[numbers]
+    row = landscape.words.index("LRLLL")
+    flipped = [
+        tuple(c.translate(str.maketrans("NS", "SN")) for c in sequence_of(int(k), 6))
+        for k in numbers
+    ]
+    np.testing.assert_allclose(landscape.energies(flipped)[:, row], one, atol=1e-14)
+    # A word and its mirror image are the ground states of equally many sequences.
+    counts = found.counts()
+    assert counts["LRLLL"] == counts["RLRRR"]
+
+
+def test_one_component_has_one_word() -> None:
+    landscape = Landscape(scene_of(("NSNS",), "points"))
+    assert landscape.words == ("",)
+    assert landscape.energies().tolist() == [0.0]
+    assert landscape.torques().shape == (1, 0)
+    assert landscape.every_sequence().gap.tolist() == [np.inf] * 8
+
+
+def test_wrong_arguments_are_named() -> None:
+    scene = mf.load_scene("paper/sequence-1")
+    landscape = Landscape(scene, "folded")
+    words: str = "some"
+    assert words not in get_args(Words)
+    with pytest.raises(ValueError, match="among: 'some' is not allowed; must be one of all, fold"):
+        Landscape(scene, words)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match=r"13 components are not allowed; .* at most 12"):
+        Landscape(scene.replace(sequence=("NSNS",) * 13))
+    with pytest.raises(ValueError, match="word: 'SSSSS' is not allowed"):
+        landscape.every_energy("SSSSS")
+    with pytest.raises(ValueError, match=r"sequences: shape \(1, 2, 4\) is not allowed"):
+        landscape.energies([("NNNN", "SSSS")])
+    with pytest.raises(mf.SceneError, match="sequence"):
+        landscape.energies([("NNNX",) * 6])
+    with pytest.raises(ValueError, match="number: 256 is not allowed; must be from 0 to 255"):
+        sequence_of(256, 2)
+    with pytest.raises(ValueError, match="7 components are not allowed"):
+        best_words(np.zeros((1, 28, 28)), ("",), 0.0)

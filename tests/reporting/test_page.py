@@ -1,0 +1,142 @@
+from dataclasses import dataclass
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from magfold_env.reporting.page import (
+    Cell,
+    Entries,
+    Page,
+    Picture,
+    Points,
+    Section,
+    Verdict,
+    cell_text,
+    render,
+    write_page,
+)
+
+VOID = {"meta", "link", "img"}
+
+
+@dataclass(frozen=True)
+class Rows:
+    title: str
+    rows: list[dict[str, Cell]]
+
+
+class Reader(HTMLParser):
+    """Keeps addresses and anchors, and sees that what is opened is closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.addresses: list[str] = []
+        self.anchors: list[str] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in VOID:
+            self.open.append(tag)
+        for name, value in attrs:
+            if name in ("src", "href"):
+                self.addresses.append(value or "")
+            if name == "id":
+                self.anchors.append(value or "")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def read(text: str) -> Reader:
+    reader = Reader()
+    reader.feed(text)
+    assert not reader.open
+    return reader
+
+
+@pytest.fixture
+def picture(tmp_path: Path) -> Path:
+    path = tmp_path / "picture.png"
+    Image.new("RGB", (4, 3), "white").save(path)
+    return path
+
+
+def test_everything_given_is_on_the_page_and_nothing_comes_from_elsewhere(picture: Path) -> None:
+    blocks = [
+        "A paragraph.",
+        Picture(picture, "A caption."),
+        Entries({"Label": "An entry."}),
+        Points(["A point."]),
+        Verdict("agrees", "A reason.", "good", ["Another reason."]),
+        Rows(
+            "A table", [{"name": "first", "time [s]": 0.12345}, {"name": "second", "time [s]": 2}]
+        ),
+    ]
+    page = Page("A title", [Section("One", blocks), Section("Two", [])], ["A lead."], {"os": "any"})
+    found = read(render(page))
+    said = ["A title", "A lead.", "A paragraph.", "A caption.", "Label", "An entry.", "A point."]
+    said += [
+        "agrees",
+        "A reason.",
+        "Another reason.",
+        "A table",
+        "time [s]",
+        "first",
+        "0.123",
+        "One",
+        "Two",
+        "any",
+    ]
+    assert [each for each in said if each not in found.text] == []
+    assert all(each.startswith(("data:", "#")) for each in found.addresses)
+
+
+def test_the_contents_lead_to_the_sections() -> None:
+    found = read(render(Page("T", [Section("Same", []), Section("Same", []), Section("§", [])])))
+    links = [each[1:] for each in found.addresses if each.startswith("#")]
+    assert links == found.anchors
+    assert len(set(links)) == 3
+
+
+def test_text_stays_text() -> None:
+    nasty = '</title><script>alert("1")</script> & $$title'
+    table = Rows(nasty, [{nasty: nasty}])
+    blocks = [nasty, Entries({nasty: nasty}), Points([nasty]), Verdict(nasty, nasty, more=[nasty])]
+    blocks.append(table)
+    text = render(Page(nasty, [Section(nasty, blocks)], [nasty], {nasty: nasty}))
+    assert "<script" not in text
+    assert read(text).text.count(nasty) == 16
+
+
+def test_an_empty_table_says_so() -> None:
+    assert "A table: nothing." in render(Page("T", [Section("S", [Rows("A table", [])])]))
+
+
+@pytest.mark.parametrize(
+    ("cell", "text"),
+    [("as it is", "as it is"), (12345, "12345"), (12345.6, "12346"), (0.0012345, "0.00123"),
+     (float("nan"), "never")],
+)  # fmt: skip
+def test_numbers_have_three_figures(cell: Cell, text: str) -> None:
+    assert cell_text(cell) == text
+
+
+def test_a_picture_must_be_a_png_file(tmp_path: Path) -> None:
+    path = tmp_path / "picture.png"
+    path.write_text("no picture")
+    with pytest.raises(ValueError, match=r"picture\.png: is not a picture; must be a PNG file"):
+        write_page(Page("T", [Section("S", [Picture(path)])]), tmp_path / "page.html")
+    assert not (tmp_path / "page.html").exists()
+
+
+def test_a_page_is_one_file(picture: Path, tmp_path: Path) -> None:
+    write_page(Page("T", [Section("S", [Picture(picture)])]), tmp_path / "page.html")
+    picture.unlink()
+    found = read((tmp_path / "page.html").read_text(encoding="utf-8"))
+    assert any(each.startswith("data:image/png;base64,") for each in found.addresses)

@@ -1,0 +1,17 @@
+import math
+
+import pytest
+
+from magfold_env.reporting.statistics import share
+
+Z = 1.959963984540054
+
+
+@pytest.mark.parametrize(("successes", "trials"), [(0, 10), (10, 10), (3, 7), (200, 520)])
+def test_the_interval_is_wilsons(successes: int, trials: int) -> None:
+    result = share(successes, trials)
+    # The ends solve (p - rate)² = z² p (1 - p) / trials.
+    for p in (result.low, result.high):
+        assert (p - result.rate) ** 2 == pytest.approx(Z**2 * p * (1 - p) / trials, abs=1e-12)
+    assert 0 <= result.low <= result.rate <= result.high <= 1
+    assert not math.isclose(result.low, result.high)

@@ -1,0 +1,56 @@
+"""`simulate_batch`: the same folds as one by one, on any number of threads."""
+
+import numpy as np
+import pytest
+
+from magfold_env.fold import Fold
+from magfold_env.scene import SceneError, load_scene
+from magfold_env.simulation.batch import simulate_batch
+from magfold_env.simulation.simulate import simulate
+
+SCENE = load_scene("paper/sequence-3")
+TUBE = SCENE.replace(mount="tube", feed={"direction": "backward", "speed": 0.1})
+SEEDS = range(5)
+
+
+def bits(fold: Fold) -> tuple[object, ...]:
+    run = fold.trajectory
+    frames = b"" if run is None else run.angles.tobytes() + run.rates.tobytes()
+    return fold.angles.tobytes(), fold.base.tobytes(), fold.time, fold.status, fold.steps, frames
+
+
+@pytest.mark.parametrize("scene", [SCENE, TUBE], ids=["free", "tube"])
+@pytest.mark.parametrize("threads", [None, 1, 2, 4])
+def test_a_batch_gives_the_folds_of_single_runs_bit_for_bit(scene, threads):
+    alone = [bits(simulate(scene, seed)) for seed in SEEDS]
+    assert [bits(fold) for fold in simulate_batch(scene, SEEDS, threads=threads)] == alone
+    assert len(set(alone)) == len(alone)
+
+
+def test_every_fold_may_have_a_scene_of_its_own_and_a_record():
+    folds = simulate_batch([SCENE, TUBE], [3, 4], threads=2, frame_rate=240.0)
+    alone = [simulate(SCENE, 3, frame_rate=240.0), simulate(TUBE, 4, frame_rate=240.0)]
+    assert list(map(bits, folds)) == list(map(bits, alone))
+
+
+def test_no_seeds_no_folds():
+    assert simulate_batch(SCENE, []) == []
+
+
+def test_generators_go_on_from_where_they_are():
+    rng, twin = np.random.default_rng(5), np.random.default_rng(5)
+    twin.random()
+    rng.random()
+    assert bits(simulate_batch(SCENE, [rng])[0]) == bits(simulate(SCENE, twin))
+
+
+@pytest.mark.parametrize(
+    ("scenes", "threads", "message"),
+    [
+        ([SCENE], None, "scenes: 1 is not allowed; must be one, or as many as the 2 seeds"),
+        (SCENE, 0, "threads: 0 is not allowed; must be at least 1"),
+    ],
+)
+def test_wrong_numbers_are_refused(scenes, threads, message):
+    with pytest.raises(SceneError, match=message):
+        simulate_batch(scenes, [1, 2], threads=threads)

@@ -1,0 +1,149 @@
+"""Scenes turned into arrays."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import magfold_env as mf
+from magfold_env.scene import Casing, Feed, Magnets, Scene
+from magfold_env.simulation.pack import (
+    charges,
+    component_charges,
+    pack,
+    pack_magnets,
+    reversed_inside,
+)
+from tests.engine import reference
+
+SIDE = 0.0125
+faces = st.text("NS", min_size=4, max_size=4)
+sequences = st.lists(faces, min_size=1, max_size=6).map(tuple)
+
+
+@given(sequence=sequences)
+def test_charges_are_those_of_the_outward_poles(sequence):
+    scene = Scene(sequence=sequence)
+    expected = [[17.1887 if letter == "N" else -17.1887 for letter in word] for word in sequence]
+    np.testing.assert_allclose(charges(scene), expected, rtol=1e-5)
+
+
+def faces_of(count):
+    """Which charge each node of a casing has, `count` nodes a pole face."""
+    return np.repeat(np.tile(np.arange(4), 2), count)
+
+
+@pytest.mark.parametrize("model", ["points", "strips"])
+@pytest.mark.parametrize("count", [1, 2, 3, 7])
+def test_nodes_share_the_charge_of_a_magnet_without_net_charge(model, count):
+    rule = pack_magnets(Scene(sequence=("NSNS",), magnets=Magnets(model=model, nodes=count)))
+    assert rule.node_weight.size == 8 * count
+    assert rule.node_weight.sum() == pytest.approx(0.0, abs=1e-14)
+    for face in range(4):
+        mine = rule.node_weight[0][faces_of(count) == face]
+        assert mine[mine > 0].sum() == pytest.approx(1.0)
+        assert mine[mine < 0].sum() == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize("model", ["points", "strips"])
+def test_nodes_lie_where_the_reference_puts_them(model):
+    scene = Scene(sequence=("NSSN",), magnets=Magnets(model=model, nodes=4))
+    rule = pack_magnets(scene)
+    places, strengths = reference.pole_nodes(np.zeros(2), 0.0, "NSSN", scene, 4)
+    mine = np.stack(
+        [rule.node_x[0], rule.node_y[0], rule.node_weight[0] * charges(scene)[0][faces_of(4)]]
+    )
+    theirs = np.stack([*places.T, strengths])
+    keys = [np.lexsort(np.round(table * [[1e9], [1e9], [1.0]])) for table in (mine, theirs)]
+    np.testing.assert_allclose(mine[:, keys[0]], theirs[:, keys[1]], rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4])
+def test_every_level_carries_the_whole_charge(accuracy):
+    rule = pack_magnets(Scene(sequence=("NSNS",), magnets=Magnets(accuracy=accuracy)))
+    np.testing.assert_allclose(rule.level_weight.sum(axis=1), 1.0, rtol=1e-13)
+    # Nodes beyond the count are padding.
+    for count, weights in zip(rule.level_count, rule.level_weight, strict=True):
+        assert not weights[count:].any()
+    assert (np.diff(rule.level_radius[1:]) < 0).all()
+
+
+def test_forward_feed_is_packed_from_its_held_end():
+    masses = (0.001, 0.002, 0.003)
+    scene = Scene(sequence=("NSSN", "NNSS", "NNNS"), casing=Casing(mass=masses))
+    forward = scene.replace(mount="tube", feed={"direction": "forward"})
+    backward = scene.replace(mount="tube", feed={"direction": "backward"})
+    assert reversed_inside(forward)
+    assert not reversed_inside(backward)
+    assert not reversed_inside(scene)
+    np.testing.assert_array_equal(pack(forward).bodies.mass, masses[::-1])
+    np.testing.assert_array_equal(pack(backward).bodies.mass, masses)
+    np.testing.assert_array_equal(charges(backward), charges(scene))
+    # Half a turn permutes the faces [2, 3, 0, 1].
+    expected = [component_charges(word, 0, scene) for word in ("NSNN", "SSNN", "SNNS")]
+    np.testing.assert_array_equal(charges(forward), expected)
+
+
+def test_charges_of_one_component_are_its_row_of_all():
+    strength = [[0.1 * (4 * k + f + 1) for f in range(4)] for k in range(3)]
+    scene = Scene(sequence=("NS-N", "NNSS", "-SNN"), mount="tube").replace(
+        magnets={"remanence": strength, "width": (0.003, 0.004, 0.005, 0.006)}
+    )
+    for direction in ("forward", "backward"):
+        fed = scene.replace(feed={"direction": direction})
+        rows = [component_charges(faces, k, fed) for k, faces in enumerate(scene.sequence)]
+        ordered = rows[::-1] if direction == "forward" else rows
+        np.testing.assert_array_equal(charges(fed), ordered)
+
+
+def test_faces_of_a_turned_casing_keep_their_sizes():
+    sizes = {"width": (0.003, 0.004, 0.005, 0.006), "inset": (0.0002, 0.0004, 0.0006, 0.0008)}
+    scene = Scene(sequence=("NSSN", "NNNN"), mount="tube").replace(magnets=sizes)
+    backward, forward = (
+        pack_magnets(scene.replace(feed={"direction": direction}))
+        for direction in ("backward", "forward")
+    )
+    order = np.array([2, 3, 0, 1, 6, 7, 4, 5])
+    width, turned = (np.hypot(rule.face_tx, rule.face_ty) for rule in (backward, forward))
+    np.testing.assert_allclose(width[order], turned, rtol=1e-14)
+    # A face keeps its place on the casing that is seen from its other end.
+    np.testing.assert_allclose(forward.face_x, -backward.face_x[order], rtol=1e-14)
+    np.testing.assert_allclose(forward.face_moment[:, 0], -backward.face_moment[[2, 3, 0, 1], 0])
+
+
+@given(sequence=st.lists(faces, min_size=2, max_size=5).map(tuple), seed=st.integers(0, 999))
+def test_a_chain_seen_from_its_other_end_has_the_same_energy(sequence, seed):
+    # Half a turn of every casing, faces permuted [2, 3, 0, 1], last component first.
+    angles = np.cumsum(np.random.default_rng(seed).uniform(-1.5, 1.5, len(sequence)))
+    other = tuple("".join(word[k] for k in (2, 3, 0, 1)) for word in sequence[::-1])
+    magnets = Magnets(nodes=3)
+    here = Scene(sequence=sequence, magnets=magnets)
+    there = Scene(sequence=other, magnets=magnets)
+    turned = angles[::-1] + np.pi
+    force, torque = mf.forces(here, angles)
+    force_back, torque_back = mf.forces(there, turned)
+    size = np.abs(force).max()
+    np.testing.assert_allclose(force_back[::-1], force, rtol=0, atol=1e-11 * size)
+    np.testing.assert_allclose(torque_back[::-1], torque, rtol=0, atol=1e-11 * size * SIDE)
+    assert mf.energy(there, turned) == pytest.approx(mf.energy(here, angles), abs=1e-11 * size)
+
+
+def test_what_a_scene_lacks_is_switched_off():
+    scene = Scene(sequence=("NSNS",) * 2, magnets=None, friction=0.0, contact=False)
+    model = pack(scene)
+    assert (model.magnetic, model.frictional, model.contact, model.tube) == (False,) * 4
+    assert not model.charge.any()
+    weightless = pack(scene.replace(friction=0.3, gravity={"normal": 0.0}))
+    assert not weightless.frictional
+
+
+def test_grip_and_lengths_follow_the_casing():
+    casing = Casing(side=0.02, mass=(0.001, 0.004))
+    model = pack(Scene(sequence=("NSNS",) * 2, casing=casing, friction=0.5, mount="tube"))
+    # Forward feed: the last component comes first.
+    np.testing.assert_allclose(model.grip, 0.5 * 9.8 * np.array([0.004, 0.001]))
+    np.testing.assert_allclose(model.bodies.inertia, np.array([0.004, 0.001]) * 0.02**2 / 6)
+    np.testing.assert_allclose(model.bodies.length, 0.02 * np.sqrt(2))
+    np.testing.assert_allclose(model.bodies.reach, 0.01 * np.sqrt(2))
+    assert model.bore == pytest.approx(1.05 * 0.02 * np.sqrt(2))
+    assert model.wall == Feed().wall

@@ -1,0 +1,90 @@
+"""Session: the tube's feed step by step."""
+
+import numpy as np
+import pytest
+
+from magfold_env.engine.chain import feed
+from magfold_env.engine.state import LO
+from magfold_env.fold import FoldStatus
+from magfold_env.scene import load_scene
+from magfold_env.simulation.session import Session
+
+
+def session_of(direction, **feeding):
+    scene = load_scene("paper/sequence-3").replace(
+        mount="tube", feed={"direction": direction, "speed": 0.1, **feeding}
+    )
+    return Session(scene.draw(np.random.default_rng(4)))
+
+
+@pytest.mark.parametrize(("direction", "heading"), [("forward", np.pi), ("backward", 0.0)])
+def test_headings_in_the_tube_stay(direction, heading):
+    session = session_of(direction)
+    start = session.angles
+    assert start == pytest.approx(np.full(6, heading), abs=0.1)
+    order = range(6) if direction == "forward" else range(5, -1, -1)
+    for done, component in enumerate(order):
+        session.feed_one()
+        assert session.released == done + 1
+        held = [k for k in order if k not in list(order)[: done + 1]]
+        assert (session.angles[held] == start[held]).all()
+        assert session.rates[component] == 0.0
+        assert (session.rates[held] == 0.0).all()
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_a_release_changes_no_velocity(direction):
+    session = session_of(direction)
+    model, state = session._model, session._state
+    for _ in range(3):
+        session.feed_one()
+    lo = int(state.counter[LO])
+    before, base = state.v.copy(), session.base
+    state.q[model.n] = feed.time_to_release(model, state) * state.v[model.n] + state.q[model.n]
+    moved = session.base
+    feed.release(model, state)
+    assert (state.v == before).all()
+    assert state.counter[LO] == lo - 1
+    assert session.base == pytest.approx(moved, abs=1e-15)
+    assert moved[0] > base[0]
+
+
+def test_components_are_chosen_while_they_are_in_the_tube():
+    session = session_of("forward", loading="at_mouth")
+    session.set_component(0, "NNNN", 0.2)
+    session.feed_one()
+    assert session.time == pytest.approx(0.0125 * np.sqrt(2) / 0.2, rel=1e-2)
+    with pytest.raises(ValueError, match="component 1 has left the tube"):
+        session.set_component(0, "SSSS", 0.2)
+    assert session.scene().sequence[0] == "NNNN"
+    with pytest.raises(ValueError, match="at_mouth"):
+        session_of("forward").set_component(0, "NNNN", 0.2)
+
+
+def test_an_unfinished_session_has_no_fold():
+    session = session_of("forward")
+    with pytest.raises(ValueError, match="has not ended"):
+        session.fold()
+    for _ in range(6):
+        session.feed_one()
+    with pytest.raises(ValueError, match="no component is left"):
+        session.feed_one()
+    session.settle()
+    assert session.fold().status is session.status
+
+
+def test_numbers_that_break_down_are_said_to():
+    session = session_of("forward")
+    for _ in range(6):
+        session.feed_one()
+    session._state.q[3] = np.nan
+    session.settle()
+    fold = session.fold()
+    assert fold.status is FoldStatus.FAILED
+    assert "not finite" in fold.message
+    assert fold.word == ""
+
+
+def test_a_scene_left_to_chance_must_be_drawn_first():
+    with pytest.raises(ValueError, match="draw it first"):
+        Session(load_scene("paper/sequence-1"))

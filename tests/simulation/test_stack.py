@@ -1,0 +1,87 @@
+"""Copies side by side are read by kernels as the original would be, each with its own arrays."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from magfold_env.engine.compile.by_address import call_float, code_of, take
+from magfold_env.engine.compile.by_pointer import by_pointer
+from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.state import Array, IntArray
+from magfold_env.simulation.stack import Stack
+
+
+@by_pointer
+class Inner(NamedTuple):
+    """A tuple within another."""
+
+    scale: float
+    numbers: IntArray
+
+
+@by_pointer
+class Outer(NamedTuple):
+    """One field of every kind."""
+
+    on: bool
+    size: int
+    square: Array
+    inner: Inner
+    shared: Array
+
+
+def an_outer() -> Outer:
+    rng = np.random.default_rng(1)
+    return Outer(True, 7, rng.random((3, 5)), Inner(0.5, np.array([3, -4])), rng.random(4))
+
+
+@kernel
+def digest(one: Outer, two: Outer, three: Outer, x: float) -> float:
+    total = x * two.inner.scale + three.shared[3] + (100.0 if one.on else 0.0)
+    for i in range(one.square.shape[0]):
+        for j in range(one.square.shape[1]):
+            total += (1 + i) * (10 + j) * one.square[i, j]
+    return total + one.inner.numbers[1] * one.size
+
+
+@kernel
+def digests(code: int, addresses: IntArray, counter: IntArray, out: Array) -> int:
+    taken = 0
+    while True:
+        k = take(counter)
+        if k >= addresses.size:
+            return taken
+        taken += 1
+        out[k] = call_float(code, addresses[k], addresses[k], addresses[k], 2.0)
+
+
+def test_kernels_read_every_copy() -> None:
+    original = an_outer()
+    stack = Stack(original, 5, own=["square", "inner.numbers"])
+    rng = np.random.default_rng(2)
+    stack["square"][:] = rng.random((5, 3, 5))
+    stack["inner.numbers"][:, 1] = np.arange(5)
+    stack.number("inner").fill(3.0)  # the first word of `inner` is `scale`
+    out, counter = np.zeros(5), np.zeros(1, dtype=np.int64)
+    code = code_of(digest, original, original, original, 2.0)
+    assert digests(code, stack.addresses, counter, out) == 5
+    for k in range(5):
+        own = original._replace(
+            square=stack["square"][k].copy(),
+            inner=Inner(3.0, stack["inner.numbers"][k].copy()),
+        )
+        assert out[k] == digest(own, own, own, 2.0)
+    assert digests(code, stack.addresses, counter, out) == 0
+
+
+def test_copies_become_what_the_original_was() -> None:
+    original = an_outer()
+    stack = Stack(original, 4)
+    stack["square"][:] = 7.0
+    stack["inner.numbers"][:] = 7
+    stack.restore(np.array([1, 3]))
+    assert (stack["square"][[0, 2]] == 7.0).all()
+    for k in (1, 3):
+        np.testing.assert_array_equal(stack["square"][k], original.square)
+        np.testing.assert_array_equal(stack["inner.numbers"][k], original.inner.numbers)
+    assert stack["square"].ctypes.data % 64 == 0
