@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from magfold_env.paper.page import Done, overview
 from magfold_env.paper.run import NUMBERS, PAGE, run
 from magfold_env.reporting.plotting import figure_class
-from magfold_env.reporting.report import rich_table
+from magfold_env.reporting.tables import rich_table
 
 FILE_WIDTH = 150  # of what is said where it is not written to a terminal
 

@@ -1,4 +1,4 @@
-"""Motion that nothing from outside disturbs: momenta that stay, and films that run backwards."""
+"""Chains left alone: momenta that stay, films that run backwards, and rest to the last bit."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from typing import Literal
 
 import numpy as np
 
+from magfold_env.fold import FoldStatus
+from magfold_env.laws.along_folds import SteppedSession
 from magfold_env.laws.mechanics import Floats, kinetic_energy, momenta
-from magfold_env.laws.random_scenes import LARGEST, SMALLEST, random_sequence
-from magfold_env.laws.stepping import SteppedSession
+from magfold_env.laws.random_scenes import LARGEST, SMALLEST, random_scene, random_sequence
 from magfold_env.scene import Scene
 from magfold_env.simulation.simulate import simulate
 
@@ -103,3 +104,24 @@ def _first_shut(scene: Scene) -> float:
     joints = np.abs(np.diff(fold.trajectory.angles, axis=1)).max(axis=1)
     shut = np.flatnonzero(joints > NEARLY_SHUT)
     return float(fold.trajectory.time[shut[0] if shut.size else -1])
+
+
+WAIT = 1000.0  # [s]
+LEAST_FRICTION = 0.2
+
+
+def creep(seed: int) -> float | None:
+    """Return how far a fold that came to rest moves in a thousand seconds [rad].
+
+    Positions count in lengths of a component. None if the scene never comes to rest.
+    """
+    scene = random_scene(seed)
+    scene = scene.replace(friction=max(scene.friction, LEAST_FRICTION))
+    session = SteppedSession(scene)
+    session.run()
+    if session.status not in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}:
+        return None
+    angles, base = session.angles, session.base
+    session.wait(WAIT)
+    moved = float(np.abs(session.base - base).max()) / scene.casing.diagonal
+    return max(float(np.abs(session.angles - angles).max()), moved)

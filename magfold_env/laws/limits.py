@@ -15,11 +15,10 @@ from rich.progress import track
 from rich.table import Table
 
 from magfold_env.laws.along_folds import limits_of
-from magfold_env.laws.breakdown import ending, hopeless_scenes
-from magfold_env.laws.free_motion import Kind, momentum_errors, reversal_error
+from magfold_env.laws.free_motion import Kind, creep, momentum_errors, reversal_error
 from magfold_env.laws.impacts import impact_error
+from magfold_env.laws.outcomes import ending, hopeless_scenes
 from magfold_env.laws.random_scenes import random_scene
-from magfold_env.laws.rest import creep
 from magfold_env.scene import Scene
 
 IMPACTS_A_SCENE = 10

@@ -10,7 +10,7 @@ from magfold_env.paper import motions
 from magfold_env.paper.motions import Motion
 from magfold_env.paper.quoted import SNAP
 from magfold_env.paper.reproduction import Measured
-from magfold_env.reporting.part import Progress, Row
+from magfold_env.reporting.tables import Progress, Row
 
 BESIDE = 1
 """Frames within which a jump and a snap belong together."""

@@ -12,10 +12,9 @@ import numpy.typing as npt
 from magfold_env.paper import motions
 from magfold_env.paper.quoted import ANGLE, COMPUTATIONS, FRAME_RATE
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
-from magfold_env.reporting.drawing import COLOURS, MARKERS, numbers, panels
 from magfold_env.reporting.page import Picture
-from magfold_env.reporting.part import Progress, Row, Table
-from magfold_env.reporting.plotting import save_figure
+from magfold_env.reporting.plotting import COLOURS, MARKERS, numbers, panels, save_figure
+from magfold_env.reporting.tables import Progress, Row, Table
 
 STEPS, FINEST = (1, 2, 5, 10, 20, 50, 100), 1000
 QUICK_STEPS, QUICK_FINEST = (1, 2, 5, 10, 20), 200

@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.benchmarks.magnets.points import CHARGES as COUNTS
-from magfold_env.benchmarks.magnets.points import force_rows, rows_at
+from magfold_env.laws.exact_magnets import CHARGES as COUNTS
+from magfold_env.laws.exact_magnets import force_rows, rows_at
 from magfold_env.paper import motions
 from magfold_env.paper.quoted import ANGLE, CHARGES, MANY_CHARGES
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
-from magfold_env.reporting.drawing import COLOURS, MARKERS, numbers, panels
 from magfold_env.reporting.page import Picture
-from magfold_env.reporting.part import Progress, Row, Table
-from magfold_env.reporting.plotting import save_figure
+from magfold_env.reporting.plotting import COLOURS, MARKERS, numbers, panels, save_figure
+from magfold_env.reporting.tables import Progress, Row, Table
 
 SMALL = 0.1
 """A difference below this share of the paper's own distance from its film is minimal."""

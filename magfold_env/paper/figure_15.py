@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics.integrators import ADAPTIVE, EULER, FIXED
+from magfold_env.laws.smooth_motion import ADAPTIVE, EULER, FIXED
 from magfold_env.paper.pendulum import Floats, engine_change, integrator_change
 from magfold_env.paper.quoted import COMPUTATIONS, FRAME_RATE, PENDULUM_STEPS
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
-from magfold_env.reporting.drawing import COLOURS, MARKERS, numbers, panels
 from magfold_env.reporting.page import Picture
-from magfold_env.reporting.part import Progress, Row, Table
-from magfold_env.reporting.plotting import save_figure
+from magfold_env.reporting.plotting import COLOURS, MARKERS, numbers, panels, save_figure
+from magfold_env.reporting.tables import Progress, Row, Table
 
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200)
 QUICK_STEPS = (1, 5, 20, 100)

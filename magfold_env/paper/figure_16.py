@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics import chain_scaling, figures
-from magfold_env.benchmarks.dynamics.chain_contenders import DENSE, SCALAR, missing
+from magfold_env.laws import pinned_chain
+from magfold_env.laws.pinned_chain import DENSE, SCALAR, missing
 from magfold_env.paper.quoted import LONG_POWER, LONGEST, NEAR_LINEAR, NEAR_LINEAR_UP_TO
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.reporting.page import Picture
-from magfold_env.reporting.part import Progress, Row, Table
 from magfold_env.reporting.plotting import save_figure
+from magfold_env.reporting.tables import Progress, Row, Table
 
 NEAR = 0.25
 """Powers of n that differ by less than this agree."""
@@ -23,8 +23,8 @@ TIME = "time [µs]"
 
 def measure(quick: bool, progress: Progress) -> Measured:
     """Time the accelerations of a pinned chain: `magfold bench dynamics --only scaling`."""
-    part = chain_scaling.run(quick, progress)
-    return {"times": part.rows, "absent": [{"peer": name} for name in missing()]}
+    rows = pinned_chain.measure(quick, progress)
+    return {"times": rows, "absent": [{"peer": name} for name in missing()]}
 
 
 def tables(measured: Measured) -> list[Table]:
@@ -91,7 +91,7 @@ def power(rows: list[Row], name: str, low: int, high: int) -> float:
 def draw(measured: Measured, folder: Path) -> list[Picture]:
     """Draw the times as the benchmark does."""
     path = folder / "figure-16.png"
-    save_figure(figures.DRAWINGS["scaling"](measured["times"]), path)
+    save_figure(pinned_chain.draw(measured["times"]), path)
     absent = ", ".join(str(row["peer"]) for row in measured["absent"])
     return [
         Picture(

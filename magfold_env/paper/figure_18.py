@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.benchmarks.predict import experiment, figures
-from magfold_env.benchmarks.predict.experiment import PAPER
 from magfold_env.fold import FoldStatus
+from magfold_env.laws import experiment
+from magfold_env.laws.experiment import PAPER
 from magfold_env.minimiser.result import Mode
 from magfold_env.paper import states
 from magfold_env.paper.quoted import SEQUENCES
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.reporting.page import Picture
-from magfold_env.reporting.part import Progress, Row, Table
 from magfold_env.reporting.plotting import save_figure
+from magfold_env.reporting.tables import Progress, Row, Table
 from magfold_env.shapes import centres, headings, word_to_angles
 
 MODES: tuple[Mode, ...] = ("free", "forward", "backward")
@@ -230,7 +230,7 @@ def least_moved(number: int) -> list[str]:
 def draw(measured: Measured, folder: Path) -> list[Picture]:
     """Draw the bars as the benchmark does."""
     path = folder / "figure-18.png"
-    save_figure(figures.draw_experiment(measured["bars"]), path)
+    save_figure(experiment.draw_experiment(measured["bars"]), path)
     return [
         Picture(
             path,

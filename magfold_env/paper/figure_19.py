@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from magfold_env.benchmarks.predict.experiment import RUNS
-from magfold_env.benchmarks.predict.scenes import paper_scene
 from magfold_env.ensembles import ensemble
 from magfold_env.fold import FoldStatus
+from magfold_env.laws.experiment import RUNS, paper_scene
 from magfold_env.paper import states
 from magfold_env.paper.figure_7 import drawn, turned_joints
 from magfold_env.paper.quoted import SCORE_S1A, SCORE_S1B
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.reporting.page import Picture
-from magfold_env.reporting.part import Progress, Row, Table
+from magfold_env.reporting.tables import Progress, Row, Table
 
 STATED = {"S1A": SCORE_S1A, "S1B": SCORE_S1B}
 NEAR = 0.005

@@ -11,7 +11,7 @@ from magfold_env.paper import states
 from magfold_env.paper.quoted import FROM_S2A, FROM_S2C, SEQUENCES
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.reporting.page import Picture
-from magfold_env.reporting.part import Progress, Row, Table
+from magfold_env.reporting.tables import Progress, Row, Table
 from magfold_env.shapes import cells, outline
 
 NEAR = 0.005

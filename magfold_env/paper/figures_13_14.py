@@ -12,10 +12,17 @@ from magfold_env.paper.both_solvers import DEVICE, OURS, PAIRS, PAPER, measure
 from magfold_env.paper.quoted import ANGLE, DISPLACEMENT, SNAP
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.paper.states import word_of
-from magfold_env.reporting.drawing import COLOURS, numbers, panels
 from magfold_env.reporting.page import Picture, cell_text
-from magfold_env.reporting.part import Row, Table
-from magfold_env.reporting.plotting import GRID, INK, figure_class, save_figure
+from magfold_env.reporting.plotting import (
+    COLOURS,
+    GRID,
+    INK,
+    figure_class,
+    numbers,
+    panels,
+    save_figure,
+)
+from magfold_env.reporting.tables import Row, Table
 
 LIKE = 2.0
 """Distances within this factor of the paper's count as like it."""

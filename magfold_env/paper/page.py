@@ -7,7 +7,7 @@ from typing import NamedTuple, get_args
 
 from magfold_env.paper.reproduction import Claim, Measured, Outcome, Reproduction
 from magfold_env.reporting.page import Block, Entries, Page, Picture, Points, Section
-from magfold_env.reporting.part import Row, Table
+from magfold_env.reporting.tables import Row, Table
 
 TITLE = "“On planar self-folding magnetic chains”, reproduced"
 
@@ -44,7 +44,7 @@ class Done(NamedTuple):
     part: Reproduction
     measured: Measured
     machine: dict[str, str]
-    """`benchmarks.machine.describe` when it was measured."""
+    """`reporting.machine.describe` when it was measured."""
     seconds: float
     """How long that took."""
     pictures: list[Picture]

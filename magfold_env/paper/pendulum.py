@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.benchmarks.dynamics.integrators import Integrator
-from magfold_env.benchmarks.dynamics.smooth_problems import SmoothProblem, pendulum
 from magfold_env.laws.mechanics import kinetic_energy, weight_energy
+from magfold_env.laws.smooth_motion import Integrator, SmoothProblem, pendulum
 from magfold_env.paper.quoted import PENDULUM_STEPS
 from magfold_env.scene import Scene
 from magfold_env.simulation.simulate import simulate

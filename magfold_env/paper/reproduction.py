@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from magfold_env.reporting.page import Picture, Tone, Verdict
-from magfold_env.reporting.part import Progress, Row, Table
+from magfold_env.reporting.tables import Progress, Row, Table
 
 Measured = dict[str, list[Row]]
 """Rows by what they are of, plain values throughout; the rows of one have equal keys."""

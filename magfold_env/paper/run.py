@@ -16,8 +16,7 @@ from magfold_env.paper.parts import PARTS
 from magfold_env.paper.reproduction import Reproduction
 from magfold_env.reporting import machine
 from magfold_env.reporting.page import write_page
-from magfold_env.reporting.part import Progress
-from magfold_env.reporting.report import to_csv
+from magfold_env.reporting.tables import Progress, to_csv
 
 PAGE, NUMBERS = "paper.html", "paper.json"
 

@@ -10,7 +10,7 @@ from magfold_env.paper.figure_7 import drawn, pairs
 from magfold_env.paper.quoted import TABLE_1
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
 from magfold_env.reporting.page import Picture
-from magfold_env.reporting.part import Progress, Row, Table
+from magfold_env.reporting.tables import Progress, Row, Table
 
 SHOWN = 1  # the sequence whose search Figure 6 draws
 

@@ -11,8 +11,7 @@ from rich.table import Table
 
 from magfold_env.files import write_text
 from magfold_env.reporting import machine
-from magfold_env.reporting.drawing import panels, save_figure
-from magfold_env.reporting.plotting import COLOURS
+from magfold_env.reporting.plotting import COLOURS, panels, save_figure
 from magfold_env.stress.kinds import KINDS
 from magfold_env.stress.tally import Tally
 from magfold_env.stress.verdict import Verdict

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.fold import Fold, FoldStatus
+from magfold_env.laws.along_folds import SteppedSession
 from magfold_env.laws.outcomes import SAME_WITHIN, moved_starts
-from magfold_env.laws.stepping import SteppedSession
 from magfold_env.scene import Scene
 from magfold_env.simulation.simulate import simulate
 from magfold_env.stress.symmetry import mirrored, seen_from_other_end, turned

@@ -28,10 +28,7 @@ import llvmlite.binding
 import numba
 import numpy as np
 
-from magfold_env.benchmarks.dynamics.chain_contenders import BASE, repeat_lanes, repeat_scalar
-from magfold_env.benchmarks.dynamics.chain_problem import random_problem
 from magfold_env.benchmarks.dynamics.features import FEATURES, build, finish
-from magfold_env.benchmarks.dynamics.fixed_step import double_euler
 from magfold_env.benchmarks.dynamics.fold_cost import KINDS, scene_of
 from magfold_env.benchmarks.energy import scenes as energy_scenes
 from magfold_env.benchmarks.magnets.casings import new_loads
@@ -43,6 +40,8 @@ from magfold_env.engine.chain import lanes as batch
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.workspace import new_nodes, new_rigid, new_work
 from magfold_env.files import write_text
+from magfold_env.laws.integrators import double_euler
+from magfold_env.laws.pinned_chain import BASE, random_problem, repeat_lanes, repeat_scalar
 from magfold_env.minimiser import Landscape
 from magfold_env.shapes import headings
 from magfold_env.simulation.pack import pack

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics import chain_contenders, chain_figure, chain_scaling
-from magfold_env.benchmarks.dynamics.chain_contenders import BUILDS, LANES, SCALAR, missing
-from magfold_env.benchmarks.dynamics.chain_problem import random_problem
+from magfold_env.benchmarks.dynamics import chain_scaling
+from magfold_env.laws import pinned_chain
+from magfold_env.laws.pinned_chain import BUILDS, LANES, SCALAR, missing, random_problem
 
 
 def silent(share: float, what: str) -> None:
@@ -18,7 +18,7 @@ def test_contenders_find_the_same_accelerations(name, n):
     if name in missing():
         pytest.skip(f"{name} is not installed")
     problem = random_problem(n)
-    expected = chain_contenders.dense(problem).accelerations
+    expected = pinned_chain.dense(problem).accelerations
     contender = BUILDS[name](problem)
     bound = 1e-9 * np.abs(expected).max()
     np.testing.assert_allclose(contender.accelerations, expected, rtol=0, atol=bound)
@@ -37,31 +37,30 @@ def test_the_slope_is_that_of_a_power_law():
 
 
 def test_absent_peers_are_reported(monkeypatch):
-    monkeypatch.setattr(chain_scaling, "missing", lambda: ["Pinocchio aba", "MuJoCo mj_step"])
-    monkeypatch.setattr(chain_scaling, "QUICK_LENGTHS", (1, 3))
+    absent = ["Pinocchio aba", "MuJoCo mj_step"]
+    for module in (pinned_chain, chain_scaling):
+        monkeypatch.setattr(module, "missing", lambda: absent)
+    monkeypatch.setattr(pinned_chain, "QUICK_LENGTHS", (1, 3))
     part = chain_scaling.run(quick=True, progress=silent)
-    assert {row["contender"] for row in part.rows} == {SCALAR, LANES, chain_contenders.DENSE}
-    assert [text for text in part.findings if "absent" in text] == [
-        "Pinocchio aba is absent",
-        "MuJoCo mj_step is absent",
-    ]
+    assert {row["contender"] for row in part.rows} == {SCALAR, LANES, pinned_chain.DENSE}
+    said = [text for text in part.findings if "absent" in text]
+    assert said == [f"{name} is absent" for name in absent]
 
 
 def test_contenders_that_disagree_are_not_timed(monkeypatch):
     def wrong(problem):
-        found = chain_contenders.dense(problem)
-        return chain_contenders.Contender(1.001 * found.accelerations, found.work, 1)
+        found = pinned_chain.dense(problem)
+        return pinned_chain.Contender(1.001 * found.accelerations, found.work, 1)
 
-    monkeypatch.setitem(BUILDS, chain_contenders.DENSE, wrong)
+    monkeypatch.setitem(BUILDS, pinned_chain.DENSE, wrong)
     with pytest.raises(ArithmeticError, match="dense"):
         chain_scaling.run(quick=True, progress=silent)
 
 
 def test_the_figure_has_a_line_a_contender(monkeypatch):
-    figures = pytest.importorskip("matplotlib.figure")
-    monkeypatch.setattr(chain_scaling, "QUICK_LENGTHS", (1, 3))
+    pytest.importorskip("matplotlib.figure")
+    monkeypatch.setattr(pinned_chain, "QUICK_LENGTHS", (1, 3))
     rows = chain_scaling.run(quick=True, progress=silent).rows
-    figure = figures.Figure()
-    chain_figure.draw_scaling(rows, figure)
-    drawn = {row["contender"] for row in rows} - {chain_scaling.OVERHEAD}
+    figure = pinned_chain.draw(rows)
+    drawn = {row["contender"] for row in rows} - {pinned_chain.OVERHEAD}
     assert {line.get_label() for line in figure.axes[0].lines} == drawn

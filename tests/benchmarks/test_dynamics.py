@@ -12,17 +12,16 @@ from typer.testing import CliRunner
 from magfold_env.benchmarks.dynamics import cases, command, contact_scenes, features, figures
 from magfold_env.benchmarks.dynamics.cases import same_error
 from magfold_env.benchmarks.dynamics.contact_scenes import Effort, fold
-from magfold_env.benchmarks.dynamics.integrators import EULER, prepare_engine
 from magfold_env.benchmarks.dynamics.moreau_only import moreau_only
 from magfold_env.benchmarks.dynamics.smooth import needed
-from magfold_env.benchmarks.dynamics.smooth_problems import SmoothProblem, pendulum
 from magfold_env.cli import app
-from magfold_env.reporting import drawing, report
-from magfold_env.reporting.part import Part, Table
+from magfold_env.laws.smooth_motion import EULER, SmoothProblem, pendulum, prepare_engine
+from magfold_env.reporting import plotting, tables
+from magfold_env.reporting.tables import Measurement, Table
 
 
 def drawn(part, folder):
-    return drawing.draw(part, figures.DRAWINGS, folder)
+    return plotting.draw(part, figures.DRAWINGS, folder)
 
 
 def smooth_row(error, time, evaluations, method="engine"):
@@ -83,7 +82,7 @@ def test_located_events_are_more_exact_at_the_same_tolerance(tmp_path):
     assert error[contact_scenes.ENGINE, 1e-3] < 0.2 * error[contact_scenes.MOREAU, 1e-3]
     assert all(float(row["sensitivity [rad]"]) < contact_scenes.CLOSE for row in rows)
     assert contact_scenes.clear(rows) == rows
-    assert [path.name for path in drawn(Part("contact", rows), tmp_path)] == ["contact.png"]
+    assert [path.name for path in drawn(Measurement("contact", rows), tmp_path)] == ["contact.png"]
 
 
 def test_a_motion_is_close_only_if_it_stays_so_at_tighter_tolerances():
@@ -109,12 +108,12 @@ def test_features_are_what_their_names_say():
 def example():
     rows = [smooth_row(0.1 / 4**k, 10.0 * 2**k, 100 * 2**k) for k in range(4)]
     rows.append(smooth_row(float("nan"), 1.0, 1, "DOP853"))
-    return Part("smooth", rows, [Table("Errors [rad]", rows)], ["it [holds]"])
+    return Measurement("smooth", rows, [Table("Errors [rad]", rows)], ["it [holds]"])
 
 
 def test_files_hold_what_was_measured(tmp_path):
     part = example()
-    paths = report.write(tmp_path, "dynamics", {"processor": "µ"}, [part]) + drawn(part, tmp_path)
+    paths = tables.write(tmp_path, "dynamics", {"processor": "µ"}, [part]) + drawn(part, tmp_path)
     assert [path.name for path in paths] == ["smooth.csv", "dynamics.json", "smooth.png"]
     with paths[0].open(encoding="utf-8", newline="") as file:
         read = list(csv.DictReader(file))

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from magfold_env.laws import agreement, mechanics, overlap, projection
+from magfold_env.laws import agreement, impacts, mechanics, overlap
 from magfold_env.laws import random_scenes as scenes
 from magfold_env.minimiser.contacts import conflicts
 from magfold_env.minimiser.lattice import from_words
@@ -138,7 +138,7 @@ def test_projections_agree_with_another_solver(seed):
     rows = rng.normal(size=(int(rng.integers(1, 7)), k))
     rows = np.concatenate([rows, rows[:1], rows[:1] + rows[-1:]])
     mass, before = root @ root.T, rng.normal(size=k)
-    after, doubt = projection.nearest_admissible(mass, rows, before)
+    after, doubt = impacts.nearest_admissible(mass, rows, before)
     assert doubt < 1e-13
     lower = np.linalg.cholesky(mass)
     cone = np.linalg.solve(lower, rows.T)

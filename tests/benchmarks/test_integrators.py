@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics import dense, integrators, restarts
-from magfold_env.benchmarks.dynamics.integrators import (
+from magfold_env.benchmarks.dynamics import dense, restarts
+from magfold_env.laws import smooth_motion
+from magfold_env.laws.smooth_motion import (
     ADAMS,
     DOP853,
     DP54,
@@ -15,14 +16,12 @@ from magfold_env.benchmarks.dynamics.integrators import (
     MIDPOINT,
     VERLET,
     Integrator,
-    Unreached,
-    prepare_engine,
-)
-from magfold_env.benchmarks.dynamics.smooth_problems import (
     SmoothProblem,
+    Unreached,
     magnetic_chain,
     overlap,
     pendulum,
+    prepare_engine,
 )
 from magfold_env.simulation.simulate import accelerations, forces
 
@@ -44,8 +43,8 @@ def interpreted(method: Integrator) -> Integrator:
 def pairs(request):
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "interpreted":
-            plain = getattr(integrators.runge_kutta, "py_func", integrators.runge_kutta)
-            patch.setattr(integrators, "runge_kutta", plain)
+            plain = getattr(smooth_motion.runge_kutta, "py_func", smooth_motion.runge_kutta)
+            patch.setattr(smooth_motion, "runge_kutta", plain)
         yield
 
 

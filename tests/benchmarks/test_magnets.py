@@ -17,9 +17,7 @@ from magfold_env.benchmarks.magnets import (
     figures,
     fold,
     peers,
-    points,
     poses,
-    reference,
     scaling,
 )
 from magfold_env.benchmarks.magnets.casings import Sums, sample_of
@@ -27,7 +25,8 @@ from magfold_env.benchmarks.magnets.chains import Chain, joint_torques, pinned_s
 from magfold_env.benchmarks.magnets.kernels import Loads
 from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB, installed
 from magfold_env.cli import app
-from magfold_env.reporting import drawing
+from magfold_env.laws import exact_magnets
+from magfold_env.reporting import plotting
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
 from tests.benchmarks.magnet_pairs import SIDE, alike
@@ -40,7 +39,7 @@ def silent(share, what):
 def test_errors_are_of_forces_and_of_torques_over_the_side():
     scene, pose = alike(1)
     sample = sample_of([scene], [pose])
-    unit = reference.flush_force(scene)
+    unit = exact_magnets.flush_force(scene)
     exact = Loads(sample.force[..., 0], sample.force[..., 1], sample.torque)
     assert sample.errors(exact) == pytest.approx([0.0])
     second = np.array([[0.0, unit]])
@@ -80,25 +79,25 @@ def test_a_chain_turns_its_joints_as_the_reference_says():
     scene = poses.random_scene(rng, 5).replace(magnets={"accuracy": 1e-4})
     headings = poses.random_shape(rng, 5, SIDE)
     states = pinned_states([headings], SIDE)
-    force, torque = reference.forces(scene, centres(headings, SIDE), headings)
+    force, torque = exact_magnets.forces(scene, centres(headings, SIDE), headings)
     exact = joint_torques(Loads(force[None, :, 0], force[None, :, 1], torque[None]), states, SIDE)
     found = joint_torques(Chain(scene, states, once=True).loads(), states, SIDE)
-    bound = 1e-4 * reference.flush_force(scene) * SIDE
+    bound = 1e-4 * exact_magnets.flush_force(scene) * SIDE
     np.testing.assert_allclose(found, exact, rtol=0, atol=bound)
 
 
-FEW_GAPS = points.GAPS[::5]
+FEW_GAPS = exact_magnets.GAPS[::5]
 
 
 def test_point_charges_are_too_strong_near_and_right_far_away(monkeypatch):
-    monkeypatch.setattr(points, "GAPS", FEW_GAPS)
-    rows = points.force_rows()
-    near = [float(row["magnets / exact"]) for row in points.rows_at(rows, 0.001)]
-    far = [float(row["magnets / exact"]) for row in points.rows_at(rows, 0.03)]
+    monkeypatch.setattr(exact_magnets, "GAPS", FEW_GAPS)
+    rows = exact_magnets.force_rows()
+    near = [float(row["magnets / exact"]) for row in exact_magnets.rows_at(rows, 0.001)]
+    far = [float(row["magnets / exact"]) for row in exact_magnets.rows_at(rows, 0.03)]
     assert min(near) > 4
     np.testing.assert_allclose(far, 1.0, atol=0.06)
     # One charge a face: Coulomb's law by hand.
-    lone = next(row for row in points.rows_at(rows, 0.01) if row["h"] == 1)
+    lone = next(row for row in exact_magnets.rows_at(rows, 0.01) if row["h"] == 1)
     charge, t = Magnets().charge, 0.0025
     by_hand = 1e-7 * charge**2 * (1 / 0.01**2 - 2 / (0.01 + t) ** 2 + 1 / (0.01 + 2 * t) ** 2)
     found = float(lone["magnets / exact"]) * float(lone["exact [N]"])
@@ -186,14 +185,14 @@ def test_features_act_on_the_chains_that_are_timed(name):
     force, torque = (
         one + other
         for one, other in zip(
-            reference.forces(scene, places, headings),
-            reference.field_forces(scene, places, headings),
+            exact_magnets.forces(scene, places, headings),
+            exact_magnets.field_forces(scene, places, headings),
             strict=True,
         )
     )
     exact = joint_torques(Loads(force[None, :, 0], force[None, :, 1], torque[None]), states, SIDE)
     found = joint_torques(Chain(scene, states, once=True).loads(), states, SIDE)
-    bound = 1e-4 * reference.flush_force(scene) * SIDE
+    bound = 1e-4 * exact_magnets.flush_force(scene) * SIDE
     np.testing.assert_allclose(found, exact, rtol=0, atol=2 * bound)
 
 
@@ -251,7 +250,7 @@ def measured(request, tmp_path_factory):
             patch.setattr(accuracy.Effort, "of", lambda quick: LITTLE)
             patch.setattr(far.Effort, "of", lambda quick: far.Effort((30,), 1, (1e-3,), (4.0,), 1))
             patch.setattr(fold.Effort, "of", lambda quick: fold.Effort((3,), 2, 1))
-            patch.setattr(points, "GAPS", FEW_GAPS)
+            patch.setattr(exact_magnets, "GAPS", FEW_GAPS)
         yield measure
 
 
@@ -274,7 +273,7 @@ def test_bounds_hold_in_the_quick_measurement(measured):
 
 
 def test_parts_without_rows_have_no_diagram(tmp_path):
-    assert drawing.draw(peers.Part("peers", []), figures.DRAWINGS, tmp_path) == []
+    assert plotting.draw(peers.Measurement("peers", []), figures.DRAWINGS, tmp_path) == []
 
 
 def test_unknown_parts_are_told():

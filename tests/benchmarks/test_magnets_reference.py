@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from magfold_env.benchmarks.dynamics import dense
-from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.casings import sample_of
 from magfold_env.benchmarks.magnets.magpylib_peer import Peer, installed
+from magfold_env.laws import exact_magnets
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres
 from tests.benchmarks.magnet_pairs import SIDE, alike, unequal
@@ -20,7 +20,9 @@ of_equal_and_unequal_faces = pytest.mark.parametrize("pair", [alike, unequal])
 def test_two_parallel_faces_meet_the_closed_form(aside, gap):
     size = np.array([[0.006, 0.005]])
     offset = np.array([[aside, gap]])
-    pull, _ = reference.rectangle_pull(offset, np.zeros(1), size, size, *reference.RULES[0][1:])
+    pull, _ = exact_magnets.rectangle_pull(
+        offset, np.zeros(1), size, size, *exact_magnets.RULES[0][1:]
+    )
     closed = engine_reference.akoun_yonnet(offset[0], *size[0])
     np.testing.assert_allclose(pull[0], closed, rtol=0, atol=1e-10 * np.abs(closed).max())
 
@@ -29,11 +31,11 @@ def test_two_parallel_faces_meet_the_closed_form(aside, gap):
 @pytest.mark.parametrize("seed", range(12))
 def test_more_nodes_do_not_change_the_reference(pair, seed, monkeypatch):
     scene, pose = pair(seed)
-    before = reference.forces(scene, *pose)
-    finer = tuple((start, 2 * m, 2 * k) for start, m, k in reference.RULES)
-    monkeypatch.setattr(reference, "RULES", finer)
-    after = reference.forces(scene, *pose)
-    unit = reference.flush_force(scene)
+    before = exact_magnets.forces(scene, *pose)
+    finer = tuple((start, 2 * m, 2 * k) for start, m, k in exact_magnets.RULES)
+    monkeypatch.setattr(exact_magnets, "RULES", finer)
+    after = exact_magnets.forces(scene, *pose)
+    unit = exact_magnets.flush_force(scene)
     np.testing.assert_allclose(before[0], after[0], rtol=0, atol=1e-9 * unit)
     np.testing.assert_allclose(before[1], after[1], rtol=0, atol=1e-9 * unit * SIDE)
 
@@ -42,9 +44,9 @@ def test_more_nodes_do_not_change_the_reference(pair, seed, monkeypatch):
 @pytest.mark.parametrize("seed", range(6))
 def test_the_reference_is_what_many_strips_converge_to(pair, seed):
     scene, (places, headings) = pair(seed)
-    force, torque = reference.forces(scene, places, headings)
+    force, torque = exact_magnets.forces(scene, places, headings)
     summed, turning, _ = engine_reference.magnet_forces(places, headings, scene, 60)
-    bound = 1e-9 * reference.flush_force(scene)
+    bound = 1e-9 * exact_magnets.flush_force(scene)
     np.testing.assert_allclose(force, summed, rtol=0, atol=bound)
     np.testing.assert_allclose(torque, turning, rtol=0, atol=bound * SIDE)
 
@@ -66,7 +68,7 @@ def test_two_unequal_faces_meet_a_sum_over_point_charges():
     """Both rectangles as Gauss nodes in both directions: Coulomb's law and nothing else."""
     size, source = np.array([[0.004, 0.007]]), np.array([[0.006, 0.003]])
     offset, turn = np.array([[0.001, 0.003]]), np.array([0.4])
-    pull, moment = reference.rectangle_pull(offset, turn, size, source, 40, 20)
+    pull, moment = exact_magnets.rectangle_pull(offset, turn, size, source, 40, 20)
 
     def charges(size, centre, angle):
         node, weight = np.polynomial.legendre.leggauss(40)
@@ -96,7 +98,9 @@ def test_the_dense_equations_sum_over_the_same_unequal_strips(seed):
 
 def test_the_flush_force_is_the_strongest_faces():
     def flush(**changes):
-        return reference.flush_force(Scene(sequence=("NNNN", "SSSS"), magnets=Magnets(**changes)))
+        return exact_magnets.flush_force(
+            Scene(sequence=("NNNN", "SSSS"), magnets=Magnets(**changes))
+        )
 
     unit = flush()
     assert flush(remanence=(0.6, 0.6, 1.2, 0.6)) == pytest.approx(4 * unit)
@@ -106,19 +110,19 @@ def test_the_flush_force_is_the_strongest_faces():
     assert flush(**deep) == pytest.approx(unit)
     assert flush(inset=0.001, thickness=0.002) < 0.9 * unit
     scene, _ = unequal(4)
-    assert reference.flush_force(scene) == pytest.approx(engine_reference.flush_force(scene))
+    assert exact_magnets.flush_force(scene) == pytest.approx(engine_reference.flush_force(scene))
 
 
 def test_empty_faces_are_not_there():
     scene, pose = unequal(3)
     none = scene.replace(sequence=("----", "NSNS"))
-    force, torque = reference.forces(none, *pose)
+    force, torque = exact_magnets.forces(none, *pose)
     assert not force.any()
     assert not torque.any()
     # Letter by letter: forces are bilinear in the charges of two components.
-    whole = reference.forces(scene.replace(sequence=("NS--", "SSNS")), *pose)
+    whole = exact_magnets.forces(scene.replace(sequence=("NS--", "SSNS")), *pose)
     parts = [
-        reference.forces(scene.replace(sequence=(faces, "SSNS")), *pose)
+        exact_magnets.forces(scene.replace(sequence=(faces, "SSNS")), *pose)
         for faces in ("N---", "-S--")
     ]
     for k in range(2):

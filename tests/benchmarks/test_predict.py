@@ -8,9 +8,10 @@ import pytest
 from typer.testing import CliRunner
 
 import magfold_env as mf
-from magfold_env.benchmarks.predict import experiment, predictors, scaling, scenes
+from magfold_env.benchmarks.predict import predictors, scaling
 from magfold_env.benchmarks.predict.predictors import DYNAMICS, Case
 from magfold_env.cli import app
+from magfold_env.laws import experiment
 
 
 def _silent(share: float, what: str) -> None:
@@ -27,7 +28,7 @@ def test_the_experiment_is_written_and_drawn(
     assert result.exit_code == 0, result.output
     rows = json.loads((tmp_path / "predict.json").read_text())["parts"]["experiment"]["rows"]
     cases = {(row["sequence"], row["mode"]) for row in rows}
-    assert cases == {(k, mode) for k in scenes.SEQUENCES for mode in scenes.MODES}
+    assert cases == {(k, mode) for k in experiment.SEQUENCES for mode in experiment.MODES}
     for case in cases:
         shares = [r["probability"] for r in rows if (r["sequence"], r["mode"]) == case]
         assert sum(shares) == pytest.approx(1.0)
@@ -38,19 +39,19 @@ def test_the_experiment_is_written_and_drawn(
 
 
 def test_releases_by_hand_vary_in_all_that_is_stated() -> None:
-    for mode in scenes.MODES:
-        scene = scenes.paper_scene(2, mode)
-        assert scene.spreads == scenes.SPREADS
-        assert scene.start_angle_spread == scenes.ANGLE
+    for mode in experiment.MODES:
+        scene = experiment.paper_scene(2, mode)
+        assert scene.spreads == experiment.SPREADS
+        assert scene.start_angle_spread == experiment.ANGLE
         assert scene.sequence == mf.load_scene("paper/sequence-2").sequence
         assert scene.mount == ("free" if mode == "free" else "tube")
-    assert [s.sequence for s in scenes.random_scenes(3, "free")] == [
-        s.sequence for s in scenes.random_scenes(3, "backward")
+    assert [s.sequence for s in experiment.random_scenes(3, "free")] == [
+        s.sequence for s in experiment.random_scenes(3, "backward")
     ]
 
 
 def test_a_case_holds_what_the_ensemble_and_the_minimiser_say() -> None:
-    scene = scenes.paper_scene(3, "free")
+    scene = experiment.paper_scene(3, "free")
     case = predictors.judge("paper", "free", scene, 6)
     made = mf.ensemble(scene, 6)
     assert case.words == made.most_frequent()

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from magfold_env.benchmarks.runner import Benchmark, Description
 from magfold_env.benchmarks.suite import command, plan
 from magfold_env.benchmarks.suite.done import Done
 from magfold_env.benchmarks.suite.page import tone
@@ -17,14 +18,12 @@ from magfold_env.benchmarks.suite.plan import LEFT_OUT, Entry
 from magfold_env.checkpoint import CheckpointError
 from magfold_env.cli.bench import BENCHMARKS
 from magfold_env.reporting import machine
-from magfold_env.reporting.about import About
-from magfold_env.reporting.part import Part, Progress, Table
-from magfold_env.reporting.runner import Benchmark
+from magfold_env.reporting.tables import Measurement, Progress, Table
 from magfold_env.reporting.timing import Spread
 
 pytest.importorskip("matplotlib.figure")
 
-ABOUT = About("A <title>", "what", "how so", "meaning", "missing things")
+ABOUT = Description("A <title>", "what", "how so", "meaning", "missing things")
 
 
 class Measured:
@@ -39,14 +38,16 @@ class Measured:
         monkeypatch.setattr(command, "entries", lambda *_: entries)
         monkeypatch.setattr(command, "measure_pace", lambda: Spread(2e-3, 1e-3, 3e-3))
 
-    def _part(self, name: str) -> Callable[[bool, Progress], Part]:
-        def run(quick: bool, progress: Progress) -> Part:
+    def _part(self, name: str) -> Callable[[bool, Progress], Measurement]:
+        def run(quick: bool, progress: Progress) -> Measurement:
             progress(0.5, "half")
             self.asked.append(name)
             if name == "two" and self.broken is not None:
                 raise self.broken
             rows = [{"z": "x", "error": math.nan, "a": 3}]
-            return Part(name, rows, [Table(f"table {name}", rows)], ["it is asked for: FAILS"])
+            return Measurement(
+                name, rows, [Table(f"table {name}", rows)], ["it is asked for: FAILS"]
+            )
 
         return run
 
@@ -119,7 +120,7 @@ def test_a_part_that_breaks_loses_no_other(
 
 def test_a_part_is_kept_as_it_is() -> None:
     rows = [{"z": "x", "error": math.inf, "a": 3, "b": 2.0}, {"z": "y", "error": 0.5}]
-    part = Part("name", rows, [Table("table", rows[:1])], ["found"])
+    part = Measurement("name", rows, [Table("table", rows[:1])], ["found"])
     done = Done("bench name", part, 1.5, (0.1, 0.2))
     text = json.dumps(done.to_json(), sort_keys=True, allow_nan=False)
     back = Done.from_json(json.loads(text))
@@ -150,6 +151,6 @@ def test_the_plan_has_every_part_and_says_something_about_each() -> None:
     assert [name for name in names if name not in LEFT_OUT] == [each.name for each in quick]
     assert set(LEFT_OUT) <= set(names)
     for each in full:
-        for field in fields(About):
+        for field in fields(Description):
             assert len(getattr(each.about, field.name)) > 10, (each.name, field.name)
         assert set(each.benchmark.about) == set(each.benchmark.parts)

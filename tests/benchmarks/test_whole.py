@@ -10,7 +10,7 @@ from magfold_env.benchmarks.whole.figures import DRAWINGS
 from magfold_env.benchmarks.whole.front import fastest, front, without_luck
 from magfold_env.benchmarks.whole.settings import Setting, settings_of
 from magfold_env.benchmarks.whole.work_precision import BEHIND, END, WAY, Effort
-from magfold_env.reporting import drawing
+from magfold_env.reporting import plotting
 from magfold_env.scene import Magnets, Scene, Solver
 from magfold_env.simulation.session import Session
 
@@ -156,7 +156,7 @@ def test_work_precision_has_every_setting_and_its_front(
     assert said.count("the default takes at most") == 3
     assert said.count("set aside") == 2
     assert said.count("the paper's solver") == 1
-    assert [path.name for path in drawing.draw(part, DRAWINGS, tmp_path)] == ["work-precision.png"]
+    assert [path.name for path in plotting.draw(part, DRAWINGS, tmp_path)] == ["work-precision.png"]
 
 
 @pytest.mark.slow
@@ -169,7 +169,7 @@ def test_skipping_has_a_row_a_variant_and_the_floor(tmp_path) -> None:
     assert floors["over the floor"] == 1.0
     assert float(bare["over the floor"]) > 1.0
     assert "1.1 is asked for" in part.findings[0]
-    assert drawing.draw(part, DRAWINGS, tmp_path)
+    assert plotting.draw(part, DRAWINGS, tmp_path)
 
 
 def test_no_accuracy_is_chosen_where_there_is_none() -> None:

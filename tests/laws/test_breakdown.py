@@ -2,7 +2,7 @@
 
 import pytest
 
-from magfold_env.laws.breakdown import ending, hopeless_scenes
+from magfold_env.laws.outcomes import ending, hopeless_scenes
 
 pytestmark = pytest.mark.laws
 

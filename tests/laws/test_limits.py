@@ -3,9 +3,8 @@
 import pytest
 
 from magfold_env.laws import limits
-from magfold_env.laws.free_motion import momentum_errors, reversal_error
+from magfold_env.laws.free_motion import creep, momentum_errors, reversal_error
 from magfold_env.laws.impacts import impact_error
-from magfold_env.laws.rest import creep
 
 pytestmark = pytest.mark.laws
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics.chain_contenders import DENSE, SCALAR
-from magfold_env.benchmarks.dynamics.integrators import EULER, VERLET
+from magfold_env.laws.pinned_chain import DENSE, SCALAR
+from magfold_env.laws.smooth_motion import EULER, VERLET
 from magfold_env.paper import (
     figure_11,
     figure_12,
@@ -18,7 +18,7 @@ from magfold_env.paper import (
 )
 from magfold_env.paper.reproduction import Measured
 from magfold_env.reporting.page import PNG_START
-from magfold_env.reporting.part import Row
+from magfold_env.reporting.tables import Row
 from tests.paper.measured import changed, outcomes
 
 CASES = (motions.HALF, motions.WHOLE)

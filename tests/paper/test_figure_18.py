@@ -5,8 +5,8 @@ import pytest
 
 from magfold_env.paper import figure_18
 from magfold_env.paper.reproduction import Measured
-from magfold_env.reporting.part import Row
 from magfold_env.reporting.statistics import share
+from magfold_env.reporting.tables import Row
 from magfold_env.shapes import centres, headings, mirror, reverse, word_to_angles
 from tests.paper.measured import outcomes
 

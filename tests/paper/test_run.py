@@ -13,7 +13,7 @@ from magfold_env.paper.page import Done, overview, page
 from magfold_env.paper.parts import PARTS
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction
 from magfold_env.reporting.page import render
-from magfold_env.reporting.part import Progress, Table
+from magfold_env.reporting.tables import Progress, Table
 
 
 def nothing(share: float, what: str) -> None:

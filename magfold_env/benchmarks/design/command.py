@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from magfold_env.benchmarks import runner
 from magfold_env.benchmarks.design import friction, lengths, searches, targets
 from magfold_env.benchmarks.design.about import ABOUT
-from magfold_env.reporting import runner
-from magfold_env.reporting.runner import Runner
+from magfold_env.benchmarks.runner import Runner
 
 PARTS: dict[str, Runner] = {
     "targets": targets.run,

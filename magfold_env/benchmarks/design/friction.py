@@ -9,7 +9,7 @@ import numpy as np
 from magfold_env.designer.annealing import anneal_sequence
 from magfold_env.designer.choice import Choice
 from magfold_env.ensembles import ensemble, release
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import load_scene
 from magfold_env.shapes import folded_words
 
@@ -19,7 +19,7 @@ SPEED = 0.2  # [m/s]
 WORDS, RUNS = 8, 6
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Feed designs forward over floors of different friction; a design is made without a floor."""
     lengths = QUICK_LENGTHS if quick else LENGTHS
     scene = load_scene("design-long")
@@ -54,4 +54,4 @@ def run(quick: bool, progress: Progress) -> Part:
         for n in lengths
     ]
     title = f"successes of {WORDS} targets × {RUNS} releases, fed forward at {SPEED} m/s"
-    return Part("friction", rows, [Table(title, table)])
+    return Measurement("friction", rows, [Table(title, table)])

@@ -12,7 +12,7 @@ from magfold_env.designer import design
 from magfold_env.designer.make_suites import suite_words
 from magfold_env.designer.task import default_scene
 from magfold_env.minimiser.result import Mode
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import load_scene
 
 COUNTS = {8: 15, 10: 15, 12: 50, 16: 9}
@@ -22,7 +22,7 @@ WANTED = 0.9
 LIMIT = 60.0  # [s] a target of twelve components
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Design for targets of the suites, the modes in turn, with one worker."""
     counts = QUICK if quick else COUNTS
     total = sum(counts.values())
@@ -61,7 +61,7 @@ def run(quick: bool, progress: Progress) -> Part:
             f"{solved} of {len(mine)} targets of 12 components solved within {LIMIT:.0f} s of one "
             f"core each (success at least {WANTED:.0%} of {RUNS} releases of their own)"
         )
-    return Part("lengths", rows, [Table("targets of the suites", table)], findings)
+    return Measurement("lengths", rows, [Table("targets of the suites", table)], findings)
 
 
 def _summary(n: int, rows: list[Row]) -> Row:

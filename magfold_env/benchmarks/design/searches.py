@@ -10,7 +10,7 @@ import numpy as np
 
 from magfold_env.benchmarks.design.judged import judged
 from magfold_env.designer import Design, design
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import load_scene
 from magfold_env.shapes import folded_words
 
@@ -28,7 +28,7 @@ _CASES: tuple[tuple[str, str], ...] = (
 )
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Let every search design for the same targets of six components, fed forward."""
     scene = load_scene("design")
     words = folded_words(scene.n)[:: 26 // WORDS][: QUICK_WORDS if quick else WORDS]
@@ -48,7 +48,7 @@ def run(quick: bool, progress: Progress) -> Part:
             if search == "exhaustive" and found.bound is not None:
                 bounds[objective, word] = found.bound
             rows.append(_row(found, word, rate, bounds.get((objective, word)), taken))
-    return Part("searches", rows, [Table("searches, medians over targets", _table(rows))])
+    return Measurement("searches", rows, [Table("searches, medians over targets", _table(rows))])
 
 
 def _row(found: Design, word: str, score: float | None, bound: float | None, taken: float) -> Row:

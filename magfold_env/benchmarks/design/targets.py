@@ -10,8 +10,8 @@ from magfold_env.designer.choice import Choice
 from magfold_env.designer.task import SPEEDS
 from magfold_env.ensembles import ensemble, release
 from magfold_env.minimiser.result import Mode
-from magfold_env.reporting.part import Part, Progress, Row, Table
 from magfold_env.reporting.statistics import Share
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import folded_words
 
@@ -22,7 +22,7 @@ SELECTION = 16
 WANTED = 0.9
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Design for each target, and count successes on releases that no search has seen."""
     scene = load_scene("design")
     if quick:
@@ -45,7 +45,9 @@ def run(quick: bool, progress: Progress) -> Part:
                 f"{mode}: minimiser": f"{row['minimiser']}",
             }
         table.append(cells)
-    return Part("targets", rows, [Table(f"successes of {runs} releases", table)], _findings(rows))
+    return Measurement(
+        "targets", rows, [Table(f"successes of {runs} releases", table)], _findings(rows)
+    )
 
 
 def minimisers_choice(

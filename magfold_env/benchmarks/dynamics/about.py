@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from magfold_env.reporting.about import About
+from magfold_env.benchmarks.runner import Description
 
 ABOUT = {
-    "scaling": About(
+    "scaling": Description(
         "How the cost of a chain grows with its length",
         "The time that it takes to find the accelerations of a pinned chain of 1 to 10,000 "
         "components from its angles and their rates: the equations of motion, without magnets.",
@@ -19,7 +19,7 @@ ABOUT = {
         "Python; what a call costs is taken off. MuJoCo's step does more than find "
         "accelerations.",
     ),
-    "smooth": About(
+    "smooth": Description(
         "Motion without contact: error against run time",
         "How far integrators are off, and how long they take, on three motions in which nothing "
         "touches: pendula of three and six links, and a magnetic chain until just before it "
@@ -32,7 +32,7 @@ ABOUT = {
         "paper's scheme would cost for the same error.",
         "Impacts and friction, where the choice of an integrator is decided: see the next parts.",
     ),
-    "restarts": About(
+    "restarts": Description(
         "What starting afresh costs an integrator",
         "The evaluations of the accelerations that integrators need for a given error if the "
         "motion is cut into 1, 4 and 16 arcs, each begun without knowledge of the one before.",
@@ -41,7 +41,7 @@ ABOUT = {
         "arc lose on many short ones: why the engine uses a pair of order five.",
         "How well the methods find the impact itself.",
     ),
-    "contact": About(
+    "contact": Description(
         "Folds with contact: error against run time",
         "How far whole folds of the paper's sequences are off at several tolerances, on their "
         "way and at the end, and how long they take.",
@@ -53,7 +53,7 @@ ABOUT = {
         "Whether the reference is right: it shares the engine's model of impacts and friction. A "
         "second simulator in the tests (pytest -m slow tests/laws) shares nothing with it.",
     ),
-    "folds": About(
+    "folds": Description(
         "What a whole fold costs",
         "The time and the evaluations of a fold of six components from release to rest, free "
         "with and without friction and fed out of a tube, at several tolerances.",
@@ -62,7 +62,7 @@ ABOUT = {
         "The price of one fold on one core, at the default and at the loosest tolerance that does.",
         "Chains that misfold, and longer ones; preparing a scene, which is not timed.",
     ),
-    "features": About(
+    "features": Description(
         "What each feature of a scene costs",
         "Time a run and time an evaluation as features are switched on, from a bare chain to a "
         "chain with magnets, contact and friction that is fed from a tube.",
@@ -71,7 +71,7 @@ ABOUT = {
         "Where the time of a simulation goes.",
         "Features switched off, beside a bare pendulum: see the part skipping.",
     ),
-    "first-use": About(
+    "first-use": Description(
         "What the first use costs",
         "Processor time until a first fold is done in a new process: with nothing compiled, and "
         "with the kernels on disk.",

@@ -11,14 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics.integrators import (
+from magfold_env.engine.state import Array
+from magfold_env.laws.smooth_motion import (
     EULER,
+    PARTS,
     Integrator,
     Run,
+    SmoothProblem,
     prepare_engine,
 )
-from magfold_env.benchmarks.dynamics.smooth_problems import PARTS, SmoothProblem
-from magfold_env.engine.state import Array
 from magfold_env.reporting.timing import take_turns
 
 ENGINE = "engine"

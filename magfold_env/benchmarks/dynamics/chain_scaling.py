@@ -1,124 +1,28 @@
-"""How the cost of a chain's accelerations grows with its length, beside the peers in the same run.
-
-All contenders find the accelerations of the same pinned chain under gravity and motors in its
-hinges. They must agree before they are timed, and they take turns, so that a ratio compares
-neighbours in time. Pinocchio is called from Python: what a call costs at n = 1, where there is
-next to nothing to compute, is taken off its times at all other lengths; there it has a row of its
-own.
-"""
+"""How the cost of a chain's accelerations grows with its length beside the peers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from magfold_env.benchmarks.dynamics.chain_contenders import (
-    BUILDS,
-    LANES,
-    LONGEST,
-    MUJOCO,
-    PINOCCHIO,
-    SCALAR,
-    Contender,
-    missing,
-)
-from magfold_env.benchmarks.dynamics.chain_problem import random_problem
-from magfold_env.engine.state import Array
-from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
-from magfold_env.reporting.timing import Spread, Task, spread_of, take_turns
+from magfold_env.laws.pinned_chain import LANES, LONG, MUJOCO, PINOCCHIO, SCALAR, measure, missing
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
+from magfold_env.reporting.timing import Spread
 
 NAME = "scaling"
-LENGTHS = (1, 2, 6, 20, 60, 200, 450, 1000, 3000, 10_000)
-QUICK_LENGTHS = (1, 6, 60, 450)
 # At these lengths: how many times faster than Pinocchio one chain must be.
 PINOCCHIO_FACTORS = {6: 6.0, 60: 12.0, 450: 12.0}
 LANES_AT, LANES_FACTOR = 6, 8.0
-LONG, STEEPEST = 60, 1.1
-AGREE = 1e-9  # of the largest acceleration, up to `LONG` components
-OVERHEAD = "a call of Pinocchio"
+STEEPEST = 1.1
 
 
-def run(quick: bool, progress: Progress) -> Part:
-    """Measure every contender at every length.
+def run(quick: bool, progress: Progress) -> Measurement:
+    """Measure every contender at every length, as `pinned_chain.measure` does.
 
-    Parameters
-    ----------
-    quick
-        Fewer lengths and rounds.
-    progress
-        Is told the finished share and what is going on.
-
-    Returns
-    -------
-    Part
-        A row a contender and length; peers that are not installed have none, and a finding says
-        that they are absent.
-
-    Raises
-    ------
-    ArithmeticError
-        If two contenders disagree about the accelerations.
+    Peers that are not installed have no rows, and a finding says that they are absent.
     """
-    lengths, rounds = (QUICK_LENGTHS, 5) if quick else (LENGTHS, 15)
-    absent = missing()
-    rows: list[Row] = []
-    for k, n in enumerate(lengths):
-        tick = begin_case(progress, k, len(lengths), f"n = {n}")
-        rows += _measure(n, rounds, absent, tick)
-    return Part(NAME, rows, _tables(rows), [*_findings(rows), *(f"{a} is absent" for a in absent)])
-
-
-def _measure(n: int, rounds: int, absent: list[str], tick: Tick) -> list[Row]:
-    """Rows of all contenders that can do n components."""
-    names = [name for name in BUILDS if name not in absent and n <= LONGEST.get(name, n)]
-    problem = random_problem(n)
-    contenders = {name: BUILDS[name](problem) for name in names}
-    apart = _differences(n, contenders)
-    timed = dict(contenders)
-    if PINOCCHIO in names:
-        timed[OVERHEAD] = BUILDS[PINOCCHIO](random_problem(1))
-    tasks: dict[str, Task] = {name: _task(each) for name, each in timed.items()}
-    timings = take_turns(tasks, rounds, tick=tick)
-    taken = {name: t.samples / timed[name].evaluations for name, t in timings.items()}
-    if PINOCCHIO in names and n > 1:
-        taken[PINOCCHIO] = taken[PINOCCHIO] - taken[OVERHEAD]
-    shown = {PINOCCHIO: OVERHEAD} if n == 1 else {}
-    return [
-        _row(shown.get(name, name), n, taken[name], taken[SCALAR], apart[name]) for name in names
-    ]
-
-
-def _task(contender: Contender) -> Task:
-    return lambda: contender.work
-
-
-def _differences(n: int, contenders: Mapping[str, Contender]) -> dict[str, float]:
-    """Largest differences from the scalar kernel, as shares of the largest acceleration."""
-    expected = contenders[SCALAR].accelerations
-    scale = float(np.abs(expected).max())
-    # Mass matrices, which some contenders form, grow ill-conditioned with the length.
-    bound = AGREE * max(1.0, n / LONG) ** 2
-    apart: dict[str, float] = {}
-    for name, contender in contenders.items():
-        apart[name] = float(np.abs(contender.accelerations - expected).max()) / scale
-        if not apart[name] <= bound:
-            msg = f"n = {n}: {name} and {SCALAR} differ by {apart[name]:.1e}"
-            raise ArithmeticError(msg)
-    return apart
-
-
-def _row(name: str, n: int, samples: Array, ours: Array, apart: float) -> Row:
-    spread, ratio = spread_of(1e6 * samples), spread_of(samples / ours)
-    return {
-        "contender": name,
-        "n": n,
-        **spread.time_cells("µs"),
-        "times one chain's": ratio.median,
-        "lower quartile": ratio.low,
-        "upper quartile": ratio.high,
-        "difference": apart,
-    }
+    rows = measure(quick, progress)
+    absent = [f"{name} is absent" for name in missing()]
+    return Measurement(NAME, rows, _tables(rows), [*_findings(rows), *absent])
 
 
 def slope(rows: list[Row], name: str) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from magfold_env.benchmarks import runner
 from magfold_env.benchmarks.dynamics import (
     chain_scaling,
     contact_scenes,
@@ -16,9 +17,8 @@ from magfold_env.benchmarks.dynamics import (
     smooth,
 )
 from magfold_env.benchmarks.dynamics.about import ABOUT
-from magfold_env.benchmarks.dynamics.runge_kutta import dop853
-from magfold_env.reporting import runner
-from magfold_env.reporting.runner import Runner
+from magfold_env.benchmarks.runner import Runner
+from magfold_env.laws.integrators import dop853
 
 PARTS: dict[str, Runner] = {
     "scaling": chain_scaling.run,

@@ -20,7 +20,7 @@ from magfold_env.benchmarks.dynamics.features import finish
 from magfold_env.benchmarks.dynamics.moreau_only import moreau_only
 from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import take_turns
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.session import Session
@@ -60,10 +60,10 @@ class Effort:
         return self.tolerances + (self.tighter if method == MOREAU else ())
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure all contact scenes."""
     effort = Effort.of(quick)
-    part = Part("contact", [])
+    part = Measurement("contact", [])
     scenes = contact_scenes(effort)
     for k, (name, kind, scene) in enumerate(scenes):
         progress(k / len(scenes), name)

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics.fixed_step import double_euler
 from magfold_env.engine.state import Array
 from magfold_env.engine.workspace import new_work
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.laws.integrators import double_euler
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import Task, take_turns
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import headings
@@ -56,7 +56,7 @@ FEATURES: dict[str, dict[str, Any]] = {
 }
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every row of `FEATURES`."""
     rounds = 3 if quick else 9
     scenes = {name: build(changes) for name, changes in FEATURES.items()}
@@ -110,7 +110,7 @@ def run(quick: bool, progress: Progress) -> Part:
         for row in rows
     ]
     title = f"Cost by feature, {SEQUENCE}, at most {DURATION} s simulated"
-    return Part("features", rows, [Table(title, shown)])
+    return Measurement("features", rows, [Table(title, shown)])
 
 
 def build(changes: dict[str, Any]) -> Scene:

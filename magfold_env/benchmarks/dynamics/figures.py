@@ -7,18 +7,17 @@ from typing import Any
 import numpy as np
 
 from magfold_env.benchmarks.dynamics.cases import ENGINE
-from magfold_env.benchmarks.dynamics.chain_figure import draw_scaling
 from magfold_env.benchmarks.dynamics.contact_scenes import METHODS, clear
-from magfold_env.reporting.drawing import (
+from magfold_env.laws import pinned_chain
+from magfold_env.reporting.plotting import (
     COLOURS,
     INK,
     MARKERS,
     Drawing,
-    figure_class,
     numbers,
     panels,
 )
-from magfold_env.reporting.part import Row
+from magfold_env.reporting.tables import Row
 
 
 def draw_smooth(rows: list[Row]) -> Any:
@@ -125,14 +124,8 @@ def draw_features(rows: list[Row]) -> Any:
     return figure
 
 
-def _draw_scaling(rows: list[Row]) -> Any:
-    figure = figure_class()(figsize=(8, 5), layout="constrained")
-    draw_scaling(rows, figure)
-    return figure
-
-
 DRAWINGS: dict[str, Drawing] = {
-    "scaling": _draw_scaling,
+    "scaling": pinned_chain.draw,
     "smooth": draw_smooth,
     "contact": draw_contact,
     "features": draw_features,

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 
 LIMITS = {"first use": 60.0, "later use": 3.0}  # [s]
 LATER = 5
@@ -20,7 +20,7 @@ _FOLD = (
 )
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Start Python, import the package and fold a chain out of its tube; first without a cache."""
     rows: list[Row] = []
     later = 1 if quick else LATER
@@ -36,7 +36,7 @@ def run(quick: bool, progress: Progress) -> Part:
         within = "within" if middle <= limit else "NOT within"
         verdict = f"{within} {limit:.0f} s"
         table.append({"process": kind, "processor time [s]": round(middle, 1), "wanted": verdict})
-    return Part("first-use", rows, [Table("one fold in a process of its own", table)])
+    return Measurement("first-use", rows, [Table("one fold in a process of its own", table)])
 
 
 def _timed(cache: str) -> Row:

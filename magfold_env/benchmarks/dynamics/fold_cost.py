@@ -16,7 +16,7 @@ import numpy as np
 from magfold_env.benchmarks.dynamics.features import finish
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.laws.random_scenes import designed_sequence
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import Task, take_turns
 from magfold_env.scene import Scene, Solver
 from magfold_env.simulation.session import Session
@@ -51,10 +51,10 @@ class Effort:
         return cls(40, 5, (1e-2, 3e-3, 1e-3, DEFAULT))
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every kind of fold at every tolerance."""
     effort = Effort.of(quick)
-    part = Part("folds", [])
+    part = Measurement("folds", [])
     for k, kind in enumerate(KINDS):
         progress(k / len(KINDS), kind)
         scenes = {f"{s}": scene_of(kind, s) for s in range(effort.sequences)}

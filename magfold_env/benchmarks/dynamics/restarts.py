@@ -9,18 +9,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics.integrators import ADAPTIVE, DOP853, Integrator
 from magfold_env.benchmarks.dynamics.smooth import EXACT
-from magfold_env.benchmarks.dynamics.smooth_problems import SmoothProblem, magnetic_chain
 from magfold_env.engine.state import Array
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.laws.smooth_motion import (
+    ADAPTIVE,
+    DOP853,
+    Integrator,
+    SmoothProblem,
+    magnetic_chain,
+)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 
 ARCS = (1, 4, 16)
 TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(4, 23))
 TARGETS = (1e-3, 1e-6, 1e-9)  # errors at which methods are compared [rad]
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Count the evaluations that each method needs, by the number of arcs."""
     problem = magnetic_chain()
     exact = DOP853.prepare(problem, EXACT)().angles
@@ -36,7 +41,7 @@ def run(quick: bool, progress: Progress) -> Part:
             shown.append(cells)
             rows.extend(mine)
     title = f"Evaluations for an error [rad], motion cut into arcs: {problem.name}"
-    return Part("restarts", rows, [Table(title, shown)])
+    return Measurement("restarts", rows, [Table(title, shown)])
 
 
 def in_arcs(

@@ -21,18 +21,16 @@ from magfold_env.benchmarks.dynamics.cases import (
     shares,
     task,
 )
-from magfold_env.benchmarks.dynamics.integrators import (
+from magfold_env.laws.smooth_motion import (
     ADAMS,
     ADAPTIVE,
     DOP853,
     FIXED,
-)
-from magfold_env.benchmarks.dynamics.smooth_problems import (
     SmoothProblem,
     magnetic_chain,
     pendulum,
 )
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import Spread, Timing, ratio, take_turns
 
 DEFAULT = 1e-3  # tolerance of a scene that names none [rad]
@@ -61,11 +59,11 @@ class Effort:
         return cls(0.02, 3) if quick else cls(0.25, 7)
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure all smooth problems."""
     effort = Effort.of(quick)
     problems = [pendulum(3), pendulum(6), magnetic_chain()]
-    part = Part("smooth", [])
+    part = Measurement("smooth", [])
     for k, problem in enumerate(problems):
 
         def tell(share: float, what: str, k: int = k, name: str = problem.name) -> None:
@@ -78,7 +76,7 @@ def run(quick: bool, progress: Progress) -> Part:
     return part
 
 
-def _measure(problem: SmoothProblem, effort: Effort, part: Part, tell: Progress) -> None:
+def _measure(problem: SmoothProblem, effort: Effort, part: Measurement, tell: Progress) -> None:
     tell(0.0, "reference")
     exact = [DOP853.prepare(problem, EXACT, share)().angles for share in shares()]
     second = ADAMS.prepare(problem, 1e-12)().angles

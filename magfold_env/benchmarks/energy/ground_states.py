@@ -8,7 +8,7 @@ import numpy as np
 
 from magfold_env.benchmarks.energy.scenes import random_scene
 from magfold_env.minimiser import ground_state
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import spread_of
 
 NAME = "ground-states"
@@ -18,7 +18,7 @@ BUDGETS = {20: 10.0, 24: 300.0}  # [s], for the median
 SEED = 4
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Time proofs, one core, couplings of the length known."""
     lengths = QUICK if quick else LENGTHS
     rng = np.random.default_rng(SEED)
@@ -56,4 +56,4 @@ def run(quick: bool, progress: Progress) -> Part:
         for row in rows
         if (n := int(row["components"])) in BUDGETS
     ]
-    return Part(NAME, rows, [Table("proofs of ground states", rows)], findings)
+    return Measurement(NAME, rows, [Table("proofs of ground states", rows)], findings)

@@ -9,7 +9,7 @@ import numpy as np
 from magfold_env.benchmarks.energy.scenes import random_scene
 from magfold_env.minimiser import descend, ground_state, minimise
 from magfold_env.minimiser.result import Mode
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings
 
@@ -19,7 +19,7 @@ SEED = 5
 FEEDS: tuple[Mode, ...] = ("forward", "backward")
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Compare feeds and descents with the proved ground states of random sequences."""
     count = 5 if quick else 60
     rng = np.random.default_rng(SEED)
@@ -37,7 +37,7 @@ def run(quick: bool, progress: Progress) -> Part:
             hits["descent"] += descend(scene, start).word == lowest
         rows.append({"components": n, **{name: hit / count for name, hit in hits.items()}})
     table = Table(f"share of {count} random sequences whose ground state is named", rows)
-    return Part(NAME, rows, [table])
+    return Measurement(NAME, rows, [table])
 
 
 def _fed(scene: Scene, mode: Mode) -> str | None:

@@ -7,7 +7,7 @@ import numpy as np
 from magfold_env.benchmarks.energy.scenes import random_scene, random_signs
 from magfold_env.engine.state import Array
 from magfold_env.minimiser import Landscape
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import Task, take_turns
 from magfold_env.shapes import folded_words
 
@@ -17,7 +17,7 @@ BUDGET = 3.0  # [s] for every sequence on all folded words
 SEED = 3
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Time the scans of six components."""
     rng = np.random.default_rng(SEED)
     scene = random_scene(rng, LENGTH)
@@ -53,7 +53,7 @@ def run(quick: bool, progress: Progress) -> Part:
     taken = timings["ground state of every sequence, folded words"].spread
     verdict = "within" if taken.median <= BUDGET else "NOT within"
     finding = f"every sequence of {LENGTH} on 26 words: {taken} s, {verdict} {BUDGET:.0f} s"
-    return Part(NAME, rows, [Table("exact energies of chains of six", rows)], [finding])
+    return Measurement(NAME, rows, [Table("exact energies of chains of six", rows)], [finding])
 
 
 def _energies(landscape: Landscape, signs: Array) -> Task:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from magfold_env.reporting.about import About
+from magfold_env.benchmarks.runner import Description
 
 ABOUT = {
-    "episodes": About(
+    "episodes": Description(
         "Whole episodes a second",
         "Episodes of the tube-feed environment that are simulated to their end in a second, for "
         "chains of several lengths.",
@@ -14,7 +14,7 @@ ABOUT = {
         "How much experience an agent can collect: training is made of such episodes.",
         "The agent itself; trained agents feed otherwise than at random.",
     ),
-    "quasistatic": About(
+    "quasistatic": Description(
         "Steps a second without dynamics",
         "Steps of the environment's fidelity by energy alone, on one core.",
         "Random actions, alone and in a vector, with and without a reward for similarity on the "
@@ -22,7 +22,7 @@ ABOUT = {
         "How fast a policy can be pretrained before dynamics are switched on.",
         "How much such pretraining helps: see docs/training.md.",
     ),
-    "overhead": About(
+    "overhead": Description(
         "What Python adds",
         "The time of a step of a vector environment that is not physics, by the number of "
         "environments.",
@@ -31,7 +31,7 @@ ABOUT = {
         "Whether the wrapping, rather than the physics, would be worth more work.",
         "What a learning library adds around it.",
     ),
-    "peers": About(
+    "peers": Description(
         "Beside other Gymnasium tasks",
         "Steps and episodes a second of this package's tasks and of well-known ones.",
         "One core, random actions, in turns. A step is not the same thing everywhere: it moves a "

@@ -27,7 +27,7 @@ from magfold_env.benchmarks.env.players import (
     vector,
 )
 from magfold_env.benchmarks.env.rates import rate_cells, verdict
-from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
 from magfold_env.reporting.timing import Task, ratio, take_turns
 
 NAME = "episodes"
@@ -73,10 +73,10 @@ class Effort:
         return cls((JUDGED,), 4, 2) if quick else cls(LENGTHS, ENVS, 7)
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every length."""
     effort = Effort.of(quick)
-    part = Part(NAME, [])
+    part = Measurement(NAME, [])
     cases = [(n, clock) for n in effort.lengths for clock in WAYS]
     for k, (n, clock) in enumerate(cases):
         tick = begin_case(progress, k, len(cases), f"n = {n}")

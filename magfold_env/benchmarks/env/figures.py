@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from magfold_env.benchmarks.env import episodes, overhead, peers, quasistatic
-from magfold_env.reporting.drawing import COLOURS, INK, MARKERS, Drawing, numbers, panels
-from magfold_env.reporting.part import Row
+from magfold_env.reporting.plotting import COLOURS, INK, MARKERS, Drawing, numbers, panels
+from magfold_env.reporting.tables import Row
 
 
 def _quartiles(rows: list[Row], what: str) -> Any:

@@ -19,7 +19,7 @@ from magfold_env.benchmarks.env.kernel_clock import KernelClock
 from magfold_env.benchmarks.env.players import TUBE_FEED, Vector, drawn_actions, step_vector, vector
 from magfold_env.engine.state import Array
 from magfold_env.envs.tasks.options import Fidelity
-from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
 from magfold_env.reporting.timing import Task, Timing, take_turns
 
 NAME = "overhead"
@@ -43,10 +43,10 @@ class Effort:
         return cls((1, 4), 3) if quick else cls(COUNTS, 9)
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure both fidelities at every number of environments."""
     effort = Effort.of(quick)
-    part = Part(NAME, [])
+    part = Measurement(NAME, [])
     fidelities: tuple[Fidelity, ...] = get_args(Fidelity)
     for k, fidelity in enumerate(fidelities):
         tick = begin_case(progress, k, len(fidelities), fidelity)

@@ -13,7 +13,7 @@ from typing import Any
 
 from magfold_env.benchmarks.env.players import TUBE_FEED, episode_length, single, stepping
 from magfold_env.benchmarks.env.rates import rate_cells
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import Task, take_turns
 
 NAME = "peers"
@@ -66,7 +66,7 @@ class Effort:
         return max(1, round(self.share * contender.steps / self.envs)) * self.envs
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every contender that is installed, alone and side by side."""
     effort = Effort.of(quick)
     there = [each for each in CONTENDERS if not each.needs_mujoco or installed()]
@@ -95,7 +95,7 @@ def run(quick: bool, progress: Progress) -> Part:
             "pip install 'magfold_env[peers]'"
         )
     title = f"Steps and episodes a second on one core, alone and {effort.envs} side by side"
-    return Part(NAME, rows, [Table(title, rows)], findings)
+    return Measurement(NAME, rows, [Table(title, rows)], findings)
 
 
 def installed() -> bool:

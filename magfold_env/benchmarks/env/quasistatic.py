@@ -7,7 +7,7 @@ from itertools import product
 
 from magfold_env.benchmarks.env.players import ENVS, TUBE_FEED, stepping
 from magfold_env.benchmarks.env.rates import rate_cells, verdict
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import Task, take_turns
 
 NAME = "quasistatic"
@@ -31,7 +31,7 @@ class Effort:
         return cls(10 * ENVS, 3) if quick else cls(100 * ENVS, 15)
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every form, with and without shaping."""
     effort = Effort.of(quick)
     ways = list(product(FORMS, SHAPINGS))
@@ -49,7 +49,7 @@ def run(quick: bool, progress: Progress) -> Part:
         for row in rows
     ]
     title = "Quasistatic tube-feed steps a second on one core, n = 6"
-    return Part(NAME, rows, [Table(title, rows)], findings)
+    return Measurement(NAME, rows, [Table(title, rows)], findings)
 
 
 def _task(form: str, shaping: str, steps: int) -> Task:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from magfold_env.reporting.part import Row
+from magfold_env.reporting.tables import Row
 from magfold_env.reporting.timing import Timing
 
 

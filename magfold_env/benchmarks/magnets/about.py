@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from magfold_env.reporting.about import About
+from magfold_env.benchmarks.runner import Description
 
 ABOUT = {
-    "accuracy": About(
+    "accuracy": Description(
         "Magnetic forces: error against run time",
         "The worst error of forces and torques on random pairs of casings, on chains of six and "
         "on chains of sixty, against the time that they take.",
@@ -15,7 +15,7 @@ ABOUT = {
         "Whether the bound that a scene sets, magnets.accuracy, is kept, and what it costs.",
         "Whether a real magnet is an evenly charged rectangle: near its edges it is not quite.",
     ),
-    "points": About(
+    "points": Description(
         "What point charges get wrong",
         "The force between two magnets over their distance, for the paper's rows of point "
         "charges, and how often they name another shape of lowest energy.",
@@ -23,7 +23,7 @@ ABOUT = {
         "How far results computed with the paper's model can be trusted near contact.",
         "Dynamics with point charges, which the part work-precision has.",
     ),
-    "far": About(
+    "far": Description(
         "Far magnets summed in groups",
         "What is saved, and what error is made, when far parts of the chain act on each other by "
         "multipoles instead of magnet by magnet.",
@@ -31,7 +31,7 @@ ABOUT = {
         "Whether the engine's choice is near the best for each error bound.",
         "Neighbours, which are looked up and not summed.",
     ),
-    "scaling": About(
+    "scaling": Description(
         "Magnetic forces of long chains",
         "The time that all magnetic forces take, for chains of 2 to 10,000 components.",
         "Unfolded chains, blocks with every joint a little off its stop, and blocks at their "
@@ -39,7 +39,7 @@ ABOUT = {
         "Whether magnets keep long chains from being simulated.",
         "Contact and friction of long chains, which are solved densely.",
     ),
-    "devices": About(
+    "devices": Description(
         "What features of real devices cost",
         "The time of magnetic forces with unequal magnets, empty faces, fields from outside and "
         "fixed magnets, over the time of the default chain.",
@@ -47,7 +47,7 @@ ABOUT = {
         "What a device does not have must not cost anything; what it has is priced here.",
         "Whole folds of such devices: the scene anchor in work-precision is one.",
     ),
-    "fold": About(
+    "fold": Description(
         "Magnets over a real fold",
         "The average time of the magnets' forces over the states that a fold passes through, and "
         "their worst error, at three accuracies.",
@@ -55,7 +55,7 @@ ABOUT = {
         "What a user pays for accuracy where it counts, in folds rather than in random states.",
         "Chains of other lengths than six.",
     ),
-    "peers": About(
+    "peers": Description(
         "Beside magpylib",
         "How much longer the library magpylib takes for the forces of the same chains, at an "
         "error no smaller.",

@@ -22,7 +22,7 @@ from magfold_env.benchmarks.magnets.poses import (
     unfolded,
 )
 from magfold_env.engine.state import Array
-from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
 from magfold_env.reporting.timing import Task, take_turns
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres
@@ -65,11 +65,11 @@ class Effort:
         )
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure all settings on pairs and on chains."""
     effort = Effort.of(quick)
     rng = np.random.default_rng(SEED)
-    part = Part(NAME, [])
+    part = Measurement(NAME, [])
     sets = {
         PAIRS: [draw_pair(rng) for _ in range(effort.pairs)],
         FOLDS: [draw_chain(rng) for _ in range(effort.folds)],

@@ -8,10 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.kernels import Loads, sum_forces
 from magfold_env.engine.state import Array, Pose
 from magfold_env.engine.workspace import new_nodes
+from magfold_env.laws import exact_magnets
 from magfold_env.reporting.timing import enough_repeats
 from magfold_env.scene import Magnets, Scene
 from magfold_env.simulation.pack import charges, quadrature_of
@@ -51,12 +51,12 @@ class Sample:
         """
         force = np.hypot(loads.fx - self.force[..., 0], loads.fy - self.force[..., 1])
         torque = np.abs(loads.torque - self.torque) / self.scenes[0].casing.side
-        return np.maximum(force, torque).max(axis=1) / reference.flush_force(self.scenes[0])
+        return np.maximum(force, torque).max(axis=1) / exact_magnets.flush_force(self.scenes[0])
 
 
 def sample_of(scenes: Sequence[Scene], poses: Sequence[tuple[Array, Array]]) -> Sample:
     """Find the exact forces of scenes in poses: centres (n, 2) and headings (n,) each."""
-    exact = [reference.forces(s, *pose) for s, pose in zip(scenes, poses, strict=True)]
+    exact = [exact_magnets.forces(s, *pose) for s, pose in zip(scenes, poses, strict=True)]
     return Sample(
         scenes,
         np.array([places for places, _ in poses]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from magfold_env.benchmarks import runner
 from magfold_env.benchmarks.magnets import (
     accuracy,
     devices,
@@ -16,8 +17,7 @@ from magfold_env.benchmarks.magnets import (
     scaling,
 )
 from magfold_env.benchmarks.magnets.about import ABOUT
-from magfold_env.reporting import runner
-from magfold_env.reporting.runner import Runner
+from magfold_env.benchmarks.runner import Runner
 
 PARTS: dict[str, Runner] = {
     "accuracy": accuracy.run,

@@ -12,7 +12,7 @@ import numpy as np
 from magfold_env.benchmarks.magnets.chains import Chain, pinned_states
 from magfold_env.benchmarks.magnets.poses import random_scene
 from magfold_env.benchmarks.magnets.scaling import AT_STOPS, FOLDED, UNFOLDED, shapes
-from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
 from magfold_env.reporting.timing import Timing, ratio, take_turns
 from magfold_env.scene import Scene
 
@@ -33,10 +33,10 @@ FIXED = {
 SEED = 13
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every feature on unfolded and folded chains."""
     lengths, rounds = (QUICK_LENGTHS, 2) if quick else (LENGTHS, 9)
-    part = Part(NAME, [])
+    part = Measurement(NAME, [])
     cases = [(n, shape) for n in lengths for shape in (UNFOLDED, FOLDED)]
     for k, (n, shape) in enumerate(cases):
         tick = begin_case(progress, k, len(cases), f"n = {n}, {shape}")

@@ -21,7 +21,7 @@ import numpy as np
 from magfold_env.benchmarks.magnets.casings import Sample, Sums
 from magfold_env.benchmarks.magnets.poses import random_scene
 from magfold_env.benchmarks.magnets.scaling import FOLDED, UNFOLDED, shapes
-from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
 from magfold_env.reporting.timing import Task, Timing, ratio, take_turns
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
@@ -91,10 +91,10 @@ class Effort:
         return [*alike, *(Setting.of(own_rule(bound)) for bound in self.bounds)]
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every order and radius on unfolded and folded chains."""
     effort = Effort.of(quick)
-    part = Part(NAME, [])
+    part = Measurement(NAME, [])
     cases = [(n, shape) for n in effort.lengths for shape in (UNFOLDED, FOLDED)]
     for k, (n, shape) in enumerate(cases):
         tick = begin_case(progress, k, len(cases), f"n = {n}, {shape}")

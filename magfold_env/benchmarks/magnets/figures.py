@@ -10,10 +10,11 @@ from magfold_env.benchmarks.magnets.far import NONE, ORDERS
 from magfold_env.benchmarks.magnets.fold import ASKED
 from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB
 from magfold_env.benchmarks.magnets.peers import DYNAMICS, SUMS
-from magfold_env.benchmarks.magnets.points import CHARGES, PAPER, SHOWN, rows_at
+from magfold_env.benchmarks.magnets.points import PAPER, SHOWN, rows_at
 from magfold_env.benchmarks.magnets.scaling import LONG, STEEPEST
-from magfold_env.reporting.drawing import COLOURS, INK, MARKERS, Drawing, numbers, panels
-from magfold_env.reporting.part import Row
+from magfold_env.laws.exact_magnets import CHARGES
+from magfold_env.reporting.plotting import COLOURS, INK, MARKERS, Drawing, numbers, panels
+from magfold_env.reporting.tables import Row
 
 FLUSH = "force between two flush opposite faces"
 SMALLEST = 1e-8  # error that is drawn; below it the reference's own may show

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.chains import Chain, joint_torques
 from magfold_env.benchmarks.magnets.kernels import Loads, States
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.state import LO, Array, IntArray, Pose
-from magfold_env.laws.stepping import SteppedSession
-from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.laws import exact_magnets
+from magfold_env.laws.along_folds import SteppedSession
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
 from magfold_env.reporting.timing import take_turns
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.pack import pack
@@ -64,10 +64,10 @@ class RecordedSession(SteppedSession):
         self.counts.append(self.evaluations)
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every fold at every accuracy."""
     effort = Effort.of(quick)
-    part = Part(NAME, [])
+    part = Measurement(NAME, [])
     scenes = folds(effort)
     for k, (name, scene) in enumerate(scenes.items()):
         tick = begin_case(progress, k, len(scenes), name)
@@ -160,12 +160,12 @@ def errors_of(scenes: dict[float, Scene], states: States, count: int) -> dict[fl
     scene = next(iter(scenes.values()))
     side, n = scene.casing.side, scene.n
     exact = [
-        reference.forces(scene, np.stack([x, y], axis=1), q[:n])
+        exact_magnets.forces(scene, np.stack([x, y], axis=1), q[:n])
         for x, y, q in zip(poses.x, poses.y, some.q, strict=True)
     ]
     force, torque = np.array([f for f, _ in exact]), np.array([t for _, t in exact])
     wanted = joint_torques(Loads(force[..., 0], force[..., 1], torque), some, side)
-    unit = side * reference.flush_force(scene)
+    unit = side * exact_magnets.flush_force(scene)
     return {
         bound: float(
             np.abs(joint_torques(Chain(each, some, once=True).loads(), some, side) - wanted).max()

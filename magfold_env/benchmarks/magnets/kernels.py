@@ -5,12 +5,10 @@ Nothing else in this benchmark calls the engine's kernels.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.magnets.chain import add_chain_forces
-from magfold_env.engine.magnets.near_faces import level_pair
 from magfold_env.engine.magnets.outer_field import add_field
 from magfold_env.engine.magnets.pairs import add_forces
 from magfold_env.engine.state import Array, IntArray, Magnets, Model, Nodes, Pose, Rigid
@@ -87,12 +85,3 @@ def clear(k: int, out: Loads) -> None:
         out.fx[k, i] = 0.0
         out.fy[k, i] = 0.0
         out.torque[k, i] = 0.0
-
-
-def face_force(magnets: Magnets, gap: float, nodes: Nodes) -> float:
-    """Force between two pole faces of unit charge that look at each other; without µ0/4π [1/m²].
-
-    Both have the nodes of level 0: all there are if their number is given.
-    """
-    width = math.hypot(magnets.face_tx[0], magnets.face_ty[0])
-    return level_pair(magnets, 0, 0, 0, 0.0, gap, width, 0.0, 0.0, 0.0, width, 0.0, False, nodes)[2]

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.kernels import Loads
 from magfold_env.engine.state import Array
+from magfold_env.laws import exact_magnets
 from magfold_env.scene import Scene
 
 MAGPYLIB = "magpylib"
@@ -44,16 +44,16 @@ class Peer:
     def __init__(self, scene: Scene, places: Array, headings: Array) -> None:
         self._magpylib: Any = importlib.import_module("magpylib")
         rotation: Any = importlib.import_module("scipy.spatial.transform").Rotation
-        magnets = reference.magnets_of(scene)
+        magnets = exact_magnets.magnets_of(scene)
         width, height, thickness, inset = (
             magnets.by_face(name) for name in ("width", "height", "thickness", "inset")
         )
         depth = scene.casing.side / 2.0 - inset - thickness / 2.0
-        remanence = reference.MU0 * scene.charges / (width * height)
+        remanence = exact_magnets.MU0 * scene.charges / (width * height)
         self._places = np.column_stack([places, np.zeros(len(places))])
         self._casings: list[Any] = []
         for place, heading, strength in zip(places, headings, remanence, strict=True):
-            angle = heading + reference.FACE_NORMALS
+            angle = heading + exact_magnets.FACE_NORMALS
             middle = place + depth[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
             cuboids = [
                 self._magpylib.magnet.Cuboid(

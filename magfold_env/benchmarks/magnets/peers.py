@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets import reference
 from magfold_env.benchmarks.magnets.casings import Sample, Sums, sample_of
 from magfold_env.benchmarks.magnets.chains import Chain, joint_torques, pinned_states
 from magfold_env.benchmarks.magnets.kernels import Loads
@@ -22,7 +21,8 @@ from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB, Mesh, Peer, i
 from magfold_env.benchmarks.magnets.poses import random_scene
 from magfold_env.benchmarks.magnets.scaling import FOLDED, UNFOLDED, shapes
 from magfold_env.engine.state import Array
-from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.laws import exact_magnets
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
 from magfold_env.reporting.timing import Spread, Task, Timing, ratio, take_turns
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
@@ -73,13 +73,13 @@ class Contender:
         return f"{self.by} {self.setting}"
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every mesh and bound on every chain; without magpylib nothing is measured."""
     if not installed():
         text = "magpylib is absent; the extra brings it: pip install 'magfold_env[peers]'"
-        return Part(NAME, [], findings=[text])
+        return Measurement(NAME, [], findings=[text])
     effort = Effort.of(quick)
-    part = Part(NAME, [])
+    part = Measurement(NAME, [])
     cases = [(n, shape) for n in effort.meshes for shape in (UNFOLDED, FOLDED)]
     for k, (n, shape) in enumerate(cases):
         tick = begin_case(progress, k, len(cases), f"n = {n}, {shape}")
@@ -140,7 +140,7 @@ def joint_error(sample: Sample, loads: Loads) -> float:
     states = pinned_states(list(sample.headings), side)
     exact = Loads(sample.force[..., 0], sample.force[..., 1], sample.torque)
     apart: Array = joint_torques(loads, states, side) - joint_torques(exact, states, side)
-    return float(np.abs(apart).max()) / side / reference.flush_force(scene)
+    return float(np.abs(apart).max()) / side / exact_magnets.flush_force(scene)
 
 
 def _task(contender: Contender) -> Task:

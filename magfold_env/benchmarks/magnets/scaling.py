@@ -16,9 +16,9 @@ import numpy as np
 
 from magfold_env.benchmarks.magnets.chains import Chain, pinned_states
 from magfold_env.benchmarks.magnets.poses import folded, random_sequence, unfolded
-from magfold_env.benchmarks.magnets.reference import FACES
 from magfold_env.engine.state import Array
-from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.laws.exact_magnets import FACES
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
 from magfold_env.reporting.timing import take_turns
 from magfold_env.scene import Magnets, Scene
 
@@ -37,7 +37,7 @@ FIXED = {
 SEED = 11
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure all lengths, then the price of a pair of nodes."""
     rows: list[Row] = []
     lengths, rounds = (QUICK_LENGTHS, 2) if quick else (LENGTHS, 7)
@@ -47,7 +47,7 @@ def run(quick: bool, progress: Progress) -> Part:
     progress(len(lengths) / (len(lengths) + 1), "pairs of nodes")
     fixed = measure_nodes(NODES_AT, rounds)
     tables = [_table(rows), _node_table(fixed)]
-    return Part(NAME, [*rows, *fixed], tables, _findings(rows))
+    return Measurement(NAME, [*rows, *fixed], tables, _findings(rows))
 
 
 def shapes(n: int) -> dict[str, Array]:

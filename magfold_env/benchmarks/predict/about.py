@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from magfold_env.reporting.about import About
+from magfold_env.benchmarks.runner import Description
 
 ABOUT = {
-    "experiment": About(
+    "experiment": Description(
         "The paper's experiment, simulated",
         "Into which shapes the paper's three sequences fold, released free, fed forward and fed "
         "backward as often as in its experiment.",
@@ -15,7 +15,7 @@ ABOUT = {
         "The paper's own device: its drawings are not at hand, so sequences and sizes are "
         "reconstructed from its text.",
     ),
-    "predictors": About(
+    "predictors": Description(
         "How often a predictor names what happens",
         "How often minimisers of energy, and a few simulated releases, name the shape that many "
         "simulated releases favour.",
@@ -23,7 +23,7 @@ ABOUT = {
         "How good a prediction by energy alone is, and what simulating adds.",
         "Real chains: both sides are this package's.",
     ),
-    "scaling": About(
+    "scaling": Description(
         "Releases a second on more cores",
         "Simulated releases a second with more and more threads and processes.",
         "One ensemble, which must give the same folds each time; wall clock, one after another.",

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from magfold_env.benchmarks.predict import experiment, figures, predictors, scaling
+from magfold_env.benchmarks import runner
+from magfold_env.benchmarks.predict import predictors, scaling
 from magfold_env.benchmarks.predict.about import ABOUT
-from magfold_env.reporting import runner
-from magfold_env.reporting.runner import Runner
+from magfold_env.benchmarks.runner import Runner
+from magfold_env.laws import experiment
 
 PARTS: dict[str, Runner] = {
     "experiment": experiment.run,
@@ -19,7 +20,9 @@ PARTS: dict[str, Runner] = {
 
 def benchmark() -> runner.Benchmark:
     """Return the parts, their diagrams and what is said about them."""
-    return runner.Benchmark("predict", PARTS, figures.DRAWINGS, about=ABOUT)
+    return runner.Benchmark(
+        "predict", PARTS, {"experiment": experiment.draw_experiment}, about=ABOUT
+    )
 
 
 def run(only: Sequence[str], quick: bool, out: Path | None) -> None:

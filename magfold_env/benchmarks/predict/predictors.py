@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.benchmarks.predict.scenes import MODES, SEQUENCES, paper_scene, random_scenes
 from magfold_env.ensembles import Ensemble, ensemble, predictions
 from magfold_env.ensembles.predictions import PREDICTORS
 from magfold_env.fold import FoldStatus
+from magfold_env.laws.experiment import MODES, SEQUENCES, paper_scene, random_scenes
 from magfold_env.minimiser.result import Mode
-from magfold_env.reporting.part import Part, Progress, Row, Table
 from magfold_env.reporting.statistics import share
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene
 
 MANY, FEW, SCENES = 25, 5, 100
@@ -54,7 +54,7 @@ class Case:
     named_fold: dict[str, str]
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Judge the predictors on the paper's sequences and on random ones, in each mode."""
     count, many = (QUICK_SCENES, QUICK_MANY) if quick else (SCENES, MANY)
     scenes = list(_scenes(count))
@@ -67,7 +67,7 @@ def run(quick: bool, progress: Progress) -> Part:
         Table(f"How often the {title} is named: word", _summary(cases, fold=False)),
         Table(f"How often the {title} is named: full fold", _summary(cases, fold=True)),
     ]
-    return Part("predictors", [_row(case) for case in cases], tables, _findings(cases))
+    return Measurement("predictors", [_row(case) for case in cases], tables, _findings(cases))
 
 
 def judge(group: str, mode: Mode, scene: Scene, many: int) -> Case:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import time
 
-from magfold_env.benchmarks.predict.scenes import paper_scene
 from magfold_env.ensembles import ensemble, generator
+from magfold_env.laws.experiment import paper_scene
 from magfold_env.parallel import Backend
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene
 from magfold_env.simulation.session import Session
 
@@ -16,7 +16,7 @@ RUNS, QUICK_RUNS = 1000, 50
 _COUNTS = (2, 4, 8, 16, 32, 64)
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Time one ensemble on more and more workers; every one must give the same folds."""
     runs = QUICK_RUNS if quick else RUNS
     scene = paper_scene(3, "free")
@@ -48,7 +48,7 @@ def run(quick: bool, progress: Progress) -> Part:
         "of them outside the kernels, where threads wait for each other: threads cannot be more "
         f"than {(inside + outside) / outside:.0f} times as fast as one, processes can."
     )
-    return Part("scaling", rows, [table], [finding])
+    return Measurement("scaling", rows, [table], [finding])
 
 
 def locked(scene: Scene, runs: int) -> tuple[float, float]:

@@ -10,15 +10,15 @@ from pathlib import Path
 from rich.console import Console
 from rich.markup import escape
 
+from magfold_env.benchmarks.runner import FILE_WIDTH, run_part
 from magfold_env.benchmarks.suite.done import Done
 from magfold_env.benchmarks.suite.pace import measure_pace
 from magfold_env.benchmarks.suite.page import page
 from magfold_env.benchmarks.suite.plan import BENCHMARKS, Effort, Entry, entries
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import write_text
-from magfold_env.reporting import drawing, machine, report
+from magfold_env.reporting import machine, plotting, tables
 from magfold_env.reporting.page import write_page
-from magfold_env.reporting.runner import FILE_WIDTH, run_part
 
 PAGE, RESULTS = "report.html", "bench.json"
 
@@ -44,7 +44,7 @@ def run(effort: Effort, out: Path, names: Sequence[str] = BENCHMARKS) -> bool:
         If matplotlib is not installed.
     """
     try:
-        drawing.figure_class()
+        plotting.figure_class()
     except ImportError as error:
         raise ValueError(str(error)) from error
     console = Console()
@@ -95,5 +95,5 @@ def _write_files(entry: Entry, done: Done, out: Path) -> None:
     folder, part = out / entry.benchmark.name, done.part
     folder.mkdir(exist_ok=True)
     if part.rows:
-        write_text(folder / f"{part.name}.csv", report.to_csv(part.rows))
-        drawing.draw(part, entry.benchmark.drawings, folder)
+        write_text(folder / f"{part.name}.csv", tables.to_csv(part.rows))
+        plotting.draw(part, entry.benchmark.drawings, folder)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from magfold_env.reporting.part import Cell, Part, Row, Table
+from magfold_env.reporting.tables import Cell, Measurement, Row, Table
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,7 @@ class Done:
 
     name: str
     """Of the benchmark and the part."""
-    part: Part
+    part: Measurement
     seconds: float
     """What it took, by the clock."""
     pace: tuple[float, float]
@@ -40,7 +40,7 @@ class Done:
         """Return what `to_json` was made of; null becomes nan."""
         tables = [Table(str(each["title"]), _rows(each["rows"])) for each in data["tables"]]
         findings = [str(each) for each in data["findings"]]
-        part = Part(str(data["part"]), _rows(data["rows"]), tables, findings)
+        part = Measurement(str(data["part"]), _rows(data["rows"]), tables, findings)
         before, after = data["pace"]
         pace = float(before), float(after)
         return cls(str(data["name"]), part, float(data["seconds"]), pace)

@@ -20,7 +20,7 @@ from magfold_env.reporting.page import (
     Tone,
     Verdict,
 )
-from magfold_env.reporting.part import Row, Table
+from magfold_env.reporting.tables import Row, Table
 
 LEAD = (
     "This page is made by one command, which runs every benchmark of magfold_env: a simulator of "

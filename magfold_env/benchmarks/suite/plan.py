@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Literal
 
-from magfold_env.reporting.about import About
-from magfold_env.reporting.runner import Benchmark, Runner
+from magfold_env.benchmarks.runner import Benchmark, Description, Runner
 
 Effort = Literal["quick", "full"]
 
@@ -35,7 +34,7 @@ class Entry:
         return f"{self.benchmark.name} {self.part}"
 
     @property
-    def about(self) -> About:
+    def about(self) -> Description:
         """What is said about it."""
         return self.benchmark.about[self.part]
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from magfold_env.reporting.about import About
+from magfold_env.benchmarks.runner import Description
 
 ABOUT = {
-    "work-precision": About(
+    "work-precision": Description(
         "Whole folds: which settings are worth their time",
         "How far whole folds are off, on their way and at the end, and how long they take, for "
         "every combination of the solver's tolerance and the accuracy of the magnets, and for "
@@ -26,7 +26,7 @@ ABOUT = {
         "counts that. The paper's solver stops joints by snapping them, so it does not converge "
         "to this reference.",
     ),
-    "skipping": About(
+    "skipping": Description(
         "What a scene does not need",
         "The time of a run as its features are switched off, one at a time and all together, and "
         "of a bare pendulum in a loop that knows of nothing else.",

@@ -10,7 +10,7 @@ import numpy as np
 from magfold_env.benchmarks.dynamics.contact_scenes import NUDGE
 from magfold_env.benchmarks.whole import skipping, work_precision
 from magfold_env.benchmarks.whole.skipping import ALLOWED, EVERYTHING, FLOOR, ONE, TOGETHER
-from magfold_env.reporting.drawing import (
+from magfold_env.reporting.plotting import (
     COLOURS,
     GRID,
     INK,
@@ -20,7 +20,7 @@ from magfold_env.reporting.drawing import (
     numbers,
     panels,
 )
-from magfold_env.reporting.part import Row
+from magfold_env.reporting.tables import Row
 
 ACROSS = 5  # panels beside each other
 TALLEST = 4.0  # [rad] of an error: beyond half a turn all are alike

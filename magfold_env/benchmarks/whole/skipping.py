@@ -18,7 +18,7 @@ import numpy as np
 
 from magfold_env.benchmarks.dynamics.features import FRAME_RATE, SEED, finish
 from magfold_env.benchmarks.whole import floor
-from magfold_env.reporting.part import Part, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import Spread, Task, Timing, ratio, take_turns
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.session import Session
@@ -79,7 +79,7 @@ class Variant:
         return prepare
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every variant and the floor."""
     found = {f"{each.group}: {each.name}": each for each in variants()}
     bare = list(found.values())[-1]
@@ -99,7 +99,7 @@ def run(quick: bool, progress: Progress) -> Part:
     itself = ratio(times[FLOOR], times[FLOOR])
     last = _row(FLOOR, "bare pendulum", swung, times[FLOOR], itself, swung)
     rows.append({**last, "end": "unsettled", "simulated [s]": bare.scene.duration})
-    return Part(NAME, rows, _tables(rows), [*_findings(rows), _before(times)])
+    return Measurement(NAME, rows, _tables(rows), [*_findings(rows), _before(times)])
 
 
 def variants() -> list[Variant]:

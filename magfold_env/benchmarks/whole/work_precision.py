@@ -22,7 +22,7 @@ from magfold_env.benchmarks.whole.motions import Reference, recorded, reference
 from magfold_env.benchmarks.whole.scenes import drawn, named_scenes
 from magfold_env.benchmarks.whole.settings import Setting, settings_of
 from magfold_env.engine.state import Array
-from magfold_env.reporting.part import Part, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
 from magfold_env.reporting.timing import Task, Timing, ratio, take_turns
 from magfold_env.scene import Scene
 from magfold_env.simulation.session import Session
@@ -76,11 +76,11 @@ class Effort:
         return cls(5, tolerances, (1e-2, 1e-3, 1e-4, 1e-5), steps, (1e-7, 1e-6), 5)
 
 
-def run(quick: bool, progress: Progress) -> Part:
+def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every scene."""
     effort = Effort.of(quick)
     scenes = named_scenes()
-    part = Part(NAME, [])
+    part = Measurement(NAME, [])
     shown: list[Row] = []
     for k, (name, scene) in enumerate(scenes.items()):
         rows, summary = measure(name, scene, effort, begin_case(progress, k, len(scenes), name))

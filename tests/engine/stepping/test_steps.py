@@ -3,9 +3,8 @@
 import pytest
 
 from magfold_env.fold import FoldStatus
-from magfold_env.laws.along_folds import limits_of
+from magfold_env.laws.along_folds import SteppedSession, limits_of
 from magfold_env.laws.random_scenes import random_scene
-from magfold_env.laws.stepping import SteppedSession
 from magfold_env.simulation.simulate import simulate
 
 DEEPEST = 1e-3  # share of the side

@@ -1,4 +1,4 @@
-"""Show a benchmark on the console and write it to files."""
+"""Rows of what was measured: on the console, in CSV and JSON files, and columns of them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import csv
 import io
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.console import Console
@@ -14,12 +15,53 @@ from rich.markup import escape
 from rich.table import Table as RichTable
 
 from magfold_env.files import write_text
-from magfold_env.reporting.part import Cell, Part, Row, Table
+
+Cell = str | int | float
+Row = dict[str, Cell]
+
+Progress = Callable[[float, str], None]
+"""Is told the finished share of a part, 0 to 1, and what is going on."""
+
+Tick = Callable[[float], None]
+"""Is told the finished share of one of a part's cases, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows for the console, all with the same keys."""
+
+    title: str
+    rows: list[Row]
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One part's measurements."""
+
+    name: str
+    """Also the name of its files."""
+    rows: list[Row]
+    """Everything measured, for CSV and JSON."""
+    tables: list[Table] = field(default_factory=list["Table"])
+    """What of it is worth reading."""
+    findings: list[str] = field(default_factory=list[str])
+    """Requirements and how they are met, a sentence each."""
+
+
+def begin_case(progress: Progress, k: int, count: int, what: str) -> Tick:
+    """Tell that the k-th of ``count`` cases begins, and return what takes its progress."""
+
+    def tick(share: float) -> None:
+        progress((k + share) / count, what)
+
+    tick(0.0)
+    return tick
+
 
 WHOLE = 1000.0  # larger numbers are shown without decimals
 
 
-def show(console: Console, machine: Mapping[str, str], parts: Sequence[Part]) -> None:
+def show(console: Console, machine: Mapping[str, str], parts: Sequence[Measurement]) -> None:
     """Print the tables, then what follows from them."""
     for part in parts:
         for table in part.tables:
@@ -45,7 +87,9 @@ def rich_table(table: Table) -> RichTable:
     return shown
 
 
-def write(folder: Path, name: str, machine: Mapping[str, str], parts: Sequence[Part]) -> list[Path]:
+def write(
+    folder: Path, name: str, machine: Mapping[str, str], parts: Sequence[Measurement]
+) -> list[Path]:
     """Write a CSV file a part and one JSON file, ``name``, with everything; return the files."""
     written: list[Path] = []
     for part in parts:
@@ -67,7 +111,7 @@ def to_csv(rows: Sequence[Row]) -> str:
     return text.getvalue()
 
 
-def to_json(machine: Mapping[str, str], parts: Sequence[Part]) -> str:
+def to_json(machine: Mapping[str, str], parts: Sequence[Measurement]) -> str:
     """Return everything as JSON text; numbers that JSON cannot hold are null."""
     data = {
         "machine": dict(machine),

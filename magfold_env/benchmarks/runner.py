@@ -10,14 +10,29 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 
-from magfold_env.reporting import drawing, machine, report
-from magfold_env.reporting.about import About
-from magfold_env.reporting.drawing import Drawing
-from magfold_env.reporting.part import Part, Progress
+from magfold_env.reporting import machine, plotting, tables
+from magfold_env.reporting.plotting import Drawing
+from magfold_env.reporting.tables import Measurement, Progress
+
+
+@dataclass(frozen=True)
+class Description:
+    """One part in plain words: a title, and some sentences to each question."""
+
+    title: str
+    measured: str
+    """What was measured."""
+    how: str
+    """How, and against what."""
+    meaning: str
+    """What the result means to someone who uses the package."""
+    missing: str
+    """What it does not cover."""
+
 
 FILE_WIDTH = 110  # of the report where it is not written to a terminal
 
-Runner = Callable[[bool, Progress], Part]
+Runner = Callable[[bool, Progress], Measurement]
 
 
 def _nothing(chosen: Sequence[str]) -> None:
@@ -35,7 +50,7 @@ class Benchmark:
     """Diagrams, by part."""
     check: Callable[[Sequence[str]], object] = _nothing
     """Raises ImportError if something is missing that the chosen parts cannot do without."""
-    about: Mapping[str, About] = field(default_factory=dict[str, About])
+    about: Mapping[str, Description] = field(default_factory=dict[str, Description])
     """What is said about each part."""
 
 
@@ -68,7 +83,7 @@ def run(benchmark: Benchmark, only: Sequence[str], quick: bool, out: Path | None
     try:
         benchmark.check(chosen)
         if out is not None:
-            drawing.figure_class()
+            plotting.figure_class()
     except ImportError as error:
         raise ValueError(str(error)) from error
     if out is not None:
@@ -78,16 +93,16 @@ def run(benchmark: Benchmark, only: Sequence[str], quick: bool, out: Path | None
     console = Console()
     if not console.is_terminal:
         console = Console(width=FILE_WIDTH)
-    report.show(console, system, parts)
+    tables.show(console, system, parts)
     if out is not None:
-        written = report.write(out, benchmark.name, system, parts)
+        written = tables.write(out, benchmark.name, system, parts)
         for part in parts:
-            written += drawing.draw(part, benchmark.drawings, out)
+            written += plotting.draw(part, benchmark.drawings, out)
         for path in written:
             console.print(f"written: {path}", highlight=False)
 
 
-def run_part(name: str, runner: Runner, quick: bool) -> Part:
+def run_part(name: str, runner: Runner, quick: bool) -> Measurement:
     """Run one part; the bar is on stderr and vanishes with it."""
     columns = (TextColumn("{task.fields[part]}"), BarColumn(), TextColumn("{task.description}"))
     console = Console(stderr=True)
