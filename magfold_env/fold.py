@@ -1,10 +1,11 @@
-"""Fold: what a simulation ends with, and Trajectory: how it got there."""
+"""Fold: what a simulation ends with; Trajectory: how it got there, and what moved on the way."""
 
 from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, cast
@@ -13,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.files import write_text
+from magfold_env.replay import Recording, write_html
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres
 
@@ -93,6 +95,13 @@ class Fold:
     """Evaluations of the accelerations."""
     trajectory: Trajectory | None = None
     """The recorded motion, if it was asked for."""
+    magnetic_energy: Callable[[Scene, Trajectory], FloatArray] | None = field(
+        default=None, repr=False
+    )
+    """What finds the magnetic energies of frames [J], shape (m,), when they are asked for.
+
+    Simulations set it: to find them costs several times as much as the fold.
+    """
 
     @property
     def joint_angles(self) -> FloatArray:
@@ -128,11 +137,141 @@ class Fold:
         write_text(path, json.dumps(self.to_dict(), indent=2, allow_nan=False) + "\n")
 
     def to_html(self, path: str | Path) -> None:
-        """Write a page that plays the fold: see `magfold_env.replay.write_html`."""
-        # Above this module: the page shows energies along the way.
-        from magfold_env.replay import write_html  # noqa: PLC0415
+        """Write a page that plays the fold: see `magfold_env.replay.write_html`.
 
-        write_html(self, path)
+        Raises
+        ------
+        ValueError
+            If the fold was not recorded, or broke down at once.
+        """
+        write_html(recording(self), path)
+
+
+def recording(fold: Fold) -> Recording:
+    """Return what a page needs to play a fold, with its energies along the way.
+
+    Raises
+    ------
+    ValueError
+        If the fold was not recorded, or broke down at once.
+    """
+    if fold.trajectory is None:
+        raise ValueError(
+            "fold: a fold without trajectory is not allowed; simulate it with a frame_rate"
+        )
+    scene, motion = fold.scene, (fold.trajectory if len(fold.trajectory) else _still(fold)).finite()
+    find = fold.magnetic_energy if scene.magnets is not None else None
+    return Recording(
+        scene=scene,
+        word=fold.word,
+        status=fold.status.value,
+        message=fold.message,
+        energy=fold.energy,
+        duration=fold.time,
+        time=motion.time,
+        angles=motion.angles,
+        base=motion.base,
+        released=motion.released,
+        order=turns(scene),
+        loaded=loaded(scene, motion.released).sum(axis=1),
+        kinetic=kinetic_energy(scene, motion),
+        magnetic=None if find is None else find(scene, motion),
+    )
+
+
+def _still(fold: Fold) -> Trajectory:
+    """Return the one frame of a chain that ended where it started."""
+    return Trajectory(
+        time=np.array([fold.time]),
+        angles=fold.angles[None],
+        base=fold.base[None],
+        rates=np.zeros_like(fold.angles)[None],
+        released=np.array([fold.scene.n]),
+    )
+
+
+def loaded(scene: Scene, released: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    """Return which components have their magnets, component 1 first.
+
+    All, unless the scene loads them at the mouth: then those released, and the one on its way out.
+
+    Parameters
+    ----------
+    scene
+        Gives the tube.
+    released
+        Numbers of components out of the tube, shape (m,).
+
+    Returns
+    -------
+    (m, n) array of bool
+    """
+    count = np.asarray(released)[:, None]
+    if scene.mount != "tube" or scene.feed.loading == "preloaded":
+        return np.ones((len(count), scene.n), dtype=np.bool_)
+    return turns(scene) < count + 1
+
+
+def turns(scene: Scene) -> npt.NDArray[np.int64]:
+    """Return how many components leave the tube before each, shape (n,)."""
+    numbers = np.arange(scene.n)
+    backward = scene.mount == "tube" and scene.feed.direction == "backward"
+    return numbers[::-1] if backward else numbers
+
+
+def kinetic_energy(scene: Scene, motion: Trajectory) -> FloatArray:
+    """Return the kinetic energies of a recorded motion [J], shape (m,).
+
+    Of all components, those in the tube too. A trajectory holds the rates of the headings, and no
+    velocity of the chain as a whole. That follows from the feed while a component is in the tube;
+    later from central differences of the centre of mass, which impacts within the chain do not
+    make jump.
+
+    Parameters
+    ----------
+    scene
+        That was simulated; nothing in it may be left to chance.
+    motion
+        Its trajectory, all of it finite.
+    """
+    lever = scene.casing.diagonal * motion.rates
+    turning = np.stack([-lever * np.sin(motion.angles), lever * np.cos(motion.angles)], axis=-1)
+    # A component's centre is moved by those before it over their lengths, by itself over half.
+    velocity = np.cumsum(turning, axis=1) - turning / 2.0
+    velocity += _base_velocity(scene, motion, velocity, turning.sum(axis=1))[:, None]
+    moving = np.einsum("i,mia,mia->m", scene.masses, velocity, velocity)
+    return 0.5 * (moving + motion.rates**2 @ scene.inertias)
+
+
+def _base_velocity(
+    scene: Scene, motion: Trajectory, inner: FloatArray, end: FloatArray
+) -> FloatArray:
+    """Return the velocity of component 1's outer hinge [m/s], shape (m, 2).
+
+    Parameters
+    ----------
+    scene, motion
+        As in `kinetic_energy`.
+    inner
+        Velocities of the centres relative to it [m/s], shape (m, n, 2).
+    end
+        And of component n's outer hinge, shape (m, 2).
+    """
+    velocity = np.zeros_like(motion.base)
+    if scene.mount == "pinned":
+        return velocity
+    held = motion.released < scene.n
+    leaving = turns(scene)[motion.released[held]]  # turns are their own inverse
+    velocity[held, 0] = scene.speeds[leaving]
+    if scene.feed.direction == "forward":
+        velocity[held] -= end[held]
+    free = ~held
+    if free.sum() > 1:
+        share = scene.masses / scene.masses.sum()
+        place = centres(motion.angles[free], scene.casing.side, motion.base[free])
+        drift = np.gradient(np.einsum("i,mia->ma", share, place), motion.time[free], axis=0)
+        velocity[free] = drift - np.einsum("i,mia->ma", share, inner[free])
+    return velocity
 
 
 def _finite(value: Any) -> Any:

@@ -6,6 +6,7 @@ import numpy as np
 
 import magfold_env as mf
 from magfold_env.shapes import headings, word_to_angles
+from magfold_env.simulation.frames import magnetic_energy
 
 FREE = mf.load_scene("paper/sequence-3")
 
@@ -31,4 +32,5 @@ def recorded(word: str, scene: mf.Scene = FREE, frames: int = 30, time: float = 
         steps=1,
         evaluations=1,
         trajectory=mf.Trajectory(share * time, angles, base, rates, released),
+        magnetic_energy=magnetic_energy,
     )

@@ -5,9 +5,8 @@ from typing import NamedTuple
 
 from agents.evaluation.episodes import Outcome
 from agents.evaluation.methods import Results, Runs, targets_of
-from magfold_env.fold import Fold
-from magfold_env.replay.data import page_data
-from magfold_env.replay.page import page
+from magfold_env.fold import Fold, recording
+from magfold_env.replay import page, page_data
 from magfold_env.simulation.simulate import simulate
 
 FRAME_RATE = 120.0
@@ -38,7 +37,7 @@ def replays(results: Results, count: int) -> dict[str, list[Replay]]:
     words = spread(targets_of(results), count)
     return {
         name: [
-            Replay(outcome, page(page_data(fold)))
+            Replay(outcome, page(page_data(recording(fold))))
             for outcome in _shown(runs, words)
             if (fold := recorded(outcome)) is not None
         ]

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.fold import FoldStatus
-from magfold_env.minimiser.along import energies_along
+from magfold_env.fold import FoldStatus, kinetic_energy
 from magfold_env.paper import states
 from magfold_env.paper.quoted import COMPUTATIONS, FRAME_RATE, MAGNET_CHARGE, SNAP
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import angles_to_word, centres
+from magfold_env.simulation.frames import magnetic_energy
 from magfold_env.simulation.simulate import energy, simulate
 
 Floats = npt.NDArray[np.float64]
@@ -108,8 +108,8 @@ def follow(scene: Scene) -> Motion:
     angles = np.concatenate([seen.angles, padding])[: time.size]
     moving = fold.status is FoldStatus.UNSETTLED
     ended = "still moving" if moving else fold.status.value
-    energies = energies_along(fold.scene, seen)
-    total = energies.kinetic + energies.magnetic
+    magnetic = magnetic_energy(fold.scene, seen)
+    total = kinetic_energy(fold.scene, seen) + magnetic
     return Motion(
         fold.scene,
         time,
@@ -117,7 +117,7 @@ def follow(scene: Scene) -> Motion:
         end=min(fold.time, UNTIL),
         ended=ended,
         gained=float((total - total[0]).max()),
-        freed=float(energies.magnetic[0] - energy(fold.scene, last)),
+        freed=float(magnetic[0] - energy(fold.scene, last)),
     )
 
 

@@ -4,6 +4,7 @@ It needs neither a network nor any extra: `page.html` is filled with `page.css`,
 fold as JSON.
 """
 
-from magfold_env.replay.page import write_html
+from magfold_env.replay.data import Recording, page_data
+from magfold_env.replay.page import page, write_html
 
-__all__ = ["write_html"]
+__all__ = ["Recording", "page", "page_data", "write_html"]

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.fold import Fold, Trajectory
-from magfold_env.minimiser.along import energies_along, loaded, turns
 from magfold_env.scene import Scene
 from magfold_env.scene.magnets import Length
+
+Floats = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.int64]
 
 _MILLI = 1e3
 _TIME = 6  # digits after the point: µs
@@ -19,51 +20,62 @@ _LENGTH = 4  # of a mm
 _DIGITS = 5  # of the largest energy
 
 
-def page_data(fold: Fold) -> dict[str, Any]:
-    """Return what the page shows as values that JSON can hold.
+class Recording(NamedTuple):
+    """A recorded fold: m frames of n components, component 1 first, all of them finite."""
 
-    Raises
-    ------
-    ValueError
-        If the fold was not recorded, or broke down at once.
-    """
-    if fold.trajectory is None:
-        raise ValueError(
-            "fold: a fold without trajectory is not allowed; simulate it with a frame_rate"
-        )
-    scene, motion = fold.scene, (fold.trajectory if len(fold.trajectory) else _still(fold)).finite()
-    energies = energies_along(scene, motion)
+    scene: Scene
+    """That was simulated."""
+    word: str
+    """At the end; empty where numbers broke down."""
+    status: str
+    """How it ended."""
+    message: str
+    """The same in words."""
+    energy: float
+    """Magnetic energy at the end [J]."""
+    duration: float
+    """Simulated time [s]."""
+    time: Floats
+    """[s], shape (m,)."""
+    angles: Floats
+    """Absolute headings [rad], shape (m, n)."""
+    base: Floats
+    """Component 1's outer hinge [m], shape (m, 2)."""
+    released: Counts
+    """Number of components out of the tube, shape (m,)."""
+    order: Counts
+    """How many components leave the tube before each, shape (n,)."""
+    loaded: Counts
+    """Number of components that have their magnets, shape (m,)."""
+    kinetic: Floats
+    """Kinetic energy [J], shape (m,)."""
+    magnetic: Floats | None
+    """Magnetic energy [J], shape (m,); None if there is none, or it is not known."""
+
+
+def page_data(fold: Recording) -> dict[str, Any]:
+    """Return what the page shows as values that JSON can hold."""
+    scene = fold.scene
     return {
         "word": fold.word,
-        "status": fold.status.value,
+        "status": fold.status,
         "message": fold.message,
         "sequence": list(scene.sequence),
         "side": _rounded(_MILLI * scene.casing.side, _LENGTH),
-        "order": turns(scene).tolist(),
+        "order": fold.order.tolist(),
         "magnets": _magnets(scene),
         "pinned": scene.mount == "pinned",
         "tube": _tube(scene),
         "field": _field(scene),
         "facts": _facts(fold),
-        "time": _rounded(motion.time, _TIME),
-        "angles": _rounded(motion.angles, _ANGLE),
-        "base": _rounded(_MILLI * motion.base, _LENGTH),
-        "released": motion.released.tolist(),
-        "loaded": loaded(scene, motion.released).sum(axis=1).tolist(),
-        "magnetic": None if scene.magnets is None else _millijoules(energies.magnetic),
-        "kinetic": _millijoules(energies.kinetic),
+        "time": _rounded(fold.time, _TIME),
+        "angles": _rounded(fold.angles, _ANGLE),
+        "base": _rounded(_MILLI * fold.base, _LENGTH),
+        "released": fold.released.tolist(),
+        "loaded": fold.loaded.tolist(),
+        "magnetic": None if fold.magnetic is None else _millijoules(fold.magnetic),
+        "kinetic": _millijoules(fold.kinetic),
     }
-
-
-def _still(fold: Fold) -> Trajectory:
-    """Return the one frame of a chain that ended where it started."""
-    return Trajectory(
-        time=np.array([fold.time]),
-        angles=fold.angles[None],
-        base=fold.base[None],
-        rates=np.zeros_like(fold.angles)[None],
-        released=np.array([fold.scene.n]),
-    )
 
 
 def _magnets(scene: Scene) -> dict[str, list[float]] | None:
@@ -93,7 +105,7 @@ def _field(scene: Scene) -> dict[str, Any] | None:
     }
 
 
-def _facts(fold: Fold) -> list[list[str]]:
+def _facts(fold: Recording) -> list[list[str]]:
     """Return what is written under the drawing: names and values."""
     scene = fold.scene
     facts = {"Sequence": " ".join(scene.sequence), "Mount": scene.mount}
@@ -105,16 +117,16 @@ def _facts(fold: Fold) -> list[list[str]]:
     facts["Friction"] = f"{scene.friction:.4g}"
     if np.isfinite(fold.energy):
         facts["Magnetic energy at the end"] = f"{_MILLI * fold.energy:.4f} mJ".replace("-", "−")
-    facts["Simulated time"] = f"{fold.time:.4f} s"
+    facts["Simulated time"] = f"{fold.duration:.4f} s"
     return [[name, value] for name, value in facts.items()]
 
 
-def _millijoules(joules: npt.NDArray[np.float64]) -> list[float]:
+def _millijoules(joules: Floats) -> list[float]:
     largest = _MILLI * float(np.abs(joules).max())
     digits = _DIGITS if largest == 0.0 else _DIGITS - int(np.ceil(np.log10(largest)))
     return _rounded(_MILLI * joules, digits)
 
 
-def _rounded(values: float | npt.NDArray[np.float64], digits: int) -> Any:
+def _rounded(values: float | Floats, digits: int) -> Any:
     """Return plain rounded numbers, in lists if there are many; no -0."""
     return (np.round(np.asarray(values), digits) + 0.0).tolist()

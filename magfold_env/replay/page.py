@@ -9,8 +9,7 @@ from string import Template
 from typing import Any
 
 from magfold_env.files import write_text
-from magfold_env.fold import Fold
-from magfold_env.replay.data import page_data
+from magfold_env.replay.data import Recording, page_data
 
 # In the order in which they build on each other.
 _SCRIPTS = (
@@ -24,20 +23,15 @@ _SCRIPTS = (
 )
 
 
-def write_html(fold: Fold, path: str | Path) -> None:
+def write_html(fold: Recording, path: str | Path) -> None:
     """Write a page that plays a recorded fold, with everything it needs in one file.
 
     Parameters
     ----------
     fold
-        Simulated with a `frame_rate`.
+        What was recorded of it.
     path
         Where to; written under a temporary name first.
-
-    Raises
-    ------
-    ValueError
-        If the fold was not recorded, or broke down at once.
     """
     write_text(path, page(page_data(fold)))
 

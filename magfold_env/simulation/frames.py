@@ -1,16 +1,23 @@
-"""The frames of one run: taken by the kernels, moved out of their room when it is full."""
+"""The frames of one run: taken by the kernels, moved out of their room when it is full.
+
+And the magnetic energies of what was recorded.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
+from magfold_env.engine.chain import articulated
+from magfold_env.engine.magnets import outer_field, pairs
 from magfold_env.engine.state import FRAMES, Array, Model, Record, State
 from magfold_env.engine.stepping import recorder
 from magfold_env.engine.stepping.step_limits import LONGEST_STEP
-from magfold_env.engine.workspace import new_record
-from magfold_env.fold import Trajectory
+from magfold_env.engine.workspace import new_record, new_work
+from magfold_env.fold import Trajectory, loaded, turns
+from magfold_env.scene import Scene
 from magfold_env.simulation.orientation import Orientation
+from magfold_env.simulation.pack import pack
 
 ROOM = 4096  # frames kept before they are moved out of the kernels' record
 
@@ -66,3 +73,47 @@ class Frames:
             rates=view.rates(v[:, :n]),
             released=n - lo,
         )
+
+
+def magnetic_energy(scene: Scene, motion: Trajectory) -> Array:
+    """Return the magnetic energies of a recorded motion [J], shape (m,).
+
+    Of the magnets that act, an outer field's included, as `Fold.energy` is.
+
+    Parameters
+    ----------
+    scene
+        That was simulated; nothing in it may be left to chance.
+    motion
+        Its trajectory, all of it finite.
+    """
+    # A pinned chain is indexed from component 1, as a trajectory is.
+    model = pack(scene.replace(mount="pinned"))
+    found = np.zeros(len(motion))
+    if not model.magnetic:
+        return found
+    work = new_work(model._replace(contact=False, frictional=False))
+    acting = _acting(scene, motion.released)
+    coordinates = np.concatenate([motion.angles, motion.base], axis=1)
+    for k, q in enumerate(coordinates):
+        charge = model.charge * acting[k, :, None]
+        articulated.place(0, model.bodies, q, work.pose)
+        found[k] = pairs.energy(0, model.magnets, charge, work.pose, work.nodes)
+        if model.field.present:
+            frame = model._replace(charge=charge)
+            found[k] += outer_field.field_energy(0, frame, work.pose, work.nodes)
+    return found
+
+
+def _acting(scene: Scene, released: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    """Return whose magnets act, shape (m, n).
+
+    Those of the released components and, in the tube, of the loaded ones behind them, up to the
+    first component without any magnet.
+    """
+    turn = turns(scene)
+    has_magnets = loaded(scene, released) & scene.charges.any(axis=1)
+    out = turn < released[:, None]
+    # Turns are their own inverse: they also put components in the order in which they leave.
+    unbroken = np.logical_and.accumulate((out | has_magnets)[:, turn], axis=1)
+    return unbroken[:, turn] & has_magnets

@@ -21,7 +21,7 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word
 from magfold_env.simulation import view
 from magfold_env.simulation.endings import ending, work_cap
-from magfold_env.simulation.frames import Frames
+from magfold_env.simulation.frames import Frames, magnetic_energy
 from magfold_env.simulation.orientation import Orientation
 from magfold_env.simulation.pack import component_charges, pack, reversed_inside
 
@@ -239,6 +239,7 @@ class Session:
             steps=self.steps,
             evaluations=self.evaluations,
             trajectory=self._frames.trajectory(self._view),
+            magnetic_energy=magnetic_energy,
         )
 
     def scene(self) -> Scene:

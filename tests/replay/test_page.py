@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.minimiser.along import energies_along
-from magfold_env.replay import write_html
-from magfold_env.replay.data import page_data
+from magfold_env.fold import kinetic_energy, recording
+from magfold_env.replay import page_data
+from magfold_env.simulation.frames import magnetic_energy
 from tests.folds import FREE, recorded
 
 TUBE = mf.load_scene("tube-feed")
@@ -70,9 +70,8 @@ def test_a_page_holds_the_recorded_motion(tmp_path: Path) -> None:
     np.testing.assert_allclose(data["time"], motion.time, atol=1e-6)
     np.testing.assert_allclose(data["angles"], motion.angles, atol=1e-4)
     np.testing.assert_allclose(np.array(data["base"]) / 1e3, motion.base, atol=1e-7)
-    energies = energies_along(FREE, motion)
-    for name in ("magnetic", "kinetic"):
-        expected = 1e3 * getattr(energies, name)
+    for name, find in (("magnetic", magnetic_energy), ("kinetic", kinetic_energy)):
+        expected = 1e3 * find(FREE, motion)
         np.testing.assert_allclose(data[name], expected, atol=1e-4 * np.abs(expected).max())
     assert data["tube"] is data["field"] is None
 
@@ -101,7 +100,7 @@ def test_no_text_of_a_fold_can_end_its_script(text: str, tmp_path: Path) -> None
 def test_what_surrounds_a_chain_is_on_the_page() -> None:
     magnet = mf.FixedMagnet(position=(0.05, 0.1), width=0.04, height=0.04, thickness=0.02)
     scene = TUBE.replace(field={"uniform": (0.0, 2e-5), "magnet": magnet.model_dump()})
-    data = page_data(recorded("LRLLL", scene))
+    data = page_data(recording(recorded("LRLLL", scene)))
     assert data["tube"] == {"bore": round(1e3 * scene.bore, 4), "wall": 1.0}
     np.testing.assert_allclose(np.array(data["field"]["corners"]) / 1e3, magnet.corners, atol=1e-7)
     assert data["field"]["uniform"] == pytest.approx([0.0, 0.02])
@@ -109,8 +108,8 @@ def test_what_surrounds_a_chain_is_on_the_page() -> None:
     # Loaded at the mouth: one more than has left it.
     assert data["loaded"] == [min(out + 1, 6) for out in data["released"]]
     backward = recorded("LRLLL", scene.replace(feed={"direction": "backward"}))
-    assert page_data(backward)["order"] == [5, 4, 3, 2, 1, 0]
-    bare = page_data(recorded("LRLLL", FREE.replace(magnets=None, mount="pinned")))
+    assert page_data(recording(backward))["order"] == [5, 4, 3, 2, 1, 0]
+    bare = page_data(recording(recorded("LRLLL", FREE.replace(magnets=None, mount="pinned"))))
     assert bare["magnets"] is bare["magnetic"] is None
     assert bare["pinned"]
 
@@ -124,14 +123,20 @@ def test_a_single_component_has_a_page(tmp_path: Path) -> None:
 def test_a_fold_that_was_not_recorded_is_refused(tmp_path: Path) -> None:
     still = replace(recorded("LRLLL"), trajectory=None)
     with pytest.raises(ValueError, match="simulate it with a frame_rate"):
-        write_html(still, tmp_path / "fold.html")
+        still.to_html(tmp_path / "fold.html")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_fold_that_was_not_simulated_has_a_page_without_magnetic_energies() -> None:
+    data = page_data(recording(replace(recorded("LRLLL"), magnetic_energy=None)))
+    assert data["magnetic"] is None
+    assert max(data["kinetic"]) > 0.0
 
 
 def test_a_chain_that_rested_at_once_is_one_frame() -> None:
     fold = recorded("LRLLL")
     nothing = {name: value[:0] for name, value in vars(fold.trajectory).items()}
-    data = page_data(replace(fold, trajectory=mf.Trajectory(**nothing), time=0.0))
+    data = page_data(recording(replace(fold, trajectory=mf.Trajectory(**nothing), time=0.0)))
     assert data["time"] == [0.0]
     np.testing.assert_allclose(data["angles"], [fold.angles], atol=1e-4)
     assert data["kinetic"] == [0.0]
@@ -141,12 +146,12 @@ def test_a_fold_that_broke_down_is_shown_up_to_there() -> None:
     fold = replace(recorded("LRLLL"), energy=np.nan, angles=np.full(6, np.nan))
     assert fold.trajectory is not None
     fold.trajectory.angles[20:] = np.nan
-    data = page_data(fold)
+    data = page_data(recording(fold))
     assert len(data["time"]) == len(data["angles"]) == len(data["magnetic"]) == 20
     assert json.dumps(data, allow_nan=False)
     fold.trajectory.base[0] = np.inf
     with pytest.raises(ValueError, match="without a finite frame"):
-        page_data(fold)
+        page_data(recording(fold))
 
 
 def test_the_page_has_the_colours_of_the_pictures() -> None:
