@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 import typer
 
-from magfold_env.cli.errors import errors_in_one_line
+from magfold_env.cli.options import errors_in_one_line
 
 bench = typer.Typer(no_args_is_help=True)
 

@@ -1,18 +1,16 @@
-"""What `magfold design` does: search, show what speaks for the result, and write it."""
+"""`magfold design`: search, show what speaks for the result, and write it."""
 
-from __future__ import annotations
-
-from collections.abc import Generator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, cast
 
+import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import TaskID
 from rich.table import Table
 
-from magfold_env.designer import Design
-from magfold_env.scene import save_scene
+from magfold_env import designer
+from magfold_env.cli import options
+from magfold_env.scene import load_scene, save_scene
 
 _STAGES = {
     "energies": "comparing sequences by energy",
@@ -21,25 +19,66 @@ _STAGES = {
 }
 
 
-@contextmanager
-def progress_bar() -> Generator[Any]:
-    """Offer a function for `design` that shows its progress on stderr, if that is a terminal."""
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
-        tasks: dict[str, Any] = {}
+def design(  # noqa: PLR0913 - one parameter an option
+    target: Annotated[str, typer.Argument(help="Word over L, S and R, one letter a joint.")],
+    *,
+    scene: Annotated[
+        str | None,
+        typer.Option(help="Scene whose casing, magnets, friction and spreads count."),
+    ] = None,
+    mode: options.Mode = "forward",
+    objective: Annotated[
+        str, typer.Option(help="probability, ground, unique, gap or sensitivity.")
+    ] = "probability",
+    search: Annotated[
+        str | None, typer.Option(help="exhaustive, annealing or cross-entropy.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
+    speed: Annotated[
+        list[float] | None, typer.Option(help="Feed speed to try [m/s]; may repeat.")
+    ] = None,
+    budget: Annotated[int, typer.Option(help="Releases of the search, about.")] = 2000,
+    goal: Annotated[float, typer.Option(help="Probability that is enough.")] = 0.9,
+    runs: Annotated[int, typer.Option(help="Releases that judge the result.")] = 100,
+    workers: options.WorkerCount = None,
+    backend: options.BackendName = None,
+    address: options.Address = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for JSON and the scene; a killed command goes on in it."),
+    ] = None,
+    json: options.Json = None,
+) -> None:
+    """Search for magnets and a feed speed that fold into a word; exit code 1 if none are found."""
+    with options.errors_in_one_line():
+        options.check_outputs({"--json": json})
+        with options.progress_bar() as bar:
+            tasks: dict[str, TaskID] = {}
 
-        def show_progress(stage: str, done: float) -> None:
-            if stage not in tasks:
-                tasks[stage] = bar.add_task(_STAGES[stage], total=1.0)
-            bar.update(tasks[stage], completed=done)
+            def show_progress(stage: str, done: float) -> None:
+                if stage not in tasks:
+                    tasks[stage] = bar.add_task(_STAGES[stage], total=1.0)
+                bar.update(tasks[stage], completed=done)
 
-        yield show_progress
+            found = designer.design(
+                target,
+                None if scene is None else load_scene(scene),
+                # These options are text; the designer says which are allowed.
+                cast("Any", mode),
+                cast("Any", objective),
+                search=cast("Any", search), seed=seed, speeds=speed or None,
+                budget=budget, goal=goal, runs=runs,
+                workers=workers, backend=cast("Any", backend), address=address,
+                state=None if out is None else out / "state",
+                progress=show_progress,
+            )  # fmt: skip
+        show(found)
+        options.say_written(*write(found, out, json))
+    if not found.reached:
+        raise typer.Exit(1)
 
 
-def show(design: Design) -> None:
+def show(design: designer.Design) -> None:
     """Print a design and what speaks for it, or why there is none."""
     console = Console()
     if design.scene is None:
@@ -51,7 +90,7 @@ def show(design: Design) -> None:
     console.print(table)
 
 
-def write(design: Design, out: Path | None, json: Path | None) -> list[Path]:
+def write(design: designer.Design, out: Path | None, json: Path | None) -> list[Path]:
     """Write the files that are wanted and return their paths."""
     written: list[Path] = []
     if out is not None:
@@ -67,41 +106,27 @@ def write(design: Design, out: Path | None, json: Path | None) -> list[Path]:
     return written
 
 
-def _rows(design: Design) -> list[tuple[str, str]]:
+def _rows(design: designer.Design) -> list[tuple[str, str]]:
     rows = [("sequence", " ".join(design.sequence))]
     if design.speed is not None:
-        rows.append(("feed", f"{design.mode}, {_speed(design.speed)}"))
+        speeds = design.speed if isinstance(design.speed, tuple) else (design.speed,)
+        rows.append(("feed", f"{design.mode}, {', '.join(f'{each:g}' for each in speeds)} m/s"))
     if design.probability is not None:
         fresh = f"{design.probability} of {design.probability.trials} releases of its own"
         rows.append((f"folds into {design.target}", fresh))
     if (evidence := design.evidence) is not None:
         side = "higher" if evidence.gap >= 0.0 else "lower"
+        stable = "yes, as the only word" if evidence.only_stable else "yes"
         rows += [
             ("energy", f"{1e3 * evidence.energy:.3f} mJ"),
             ("next word", f"{evidence.rival}, {1e3 * abs(evidence.gap):.3f} mJ {side}"),
             ("bears errors of single magnets", f"{100 * evidence.tolerance:.0f} %"),
-            ("stable", _stability(evidence.stable, evidence.only_stable)),
+            ("stable", stable if evidence.stable else "no"),
         ]
-    if design.shortfall is not None:
-        rows.append(("below the proven optimum", _short(design)))
+    if (short := design.shortfall) is not None:
+        gap = design.objective == "gap"
+        by = f"by {1e3 * short:.3f} mJ" if gap else f"by {100 * short:.1f} %"
+        rows.append(("below the proven optimum", by))
     rows.append(("asked", ", ".join(f"{count} {name}" for name, count in design.calls.items())))
     rows.append(("reached", "yes" if design.reached else "no"))
     return rows
-
-
-def _speed(speed: float | tuple[float, ...]) -> str:
-    speeds = speed if isinstance(speed, tuple) else (speed,)
-    return ", ".join(f"{each:g}" for each in speeds) + " m/s"
-
-
-def _stability(stable: bool, only: bool) -> str:
-    if not stable:
-        return "no"
-    return "yes, as the only word" if only else "yes"
-
-
-def _short(design: Design) -> str:
-    shortfall = design.shortfall or 0.0
-    if design.objective == "gap":
-        return f"by {1e3 * shortfall:.3f} mJ"
-    return f"by {100 * shortfall:.1f} %"

@@ -1,25 +1,70 @@
-"""What `magfold ensemble` does: change the scene, release it, show and write what came of it."""
-
-from __future__ import annotations
+"""`magfold ensemble`: release a chain many times, and show and write what came of it."""
 
 import csv
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any, cast
 
+import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
-from rich.table import Table
 
-from magfold_env.ensembles import Ensemble, ensemble, predictions, release
+from magfold_env import ensembles
+from magfold_env.cli import options
 from magfold_env.files import write_text
-from magfold_env.minimiser.result import Mode
 from magfold_env.parallel import Workers
 from magfold_env.reporting.statistics import Share
-from magfold_env.scene import Problem, Scene, SceneError, Spreads
+from magfold_env.scene import Problem, Scene, SceneError, Spreads, load_scene
 
 _ANGLES = "start_angles"
+
+
+def ensemble(  # noqa: PLR0913 - one parameter an option
+    scene: options.SceneName,
+    *,
+    runs: Annotated[int, typer.Option(help="How many releases.")] = 1000,
+    seed: options.DrawSeed = 0,
+    mode: Annotated[
+        str | None, typer.Option(help="free, forward or backward, in place of the scene's.")
+    ] = None,
+    speed: options.Speed = None,
+    friction: options.Friction = None,
+    spread: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME=WIDTH: start_angles [rad], or one of the scene's spreads."),
+    ] = None,
+    workers: options.WorkerCount = None,
+    backend: options.BackendName = None,
+    address: options.Address = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for JSON, CSV and PNG files; a killed command goes on in it."),
+    ] = None,
+    png: options.Png = None,
+) -> None:
+    """Release a chain many times and show the probability of every word and status."""
+    with options.errors_in_one_line():
+        options.check_outputs({"--png": png})
+        if out is not None or png is not None:
+            options.need_render(charts=True)
+        changed = changed_scene(
+            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread or []
+        )
+        asked = Workers(workers, cast("Any", backend), address)
+        with options.progress_bar(text=False, count=True) as bar:
+            task = bar.add_task("", total=runs)
+            made = ensembles.ensemble(
+                changed,
+                runs,
+                seed,
+                workers=asked.count,
+                backend=asked.backend,
+                address=asked.address,
+                state=None if out is None else out / "state",
+                progress=lambda made, total: bar.update(task, completed=made, total=total),
+            )
+        show(made)
+        options.say_written(*write(made, out, png))
 
 
 def changed_scene(
@@ -51,7 +96,7 @@ def changed_scene(
         If an option is not allowed.
     """
     if mode is not None:
-        scene = release(scene, cast("Mode", mode))
+        scene = ensembles.release(scene, cast("Any", mode))
     changes: dict[str, Any] = {} if speed is None else {"feed": {"speed": speed}}
     if friction is not None:
         changes["friction"] = friction
@@ -61,42 +106,31 @@ def changed_scene(
     return scene.replace(**changes, spreads=widths)
 
 
-def make(scene: Scene, runs: int, seed: int, team: Workers, out: Path | None) -> Ensemble:
-    """Release a scene with a progress bar on stderr; with a folder, go on where it stopped."""
-    console = Console(stderr=True)
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
-        task = bar.add_task("", total=runs)
-        return ensemble(
-            scene,
-            runs,
-            seed,
-            workers=team.count,
-            backend=team.backend,
-            address=team.address,
-            state=None if out is None else out / "state",
-            progress=lambda made, total: bar.update(task, completed=made, total=total),
-        )
-
-
-def show(made: Ensemble) -> None:
+def show(made: ensembles.Ensemble) -> None:
     """Print the probabilities, and which searches of the minimiser name each word."""
-    console = Console()
-    console.print(_outcomes_table(made))
-    table = Table(title="By status")
-    for name in ("status", "runs", "share", "95 %"):
-        table.add_column(name, justify="left" if name == "status" else "right")
+    named: dict[str, list[str]] = {}
+    for search, word in ensembles.predictions(made.scene).items():
+        named.setdefault(word, []).append(search.removesuffix(" search"))
+    numbers = {"runs": True, "share": True, "95 %": True}
+    columns = {"word": False, "status": False, **numbers, "minimiser's search": False}
+    missed = [f"{word} ({', '.join(by)})" for word, by in named.items() if word not in made.words]
+    outcomes = options.table(
+        f"{len(made)} releases, seed {made.seed}",
+        columns,
+        f"The minimiser also names {'; '.join(missed)}." if missed else None,
+    )
+    for (word, status), found in made.outcomes.items():
+        outcomes.add_row(word, status.value, *_cells(found), ", ".join(named.get(word, [])))
+    statuses = options.table("By status", {"status": False, **numbers})
     for status, found in made.statuses.items():
-        table.add_row(status.value, str(found.successes), *_per_cent(found))
-    console.print(table)
+        statuses.add_row(status.value, *_cells(found))
+    console = Console()
+    console.print(outcomes)
+    console.print(statuses)
 
 
-def write(made: Ensemble, out: Path | None, png: Path | None) -> list[Path]:
+def write(made: ensembles.Ensemble, out: Path | None, png: Path | None) -> list[Path]:
     """Write the files that are wanted and return their paths."""
-    from magfold_env.render import draw_ensemble  # noqa: PLC0415 - an extra
-
     written: list[Path] = []
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -105,30 +139,15 @@ def write(made: Ensemble, out: Path | None, png: Path | None) -> list[Path]:
         made.to_csv(written[1])
         write_text(written[2], _outcomes_csv(made))
     pictures = [path for path in (png, out / "ensemble.png" if out else None) if path is not None]
-    for path in pictures:
-        draw_ensemble(made, path)
+    if pictures:
+        from magfold_env.render import draw_ensemble  # noqa: PLC0415 - an extra
+
+        for path in pictures:
+            draw_ensemble(made, path)
     return written + pictures
 
 
-def _outcomes_table(made: Ensemble) -> Table:
-    named: dict[str, list[str]] = {}
-    for search, word in predictions(made.scene).items():
-        named.setdefault(word, []).append(search.removesuffix(" search"))
-    table = Table(title=f"{len(made)} releases, seed {made.seed}")
-    searches = "minimiser's search"
-    for name in ("word", "status", "runs", "share", "95 %", searches):
-        left = name in ("word", "status", searches)
-        table.add_column(name, justify="left" if left else "right")
-    for (word, status), found in made.outcomes.items():
-        by = ", ".join(named.get(word, []))
-        table.add_row(word, status.value, str(found.successes), *_per_cent(found), by)
-    missed = [f"{word} ({', '.join(by)})" for word, by in named.items() if word not in made.words]
-    if missed:
-        table.caption = f"The minimiser also names {'; '.join(missed)}."
-    return table
-
-
-def _outcomes_csv(made: Ensemble) -> str:
+def _outcomes_csv(made: ensembles.Ensemble) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["word", "status", "runs", "probability", "low", "high"])
@@ -138,8 +157,8 @@ def _outcomes_csv(made: Ensemble) -> str:
     return text.getvalue()
 
 
-def _per_cent(found: Share) -> tuple[str, str]:
-    return f"{found.rate:.1%}", f"{found.low:.1%} to {found.high:.1%}"
+def _cells(found: Share) -> tuple[str, str, str]:
+    return str(found.successes), f"{found.rate:.1%}", f"{found.low:.1%} to {found.high:.1%}"
 
 
 def _named_width(text: str) -> tuple[str, float]:

@@ -1,60 +1,46 @@
-"""What `magfold paper` does: reproduce, with a progress bar, and show what agrees."""
+"""`magfold paper`: reproduce the paper, and show what agrees."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
-from rich.console import Console
+import typer
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from magfold_env.paper.page import Done, overview
-from magfold_env.paper.run import NUMBERS, PAGE, run
-from magfold_env.reporting.plotting import figure_class
+from magfold_env.cli import options
 from magfold_env.reporting.tables import rich_table
 
-FILE_WIDTH = 150  # of what is said where it is not written to a terminal
 
+def paper(
+    *,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="table-1, figure-7, figure-11, figure-12, figures-13-14, figure-15, figure-16, "
+            "figure-18 or figure-19; may repeat."
+        ),
+    ] = None,
+    quick: options.Quick = False,
+    out: options.Results = Path("runs/paper"),
+) -> None:
+    """Reproduce the paper's figures and tables on one page, and say what agrees."""
+    with options.errors_in_one_line():
+        options.need_render(charts=True)
+        from magfold_env.paper.page import overview  # noqa: PLC0415 - for this command only
+        from magfold_env.paper.run import NUMBERS, PAGE, run  # noqa: PLC0415
 
-def reproduce(only: Sequence[str], quick: bool, out: Path) -> None:
-    """Measure, write and show.
+        with options.progress_bar() as bar:
+            task = bar.add_task("", total=1.0)
 
-    Raises
-    ------
-    ValueError
-        If a part is not known, or the folder holds another version's parts.
-    ImportError
-        If the extra `render` is not installed.
-    """
-    import magfold_env.render  # noqa: F401, PLC0415  # pyright: ignore[reportUnusedImport]
+            def progress(share: float, what: str) -> None:
+                bar.update(task, completed=share, description=what)
 
-    figure_class()
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
-        task = bar.add_task("", total=1.0)
-
-        def progress(share: float, what: str) -> None:
-            bar.update(task, completed=share, description=what)
-
-        done = run(only, quick, out, progress)
-    _show(done, out)
-
-
-def _show(done: Sequence[Done], out: Path) -> None:
-    """Print what disagrees, how many statements agree, and where the rest is."""
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=FILE_WIDTH)
-    for each in done:
-        for claim in each.claims:
-            if claim.holds is False:
-                text = f"• {each.part.name}: {claim.stated} Here: {claim.found}"
-                console.print(escape(text), highlight=False)
-    console.print(rich_table(overview(done)))
-    for path in (out / PAGE, out / NUMBERS):
-        console.print(f"written: {path}", highlight=False, soft_wrap=True)
-    console.print(f"pictures and tables of numbers: {out}", highlight=False, soft_wrap=True)
+            done = run(only or [], quick, out, progress)
+        console = options.wide_console()
+        for each in done:
+            for claim in each.claims:
+                if claim.holds is False:
+                    text = f"• {each.part.name}: {claim.stated} Here: {claim.found}"
+                    console.print(escape(text), highlight=False)
+        console.print(rich_table(overview(done)))
+        options.say_written(out / PAGE, out / NUMBERS)
+        typer.echo(f"pictures and tables of numbers: {out}")

@@ -1,58 +1,55 @@
-"""What `magfold stress` does: try cases, or a scene again, and show what was found."""
+"""`magfold stress`: try cases, or a scene again, and show what was found."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+import typer
 
+from magfold_env.cli import options
 from magfold_env.scene import load_scene
-from magfold_env.stress import campaign, report
-from magfold_env.stress.laws import check
-from magfold_env.stress.tally import Tally
-
-FILE_WIDTH = 150  # of the tables where they are not written to a terminal
 
 
-def try_cases(
-    cases: int, seed: int, only: Sequence[str], workers: int, minutes: float | None, out: Path
-) -> bool:
-    """Run a campaign with a progress bar on stderr; returns whether every law was kept."""
-    console = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    )  # fmt: skip
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
-        task = bar.add_task("", total=cases)
+def stress(
+    *,
+    cases: Annotated[int, typer.Option(help="Scenes to try.")] = 1000,
+    seed: options.DrawSeed = 0,
+    only: Annotated[
+        list[str] | None, typer.Option(help="A kind of scenes, see the table; may repeat.")
+    ] = None,
+    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+    minutes: Annotated[
+        float | None, typer.Option(help="Begin no more after this time; no limit if left out.")
+    ] = None,
+    out: options.Results = Path("runs/stress"),
+    rerun: Annotated[
+        Path | None, typer.Option(help="Judge the scene in this file, and try nothing else.")
+    ] = None,
+) -> None:
+    """Try to break the simulation by random and extreme scenes; exit code 1 if a law is broken."""
+    from magfold_env.stress import campaign, laws, report  # noqa: PLC0415 - for this command only
 
-        def progress(tally: Tally) -> None:
-            said = f"{len(tally.failures)} break a law"
-            bar.update(task, completed=tally.cases, description=said)
+    with options.errors_in_one_line():
+        if rerun is not None:
+            verdict = laws.check(load_scene(rerun))
+            options.wide_console().print(report.verdict_table(rerun.name, verdict))
+            kept = not verdict.broken
+        else:
+            with options.progress_bar(count=True) as bar:
+                task = bar.add_task("", total=cases)
 
-        tally = campaign.run(
-            cases, seed, only, workers=workers, minutes=minutes, out=out, progress=progress
-        )
-    shown = _console()
-    for table in (report.kinds_table(tally), report.laws_table(tally)):
-        shown.print(table)
-    for path in report.write(tally, out):
-        shown.print(f"written: {path}", highlight=False, soft_wrap=True)
-    if tally.failures:
-        shown.print(f"failing scenes: {out / 'failures'}", highlight=False, soft_wrap=True)
-    return not tally.failures
+                def progress(tally: campaign.Tally) -> None:
+                    text = f"{len(tally.failures)} break a law"
+                    bar.update(task, completed=tally.cases, description=text)
 
-
-def try_again(path: Path) -> bool:
-    """Judge the scene in a file; returns whether it keeps every law."""
-    verdict = check(load_scene(path))
-    _console().print(report.verdict_table(path.name, verdict))
-    return not verdict.broken
-
-
-def _console() -> Console:
-    console = Console()
-    return console if console.is_terminal else Console(width=FILE_WIDTH)
+                tally = campaign.run(
+                    cases, seed, only or [],
+                    workers=workers, minutes=minutes, out=out, progress=progress,
+                )  # fmt: skip
+            for table in (report.kinds_table(tally), report.laws_table(tally)):
+                options.wide_console().print(table)
+            options.say_written(*report.write(tally, out))
+            if tally.failures:
+                typer.echo(f"failing scenes: {out / 'failures'}")
+            kept = not tally.failures
+    if not kept:
+        raise typer.Exit(1)

@@ -9,7 +9,8 @@ import pytest
 from PIL import Image
 
 import magfold_env as mf
-from magfold_env.cli import app
+from magfold_env import minimiser
+from magfold_env.cli import fold
 from magfold_env.minimiser import minimise
 from tests.command_line import fails_in_one_line, rows, run
 
@@ -50,7 +51,7 @@ def test_a_failed_simulation_ends_with_exit_code_1(
 ) -> None:
     good = mf.simulate(mf.load_scene(quick))
     broken = {"status": mf.FoldStatus.FAILED, "message": "[numbers] broke down", "energy": math.nan}
-    monkeypatch.setattr(app, "simulate", lambda *_, **__: mf.Fold(**{**vars(good), **broken}))
+    monkeypatch.setattr(fold, "simulate", lambda *_, **__: mf.Fold(**{**vars(good), **broken}))
     result = run("fold", quick)
     assert result.exit_code == 1
     assert "failed ([numbers] broke down)" in result.stdout
@@ -151,12 +152,12 @@ def test_minimise_shows_the_decisions_of_a_feed() -> None:
 
 
 def test_a_feed_that_shuts_itself_in_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    def trapped(scene: mf.Scene, mode: str = "free", *rest: object) -> object:
+    def trapped(scene: mf.Scene, mode: str = "free", *rest: object, **named: object) -> object:
         if mode == "backward":
             raise ValueError("mode: 'backward' runs into a dead end")
-        return minimise(scene, mode, *rest)  # pyright: ignore[reportArgumentType]
+        return minimise(scene, mode, *rest, **named)  # pyright: ignore[reportArgumentType]
 
-    monkeypatch.setattr(app, "minimise", trapped)
+    monkeypatch.setattr(minimiser, "minimise", trapped)
     result = run("minimise", "paper/sequence-1")
     assert result.exit_code == 0
     assert "forward" in result.stdout
@@ -170,5 +171,5 @@ def test_pictures_without_the_extra_are_refused_before_the_work(
     for name in [name for name in sys.modules if name.startswith("magfold_env.render")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "PIL", None)
-    monkeypatch.setattr(app, "simulate", lambda *_, **__: pytest.fail("simulated all the same"))
+    monkeypatch.setattr(fold, "simulate", lambda *_, **__: pytest.fail("simulated all the same"))
     fails_in_one_line(run("fold", quick, "--png", tmp_path / "x.png"), "pictures need Pillow")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import magfold_env as mf
-from magfold_env.cli import app
+from magfold_env.cli import fold
 from tests.command_line import fails_in_one_line, run
 
 
@@ -56,7 +56,7 @@ def test_a_sheet_is_written(quick: str, tmp_path: Path, suffix: str) -> None:
 def test_files_that_cannot_be_written_are_told_before_the_work(
     option: str, value: str, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(app, "simulate", lambda *_, **__: pytest.fail("simulated all the same"))
+    monkeypatch.setattr(fold, "simulate", lambda *_, **__: pytest.fail("simulated all the same"))
     result = run("fold", "paper/sequence-3", option, value)
     fails_in_one_line(result, f"error: {message}")
 
@@ -68,7 +68,7 @@ def test_a_sheet_without_the_extra_is_refused_before_the_work(
     if missing == "PIL":
         _without_extra(monkeypatch)
     monkeypatch.setitem(sys.modules, missing, None)
-    monkeypatch.setattr(app, "simulate", lambda *_, **__: pytest.fail("simulated all the same"))
+    monkeypatch.setattr(fold, "simulate", lambda *_, **__: pytest.fail("simulated all the same"))
     result = run("fold", quick, "--sheet", tmp_path / "sheet.pdf")
     assert result.exit_code == 2
     assert "pip install 'magfold_env[render]'" in result.stderr

@@ -1,0 +1,158 @@
+"""`magfold minimise`: rank states by energy, and search component by component."""
+
+import json as jsons
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import asdict
+from typing import Annotated, Any, cast
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from magfold_env import minimiser
+from magfold_env.cli import options
+from magfold_env.files import write_text
+from magfold_env.scene import Scene, load_scene
+
+MODES = ("forward", "backward")
+_ALPHABET = "abcdefghijklmnopqrstuvwxyz"
+
+
+def minimise(
+    scene: options.SceneName,
+    mode: options.Mode = "free",
+    top: Annotated[int, typer.Option(help="How many states to show.")] = 5,
+    among: Annotated[
+        str, typer.Option(help="Words to rank: all, folded (no S) or stable (and no conflict).")
+    ] = "all",
+    png: options.Png = None,
+    json: options.Json = None,
+) -> None:
+    """Rank the states of a chain by magnetic energy, and search it component by component."""
+    with options.errors_in_one_line(), options.busy("searching"):
+        options.check_outputs({"--png": png, "--json": json})
+        loaded = load_scene(scene)
+        if png is not None:
+            options.need_render()
+        # The options are text; the minimiser says which are allowed.
+        found = minimiser.minimise(loaded, cast("Any", mode), top, cast("Any", among))
+        feeds = _feeds(loaded)
+    console = Console()
+    console.print(states_table(found))
+    if found.decisions:
+        console.print(decisions_table(found))
+    console.print(one_by_one_table(loaded, feeds))
+    with options.errors_in_one_line(), options.busy("drawing"):
+        if png is not None:
+            from magfold_env.render import draw_states  # noqa: PLC0415 - an extra
+
+            draw_states(loaded, found.states, png)
+        if json is not None:
+            write_text(json, to_json(loaded, found, *feeds))
+    options.say_written(png, json)
+
+
+def _feeds(scene: Scene) -> list[minimiser.Minimum]:
+    """Return the component-by-component searches that reach an end."""
+    found: list[minimiser.Minimum] = []
+    for mode in MODES:
+        # A search may shut itself in: its next component then overlaps with every letter.
+        with suppress(ValueError):
+            found.append(minimiser.minimise(scene, mode))
+    return found
+
+
+def states_table(found: minimiser.Minimum) -> Table:
+    """Return the states of a search, lowest energy first; equal outlines have equal letters."""
+    table = _table(
+        f"States by energy ({found.mode}, {found.examined} words compared)",
+        ("", "word", "energy", "score", "conflicts", "stable", "outline", "tied"),
+        "Energies in mJ, the score with pairs inside components.\nEqual letters: equal outlines.",
+    )
+    outlines = list(dict.fromkeys(state.outline for state in found.states))
+    for rank, state in enumerate(found.states, start=1):
+        table.add_row(
+            str(rank),
+            state.word,
+            options.millijoules(state.energy),
+            options.millijoules(state.coulomb_score),
+            _pairs(state),
+            "yes" if state.stable else "no",
+            _letter(outlines.index(state.outline)),
+            " ".join(state.tied) or "none",
+        )
+    return table
+
+
+def decisions_table(found: minimiser.Minimum) -> Table:
+    """Return how a component-by-component search decided each joint, in its order."""
+    columns = ("joint", "energy S", "energy L", "energy R", "letter", "tied")
+    table = _table("Decisions", columns, "Energies in mJ; -- is an overlap.")
+    for decision in found.decisions:
+        energies = {
+            option.letter: options.millijoules(option.energy) for option in decision.options
+        }
+        table.add_row(
+            str(decision.joint),
+            *(energies.get(letter, "--") for letter in "SLR"),
+            decision.letter,
+            decision.tied or "none",
+        )
+    return table
+
+
+def one_by_one_table(scene: Scene, feeds: Sequence[minimiser.Minimum]) -> Table:
+    """Return where component-by-component searches end, beside the paper's Table 1.
+
+    The paper calls the stable states of sequence k SkA, SkB, ... by ascending energy.
+    """
+    from magfold_env.paper.quoted import TABLE_1  # noqa: PLC0415 - for this table only
+
+    numbers = (k for k in TABLE_1 if scene.sequence == load_scene(f"paper/sequence-{k}").sequence)
+    number = next(numbers, None)
+    title, columns = "Component-by-component search", ["direction", "word", "energy", "conflicts"]
+    names: dict[str, str] = {}
+    if number is not None:
+        title += " (the paper's Table 1)"
+        columns += ["state", "in the paper"]
+        stable = minimiser.minimise(scene, top=len(_ALPHABET), among="stable").states
+        names = {s.word: f"S{number}{_letter(k).upper()}" for k, s in enumerate(stable)}
+    shut = "A direction that is missing shuts itself in: every letter overlaps."
+    table = _table(title, columns, None if len(feeds) == len(MODES) else shut)
+    for found in feeds:
+        state = found.best
+        cells = [found.mode, state.word, options.millijoules(state.energy), _pairs(state)]
+        if number is not None:
+            cells += [names.get(state.word, "not stable"), TABLE_1[number][found.mode]]
+        table.add_row(*cells)
+    return table
+
+
+def to_json(scene: Scene, *searches: minimiser.Minimum) -> str:
+    """Return searches as JSON text: the ranked one first, energies in J."""
+    found = [
+        {
+            **asdict(search),
+            "states": [{**asdict(state), "stable": state.stable} for state in search.states],
+        }
+        for search in searches
+    ]
+    data = {"scene": scene.model_dump(mode="json"), "searches": found}
+    return jsons.dumps(data, indent=2, allow_nan=False) + "\n"
+
+
+def _table(title: str, names: Sequence[str], caption: str | None) -> Table:
+    numbers = ("", "joint", "score")
+    columns = {name: name in numbers or name.startswith("energy") for name in names}
+    return options.table(title, columns, caption)
+
+
+def _letter(index: int) -> str:
+    """Return a, b, ..., z, aa, ab, ... for 0, 1, ..."""
+    more, last = divmod(index, len(_ALPHABET))
+    return (_letter(more - 1) if more else "") + _ALPHABET[last]
+
+
+def _pairs(state: minimiser.State) -> str:
+    return ", ".join(f"{first}-{second}" for first, second in state.conflicts) or "none"

@@ -1,0 +1,133 @@
+"""What commands share: their options, checks before the long work, and how they tell things."""
+
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import progress
+from rich.console import Console
+from rich.status import Status
+from rich.table import Table
+
+SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
+Mode = Annotated[str, typer.Option(help="free, forward or backward.")]
+Speed = Annotated[float | None, typer.Option(help="Feed speed [m/s].")]
+Friction = Annotated[float | None, typer.Option(help="Friction coefficient.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]
+DrawSeed = Annotated[int, typer.Option(help="Seed of all draws.")]
+Png = Annotated[Path | None, typer.Option(help="Draw the result as a picture.")]
+Json = Annotated[Path | None, typer.Option(help="Write the result as JSON.")]
+WorkerCount = Annotated[int | None, typer.Option(help="Runs at a time; all cores if left out.")]
+BackendName = Annotated[
+    str | None, typer.Option(help="threads, processes or ray; what suits if left out.")
+]
+Address = Annotated[str | None, typer.Option(help="Address of a Ray cluster.")]
+Quick = Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")]
+Results = Annotated[
+    Path, typer.Option(help="Folder of the results; a killed command goes on in it.")
+]
+
+FILE_WIDTH = 150  # of wide tables where they are not written to a terminal
+
+
+@contextmanager
+def errors_in_one_line() -> Generator[None]:
+    """Tell what the user got wrong on one line of stderr and end with exit code 2."""
+    try:
+        yield
+    except (ValueError, OSError, ImportError) as error:
+        message = "; ".join(str(error).splitlines())
+        typer.echo(f"error: {message}", err=True)
+        raise typer.Exit(2) from None
+
+
+def check_outputs(paths: Mapping[str, Path | None]) -> None:
+    """Fail before the long work if a result could not be written.
+
+    Parameters
+    ----------
+    paths
+        Where to, by the option that says so; None for what is not asked for.
+    """
+    for option, path in paths.items():
+        if path is not None and not path.parent.is_dir():
+            raise ValueError(f"{option}: {str(path)!r} is not allowed; its folder must exist")
+        if path is not None and path.is_dir():
+            raise ValueError(f"{option}: {str(path)!r} is not allowed; must not be a folder")
+
+
+def need_render(*, charts: bool = False) -> None:
+    """Fail before the long work if pictures, or charts too, are wanted that cannot be drawn."""
+    try:
+        import magfold_env.render  # noqa: F401, PLC0415  # pyright: ignore[reportUnusedImport]
+    except ImportError as error:
+        raise ValueError(str(error)) from error
+    if charts:
+        from magfold_env.reporting.plotting import figure_class  # noqa: PLC0415 - an extra
+
+        figure_class()
+
+
+def say_written(*paths: Path | None) -> None:
+    """Tell which files were written, those that were asked for."""
+    for path in paths:
+        if path is not None:
+            typer.echo(f"written: {path}")
+
+
+def busy(what: str) -> Status:
+    """Return a context that shows on stderr, if that is a terminal, that work is going on."""
+    return Console(stderr=True).status(f"{what} ...")
+
+
+def progress_bar(*, text: bool = True, count: bool = False) -> progress.Progress:
+    """Return a bar on stderr, if that is a terminal, that goes when the work is done.
+
+    Parameters
+    ----------
+    text
+        Whether it says what is going on.
+    count
+        Whether it counts and tells the time that is left, rather than the time taken.
+    """
+    columns: list[progress.ProgressColumn] = []
+    if text:
+        columns.append(progress.TextColumn("{task.description}"))
+    columns.append(progress.BarColumn())
+    if count:
+        columns += [progress.MofNCompleteColumn(), progress.TimeRemainingColumn()]
+    else:
+        columns.append(progress.TimeElapsedColumn())
+    console = Console(stderr=True)
+    return progress.Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    )
+
+
+def wide_console() -> Console:
+    """Return a console on stdout that is wide where that is no terminal."""
+    console = Console()
+    return console if console.is_terminal else Console(width=FILE_WIDTH)
+
+
+def table(title: str, columns: Mapping[str, bool], caption: str | None = None) -> Table:
+    """Return a table without rows; a name of something is never broken.
+
+    Parameters
+    ----------
+    title, caption
+        What stands above and below it.
+    columns
+        Whether they hold numbers, which stand to the right, by their headings.
+    """
+    made = Table(title=title, caption=caption)
+    for name, numbers in columns.items():
+        made.add_column(name, justify="right" if numbers else "left", no_wrap=name == "name")
+    return made
+
+
+def millijoules(joules: float) -> str:
+    """Return an energy in mJ as tables show it."""
+    return f"{1e3 * joules:.4f}"
