@@ -25,8 +25,7 @@ def paper(
     """Reproduce the paper's figures and tables on one page, and say what agrees."""
     with options.errors_in_one_line():
         options.need_render(charts=True)
-        from magfold_env.paper.page import overview  # noqa: PLC0415 - for this command only
-        from magfold_env.paper.run import NUMBERS, PAGE, run  # noqa: PLC0415
+        from magfold_env.paper import run as runs  # noqa: PLC0415 - for this command only
 
         with options.progress_bar() as bar:
             task = bar.add_task("", total=1.0)
@@ -34,13 +33,13 @@ def paper(
             def progress(share: float, what: str) -> None:
                 bar.update(task, completed=share, description=what)
 
-            done = run(only or [], quick, out, progress)
+            done = runs.run(only or [], quick, out, progress)
         console = options.wide_console()
         for each in done:
             for claim in each.claims:
                 if claim.holds is False:
                     text = f"• {each.part.name}: {claim.stated} Here: {claim.found}"
                     console.print(escape(text), highlight=False)
-        console.print(rich_table(overview(done)))
-        options.say_written(out / PAGE, out / NUMBERS)
+        console.print(rich_table(runs.overview(done)))
+        options.say_written(out / runs.PAGE, out / runs.NUMBERS)
         typer.echo(f"pictures and tables of numbers: {out}")

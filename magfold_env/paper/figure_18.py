@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import numpy.typing as npt
 
 from magfold_env.fold import FoldStatus
 from magfold_env.laws import experiment
-from magfold_env.laws.experiment import PAPER
-from magfold_env.minimiser.result import Mode
 from magfold_env.paper import states
 from magfold_env.paper.quoted import SEQUENCES
-from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
-from magfold_env.reporting.page import Picture
-from magfold_env.reporting.plotting import save_figure
+from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction, select
 from magfold_env.reporting.tables import Progress, Row, Table
 from magfold_env.shapes import centres, headings, word_to_angles
 
-MODES: tuple[Mode, ...] = ("free", "forward", "backward")
+MODES = experiment.MODES
 FOLDED = FoldStatus.FOLDED.value
 NEARLY = 1.05
 """Shapes within this factor of the least movement count as those of least movement."""
@@ -39,7 +33,7 @@ def tables(measured: Measured) -> list[Table]:
     shown: list[Row] = []
     for number in SEQUENCES:
         for mode in MODES:
-            stated = PAPER[number, mode]
+            stated = experiment.PAPER[number, mode]
             for row in select(measured["bars"], sequence=number, mode=mode):
                 share = f"{float(row['probability']):.0%}".replace("%", " %")
                 interval = f"{100 * float(row['low']):.0f}–{100 * float(row['high']):.0f} %"
@@ -70,7 +64,7 @@ def claims(measured: Measured) -> list[Claim]:
     ]
 
 
-def _least(bars: list[Row], number: int, mode: Mode) -> Claim:
+def _least(bars: list[Row], number: int, mode: str) -> Claim:
     """Judge whether a chain prefers the stable states of least movement to the global minimum."""
     mine = select(bars, sequence=number, mode=mode)
     best = states.folded(number)[0].word
@@ -227,20 +221,16 @@ def least_moved(number: int) -> list[str]:
     return [word for word, moves in moved.items() if moves <= NEARLY * least]
 
 
-def draw(measured: Measured, folder: Path) -> list[Picture]:
+def plots(measured: Measured) -> list[Plot]:
     """Draw the bars as the benchmark does."""
-    path = folder / "figure-18.png"
-    save_figure(experiment.draw_experiment(measured["bars"]), path)
-    return [
-        Picture(
-            path,
-            "Shares of the releases with 95 % intervals; below each bar the chain of one release "
-            "that ended so, component 1 filled.",
-        )
-    ]
+    caption = (
+        "Shares of the releases with 95 % intervals; below each bar the chain of one release "
+        "that ended so, component 1 filled."
+    )
+    return [Plot.of("figure-18", experiment.draw_experiment(measured["bars"]), caption)]
 
 
-REPRODUCTION = Reproduction(
+FIGURE_18 = Reproduction(
     "figure-18",
     "Figure 18: fold probabilities by mode of release",
     shows="How often each sequence folded into each of its shapes, or misfolded, in 100 free folds "
@@ -256,5 +246,5 @@ REPRODUCTION = Reproduction(
     measure=measure,
     tables=tables,
     claims=claims,
-    draw=draw,
+    plots=plots,
 )

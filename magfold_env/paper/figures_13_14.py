@@ -2,43 +2,108 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from magfold_env.paper import motions
-from magfold_env.paper.both_solvers import DEVICE, OURS, PAIRS, PAPER, measure
+from magfold_env.paper.motions import Motion
 from magfold_env.paper.quoted import ANGLE, DISPLACEMENT, SNAP
-from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select
+from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction, select
 from magfold_env.paper.states import word_of
-from magfold_env.reporting.page import Picture, cell_text
-from magfold_env.reporting.plotting import (
-    COLOURS,
-    GRID,
-    INK,
-    figure_class,
-    numbers,
-    panels,
-    save_figure,
-)
-from magfold_env.reporting.tables import Row, Table
+from magfold_env.reporting import plotting
+from magfold_env.reporting.page import cell_text
+from magfold_env.reporting.plotting import COLOURS, INK, numbers
+from magfold_env.reporting.tables import Progress, Row, Table
 
+BESIDE = 1
+"""Frames within which a jump and a snap belong together."""
 LIKE = 2.0
 """Distances within this factor of the paper's count as like it."""
 WINS = 1e-3
 """Energy [mJ] that is none: of the order of what a solver's tolerance lets through."""
 
+PAPER, OURS, DEVICE = "paper's solver", "our solver, points", "our solver, rectangles"
+PAIRS = {
+    "the solver": (PAPER, OURS),
+    "the magnets": (OURS, DEVICE),
+    "both": (PAPER, DEVICE),
+}
+"""What is compared, by what differs."""
+ORDER = "joints in the order in which they shut"
+
+
+def measure(quick: bool, progress: Progress) -> Measured:
+    """Follow the fold with both solvers and both kinds of magnets, for both strengths."""
+    over_time: list[Row] = []
+    folds: list[Row] = []
+    differences: list[Row] = []
+    charges = motions.charges()
+    for k, (name, charge) in enumerate(charges.items()):
+        progress(k / len(charges), name)
+        scene = motions.default_steps(charge)
+        ours = motions.exact(scene)
+        found = {
+            PAPER: motions.follow(scene),
+            OURS: motions.follow(ours),
+            DEVICE: motions.follow(motions.rectangles(ours)),
+        }
+        case: Row = {"charge": name}
+        folds += [case | _fold_row(made_by, motion) for made_by, motion in found.items()]
+        pairs = {differing: (found[one], found[other]) for differing, (one, other) in PAIRS.items()}
+        differences += [case | _difference_row(key, *pair) for key, pair in pairs.items()]
+        apart = {key: 1e3 * motions.displacement(*pair) for key, pair in pairs.items()}
+        for frame, time in enumerate(found[PAPER].time.tolist()):
+            row: Row = case | {"time [s]": time}
+            for made_by, motion in found.items():
+                for j, angle in enumerate(np.rad2deg(motion.joints[frame]).tolist(), start=1):
+                    row[f"{made_by}, joint {j} [°]"] = angle
+            row |= {f"{key} [mm]": float(value[frame]) for key, value in apart.items()}
+            over_time.append(row)
+    return {"over-time": over_time, "folds": folds, "differences": differences}
+
+
+def _fold_row(made_by: str, motion: Motion) -> Row:
+    return {
+        "made by": made_by,
+        "word": motion.word,
+        "ended": motion.ended,
+        "at [s]": motion.end,
+        ORDER: " ".join(map(str, motion.snaps())) or "none",
+        "magnets set free [mJ]": 1e3 * motion.freed,
+        "energy won [mJ]": 1e3 * motion.gained,
+    }
+
+
+def _difference_row(differing: str, one: Motion, other: Motion) -> Row:
+    apart = motions.displacement(one, other)
+    turned = np.abs(one.joints - other.joints)
+    early = motions.before_snap(one, other)
+    jump = int(np.abs(np.diff(apart)).argmax())
+    return {
+        "different": differing,
+        "displacement [mm]": 1e3 * float(apart.mean()),
+        "before the first snap [mm]": 1e3 * float(apart[early].mean()),
+        "angle [rad]": float(turned.mean()),
+        "before the first snap [rad]": float(turned[early].mean()),
+        "largest jump [mm]": 1e3 * float(np.abs(np.diff(apart))[jump]),
+        "jump at [s]": float(one.time[jump + 1]),
+        "snap beside it": "yes" if _snap_near(one, jump) else "no",
+    }
+
+
+def _snap_near(motion: Motion, frame: int) -> bool:
+    """Whether a joint snaps, or tears off, about between a frame and the next."""
+    shut = np.abs(motion.joints) >= SNAP
+    changed = (shut[1:] != shut[:-1]).any(axis=1)
+    return bool(changed[max(frame - BESIDE, 0) : frame + BESIDE + 1].any())
+
 
 def tables(measured: Measured) -> list[Table]:
     """Return how each fold ends, and how far apart they are on average."""
-    return [
-        Table("How the fold ends", measured["folds"]),
-        Table(
-            f"Mean differences over {motions.UNTIL:g} s and all components, by what differs",
-            measured["differences"],
-        ),
-    ]
+    title = f"Mean differences over {motions.UNTIL:g} s and all components, by what differs"
+    folds = Table("How the fold ends", measured["folds"])
+    return [folds, Table(title, measured["differences"])]
 
 
 def claims(measured: Measured) -> list[Claim]:
@@ -48,21 +113,35 @@ def claims(measured: Measured) -> list[Claim]:
         for name in motions.charges()
     }
     shapes = [_shape(name, folds) for name, folds in by_charge.items()]
+    passive = [_passive(name, folds) for name, folds in by_charge.items()]
     # With half of the charge hardly anything folds: what is left is said of the whole charge.
     folds = by_charge[motions.WHOLE]
     (apart,) = select(measured["differences"], charge=motions.WHOLE, different="both")
-    passive = [_passive(name, folds) for name, folds in by_charge.items()]
-    return [*shapes, *passive, *_distances(folds, apart), _order(folds), _jumps(apart)]
+    order = Claim(
+        "joints shut in another order in the simulation than in the film.",
+        f"in the order {folds[PAPER][ORDER]} with the paper's solver, {folds[DEVICE][ORDER]} with "
+        "this project's and rectangles.",
+        folds[PAPER][ORDER] != folds[DEVICE][ORDER],
+    )
+    beside = apart["snap beside it"] == "yes"
+    jumps = Claim(
+        "the displacement jumps where the collision handling sets angles.",
+        f"its largest change from frame to frame, {float(apart['largest jump [mm]']):.2g} mm at "
+        f"{float(apart['jump at [s]']):.3f} s, has {'a' if beside else 'no'} snap beside it.",
+        beside,
+    )
+    same = folds[PAPER]["word"] == folds[DEVICE]["word"]
+    return [*shapes, *passive, *_distances(same, apart), order, jumps]
 
 
 def _shape(name: str, folds: dict[str, Row]) -> Claim:
     wanted = word_of("S3A")
-    paper, ours, device = (folds[made_by] for made_by in (PAPER, OURS, DEVICE))
-    holds = paper["word"] == wanted
+    ends = {made_by: f"{row['word']} ({row['ended']})" for made_by, row in folds.items()}
+    holds = folds[PAPER]["word"] == wanted
     return Claim(
         f"the simulation ends in the right shape, S3A = {wanted} ({name}).",
-        f"the paper's solver ends in {_end(paper)}, this project's in {_end(ours)} with the same "
-        f"points and in {_end(device)} with rectangles.",
+        f"the paper's solver ends in {ends[PAPER]}, this project's in {ends[OURS]} with the same "
+        f"points and in {ends[DEVICE]} with rectangles.",
         holds,
         ""
         if holds
@@ -91,13 +170,8 @@ def _passive(name: str, folds: dict[str, Row]) -> Claim:
     )
 
 
-def _end(row: Row) -> str:
-    return f"{row['word']} ({row['ended']})"
-
-
-def _distances(folds: dict[str, Row], row: Row) -> list[Claim]:
+def _distances(same: bool, row: Row) -> list[Claim]:
     """Compare the mean distances with those of simulation and film, if the shapes are the same."""
-    same = folds[PAPER]["word"] == folds[DEVICE]["word"]
     why = (
         "The paper's is a distance between a simulation and a film, this one between two "
         "simulations: not the same thing, but a like thing."
@@ -105,14 +179,13 @@ def _distances(folds: dict[str, Row], row: Row) -> list[Claim]:
         else "The two end in different shapes, so a mean over the whole time says just that."
     )
     cases = (
-        ("displacement", "mm", 1e3 * DISPLACEMENT),
-        ("difference of the relative angles", "rad", ANGLE),
+        ("displacement", "displacement", "mm", 1e3 * DISPLACEMENT),
+        ("difference of the relative angles", "angle", "rad", ANGLE),
     )
-    judged: list[Claim] = []
-    for what, unit, stated in cases:
-        value = float(row[f"{'displacement' if unit == 'mm' else 'angle'} [{unit}]"])
-        early = float(row[f"before the first snap [{unit}]"])
-        judged.append(
+    made: list[Claim] = []
+    for what, column, unit, stated in cases:
+        value, early = (float(row[f"{k} [{unit}]"]) for k in (column, "before the first snap"))
+        made.append(
             Claim(
                 f"the mean {what} from the film is {stated:g} {unit}.",
                 f"the mean {what} of the paper's solver from this project's with rectangles is "
@@ -122,53 +195,29 @@ def _distances(folds: dict[str, Row], row: Row) -> list[Claim]:
                 why,
             )
         )
-    return judged
+    return made
 
 
-def _order(folds: dict[str, Row]) -> Claim:
-    column = "joints in the order in which they shut"
-    paper, device = str(folds[PAPER][column]), str(folds[DEVICE][column])
-    return Claim(
-        "joints shut in another order in the simulation than in the film.",
-        f"in the order {paper} with the paper's solver, {device} with this project's and "
-        "rectangles.",
-        paper != device,
-    )
-
-
-def _jumps(row: Row) -> Claim:
-    return Claim(
-        "the displacement jumps where the collision handling sets angles.",
-        f"its largest change from frame to frame, {float(row['largest jump [mm]']):.2g} mm at "
-        f"{float(row['jump at [s]']):.3f} s, has "
-        f"{'a' if row['snap beside it'] == 'yes' else 'no'} snap beside it.",
-        row["snap beside it"] == "yes",
-    )
-
-
-def draw(measured: Measured, folder: Path) -> list[Picture]:
+def plots(measured: Measured) -> list[Plot]:
     """Draw displacement over time, then the angles of all joints over time."""
-    paths = [folder / f"figure-{number}.png" for number in (13, 14)]
+    displacement = (
+        "Figure 13's counterpart: mean distance of the components' centres between two "
+        "simulations, by what differs between them; dotted, the mean that the paper gives for "
+        "its own from the film."
+    )
+    angles = (
+        "Figure 14's counterpart: relative angles of the five joints (top: half charge, "
+        "bottom: whole charge); dotted, where the paper snaps them."
+    )
     rows = measured["over-time"]
-    save_figure(_draw_displacement(rows), paths[0])
-    save_figure(_draw_angles(rows), paths[1])
     return [
-        Picture(
-            paths[0],
-            "Figure 13's counterpart: mean distance of the components' centres between two "
-            "simulations, by what differs between them; dotted, the mean that the paper gives for "
-            "its own from the film.",
-        ),
-        Picture(
-            paths[1],
-            "Figure 14's counterpart: relative angles of the five joints (top: half charge, "
-            "bottom: whole charge); dotted, where the paper snaps them.",
-        ),
+        Plot.of("figure-13", _draw_displacement(rows), displacement),
+        Plot.of("figure-14", _draw_angles(rows), angles),
     ]
 
 
 def _draw_displacement(rows: list[Row]) -> Any:
-    figure, axes = panels(2, "", 5.6, 4.2)
+    figure, axes = plotting.panels(2, "", 5.6, 4.2)
     for axis, name in zip(axes, motions.charges(), strict=True):
         mine = select(rows, charge=name)
         for k, (differing, (one, other)) in enumerate(PAIRS.items()):
@@ -182,15 +231,13 @@ def _draw_displacement(rows: list[Row]) -> Any:
         axis.set_title(f"{name} on a pole face", fontsize=10)
         axis.set_xlabel("time [s]")
     axes[0].set_ylabel("mean distance of the centres [mm]")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
-    return figure
+    return _with_legend(figure, axes[0])
 
 
 def _draw_angles(rows: list[Row]) -> Any:
     names = list(motions.charges())
     joints = sum(key.startswith(PAPER) for key in rows[0])
-    figure = figure_class()(figsize=(13.5, 5.6), layout="constrained")
+    figure = plotting.figure_class()(figsize=(13.5, 5.6), layout="constrained")
     axes = figure.subplots(len(names), joints, sharex=True, sharey=True)
     for row, name in zip(axes, names, strict=True):
         mine = select(rows, charge=name)
@@ -206,19 +253,24 @@ def _draw_angles(rows: list[Row]) -> Any:
             for snap in (-np.rad2deg(SNAP), np.rad2deg(SNAP)):
                 axis.axhline(snap, color=INK, linestyle=":", linewidth=0.8)
             axis.set_yticks([-90, -45, 0, 45, 90])
-            axis.grid(visible=True, color=GRID, linewidth=0.7)
+            axis.grid(visible=True, color=plotting.GRID, linewidth=0.7)
             axis.spines[["top", "right"]].set_visible(False)
         row[0].set_ylabel(f"{name}: angle [°]")
     for j, axis in enumerate(axes[0], start=1):
         axis.set_title(f"joint {j} (components {j} and {j + 1})", fontsize=10)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
-    handles, labels = axes[0][0].get_legend_handles_labels()
+    return _with_legend(figure, axes[0][0])
+
+
+def _with_legend(figure: Any, axis: Any) -> Any:
+    """Return a figure with the legend of one of its axes above all of them."""
+    handles, labels = axis.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
     return figure
 
 
-REPRODUCTION = Reproduction(
+FIGURES_13_14 = Reproduction(
     "figures-13-14",
     "Figures 13 and 14: displacement and angles over time",
     shows="Sequence 3, its first component held: the mean distance of the centres between "
@@ -234,5 +286,5 @@ REPRODUCTION = Reproduction(
     measure=measure,
     tables=tables,
     claims=claims,
-    draw=draw,
+    plots=plots,
 )

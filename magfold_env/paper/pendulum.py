@@ -1,16 +1,32 @@
-"""Energy that integrators lose or win from one time step to the next, on a pendulum of three."""
+"""Figures 15 and 16: pendula, how well integrators keep their energy and what they cost."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
+from magfold_env.laws import pinned_chain
 from magfold_env.laws.mechanics import kinetic_energy, weight_energy
-from magfold_env.laws.smooth_motion import Integrator, SmoothProblem, pendulum
-from magfold_env.paper.quoted import PENDULUM_STEPS
+from magfold_env.laws.pinned_chain import DENSE, SCALAR
+from magfold_env.laws.smooth_motion import ADAPTIVE, EULER, FIXED, Integrator, SmoothProblem
+from magfold_env.laws.smooth_motion import pendulum as pendulum_of
+from magfold_env.paper import quoted
+from magfold_env.paper.reproduction import (
+    Claim,
+    Measured,
+    Plot,
+    Reproduction,
+    distinct,
+    pivot,
+    power,
+    select,
+)  # fmt: skip
+from magfold_env.reporting.plotting import COLOURS, MARKERS, numbers, panels
+from magfold_env.reporting.tables import Progress, Row, Table
 from magfold_env.scene import Scene
 from magfold_env.simulation.simulate import simulate
 
@@ -18,17 +34,23 @@ Floats = npt.NDArray[np.float64]
 
 COMPONENTS = 3
 MARGIN = 0.5  # time steps beyond the last frame, so that rounding does not lose it
+STEPS = (1, 2, 5, 10, 20, 50, 100, 200)
+QUICK_STEPS = (1, 5, 20, 100)
+TOLERANCE, TIGHT = 1e-4, 1e-10  # [rad]; the first is the engine's default
+STEP, CHANGE = "Δt [ms]", "change a step [%]"
+KEPT = 1e-6
+"""Per cent a step; an integrator that changes the energy by less keeps it, as the equations do."""
+
+_ENGINE = f"this project's solver, tolerance {TOLERANCE:g}"
+_TIGHT = f"this project's solver, tolerance {TIGHT:g}"
+
+
+# --- Figure 15: the energy of a pendulum of three --------------------------------------------
 
 
 def problem() -> SmoothProblem:
     """Return the paper's pendulum, which swings down from a horizontal line."""
-    return pendulum(COMPONENTS)
-
-
-def energy(scene: Scene, angles: Floats, rates: Floats) -> Floats:
-    """Return kinetic and potential energy [J] of frames, shape (m,)."""
-    still = np.zeros((*angles.shape[:-1], 2))
-    return kinetic_energy(scene, angles, rates, still) + weight_energy(scene, angles, np.zeros(2))
+    return pendulum_of(COMPONENTS)
 
 
 def depth(scene: Scene) -> float:
@@ -45,7 +67,9 @@ def change(scene: Scene, angles: Floats, rates: Floats) -> float:
     """
     if not (np.isfinite(angles).all() and np.isfinite(rates).all()):
         return math.inf
-    return float(np.abs(np.diff(energy(scene, angles, rates))).mean()) / depth(scene)
+    still = np.zeros((*angles.shape[:-1], 2))
+    energy = kinetic_energy(scene, angles, rates, still) + weight_energy(scene, angles, np.zeros(2))
+    return float(np.abs(np.diff(energy)).mean()) / depth(scene)
 
 
 def integrator_change(method: Integrator, step: float, tolerance: float) -> float:
@@ -53,33 +77,239 @@ def integrator_change(method: Integrator, step: float, tolerance: float) -> floa
     swinging = problem()
     scene, n = swinging.scene, swinging.scene.n
     y = swinging.start()
-    frames = np.zeros((PENDULUM_STEPS + 1, y.size))
+    frames = np.zeros((quoted.PENDULUM_STEPS + 1, y.size))
     frames[0] = y
-    advance = _advance(method, swinging, step, tolerance)
-    for k in range(PENDULUM_STEPS):
-        advance(y)
+    for k in range(quoted.PENDULUM_STEPS):
+        if method.fixed is not None:
+            method.fixed(swinging.model, swinging.work, y, step, 1)
+        else:
+            assert method.adaptive is not None
+            method.adaptive(swinging.model, swinging.work, y, step, tolerance)
         frames[k + 1] = y
     rates = y.size // 2  # where they begin
     return change(scene, frames[:, :n], frames[:, rates : rates + n])
 
 
-def _advance(
-    method: Integrator, swinging: SmoothProblem, step: float, tolerance: float
-) -> Callable[[Floats], object]:
-    """Return what advances a state by one time step, in place."""
-    model, work = swinging.model, swinging.work
-    fixed, adaptive = method.fixed, method.adaptive
-    if fixed is not None:
-        return lambda y: fixed(model, work, y, step, 1)
-    assert adaptive is not None
-    return lambda y: adaptive(model, work, y, step, tolerance)
-
-
 def engine_change(step: float, tolerance: float) -> float:
     """Return the mean change that the engine makes between frames one time step [s] apart."""
     scene = problem().scene.replace(
-        duration=(PENDULUM_STEPS + MARGIN) * step, solver={"tolerance": tolerance}
+        duration=(quoted.PENDULUM_STEPS + MARGIN) * step, solver={"tolerance": tolerance}
     )
     fold = simulate(scene, frame_rate=1.0 / step)
     assert fold.trajectory is not None
     return change(scene, fold.trajectory.angles, fold.trajectory.rates)
+
+
+def drift(quick: bool, progress: Progress) -> Measured:
+    """Let every integrator take so many steps as the paper's, for each time step."""
+    cases: dict[str, Callable[[float], float]] = {}
+    for method in (*FIXED, *ADAPTIVE):
+        name = method.name if method in FIXED else f"{method.name}, tolerance {TOLERANCE:g}"
+        cases[name] = partial(integrator_change, method, tolerance=TOLERANCE)
+    cases[_ENGINE] = partial(engine_change, tolerance=TOLERANCE)
+    cases[_TIGHT] = partial(engine_change, tolerance=TIGHT)
+    counts = QUICK_STEPS if quick else STEPS
+    rows: list[Row] = []
+    broken: list[Row] = []
+    for k, (name, find) in enumerate(cases.items()):
+        for j, count in enumerate(counts):
+            progress((k + j / len(counts)) / len(cases), name)
+            step = 1.0 / (quoted.FRAME_RATE * count)
+            case: Row = {"integrator": name, "steps a frame": count, STEP: 1e3 * step}
+            found = find(step)
+            if math.isfinite(found):
+                rows.append(case | {CHANGE: 100.0 * found})
+            else:
+                broken.append(case)
+    return {"energy": rows, "broke-down": broken}
+
+
+def drift_tables(measured: Measured) -> list[Table]:
+    """Return a row a time step and a column an integrator."""
+    shown = pivot(measured["energy"], STEP, "integrator", CHANGE, "broke down")
+    return [Table("Mean change of the energy from one time step to the next [%]", shown)]
+
+
+def drift_claims(measured: Measured) -> list[Claim]:
+    """Compare with sections 5.3, 7 and 8."""
+    rows = measured["energy"]
+    changes = {
+        name: {float(r[STEP]): float(r[CHANGE]) for r in select(rows, integrator=name)}
+        for name in distinct(rows, "integrator")
+    }
+    euler = changes[EULER.name]
+    steps, change = list(euler), list(euler.values())
+    falls = bool((np.diff(change) < 0.0).all())
+    mine = select(rows, integrator=EULER.name)
+    chosen = next(row for row in mine if row["steps a frame"] == quoted.COMPUTATIONS)
+    lost = select(measured["broke-down"], integrator=EULER.name)
+    best = max(changes[_TIGHT].values())
+    better = [
+        name
+        for name, found in changes.items()
+        if name != EULER.name and all(found.get(step, np.inf) < euler[step] for step in euler)
+    ]
+    return [
+        Claim(
+            "the error of the energy falls with the time step.",
+            f"double Euler's falls {'all along' if falls else 'not everywhere'}, from "
+            f"{change[0]:.2g} to {change[-1]:.2g} % a step, like Δt to the "
+            f"{power(steps, change):.1f}; at the paper's {quoted.COMPUTATIONS} steps a frame it is "
+            f"{float(chosen[CHANGE]):.2g} %."
+            + "".join(f" At {float(row[STEP]):.2g} ms it breaks down." for row in lost),
+            falls,
+        ),
+        Claim(
+            "equation 39 keeps the energy; what changes comes from the integration.",
+            f"solved to a tolerance of {TIGHT:g} rad, the same equation changes it by "
+            f"{best:.1g} % a step at most.",
+            best < KEPT,
+        ),
+        Claim(
+            "a better integration than Euler's might lower the error.",
+            f"at every time step these change the energy less: {'; '.join(better) or 'none'}.",
+            bool(better),
+        ),
+    ]
+
+
+def drift_plots(measured: Measured) -> list[Plot]:
+    """Draw the change against the time step, a line an integrator."""
+    rows = measured["energy"]
+    figure, axes = panels(1, "Pendulum of 3: change of energy a time step", width=9.5, height=5.4)
+    axis = axes[0]
+    for k, name in enumerate(distinct(rows, "integrator")):
+        mine = select(rows, integrator=name)
+        ours = name in (_ENGINE, _TIGHT)
+        axis.loglog(
+            numbers(mine, STEP),
+            np.maximum(numbers(mine, CHANGE), 1e-16),
+            color=COLOURS[3] if ours else COLOURS[(0, 1, 2, 4, 5, 6)[k % 6]],
+            marker=MARKERS[k % len(MARKERS)],
+            markersize=5,
+            linewidth=2.2 if ours or name == EULER.name else 1.3,
+            linestyle="--" if name == _TIGHT else "-",
+            label=name,
+        )
+    axis.set_xlabel("time step Δt [ms]")
+    axis.set_ylabel("mean change of the energy a time step\n[% of what it swings with]")
+    figure.legend(loc="outside right center", fontsize=9, frameon=False)
+    caption = (
+        f"Mean over {quoted.PENDULUM_STEPS} time steps. Methods with a tolerance take as many "
+        "steps of their own within a time step as they need, at least one; this project's solver "
+        "takes its steps over the whole run, and is looked at every time step."
+    )
+    return [Plot.of("figure-15", figure, caption)]
+
+
+FIGURE_15 = Reproduction(
+    "figure-15",
+    "Figure 15: energy of a pendulum against the time step",
+    shows="The percentage by which kinetic plus potential energy of a pendulum of three components "
+    f"changes between two time steps, averaged over {quoted.PENDULUM_STEPS} of them, against the "
+    "time step; no numbers in the text.",
+    computed="The same pendulum, from a horizontal line, with the paper's double Euler, two other "
+    "methods of equal steps, three adaptive ones, and this project's solver. Per cent are of the "
+    "energy between the start and hanging straight down: the total alone has no natural zero.",
+    missing="The paper's masses, sizes and start are not in its text; the components are those of "
+    "the magnetic chain.",
+    measure=drift,
+    tables=drift_tables,
+    claims=drift_claims,
+    plots=drift_plots,
+)
+
+
+# --- Figure 16: computing time against the number of components -------------------------------
+
+NEAR = 0.25
+"""Powers of n that differ by less than this agree."""
+SHORTEST = 6
+"""Components of the chain from which growth is judged: below, a call costs more than its work."""
+TIME = "time [µs]"
+
+
+def times(quick: bool, progress: Progress) -> Measured:
+    """Time the accelerations of a pinned chain: `magfold bench dynamics --only scaling`."""
+    rows = pinned_chain.measure(quick, progress)
+    return {"times": rows, "absent": [{"peer": name} for name in pinned_chain.missing()]}
+
+
+def times_tables(measured: Measured) -> list[Table]:
+    """Return a row a length and a column a contender."""
+    title = "Accelerations of one chain [µs], as many ms for 1000 time steps"
+    return [Table(title, pivot(measured["times"], "n", "contender", TIME, ""))]
+
+
+def times_claims(measured: Measured) -> list[Claim]:
+    """Compare how the times grow, and the dense method with the recursion."""
+    rows = measured["times"]
+    up_to, beyond = (quoted.NEAR_LINEAR_UP_TO, quoted.LONGEST)
+    short, long = growth(rows, DENSE, SHORTEST, up_to), growth(rows, DENSE, up_to, beyond)
+    whole, ours = growth(rows, DENSE, SHORTEST, beyond), growth(rows, SCALAR, up_to, beyond)
+    times = {
+        n: float(row["times one chain's"])
+        for n in (SHORTEST, up_to, beyond)
+        for row in select(rows, contender=DENSE, n=n)
+    }
+    listed = ", ".join(f"{ratio:.0f} times at n = {n}" for n, ratio in times.items())
+    return [
+        Claim(
+            f"up to about {up_to} components the time grows nearly linearly.",
+            f"the same method's grows like n to the {short:.2f} from {SHORTEST} to {up_to}.",
+            abs(short - quoted.NEAR_LINEAR) < NEAR,
+            "So few numbers cost less than the calls that work on them.",
+        ),
+        Claim(
+            f"up to {beyond} components it grows about like n to the {quoted.LONG_POWER:g}.",
+            f"fitted to all lengths from {SHORTEST} to {beyond} it grows like n to the "
+            f"{whole:.2f}, fitted from {up_to} on like n to the {long:.2f}.",
+            abs(whole - quoted.LONG_POWER) < NEAR,
+            "To fill a dense matrix takes n² operations and to solve with it n³, so the power "
+            "grows with the length, and a fit depends on where it begins; the paper does not say "
+            "where.",
+        ),
+        Claim(
+            "the vectorised equation speeds the computation up; recursion, component by "
+            "component, is the known efficient way.",
+            f"the recursion in compiled code grows like n to the {ours:.2f} from {up_to} to "
+            f"{beyond}, and the dense equation in NumPy takes {listed} its time.",
+            None,
+            "The paper gives no times of other methods.",
+        ),
+    ]
+
+
+def growth(rows: list[Row], name: str, low: int, high: int) -> float:
+    """Return with which power of n a contender's time grows between two lengths."""
+    mine = [row for row in select(rows, contender=name) if low <= int(row["n"]) <= high]
+    return power(numbers(mine, "n"), numbers(mine, TIME))
+
+
+def times_plots(measured: Measured) -> list[Plot]:
+    """Draw the times as the benchmark does."""
+    absent = ", ".join(str(row["peer"]) for row in measured["absent"])
+    caption = (
+        "Time of one chain's accelerations; 1 µs is 1 ms for the 1000 time steps that the "
+        "paper times." + (f" Not installed, so not measured: {absent}." if absent else "")
+    )
+    return [Plot.of("figure-16", pinned_chain.draw(measured["times"]), caption)]
+
+
+FIGURE_16 = Reproduction(
+    "figure-16",
+    "Figure 16: computing time against the number of components",
+    shows="The time of 1000 time steps of a pendulum of n components, by equation 39 in NumPy, up "
+    f"to {quoted.NEAR_LINEAR_UP_TO} and up to {quoted.LONGEST} components, on a processor of "
+    f"twelve cores. Stated: nearly linear, then about n to the {quoted.LONG_POWER:g}.",
+    computed="The accelerations of one pinned chain, which is what a time step consists of: "
+    "equation 39 as a dense system in NumPy, this project's recursion for one chain and for many, "
+    "and two engines of others (Pinocchio, MuJoCo) where they are installed. All must agree before "
+    "they are timed; they take turns.",
+    missing="The paper's own code and processor: only how times grow is compared, not how long "
+    "they are.",
+    measure=times,
+    tables=times_tables,
+    claims=times_claims,
+    plots=times_plots,
+)

@@ -1,14 +1,18 @@
-"""What one figure or table of the paper is here: a measurement, a picture, and what is stated."""
+"""What a figure or table of the paper is here: numbers, and claims, tables and plots of them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
-from magfold_env.reporting.page import Picture, Tone, Verdict
-from magfold_env.reporting.tables import Progress, Row, Table
+import numpy as np
+
+from magfold_env.reporting.page import Tone, Verdict
+from magfold_env.reporting.plotting import save_figure
+from magfold_env.reporting.tables import Cell, Progress, Row, Table
 
 Measured = dict[str, list[Row]]
 """Rows by what they are of, plain values throughout; the rows of one have equal keys."""
@@ -54,6 +58,21 @@ class Claim(NamedTuple):
         return Verdict(self.outcome.capitalize(), f"The paper: {self.stated}", tone, more)
 
 
+class Plot(NamedTuple):
+    """A picture that can be drawn."""
+
+    name: str
+    """Of its file, which is a PNG."""
+    caption: str
+    save: Callable[[Path], object]
+    """Draws it into a file."""
+
+    @classmethod
+    def of(cls, name: str, figure: Any, caption: str) -> Plot:
+        """Return the picture that shows a figure of matplotlib's."""
+        return cls(name, caption, partial(save_figure, figure))
+
+
 @dataclass(frozen=True)
 class Reproduction:
     """The counterpart of a figure or a table.
@@ -68,8 +87,8 @@ class Reproduction:
         What the paper shows, what is computed here, and what is not covered.
     measure : callable
         Takes whether to do less, and a progress; everything else is made of what it returns.
-    tables, claims, draw : callable
-        Make tables, comparisons and pictures of it; pictures are written to a folder.
+    tables, claims, plots : callable
+        Make tables, comparisons and pictures of it.
     """
 
     name: str
@@ -80,9 +99,30 @@ class Reproduction:
     measure: Callable[[bool, Progress], Measured]
     tables: Callable[[Measured], list[Table]]
     claims: Callable[[Measured], list[Claim]]
-    draw: Callable[[Measured, Path], list[Picture]]
+    plots: Callable[[Measured], list[Plot]]
 
 
-def select(rows: list[Row], **wanted: str | float) -> list[Row]:
+def select(rows: list[Row], **wanted: Cell) -> list[Row]:
     """Return the rows in which columns have given values."""
     return [row for row in rows if all(row[key] == value for key, value in wanted.items())]
+
+
+def distinct(rows: list[Row], column: str) -> list[Any]:
+    """Return the values of a column, each once, in their order."""
+    return list(dict.fromkeys(row[column] for row in rows))
+
+
+def pivot(rows: list[Row], line: str, column: str, value: str, missing: str) -> list[Row]:
+    """Return a row for each value of one column, with a cell for each value of another."""
+    names = distinct(rows, column)
+    shown: list[Row] = []
+    for key in distinct(rows, line):
+        found = {str(row[column]): row[value] for row in select(rows, **{line: key})}
+        head = str(key) if isinstance(key, int) else f"{key:.3g}"
+        shown.append({line: head, **{name: found.get(name, missing) for name in names}})
+    return shown
+
+
+def power(x: Sequence[float], y: Sequence[float]) -> float:
+    """Return with which power of x y grows, by least squares."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])

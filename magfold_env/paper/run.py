@@ -1,4 +1,7 @@
-"""Measure what is chosen, part by part, and write numbers, pictures and the page."""
+"""Measure what is chosen, part by part; write numbers, pictures and the page that shows them.
+
+The page has every reproduction beside what the paper states, with a verdict for each statement.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +10,44 @@ import time
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, get_args
 
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import physics_digest, write_text
-from magfold_env.paper.page import Done, page
-from magfold_env.paper.parts import PARTS
-from magfold_env.paper.reproduction import Reproduction
+from magfold_env.paper import energies, figure_18, figures_11_12, figures_13_14, pendulum
+from magfold_env.paper.reproduction import Claim, Measured, Outcome, Reproduction
 from magfold_env.reporting import machine
-from magfold_env.reporting.page import write_page
-from magfold_env.reporting.tables import Progress, to_csv
+from magfold_env.reporting.page import Block, Entries, Page, Picture, Points, Section, write_page
+from magfold_env.reporting.tables import Progress, Row, Table, to_csv
 
 PAGE, NUMBERS = "paper.html", "paper.json"
+
+PARTS = {
+    part.name: part
+    for part in (
+        energies.TABLE_1, energies.FIGURE_7, figures_11_12.FIGURE_11, figures_11_12.FIGURE_12,
+        figures_13_14.FIGURES_13_14, pendulum.FIGURE_15, pendulum.FIGURE_16, figure_18.FIGURE_18,
+        energies.FIGURE_19,
+    )
+}  # fmt: skip
+"""All figures and tables that are reproduced, in the paper's order."""
+
+
+class Done(NamedTuple):
+    """A reproduction with what was measured, when and where."""
+
+    part: Reproduction
+    measured: Measured
+    machine: dict[str, str]
+    """`reporting.machine.describe` when it was measured."""
+    seconds: float
+    """How long that took."""
+    pictures: list[Picture]
+
+    @property
+    def claims(self) -> list[Claim]:
+        """What is compared."""
+        return self.part.claims(self.measured)
 
 
 def choose(only: Sequence[str]) -> list[Reproduction]:
@@ -61,13 +90,10 @@ def run(only: Sequence[str], quick: bool, out: Path, progress: Progress) -> list
     """
     chosen = choose(only)
     out.mkdir(parents=True, exist_ok=True)
-    records = {name: _load(part, quick, out) for name, part in PARTS.items()}
-    todo = [part for part in chosen if records[part.name] is None]
-    done = {
-        name: _done(PARTS[name], record, out)
-        for name, record in records.items()
-        if record is not None
-    }
+    # What was kept of a part, if it is finished.
+    records = {name: _checkpoint(part, quick, out).load() for name, part in PARTS.items()}
+    done = {name: _done(PARTS[name], found[0], out) for name, found in records.items() if found}
+    todo = [part for part in chosen if part.name not in done]
     if not todo:
         return _write(done, quick, out)
     written: list[Done] = []
@@ -89,12 +115,6 @@ def _checkpoint(part: Reproduction, quick: bool, out: Path) -> Checkpoint:
     return Checkpoint(out / "state" / f"{part.name}-{effort}", key)
 
 
-def _load(part: Reproduction, quick: bool, out: Path) -> dict[str, Any] | None:
-    """Return what was kept of a part, if it is finished."""
-    records = _checkpoint(part, quick, out).load()
-    return records[0] if records else None
-
-
 def _measure(part: Reproduction, quick: bool, out: Path, tell: Progress) -> dict[str, Any]:
     """Measure a part and keep the result."""
     system = machine.describe()
@@ -109,11 +129,15 @@ def _measure(part: Reproduction, quick: bool, out: Path, tell: Progress) -> dict
 
 def _done(part: Reproduction, record: dict[str, Any], out: Path) -> Done:
     """Write a part's pictures and tables of numbers."""
-    for name, rows in record["measured"].items():
+    measured: Measured = record["measured"]
+    for name, rows in measured.items():
         if rows:
             write_text(out / f"{part.name}-{name}.csv", to_csv(rows))
-    pictures = part.draw(record["measured"], out)
-    return Done(part, record["measured"], record["machine"], record["seconds"], pictures)
+    pictures: list[Picture] = []
+    for plot in part.plots(measured):
+        pictures.append(Picture(out / f"{plot.name}.png", plot.caption))
+        plot.save(pictures[-1].path)
+    return Done(part, measured, record["machine"], record["seconds"], pictures)
 
 
 def _write(done: dict[str, Done], quick: bool, out: Path) -> list[Done]:
@@ -134,3 +158,66 @@ def _write(done: dict[str, Done], quick: bool, out: Path) -> list[Done]:
     )
     write_page(page(shown, quick=quick), out / PAGE)
     return shown
+
+
+# --- the page --------------------------------------------------------------------------------
+
+TITLE = "“On planar self-folding magnetic chains”, reproduced"
+
+_LEAD = (
+    "T.H. Fass, G. Hao and P. Cantillon-Murphy compare two ways to predict how a chain of square "
+    "casings with magnets folds itself: by energy minimisation and by simulation. This page puts "
+    "the counterpart of each of their figures and tables whose content the text gives beside what "
+    "the text says about it. Every statement that can be compared has a verdict, computed from "
+    "the numbers measured for this page.",
+    "What to keep in mind: the drawings of the paper's sequences and casing are not at hand. The "
+    "three sequences are reconstructions that satisfy what its text says about their energies; "
+    "where that makes an agreement no evidence, the verdict says so. Masses, sizes and how much "
+    "releases by hand differ are assumed.",
+    "A fold is a word over L (+90°), S (0°) and R (−90°), one letter a joint from component 1 on. "
+    "Folded: at rest with every joint at ±90°; misfolded: at rest otherwise.",
+)
+_LEFT_OUT = (
+    "Figures 1, 10 and 17: photographs, the latter two of experiments.",
+    "Figures 2 and 3: the dimensions of a component and the poles of the sequences, which the text "
+    "does not give. Nothing on this page has the paper's own sequences.",
+    "Figures 4, 5 and 9: pseudo-code. Table 1 and Figure 7 run what 4 and 5 say, Figures 11 to 14 "
+    "what 9 says.",
+    "Figure 8 and Table 2: symbols of equation 39.",
+)
+_QUICK = (
+    "Made with --quick: shorter series, fewer rounds of timing. It shows that everything works; "
+    "numbers to quote come from a run without it."
+)
+
+
+def page(done: Sequence[Done], *, quick: bool) -> Page:
+    """Return the page for the reproductions that are done, at least one."""
+    lead: list[Block] = list(_LEAD)
+    if quick:
+        lead.append(_QUICK)
+    lead.append(overview(done))
+    sections = [*(_section(each) for each in done), Section("Not reproduced", [Points(_LEFT_OUT)])]
+    return Page(TITLE, sections, lead, done[-1].machine)
+
+
+def overview(done: Sequence[Done]) -> Table:
+    """Return how many statements agree, figure by figure."""
+    rows: list[Row] = []
+    for each in done:
+        outcomes = [claim.outcome for claim in each.claims]
+        counts: Row = {outcome: outcomes.count(outcome) for outcome in get_args(Outcome)}
+        rows.append({"": each.part.title, **counts})
+    return Table("Statements of the paper: how many of them", rows)
+
+
+def _section(done: Done) -> Section:
+    part = done.part
+    texts = {"The paper": part.shows, "Here": part.computed, "Not covered": part.missing}
+    made = f"{done.machine['time']}, in {done.seconds:.0f} s, commit {done.machine['commit']}"
+    again = {"Measured": made, "Again": f"magfold paper --only {part.name}"}
+    blocks: list[Block] = [Entries(texts), *done.pictures]
+    blocks += part.tables(done.measured)
+    blocks += [claim.to_verdict() for claim in done.claims]
+    blocks.append(Entries(again))
+    return Section(part.title, blocks)

@@ -1,12 +1,14 @@
-"""The paper's sequences, and its names for their folded states."""
+"""The paper's sequences, its names for their folded states, and pictures of states."""
 
 from __future__ import annotations
 
 from functools import cache
-from typing import Literal
+from pathlib import Path
+from typing import Literal, NamedTuple
 
-from magfold_env.minimiser import minimise
-from magfold_env.minimiser.result import State
+from magfold_env.minimiser import State, minimise
+from magfold_env.paper.reproduction import Plot
+from magfold_env.reporting.tables import Row
 from magfold_env.scene import Scene, load_scene
 
 Model = Literal["literal", "device"]
@@ -18,6 +20,23 @@ MODELS: dict[Model, str] = {
     "literal": "the paper's point charges",
     "device": "magnets as built",
 }
+
+
+class Drawn(NamedTuple):
+    """A state as it is drawn; its energy is the paper's score."""
+
+    word: str
+    energy: float
+    conflicts: tuple[tuple[int, int], ...]
+    stable: bool
+
+    @classmethod
+    def of(cls, row: Row) -> Drawn:
+        """Return what is drawn of a row."""
+        listed = [pair.split("-") for pair in str(row["conflicts"]).split(", ") if pair]
+        conflicts = tuple((int(first), int(second)) for first, second in listed)
+        energy = 1e-3 * float(row["score [mJ]"])
+        return cls(str(row["word"]), energy, conflicts, row["stable"] == "yes")
 
 
 def scene_of(number: int, model: Model) -> Scene:
@@ -49,3 +68,24 @@ def word_of(name: str) -> str:
         If there is no state of this name.
     """
     return {each: word for word, each in names(int(name[1])).items()}[name]
+
+
+def turned_joints(word: str, other: str) -> list[int]:
+    """Return the numbers of the joints, from 1, in which two words differ."""
+    return [k for k, (a, b) in enumerate(zip(word, other, strict=True), start=1) if a != b]
+
+
+def pairs(touching: tuple[tuple[int, int], ...]) -> str:
+    """Return pairs of components as a text like "1-2, 3-6"."""
+    return ", ".join(f"{first}-{second}" for first, second in touching)
+
+
+def plot(name: str, number: int, rows: list[Row], caption: str) -> Plot:
+    """Return a picture of states of a sequence, side by side."""
+
+    def save(path: Path) -> None:
+        from magfold_env.render import draw_states  # noqa: PLC0415 - an extra
+
+        draw_states(scene_of(number, "literal"), [Drawn.of(row) for row in rows], path)
+
+    return Plot(name, caption, save)

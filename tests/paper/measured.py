@@ -3,10 +3,7 @@
 from collections.abc import Sequence
 
 from magfold_env.paper.reproduction import Claim, Measured, Outcome
-from magfold_env.reporting.page import Entries, Picture, Points, Verdict
 from magfold_env.reporting.tables import Row
-
-CONTENT = (Entries, Picture, Points, Verdict)
 
 
 def outcomes(claims: Sequence[Claim]) -> list[Outcome]:

@@ -7,17 +7,12 @@ import pytest
 
 from magfold_env.laws.pinned_chain import DENSE, SCALAR
 from magfold_env.laws.smooth_motion import EULER, VERLET
-from magfold_env.paper import (
-    figure_11,
-    figure_12,
-    figure_15,
-    figure_16,
-    figures_13_14,
-    motions,
-    pendulum,
-)
-from magfold_env.paper.reproduction import Measured
+from magfold_env.paper import figures_11_12, figures_13_14, motions, pendulum
+from magfold_env.paper.figures_11_12 import EARLY, ERROR, FIGURE_11, FIGURE_12
+from magfold_env.paper.pendulum import FIGURE_15, FIGURE_16
+from magfold_env.paper.reproduction import Measured, power
 from magfold_env.reporting.page import PNG_START
+from magfold_env.reporting.plotting import numbers
 from magfold_env.reporting.tables import Row
 from tests.paper.measured import changed, outcomes
 
@@ -30,33 +25,35 @@ def steps(own: float = 1e-4) -> Measured:
     for name in CASES:
         for count in (1, 5, 20):
             row: Row = {"charge": name, "steps a frame": count, "Δt [ms]": 1e3 / (240.0 * count)}
-            row[figure_11.ERROR] = 1.0
-            early = {figure_11.ERROR: 1e-2, figure_11.OWN: own, figure_11.SMOOTH: own}
-            row |= {figure_11.EARLY + key: error / count**2 for key, error in early.items()}
+            row[ERROR] = 1.0
+            early = {ERROR: 1e-2, figures_11_12.OWN: own, figures_11_12.SMOOTH: own}
+            row |= {EARLY + key: error / count**2 for key, error in early.items()}
             ends = {"word": "LRLLL", "ended": "folded", "reference": "LRLLL"}
             means.append({**row, **ends, "reference ended": "folded"})
     return {"means": means}
 
 
 def test_figure_11_agrees_where_errors_are_small_and_ends_equal() -> None:
-    assert outcomes(figure_11.claims(steps())) == ["agrees"] * 4
+    assert outcomes(FIGURE_11.claims(steps())) == ["agrees"] * 4
 
 
 def test_figure_11_disagrees_with_large_errors() -> None:
-    found = outcomes(figure_11.claims(steps(own=0.1)))
+    found = outcomes(FIGURE_11.claims(steps(own=0.1)))
     assert found == ["disagrees", "agrees"] * 2
 
 
 def test_figure_11_disagrees_where_finer_steps_end_otherwise() -> None:
     where: Row = {"charge": motions.HALF, "steps a frame": 20}
-    found = figure_11.claims(changed(steps(), "means", where, word="RRRRR"))
+    found = FIGURE_11.claims(changed(steps(), "means", where, word="RRRRR"))
     assert outcomes(found) == ["agrees", "disagrees", "agrees", "agrees"]
     assert "LRLLL, RRRRR" in found[1].found
 
 
 def test_the_power_of_the_step_is_found() -> None:
     rows = [row for row in steps()["means"] if row["charge"] == motions.HALF]
-    assert figure_11.power(rows, figure_11.EARLY + figure_11.OWN) == pytest.approx(2.0)
+    assert power(
+        numbers(rows, "Δt [ms]"), numbers(rows, EARLY + figures_11_12.OWN)
+    ) == pytest.approx(2.0)
 
 
 def points(word: str, difference: float, force: float) -> Measured:
@@ -64,31 +61,31 @@ def points(word: str, difference: float, force: float) -> Measured:
         {
             "charge": name,
             "h": h,
-            figure_12.EARLY + figure_12.MANY: difference,
-            "whole fold, " + figure_12.MANY: difference,
+            EARLY + figures_11_12.MANY: difference,
+            "whole fold, " + figures_11_12.MANY: difference,
             "word": word if h == 3 else "LRLLL",
             "reference": "LRLLL",
             "reference ended": "folded",
         }
         for name in CASES
-        for h in figure_12.COUNTS
+        for h in figures_11_12.COUNTS
     ]
     forces: list[Row] = [
         {"gap [mm]": gap, "h": h, "magnets / exact": force}
-        for h in figure_12.COUNTS
+        for h in figures_11_12.COUNTS
         for gap in (0.5, 1.0, 2.0)
     ]
     return {"means": means, "forces": forces}
 
 
 def test_figure_12_judges_difference_end_and_force() -> None:
-    assert outcomes(figure_12.claims(points("LRLLL", 1e-4, 1.01))) == ["agrees"] * 5
-    assert outcomes(figure_12.claims(points("LRLLL", 0.1, 5.0))) == ["disagrees"] * 5
-    other = outcomes(figure_12.claims(points("RRRRR", 1e-4, 1.01)))
+    assert outcomes(FIGURE_12.claims(points("LRLLL", 1e-4, 1.01))) == ["agrees"] * 5
+    assert outcomes(FIGURE_12.claims(points("LRLLL", 0.1, 5.0))) == ["disagrees"] * 5
+    other = outcomes(FIGURE_12.claims(points("RRRRR", 1e-4, 1.01)))
     assert other == ["agrees", "disagrees", "agrees", "disagrees", "agrees"]
 
 
-ORDER = "joints in the order in which they shut"
+ORDER = figures_13_14.ORDER
 
 
 def followed() -> Measured:
@@ -162,7 +159,7 @@ def energies(euler: tuple[float, ...], tight: float, other: float) -> Measured:
     names = {EULER.name: euler, "better": (other,) * 3}
     names["this project's solver, tolerance 1e-10"] = (tight,) * 3
     rows: list[Row] = [
-        {"integrator": name, "steps a frame": n, "Δt [ms]": 4.0 / n, figure_15.CHANGE: change}
+        {"integrator": name, "steps a frame": n, "Δt [ms]": 4.0 / n, pendulum.CHANGE: change}
         for name, changes in names.items()
         for n, change in zip((1, 5, 20), changes, strict=True)
     ]
@@ -170,15 +167,15 @@ def energies(euler: tuple[float, ...], tight: float, other: float) -> Measured:
 
 
 def test_figure_15_judges_the_fall_and_what_better_methods_do() -> None:
-    assert outcomes(figure_15.claims(energies((1.0, 0.1, 0.01), 1e-9, 1e-4))) == ["agrees"] * 3
-    rising = outcomes(figure_15.claims(energies((0.01, 0.1, 1.0), 2.0, 3.0)))
+    assert outcomes(FIGURE_15.claims(energies((1.0, 0.1, 0.01), 1e-9, 1e-4))) == ["agrees"] * 3
+    rising = outcomes(FIGURE_15.claims(energies((0.01, 0.1, 1.0), 2.0, 3.0)))
     assert rising == ["disagrees"] * 3
 
 
 def test_figure_15_says_where_euler_breaks_down() -> None:
     measured = energies((1.0, 0.1, 0.01), 1e-9, 1e-4)
     lost: Row = {"integrator": EULER.name, "steps a frame": 0.5, "Δt [ms]": 8.0}
-    found = figure_15.claims(measured | {"broke-down": [lost]})
+    found = FIGURE_15.claims(measured | {"broke-down": [lost]})
     assert "At 8 ms it breaks down." in found[0].found
 
 
@@ -193,15 +190,16 @@ def times(short: float, long: float) -> Measured:
 
 
 def test_figure_16_judges_powers_of_the_length() -> None:
-    agreeing = outcomes(figure_16.claims(times(1.0, 2.0)))
+    agreeing = outcomes(FIGURE_16.claims(times(1.0, 2.0)))
     assert agreeing == ["agrees", "agrees", "cannot be compared"]
-    other = outcomes(figure_16.claims(times(2.0, 3.0)))
+    other = outcomes(FIGURE_16.claims(times(2.0, 3.0)))
     assert other == ["disagrees", "disagrees", "cannot be compared"]
     rows = times(1.0, 2.0)["times"]
-    assert figure_16.power(rows, DENSE, 60, 450) == pytest.approx(2.0)
-    assert figure_16.power(rows, SCALAR, 6, 450) == pytest.approx(1.0)
+    assert pendulum.growth(rows, DENSE, 60, 450) == pytest.approx(2.0)
+    assert pendulum.growth(rows, SCALAR, 6, 450) == pytest.approx(1.0)
 
 
 def test_a_picture_is_drawn(tmp_path: Path) -> None:
-    (picture,) = figure_15.draw(energies((1.0, 0.1, 0.01), 1e-9, 1e-4), tmp_path)
-    assert picture.path.read_bytes().startswith(PNG_START)
+    (plot,) = FIGURE_15.plots(energies((1.0, 0.1, 0.01), 1e-9, 1e-4))
+    plot.save(tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").read_bytes().startswith(PNG_START)

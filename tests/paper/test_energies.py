@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from magfold_env.minimiser import minimise
-from magfold_env.paper import figure_7, figure_19, states, table_1
+from magfold_env.paper import states
+from magfold_env.paper.energies import FIGURE_7, FIGURE_19, TABLE_1
 from magfold_env.paper.reproduction import Measured
 from magfold_env.reporting.page import PNG_START
 from tests.paper.measured import changed, outcomes
@@ -17,12 +18,12 @@ def nothing(share: float, what: str) -> None:
 
 @pytest.fixture(scope="module")
 def ends() -> Measured:
-    return table_1.measure(True, nothing)
+    return TABLE_1.measure(True, nothing)
 
 
 @pytest.fixture(scope="module")
 def folds() -> Measured:
-    return figure_7.measure(True, nothing)
+    return FIGURE_7.measure(True, nothing)
 
 
 def test_table_1_is_the_papers(ends: Measured) -> None:
@@ -35,13 +36,13 @@ def test_table_1_is_the_papers(ends: Measured) -> None:
     for row in rows:
         assert row["state"] == row["in the paper"]
         assert row["state"] == expected[int(row["sequence"]), str(row["direction"])]
-    assert outcomes(table_1.claims(ends)) == ["agrees by construction"] * 2
+    assert outcomes(TABLE_1.claims(ends)) == ["agrees by construction"] * 2
 
 
 def test_another_end_disagrees_for_its_model_alone(ends: Measured) -> None:
     where = {"sequence": 1, "direction": "backward", "magnets": "device"}
     other = changed(ends, "ends", where, state="S1A")
-    literal, device = table_1.claims(other)
+    literal, device = TABLE_1.claims(other)
     assert literal.outcome == "agrees by construction"
     assert device.outcome == "disagrees"
     assert "5 of 6" in device.found
@@ -61,7 +62,10 @@ def test_figure_6_decides_one_joint_at_a_time(ends: Measured, tmp_path: Path) ->
             word = "".join(x if k in decided else "S" for k, x in enumerate(end, start=1))
             assert row["word"] == word
             assert row["score [mJ]"] == pytest.approx(1e3 * scores[word])
-    assert len(table_1.draw(ends, tmp_path)) == 2
+    plots = TABLE_1.plots(ends)
+    assert [plot.name for plot in plots] == ["figure-6-forward", "figure-6-backward"]
+    plots[0].save(tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").read_bytes().startswith(PNG_START)
 
 
 def test_names_go_by_energy_stable_states_first() -> None:
@@ -102,33 +106,34 @@ SAID = ["stable", "outlines", "below S1C", "S2A", "positive", "S2A's", "S2C's", 
 def test_figure_7_disagrees_with_other_numbers(
     folds: Measured, where: dict[str, str | int], change: dict[str, object], claim: str
 ) -> None:
-    before = dict(zip(SAID, outcomes(figure_7.claims(folds)), strict=True))
-    after = outcomes(figure_7.claims(changed(folds, "states", {**where}, **change)))
+    before = dict(zip(SAID, outcomes(FIGURE_7.claims(folds)), strict=True))
+    after = outcomes(FIGURE_7.claims(changed(folds, "states", {**where}, **change)))
     assert before[claim].startswith("agrees")
     assert dict(zip(SAID, after, strict=True))[claim] == "disagrees"
 
 
 def test_the_printed_distances_of_energies_agree_with_themselves(folds: Measured) -> None:
-    assert outcomes(figure_7.claims(folds))[5:7] == ["disagrees"] * 2
+    assert outcomes(FIGURE_7.claims(folds))[5:7] == ["disagrees"] * 2
     fitting = changed(folds, "states", {"state": "S2A"}, **{"score [mJ]": 1.0 - 0.5589})
     fitting = changed(fitting, "states", {"state": "S2B"}, **{"score [mJ]": 1.0})
     fitting = changed(fitting, "states", {"state": "S2C"}, **{"score [mJ]": 1.0875})
-    assert outcomes(figure_7.claims(fitting))[5:7] == ["agrees"] * 2
+    assert outcomes(FIGURE_7.claims(fitting))[5:7] == ["agrees"] * 2
 
 
 def test_figure_7_draws_five_states_of_each_sequence(folds: Measured, tmp_path: Path) -> None:
-    pictures = figure_7.draw(folds, tmp_path)
-    assert len(pictures) == 3
-    for number, picture in enumerate(pictures, start=1):
-        assert picture.path.read_bytes().startswith(PNG_START)
-        assert f"S{number}A" in picture.caption
+    plots = FIGURE_7.plots(folds)
+    assert len(plots) == 3
+    for number, plot in enumerate(plots, start=1):
+        plot.save(tmp_path / plot.name)
+        assert (tmp_path / plot.name).read_bytes().startswith(PNG_START)
+        assert f"S{number}A" in plot.caption
 
 
 def test_conflicts_are_drawn_where_they_are(folds: Measured) -> None:
     row = next(row for row in folds["states"] if row["state"] == "S1E")
-    assert figure_7.drawn(row).conflicts == ((4, 5),)
-    assert figure_7.drawn(row | {"conflicts": "1-2, 4-5"}).conflicts == ((1, 2), (4, 5))
-    assert figure_7.drawn(row | {"conflicts": ""}).conflicts == ()
+    assert states.Drawn.of(row).conflicts == ((4, 5),)
+    assert states.Drawn.of(row | {"conflicts": "1-2, 4-5"}).conflicts == ((1, 2), (4, 5))
+    assert states.Drawn.of(row | {"conflicts": ""}).conflicts == ()
 
 
 def of_figure_19(a: float, b: float, share: float) -> Measured:
@@ -142,6 +147,6 @@ def of_figure_19(a: float, b: float, share: float) -> Measured:
 
 def test_figure_19_agrees_with_the_printed_numbers_and_with_no_others() -> None:
     fitting = of_figure_19(-25.8098, -25.6527, 0.0)
-    assert outcomes(figure_19.claims(fitting)) == ["agrees by construction", *["agrees"] * 3]
+    assert outcomes(FIGURE_19.claims(fitting)) == ["agrees by construction", *["agrees"] * 3]
     other = of_figure_19(-25.0, -26.0, 0.1)
-    assert outcomes(figure_19.claims(other)) == ["disagrees"] * 4
+    assert outcomes(FIGURE_19.claims(other)) == ["disagrees"] * 4

@@ -9,9 +9,8 @@ import pytest
 
 from magfold_env.checkpoint import CheckpointError
 from magfold_env.paper import run
-from magfold_env.paper.page import Done, overview, page
-from magfold_env.paper.parts import PARTS
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction
+from magfold_env.paper.run import PARTS, Done, overview, page
 from magfold_env.reporting.page import render
 from magfold_env.reporting.tables import Progress, Table
 
@@ -32,7 +31,7 @@ def part(name: str, measure: Callable[[bool, Progress], Measured]) -> Reproducti
         claims=lambda measured: [
             Claim("three.", f"{measured['numbers'][0]['n']}.", measured["numbers"][0]["n"] == 3)
         ],
-        draw=lambda measured, folder: [],
+        plots=lambda measured: [],
     )
 
 
