@@ -1,11 +1,12 @@
-"""Many cases, on one or more processes; a killed campaign goes on where it was."""
+"""Cases by their names; many of them, on one or more processes, to go on after a kill."""
 
 from __future__ import annotations
 
 import hashlib
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import count, islice
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,10 @@ import numpy as np
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import physics_digest
 from magfold_env.parallel import Workers, finished
-from magfold_env.scene import Problem, SceneError
-from magfold_env.stress.case import Case
-from magfold_env.stress.kinds import KINDS
-from magfold_env.stress.tally import Tally
+from magfold_env.scene import Problem, Scene, SceneError, save_scene
+from magfold_env.stress.kinds import KINDS, RandomSource
+from magfold_env.stress.laws import check
+from magfold_env.stress.verdict import Tally, Verdict
 
 BLOCK = 20
 """Cases that are handed to a worker, and kept, at once."""
@@ -26,6 +27,42 @@ WAVE = 32
 """Blocks a worker that are handed out before the time is looked at: the last of them wait."""
 
 Progress = Callable[[Tally], object]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene's kind and its number among those of its kind, of one seed."""
+
+    seed: int
+    kind: str
+    number: int
+
+    @property
+    def name(self) -> str:
+        """Also the name of its file."""
+        return f"{self.kind}-{self.seed}-{self.number}"
+
+    def scene(self) -> Scene:
+        """Draw the scene: the same whenever and wherever that is done."""
+        letters = map(ord, self.kind)
+        return KINDS[self.kind].make(RandomSource(self.seed, self.number, *letters))
+
+    def verdict(self) -> Verdict:
+        """Check the scene; an error that is raised breaks a law like any other."""
+        try:
+            return check(self.scene())
+        except Exception as error:
+            found = Verdict(status="raised", message=f"{type(error).__name__}: {error}")
+            found.require("no exception", False, found.message)
+            return found
+
+    def save(self, broken: Iterable[str], folder: Path) -> Path:
+        """Write the scene, with what it breaks as comments."""
+        path = folder / f"{self.name}.yaml"
+        lines = [f"case {self.name} of magfold stress breaks", *broken]
+        again = f"magfold stress --rerun {path.name}"
+        save_scene(self.scene(), path, "\n".join([*lines, f"again: {again}"]))
+        return path
 
 
 def run(
@@ -77,13 +114,13 @@ def run(
                 tally.merge(part)
     until = None if minutes is None else time.monotonic() + 60.0 * minutes
     left = iter([number for number in range(len(blocks)) if number not in done])
-    team = Workers(workers, "processes")
+    processes = Workers(workers, "processes")
     size = WAVE * workers if workers > 1 else 1
     try:
         while wave := list(islice(left, size)):
             if until is not None and time.monotonic() > until:
                 break
-            for place, part in finished(try_block, [blocks[number] for number in wave], team):
+            for place, part in finished(try_block, [blocks[number] for number in wave], processes):
                 tally.merge(part)
                 if out is not None:
                     _save_failures(part, out / "failures")
@@ -98,12 +135,12 @@ def run(
 
 
 def try_block(block: Sequence[Case]) -> Tally:
-    """Judge some cases."""
+    """Check some cases."""
     tally = Tally()
     for case in block:
         begun = time.process_time()
         verdict = case.verdict()
-        tally.add(case, verdict, time.process_time() - begun)
+        tally.add(case.name, case.kind, verdict, time.process_time() - begun)
     return tally
 
 

@@ -1,17 +1,21 @@
-"""Kinds of scenes: ordinary ones, and one extreme corner each. Nothing in them is left to draw."""
+"""Kinds of scenes: ordinary ones, and one extreme corner each. Nothing in them is left to draw.
+
+Their numbers come from a generator, or from whatever else can draw.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from magfold_env.laws.random_scenes import designed_sequence
 from magfold_env.scene import Gravity, Scene, Solver
 from magfold_env.shapes import overlaps
-from magfold_env.stress.source import Source, logarithmic, numbers
+
+T = TypeVar("T")
 
 DURATION = 0.5  # [s] after the last release; most chains are at rest after 0.3 s
 MAX_STEPS = 3000  # a fold of six components takes some 150
@@ -31,6 +35,58 @@ DEVICES: tuple[Mapping[str, Any], ...] = (
 )
 
 Changes = dict[str, Any]
+
+
+class Source(Protocol):
+    """Draws numbers and choices, evenly as far as it draws at random."""
+
+    def integer(self, low: int, high: int) -> int:
+        """Return an integer from ``low`` to ``high``, both included."""
+        ...
+
+    def number(self, low: float, high: float) -> float:
+        """Return a number from ``low`` to ``high``."""
+        ...
+
+    def pick(self, options: Sequence[T]) -> T:
+        """Return one of the options."""
+        ...
+
+
+class RandomSource:
+    """Draws from a generator.
+
+    Parameters
+    ----------
+    key
+        Seeds it: one key, one stream of draws.
+    """
+
+    def __init__(self, *key: int) -> None:
+        self._rng = np.random.default_rng(key)
+
+    def integer(self, low: int, high: int) -> int:
+        """Return an integer from ``low`` to ``high``, both included."""
+        return int(self._rng.integers(low, high + 1))
+
+    def number(self, low: float, high: float) -> float:
+        """Return a number from ``low`` to ``high``."""
+        return float(self._rng.uniform(low, high))
+
+    def pick(self, options: Sequence[T]) -> T:
+        """Return one of the options."""
+        return options[self.integer(0, len(options) - 1)]
+
+
+def logarithmic(source: Source, low: float, high: float) -> float:
+    """Draw a positive number evenly in its logarithm."""
+    drawn = math.exp(source.number(math.log(low), math.log(high)))
+    return min(max(drawn, low), high)
+
+
+def numbers(source: Source, low: float, high: float, count: int) -> tuple[float, ...]:
+    """Draw so many numbers."""
+    return tuple(source.number(low, high) for _ in range(count))
 
 
 class Kind(NamedTuple):

@@ -17,7 +17,7 @@ from magfold_env.laws.overlap import deepest_overlap
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, headings
 from magfold_env.simulation.simulate import energy, simulate
-from magfold_env.stress.symmetries import hold_symmetries
+from magfold_env.stress.symmetries import check_symmetries
 from magfold_env.stress.verdict import Verdict
 
 LOOKS = 10_000  # states of a run that are kept at most
@@ -37,7 +37,7 @@ PAIR = 1e-4  # of the energy of two full charges a side apart
 
 
 def check(scene: Scene) -> Verdict:
-    """Simulate a scene, in which nothing may be left to draw, and judge it by every law."""
+    """Simulate a scene, in which nothing may be left to draw, and check it by every law."""
     verdict = Verdict()
     # Of the paper's solver nothing is asked but the truth about its numbers, at the end.
     paper = scene.solver.method == "paper"
@@ -46,22 +46,22 @@ def check(scene: Scene) -> Verdict:
     stepped, fold = session.fold(), simulate(scene)
     verdict.status, verdict.message, verdict.steps = fold.status.value, fold.message, fold.steps
     same = identical(stepped, fold)
-    verdict.demand("determinism", same, "another run, stopped at every step, ends otherwise")
-    hold_refusal(scene, fold, verdict)
+    verdict.require("determinism", same, "another run, stopped at every step, ends otherwise")
+    check_refusal(scene, fold, verdict)
     if fold.status is FoldStatus.FAILED:
         if paper:
             verdict.notes.append("blown up by the paper's solver")
-            verdict.demand("finite", is_finite(fold), "a value is no number")
+            verdict.require("finite", is_finite(fold), "a value is no number")
         return verdict
-    verdict.demand("finite", motion.finite and is_finite(fold), "a value is no number")
+    verdict.require("finite", motion.finite and is_finite(fold), "a value is no number")
     if not motion.finite:
         return verdict
-    hold_status(fold, motion, verdict)
+    check_status(fold, motion, verdict)
     if paper:
         return verdict
-    hold_limits(motion, verdict)
-    hold_rest(fold, motion, verdict)
-    hold_symmetries(scene, fold, verdict)
+    check_limits(motion, verdict)
+    check_rest(fold, motion, verdict)
+    check_symmetries(scene, fold, verdict)
     return verdict
 
 
@@ -79,7 +79,7 @@ def is_finite(fold: Fold) -> bool:
     return bool(np.isfinite(values).all())
 
 
-def hold_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
+def check_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
     """Ask that overlapping starts are refused, others not, and that no run breaks down."""
     refused = fold.status is FoldStatus.FAILED and REFUSAL in fold.message
     if scene.contact and scene.mount != "tube" and scene.solver.method == "adaptive":
@@ -88,16 +88,16 @@ def hold_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
         deep = deepest_overlap(scene.replace(mount="free", field=None), start, np.zeros(2), scene.n)
         deep /= scene.casing.side
         words = f"squares overlap by {deep:.3g} at the start"
-        verdict.demand("refusal", refused or deep < SURELY, words)
-        verdict.demand("refusal", not refused or deep > HARDLY, words)
+        verdict.require("refusal", refused or deep < SURELY, words)
+        verdict.require("refusal", not refused or deep > HARDLY, words)
     # Without contact, which the paper's solver has none of, poles meet: forces have no bounds.
     solid = scene.contact and scene.solver.method == "adaptive"
     if not refused and (solid or scene.magnets is None):
         gave_up = fold.status is FoldStatus.FAILED
-        verdict.demand("no breakdown", not gave_up, fold.message)
+        verdict.require("no breakdown", not gave_up, fold.message)
 
 
-def hold_limits(motion: Motion, verdict: Verdict) -> None:
+def check_limits(motion: Motion, verdict: Verdict) -> None:
     """Ask that nothing penetrates, joints keep to their stops, and nothing comes from nowhere."""
     scene, tolerance = motion.scene, motion.scene.solver.tolerance
     if scene.contact:
@@ -105,14 +105,14 @@ def hold_limits(motion: Motion, verdict: Verdict) -> None:
         if deep > allowed >= motion.fitting_overlap:
             verdict.notes.append("held through the tube's wall")
             deep = motion.fitting_overlap
-        verdict.judge("no penetration", deep, allowed)
-        verdict.judge("joint stops", motion.past_stop, max(LEAST, tolerance))
-    hold_passivity(motion, verdict)
+        verdict.bound("no penetration", deep, allowed)
+        verdict.bound("joint stops", motion.past_stop, max(LEAST, tolerance))
+    check_passivity(motion, verdict)
     if scene.mount == "free" and scene.friction == 0.0:
-        hold_momentum(motion, verdict)
+        check_momentum(motion, verdict)
 
 
-def hold_passivity(motion: Motion, verdict: Verdict) -> None:
+def check_passivity(motion: Motion, verdict: Verdict) -> None:
     """Ask that energy does not rise once nothing is fed.
 
     Relative to its range in the run, or to what was kinetic, if that is more. Of slow motions
@@ -130,7 +130,7 @@ def hold_passivity(motion: Motion, verdict: Verdict) -> None:
     moving = float(motion.kinetic.max())
     usual = math.sqrt(moving * pair_energy(motion.scene))
     extent = max(float(np.ptp(total)), moving, usual, least / allowed, 1e-300)
-    verdict.judge("passivity", rise / extent, allowed)
+    verdict.bound("passivity", rise / extent, allowed)
 
 
 def pair_energy(scene: Scene) -> float:
@@ -140,7 +140,7 @@ def pair_energy(scene: Scene) -> float:
     return COULOMB * scene.magnets.charge**2 / scene.casing.side
 
 
-def hold_momentum(motion: Motion, verdict: Verdict) -> None:
+def check_momentum(motion: Motion, verdict: Verdict) -> None:
     """Ask that what begins at rest and feels nothing from outside has no momentum."""
     scene = motion.scene
     outer = scene.field is not None and scene.field.any
@@ -156,53 +156,53 @@ def hold_momentum(motion: Motion, verdict: Verdict) -> None:
         return
     allowed = max(10.0 * scene.solver.tolerance, FLOOR)
     off = np.hypot(*(linear - motion.time[:, None] * weight).T).max()
-    verdict.judge("momentum", float(off) / size, allowed)
+    verdict.bound("momentum", float(off) / size, allowed)
     if not weight.any():
         spin = float(np.abs(angular).max())
-        verdict.judge("angular momentum", spin / (size * length), allowed)
+        verdict.bound("angular momentum", spin / (size * length), allowed)
 
 
-def hold_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
+def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
     """Ask that the status says what is so, and names the limit that was met."""
     scene, solver = fold.scene, fold.scene.solver
     off = np.abs(np.abs(fold.joint_angles) - np.pi / 2.0)
     shut = bool((off <= FOLDED_WITHIN).all())
     word = angles_to_word(fold.joint_angles)
-    verdict.demand("status", fold.word == word, f"the word is {word}")
-    verdict.judge("work cap", float(fold.steps), float(solver.max_steps))
+    verdict.require("status", fold.word == word, f"the word is {word}")
+    verdict.bound("work cap", float(fold.steps), float(solver.max_steps))
     if fold.status in SETTLED:
         told = fold.status is FoldStatus.FOLDED
-        verdict.demand("status", told == shut, "told folded" if told else "told misfolded")
+        verdict.require("status", told == shut, "told folded" if told else "told misfolded")
         return
     if "a second are the limit" in fold.message:
         capped = fold.steps >= solver.max_steps_per_second
-        verdict.demand("status", capped, "told a limit that was not met")
+        verdict.require("status", capped, "told a limit that was not met")
     elif "are the limit" in fold.message:
         capped = fold.steps >= solver.max_steps
-        verdict.demand("status", capped, "told a limit that was not met")
+        verdict.require("status", capped, "told a limit that was not met")
     else:
         fed = float(motion.time[motion.released < scene.n].max(initial=0.0))
         late = fold.time >= (fed + scene.duration) * (1.0 - 1e-9)
-        verdict.demand("status", late, "told to be out of time and is not")
+        verdict.require("status", late, "told to be out of time and is not")
 
 
-def hold_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
+def check_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
     """Ask that what is told to rest does, and does so again when it is put down there."""
     if fold.status not in SETTLED:
         return
     scene = fold.scene
     turning = float(np.abs(np.diff(motion.rates[-1])).max(initial=0.0))
     still = AT_REST * scene.solver.tolerance
-    verdict.judge("rest", turning, max(still, 1e-9), "joints turn at the end [rad/s]")
+    verdict.bound("rest", turning, max(still, 1e-9), "joints turn at the end [rad/s]")
     if scene.field is None and scene.magnets is not None:
         there = energy(scene, fold.angles)
         # Energies of pairs may cancel: then those of single ones are what rounding is a share of.
         unit = max(abs(there), PAIR * pair_energy(scene), 1e-300)
-        verdict.judge("energy", abs(fold.energy - there) / unit, 1e-9)
+        verdict.bound("energy", abs(fold.energy - there) / unit, 1e-9)
     outside = scene.field is not None or any(scene.gravity.in_plane)
     if scene.mount == "tube" or outside:
         return
     joints = np.clip(fold.joint_angles, -np.pi / 2.0, np.pi / 2.0)
     again = simulate(scene.replace(start_angles=joints))
     moved = float(np.abs(again.joint_angles - joints).max(initial=0.0))
-    verdict.judge("rest again", moved, 1e-6, f"put down again [rad], then {again.message}")
+    verdict.bound("rest again", moved, 1e-6, f"put down again [rad], then {again.message}")

@@ -13,8 +13,7 @@ from magfold_env.files import write_text
 from magfold_env.reporting import machine
 from magfold_env.reporting.plotting import COLOURS, panels, save_figure
 from magfold_env.stress.kinds import KINDS
-from magfold_env.stress.tally import Tally
-from magfold_env.stress.verdict import Verdict
+from magfold_env.stress.verdict import Tally, Verdict
 
 STATUSES = ("folded", "misfolded", "unsettled", "failed", "raised")
 SHOWN = 5  # failing cases of a law that are listed
@@ -42,17 +41,17 @@ def kinds_table(tally: Tally) -> Table:
 
 
 def laws_table(tally: Tally) -> Table:
-    """Return for how many cases each law was judged, and which break it."""
+    """Return for how many cases each law was checked, and which break it."""
     table = Table(title="Laws")
     for name in ("law", "judged", "broken", "nearest to breaking", f"cases (up to {SHOWN})"):
         table.add_column(name, justify="left" if name[:4] in {"law", "case"} else "right")
-    for law, judged in tally.held.items():
+    for law, count in tally.held.items():
         names = [f["case"] for f in tally.failures if law in {each for each, _ in f["broken"]}]
         share, _ = tally.worst.get(law, (0.0, ""))
         near = f"{share:.1g} of what is allowed" if share else ""
         listed = ", ".join(names[:SHOWN])
         style = "red" if names else ""
-        table.add_row(law, str(judged), str(len(names)), near, listed, style=style)
+        table.add_row(law, str(count), str(len(names)), near, listed, style=style)
     return table
 
 

@@ -1,4 +1,4 @@
-"""Symmetric scenes fold symmetrically.
+"""Symmetric scenes fold symmetrically: in a mirror, turned, and seen from the other end.
 
 A fold that a start moved by 1e-6 rad changes as well says nothing, and the error that the solver's
 tolerance allows may differ between views: what differs must do so at two far tighter ones too, and
@@ -7,8 +7,9 @@ far more than either view does from one tolerance to another.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +18,15 @@ from magfold_env.fold import Fold, FoldStatus
 from magfold_env.laws.along_folds import SteppedSession
 from magfold_env.laws.outcomes import SAME_WITHIN, moved_starts
 from magfold_env.scene import Scene
+from magfold_env.shapes import centres, headings
 from magfold_env.simulation.simulate import simulate
-from magfold_env.stress.symmetry import mirrored, seen_from_other_end, turned
 from magfold_env.stress.verdict import Verdict
 
 Floats = npt.NDArray[np.float64]
+
+MIRRORED = (3, 2, 1, 0)  # faces: front-left <-> front-right, back-left <-> back-right
+OTHER_END = (2, 3, 0, 1)
+SIZES = ("width", "height", "thickness", "inset")
 
 TURN = 1.0  # [rad], no multiple of anything
 ROUNDING = 1e-9  # [rad]
@@ -47,19 +52,19 @@ class End(NamedTuple):
         return cls(fold.status, fold.joint_angles, "are the limit" in fold.message)
 
 
-def hold_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
+def check_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
     """Mirror it, turn it and look at it from its other end."""
     if scene.n == 1 or fold.steps > MOST_STEPS:
         return
     if scene.mount == "tube":
-        _hold_other_end_of_tube(scene, fold, verdict)
+        _check_other_end_of_tube(scene, fold, verdict)
     here, ends = End.of(fold), views(scene)
     if here.capped or any(end.capped for end in ends.values()):
         verdict.notes.append("stopped by the work cap")
         return
     different = {law: end for law, end in ends.items() if not alike(end, here)}
     if different:
-        reason = excuse(scene, here, different)
+        reason = reason_set_aside(scene, here, different)
         if reason:
             verdict.notes.append(reason)
             different = {}
@@ -68,7 +73,7 @@ def hold_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
         if law in different:
             end = different[law]
             words = f"ends {end.status.value}, {_apart(end.joints, here.joints):.3g} rad off"
-        verdict.demand(law, law not in different, words)
+        verdict.require(law, law not in different, words)
 
 
 def views(scene: Scene) -> dict[str, End]:
@@ -81,7 +86,7 @@ def views(scene: Scene) -> dict[str, End]:
     return ends
 
 
-def excuse(scene: Scene, here: End, different: Mapping[str, End]) -> str:
+def reason_set_aside(scene: Scene, here: End, different: Mapping[str, End]) -> str:
     """Return why some views may end otherwise, nothing if they may not."""
     if is_sensitive(scene, here):
         return "sensitive to 1e-6 rad"
@@ -134,13 +139,13 @@ def is_sensitive(scene: Scene, end: End) -> bool:
     return any(not alike(end_of(start), end) for start in starts)
 
 
-def _hold_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
+def _check_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
     """Ask for one run from both views, bit for bit: the engine counts from the held end."""
     other = simulate(seen_from_other_end(scene))
     same = (other.status, other.time, other.steps) == (fold.status, fold.time, fold.steps)
     off = _apart(_reversed(End.of(other)).joints, fold.joint_angles)
     words = f"ends {other.status.value} at {other.time:.6g} s, {off:.3g} rad off"
-    verdict.demand("other end", same and off <= ROUNDING, words)
+    verdict.require("other end", same and off <= ROUNDING, words)
 
 
 def _flipped(end: End) -> End:
@@ -153,3 +158,91 @@ def _reversed(end: End) -> End:
 
 def _apart(one: Floats, other: Floats) -> float:
     return float(np.abs(one - other).max(initial=0.0))
+
+
+# --- the same physics, seen otherwise --------------------------------------------------------
+
+
+def mirrored(scene: Scene) -> Scene:
+    """Return the mirror image: left is right, y is −y."""
+    assert scene.start_angles is not None
+    changes = faces(scene, MIRRORED, 1)
+    changes["start_angles"] = [-angle for angle in scene.start_angles]
+    return _around(scene.replace(**changes), np.diag([1.0, -1.0]))
+
+
+def turned(scene: Scene, angle: float) -> Scene:
+    """Return the scene whose surroundings are turned by an angle [rad] about the origin.
+
+    Nothing in a scene says which way a chain heads at first: its headings are to be turned too.
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    return _around(scene, np.array([[c, -s], [s, c]]))
+
+
+def seen_from_other_end(scene: Scene) -> Scene:
+    """Return a free or fed chain with components counted from the other end.
+
+    A free chain then begins along +x with the other end at the origin: its surroundings move.
+    """
+    assert scene.start_angles is not None
+    assert scene.mount != "pinned"
+    changes = faces(scene, OTHER_END, -1)
+    changes["start_angles"] = [-angle for angle in scene.start_angles[::-1]]
+    changes["casing"] = {
+        name: value[::-1]
+        for name in ("mass", "inertia")
+        if isinstance(value := getattr(scene.casing, name), tuple)
+    }
+    direction = "backward" if scene.feed.direction == "forward" else "forward"
+    speed = scene.feed.speed
+    changes["feed"] = {
+        "direction": direction,
+        "speed": speed[::-1] if isinstance(speed, tuple) else speed,
+    }
+    other = scene.replace(**changes)
+    if scene.mount == "tube":
+        return other
+    chain = headings(scene.start_angles)
+    last = centres(chain, scene.casing.side)[-1]
+    tip = last + 0.5 * scene.casing.diagonal * np.array([np.cos(chain[-1]), np.sin(chain[-1])])
+    return turned(_moved(other, -tip), -(float(chain[-1]) + math.pi))
+
+
+def faces(scene: Scene, order: Sequence[int], step: int) -> dict[str, Any]:
+    """Return the changes that put faces, and if ``step`` is −1 components, in another order."""
+    changes: dict[str, Any] = {
+        "sequence": ["".join(each[k] for k in order) for each in scene.sequence[::step]]
+    }
+    if scene.magnets is None:
+        return changes
+    magnets: dict[str, Any] = {}
+    for name in (*SIZES, scene.magnets.strength_name):
+        value = np.asarray(getattr(scene.magnets, name), dtype=np.float64)
+        if value.ndim:
+            rows = value[::step] if value.ndim > 1 else value
+            magnets[name] = rows[..., list(order)]
+    changes["magnets"] = magnets
+    return changes
+
+
+def _around(scene: Scene, matrix: Floats) -> Scene:
+    """Return the scene with an orthogonal matrix applied to gravity and fields."""
+    changes: dict[str, Any] = {"gravity": {"in_plane": matrix @ scene.gravity.in_plane}}
+    if scene.field is not None:
+        field: dict[str, Any] = {"uniform": matrix @ scene.field.uniform}
+        if (magnet := scene.field.magnet) is not None:
+            along = matrix @ [math.cos(magnet.heading), math.sin(magnet.heading)]
+            field["magnet"] = {
+                "position": matrix @ magnet.position,
+                "heading": math.atan2(along[1], along[0]),
+            }
+        changes["field"] = field
+    return scene.replace(**changes)
+
+
+def _moved(scene: Scene, way: Floats) -> Scene:
+    """Return the scene with its fixed magnet moved [m]."""
+    if scene.field is None or scene.field.magnet is None:
+        return scene
+    return scene.replace(field={"magnet": {"position": way + scene.field.magnet.position}})

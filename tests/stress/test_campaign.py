@@ -9,11 +9,9 @@ import pytest
 from magfold_env.checkpoint import CheckpointError
 from magfold_env.scene import load_scene
 from magfold_env.stress import campaign, laws
-from magfold_env.stress.campaign import BLOCK, ordered, run
-from magfold_env.stress.case import Case
+from magfold_env.stress.campaign import BLOCK, Case, ordered, run
 from magfold_env.stress.kinds import KINDS
-from magfold_env.stress.tally import Tally
-from magfold_env.stress.verdict import Verdict
+from magfold_env.stress.verdict import Tally, Verdict
 from tests.command_line import fails_in_one_line, rows
 from tests.command_line import run as command
 from tests.killed import run_until_killed
@@ -23,12 +21,12 @@ BROKEN = "overlapping-0-3"
 
 
 @pytest.fixture
-def _judged_quickly(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Judge by name alone: one case breaks a law."""
+def _checked_quickly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Check by name alone: one case breaks a law."""
 
     def verdict(case: Case) -> Verdict:
         found = Verdict(status="folded", message="", steps=case.number)
-        found.judge("law", 2.0 if case.name == BROKEN else 0.01 * case.number, 1.0, "too much")
+        found.bound("law", 2.0 if case.name == BROKEN else 0.01 * case.number, 1.0, "too much")
         return found
 
     monkeypatch.setattr(Case, "verdict", verdict)
@@ -51,7 +49,7 @@ def test_a_case_does_not_depend_on_what_else_is_tried() -> None:
     assert among[:5] == alone == [Case(3, "stops", number) for number in range(5)]
 
 
-@pytest.mark.usefixtures("_judged_quickly")
+@pytest.mark.usefixtures("_checked_quickly")
 def test_a_campaign_counts_and_saves_what_breaks_a_law(tmp_path: Path) -> None:
     tally = run(CASES, 0, ["overlapping"], out=tmp_path)
     assert tally.cases == CASES == tally.held["law"]
@@ -63,7 +61,7 @@ def test_a_campaign_counts_and_saves_what_breaks_a_law(tmp_path: Path) -> None:
     assert "# law: too much: 2, allowed 1\n" in path.read_text(encoding="utf-8")
 
 
-@pytest.mark.usefixtures("_judged_quickly")
+@pytest.mark.usefixtures("_checked_quickly")
 def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     whole = run(CASES, 0, ["overlapping"])
     assert run(BLOCK, 0, ["overlapping"], out=tmp_path).cases == BLOCK
@@ -77,7 +75,7 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
         run(CASES, 1, ["overlapping"], out=tmp_path)
 
 
-@pytest.mark.usefixtures("_judged_quickly")
+@pytest.mark.usefixtures("_checked_quickly")
 def test_time_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(range(0, 1000, 50))
     monkeypatch.setattr(campaign.time, "monotonic", lambda: float(next(clock)))
@@ -113,7 +111,7 @@ def test_an_error_that_is_raised_breaks_a_law(monkeypatch: pytest.MonkeyPatch) -
     def fails(_: object) -> None:
         raise ZeroDivisionError("by zero")
 
-    monkeypatch.setattr("magfold_env.stress.case.check", fails)
+    monkeypatch.setattr("magfold_env.stress.campaign.check", fails)
     verdict = Case(0, "stops", 0).verdict()
     assert [str(each) for each in verdict.broken] == ["no exception: ZeroDivisionError: by zero"]
 
@@ -130,7 +128,7 @@ def test_the_command_shows_and_writes_what_was_found(tmp_path: Path) -> None:
     assert (tmp_path / "stress.png").is_file()
 
 
-@pytest.mark.usefixtures("_judged_quickly")
+@pytest.mark.usefixtures("_checked_quickly")
 def test_the_command_fails_where_a_law_is_broken(tmp_path: Path) -> None:
     result = command("stress", "--cases", 20, "--only", "overlapping", "--out", tmp_path)
     assert result.exit_code == 1

@@ -5,7 +5,7 @@ import pytest
 
 from magfold_env.laws.overlap import deepest_overlap
 from magfold_env.shapes import headings
-from magfold_env.stress.case import Case
+from magfold_env.stress.campaign import Case
 from magfold_env.stress.kinds import KINDS
 
 CHEAP = [name for name in KINDS if name != "long"]

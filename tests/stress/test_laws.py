@@ -32,13 +32,13 @@ def broken(verdict: Verdict) -> set[str]:
 
 def limits(motion: Motion) -> set[str]:
     verdict = Verdict()
-    laws.hold_limits(motion, verdict)
+    laws.check_limits(motion, verdict)
     return broken(verdict)
 
 
 def status(fold: Fold, motion: Motion) -> set[str]:
     verdict = Verdict()
-    laws.hold_status(fold, motion, verdict)
+    laws.check_status(fold, motion, verdict)
     return broken(verdict)
 
 
@@ -61,7 +61,7 @@ def test_what_a_tube_holds_through_its_wall_is_set_aside() -> None:
     found = load_scene(Path(__file__).parent / "found" / "held-through-the-wall.yaml")
     motion, _ = follow(found)
     verdict = Verdict()
-    laws.hold_limits(motion, verdict)
+    laws.check_limits(motion, verdict)
     assert motion.overlap > 0.05
     assert verdict.broken == []
     assert verdict.notes == ["held through the tube's wall"]
@@ -97,7 +97,7 @@ def test_motion_that_is_told_to_be_rest_is_found(ended: tuple[Motion, Fold]) -> 
     rates[-1] = [0.0, 0.1, 0.0, 0.0]
     at_the_start = replace(fold, angles=headings(START))
     verdict = Verdict()
-    laws.hold_rest(at_the_start, replace(motion, rates=rates), verdict)
+    laws.check_rest(at_the_start, replace(motion, rates=rates), verdict)
     assert broken(verdict) == {"rest", "energy", "rest again"}
 
 
@@ -111,7 +111,7 @@ def test_wrong_refusals_and_breakdowns_are_found(ended: tuple[Motion, Fold]) -> 
         (SCENE, "step size underflow", failed, "no breakdown"),
     ):
         verdict = Verdict()
-        laws.hold_refusal(scene, replace(fold, message=message, status=how), verdict)
+        laws.check_refusal(scene, replace(fold, message=message, status=how), verdict)
         assert broken(verdict) == {law}
 
 
@@ -135,5 +135,5 @@ def test_what_changes_from_run_to_run_is_found(monkeypatch: pytest.MonkeyPatch) 
 
 def test_what_is_no_number_breaks_a_law() -> None:
     verdict = Verdict()
-    verdict.judge("law", math.nan, 1.0)
+    verdict.bound("law", math.nan, 1.0)
     assert broken(verdict) == {"law"}

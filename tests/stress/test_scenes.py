@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from magfold_env.scene import load_scene
-from magfold_env.stress.case import Case
+from magfold_env.stress.campaign import Case
 from magfold_env.stress.kinds import KINDS
 from magfold_env.stress.laws import check
 from tests.stress.drawn import scenes

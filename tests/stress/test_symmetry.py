@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres, headings
 from magfold_env.simulation.simulate import energy
-from magfold_env.stress.symmetry import mirrored, seen_from_other_end, turned
+from magfold_env.stress.symmetries import mirrored, seen_from_other_end, turned
 from tests.stress.drawn import scenes
 
 NAMES = ("sequence", "casing", "magnets", "start_angles")
