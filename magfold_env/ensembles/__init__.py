@@ -1,9 +1,17 @@
 """Ensembles: many perturbed releases of a scene, and the probabilities of where they end."""
 
-from magfold_env.ensembles.many import ensemble
-from magfold_env.ensembles.predictions import predictions
-from magfold_env.ensembles.release import release
-from magfold_env.ensembles.result import Ensemble
-from magfold_env.ensembles.run import generator
+from magfold_env.ensembles.releases import PREDICTORS, ensemble, predictions, release
+from magfold_env.ensembles.result import Bar, Ensemble, bars
+from magfold_env.ensembles.run import Run, generator
 
-__all__ = ["Ensemble", "ensemble", "generator", "predictions", "release"]
+__all__ = [
+    "PREDICTORS",
+    "Bar",
+    "Ensemble",
+    "Run",
+    "bars",
+    "ensemble",
+    "generator",
+    "predictions",
+    "release",
+]

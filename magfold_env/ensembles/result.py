@@ -1,4 +1,4 @@
-"""Ensemble: what many releases end in, run by run and as probabilities."""
+"""Ensemble: what many releases end in, run by run, as probabilities, and as bars of a chart."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -194,6 +194,33 @@ class Ensemble:
         columns = (self.word, self.status, self.energy, self.time)
         rows = zip(*(column.tolist() for column in columns), self.angles.tolist(), strict=True)
         return [Run(k, w, s, e, t, tuple(a)) for k, (w, s, e, t, a) in enumerate(rows)]
+
+
+class Bar(NamedTuple):
+    """How often a chain ended in one way."""
+
+    word: str
+    """Fold word; empty for several together."""
+    status: str
+    """The text of a `FoldStatus`, or `others`."""
+    rate: float
+    """Share of the runs."""
+    low: float
+    """Lower end of its interval."""
+    high: float
+    """Upper end of its interval."""
+    joints: tuple[float, ...]
+    """Joint angles of a run that ended so [rad]; none for several together."""
+
+
+def bars(ensemble: Ensemble) -> list[Bar]:
+    """Return a bar for each pair of word and status, most frequent first."""
+    found: list[Bar] = []
+    for (word, status), often in ensemble.outcomes.items():
+        first = int(np.argmax((ensemble.word == word) & (ensemble.status == status.value)))
+        joints = tuple(np.diff(ensemble.angles[first]).tolist())
+        found.append(Bar(word, status.value, often.rate, often.low, often.high, joints))
+    return found
 
 
 def _shares(entries: list[K]) -> dict[K, Share]:

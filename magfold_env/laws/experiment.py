@@ -10,9 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.ensembles import ensemble, release
-from magfold_env.ensembles.bars import Bar, bars
-from magfold_env.ensembles.predictions import PREDICTORS, predictions
+from magfold_env.ensembles import PREDICTORS, Bar, bars, ensemble, predictions, release
 from magfold_env.minimiser.result import Mode
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, Spreads, load_scene

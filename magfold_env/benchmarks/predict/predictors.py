@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.ensembles import Ensemble, ensemble, predictions
-from magfold_env.ensembles.predictions import PREDICTORS
+from magfold_env.ensembles import PREDICTORS, Ensemble, ensemble, predictions
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.experiment import MODES, SEQUENCES, paper_scene, random_scenes
 from magfold_env.minimiser.result import Mode

@@ -1,17 +1,47 @@
-"""Many perturbed releases of a scene, on all cores."""
+"""Releases of a scene: in which ways, many of them on all cores, and what energies predict."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from typing import get_args
 
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.ensembles.result import Ensemble
 from magfold_env.ensembles.run import Run, run_one
 from magfold_env.files import physics_digest
+from magfold_env.minimiser import minimise
+from magfold_env.minimiser.result import Mode
 from magfold_env.parallel import Backend, Workers, finished
 from magfold_env.scene import Problem, Scene, SceneError
+
+
+def release(scene: Scene, mode: Mode, speed: float | None = None) -> Scene:
+    """Return a scene whose chain is let go in one of the paper's deployment modes.
+
+    Parameters
+    ----------
+    scene
+        What to release.
+    mode
+        `free`: all components at once, without a tube. `forward`, `backward`: out of the tube,
+        component 1 or component n first.
+    speed
+        Feed speed [m/s]; None keeps the scene's.
+
+    Raises
+    ------
+    SceneError
+        If an argument is none of these.
+    """
+    if mode not in get_args(Mode):
+        raise SceneError([Problem("mode", mode, f"must be one of {', '.join(get_args(Mode))}")])
+    feed = {} if speed is None else {"speed": speed}
+    if mode == "free":
+        return scene.replace(mount="free", feed=feed)
+    return scene.replace(mount="tube", feed={"direction": mode, **feed})
 
 
 def ensemble(
@@ -61,7 +91,7 @@ def ensemble(
     ImportError
         If Ray is wanted and not installed.
     """
-    team = Workers(workers, backend, address)
+    asked = Workers(workers, backend, address)
     problems = [
         Problem(key, value, f"must be at least {least}")
         for key, value, least in (("runs", runs, 1), ("seed", seed, 0))
@@ -76,7 +106,7 @@ def ensemble(
         made = {run.number: run for run in found if run.number < runs}
     missing = [index for index in range(runs) if index not in made]
     try:
-        for _, run in finished(partial(run_one, scene, seed), missing, team):
+        for _, run in finished(partial(run_one, scene, seed), missing, asked):
             made[run.number] = run
             if kept is not None:
                 kept.add(run.to_record())
@@ -95,3 +125,23 @@ def _key(scene: Scene, seed: int) -> dict[str, object]:
         "scene": scene.model_dump(mode="json"),
         "seed": seed,
     }
+
+
+PREDICTORS: dict[Mode, str] = {
+    "free": "full search",
+    "forward": "forward search",
+    "backward": "backward search",
+}
+"""Names of the minimiser's searches, by its mode."""
+
+
+def predictions(scene: Scene) -> dict[str, str]:
+    """Return the word that each of the minimiser's searches ends in, by the search's name.
+
+    Searches that refuse the scene, or shut themselves in, are left out.
+    """
+    found: dict[str, str] = {}
+    for mode, name in PREDICTORS.items():
+        with suppress(ValueError):
+            found[name] = minimise(scene, mode, top=1).best.word
+    return found
