@@ -11,9 +11,8 @@ from PIL import Image
 
 from magfold_env.files import replacing
 from magfold_env.fold import Fold
-from magfold_env.render.canvas import Size, View
+from magfold_env.render.canvas import Size, View, tiled
 from magfold_env.render.frames import chain_view, picture
-from magfold_env.render.style import FLOOR
 
 _COLOURS = 64  # enough for flat shapes with smoothed edges, and a third of the bytes of 256
 _MOST_FPS = 50  # viewers slow down frames shorter than 20 ms
@@ -74,7 +73,7 @@ def save_gif(
     panels = [_Panel(fold, target, panel) for fold, target in zip(shown, wanted, strict=True)]
     longest = max(panel.duration for panel in panels)
     times = np.linspace(0.0, longest, max(2, round(seconds * fps)))
-    images = [_sheet([p.at(float(t)) for p in panels], columns, panel) for t in times]
+    images = [tiled([p.at(float(t)) for p in panels], columns) for t in times]
     _write(images, path, round(1000 / fps), round(1000 * hold))
 
 
@@ -94,8 +93,8 @@ class _Panel:
 
     def at(self, time: float) -> Image.Image:
         """Return the frame nearest to `time` [s] since the start; at the end with the result."""
-        moments = self._motion.time - self._motion.time[0]
-        k = int(np.abs(moments - time).argmin())
+        times = self._motion.time - self._motion.time[0]
+        k = int(np.abs(times - time).argmin())
         if self._drawn is None or self._drawn[0] != k:
             self._drawn = (k, self._picture(k))
         return self._drawn[1]
@@ -124,16 +123,6 @@ def _columns(count: int, size: Size) -> int:
         return min(size[0] / columns, size[1] / math.ceil(count / columns))
 
     return max(range(1, count + 1), key=square)
-
-
-def _sheet(images: Sequence[Image.Image], columns: int, panel: Size) -> Image.Image:
-    if len(images) == 1:
-        return images[0]
-    rows = math.ceil(len(images) / columns)
-    sheet = Image.new("RGB", (columns * panel[0], rows * panel[1]), FLOOR)
-    for k, image in enumerate(images):
-        sheet.paste(image, (k % columns * panel[0], k // columns * panel[1]))
-    return sheet
 
 
 def _write(images: Sequence[Image.Image], path: str | Path, step: int, hold: int) -> None:

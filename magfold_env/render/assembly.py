@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 import textwrap
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from magfold_env.fold import Fold
 from magfold_env.minimiser import minimise
 from magfold_env.minimiser.result import Mode
-from magfold_env.render import cards, parts
-from magfold_env.render.cards import FloatArray, card_scale, draw_card, draw_fold
+from magfold_env.render import parts, style
+from magfold_env.render.canvas import FloatArray
+from magfold_env.render.chain import FACE_NORMALS, magnet_corners, square
 from magfold_env.render.sheets import MARGIN, Axis, Block, check_suffix, save_pages, text
-from magfold_env.scene import Scene
-from magfold_env.shapes import headings, word_to_angles
+from magfold_env.reporting.plotting import GRID, INK
+from magfold_env.scene import FACES, Scene
+from magfold_env.shapes import centres, headings, word_to_angles
 
 LONGEST = 24
 """Components up to which energy minimisation takes seconds."""
@@ -27,6 +31,12 @@ _LINE = 4.4  # [mm]
 _LETTERS = 106  # of a line
 _CAPITALS = 78  # of a line of poles
 _PICTURE = 50.0  # height of a fold's picture [mm]
+CARD = (60.0, 60.0)  # width and height [mm]
+
+_SCALES = (50.0, 20.0, 10.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1, 0.05)
+_DIAGONAL = 36.0  # longest of a casing on a card [mm]
+_FAINT = "#5f656d"
+_POINT = 25.4 / 72.0  # [mm]
 _UPRIGHT = math.pi / 4  # heading of component 1 with which the casings of a full fold stand upright
 
 
@@ -72,7 +82,7 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
         labels: dict[int, list[str]] = {}
         for k in range(first, min(first + _COLUMNS, scene.n)):
             labels[k] = [names[i] if i >= 0 and len(names) > 1 else "" for i in where[k]]
-        blocks.append(Block(cards.HEIGHT, partial(_cards, scene=scene, labels=labels)))
+        blocks.append(Block(CARD[1], partial(_cards, scene=scene, labels=labels)))
     save_pages(blocks, path)
 
 
@@ -159,7 +169,7 @@ def _lines(axis: Axis, top: float, lines: list[str], faint: bool = False) -> Non
 
 def _folds(axis: Axis, top: float, scene: Scene, expected: list[Outcome]) -> None:
     for k, outcome in enumerate(expected):
-        left = MARGIN + k * cards.WIDTH
+        left = MARGIN + k * CARD[0]
         text(axis, left, top - 3.0, outcome.title, 8.5, fontweight="bold")
         word = "\n".join(textwrap.wrap(outcome.word, 24))
         text(axis, left, top - 7.5, word, 9.5, family="monospace")
@@ -168,10 +178,149 @@ def _folds(axis: Axis, top: float, scene: Scene, expected: list[Outcome]) -> Non
         text(axis, left, top - 12.5 - lower, note, 6.5)
         if outcome.joints is not None:
             bottom = top - _PICTURE - 22.0
-            box = (left + 1.0, bottom, cards.WIDTH - 5.0, _PICTURE - lower)
+            box = (left + 1.0, bottom, CARD[0] - 5.0, _PICTURE - lower)
             draw_fold(axis, box, scene, headings(outcome.joints, first=_UPRIGHT))
 
 
 def _cards(axis: Axis, top: float, scene: Scene, labels: dict[int, list[str]]) -> None:
     for column, (k, names) in enumerate(labels.items()):
-        draw_card(axis, (MARGIN + column * cards.WIDTH, top), scene, k, names)
+        draw_card(axis, (MARGIN + column * CARD[0], top), scene, k, names)
+
+
+# --- cards of single components, and pictures of whole folds ---------------------------------
+
+
+def card_scale(scene: Scene) -> float:
+    """Return how much larger than real the casings on cards are drawn."""
+    fitting = (s for s in _SCALES if 1e3 * scene.casing.diagonal * s <= _DIAGONAL)
+    return next(fitting, _DIAGONAL / (1e3 * scene.casing.diagonal))
+
+
+def draw_card(
+    axis: Axis, corner: tuple[float, float], scene: Scene, k: int, names: Sequence[str]
+) -> None:
+    """Draw a component seen from above, heading to the right, with all its neighbours must know.
+
+    Parameters
+    ----------
+    axis
+        In mm.
+    corner
+        Upper left one of the card [mm].
+    scene
+        The chain.
+    k
+        Index of the component.
+    names
+        What the magnets behind its four faces are called; empty where nothing needs saying.
+    """
+    left, top = corner
+    middle = np.array([left + CARD[0] / 2.0, top - CARD[1] / 2.0 + 1.0])
+    scale = 1e3 * card_scale(scene)
+    frame = (left + 0.8, top - CARD[1] + 0.8, CARD[0] - 1.6, CARD[1] - 1.6)
+    _rectangle(axis, frame)
+    text(axis, left + 3.5, top - 3.0, f"{k + 1}", 15.0, fontweight="bold")
+    mass = f"{1e3 * scene.masses[k]:.3g} g" if np.ptp(scene.masses) > 0.0 else ""
+    words = f"{scene.sequence[k]}  {mass}".strip()
+    text(axis, left + CARD[0] - 3.5, top - 3.8, words, 9.0, ha="right", family="monospace")
+    _draw_component(axis, scene, k, 0.0, middle, scale)
+    side = scene.casing.side * scale
+    for f, pole in enumerate(scene.sequence[k]):
+        normal = np.array([np.cos(FACE_NORMALS[f]), np.sin(FACE_NORMALS[f])])
+        x, y = middle + (side / 2.0 + 4.6) * normal
+        colour = _colour({"N": style.NORTH, "S": style.SOUTH}.get(pole, style.FAINT))
+        sign = pole if pole != "-" else "–"
+        outside = {"ha": "left" if normal[0] > 0 else "right", "va": "center"}
+        inwards = -2.0 * np.sign(normal[0])
+        text(axis, x + inwards, y + 1.2, sign, 15.0, color=colour, fontweight="bold", **outside)
+        side_name = FACES[f] + (f" {names[f]}" if names[f] else "")
+        words = side_name if pole != "-" else f"{FACES[f]} empty"
+        text(axis, x + inwards, y - 2.6, words, 5.5, color=_FAINT, **outside)
+    half = scene.casing.diagonal * scale / 2.0
+    for end, neighbour in ((-1, k - 1), (1, k + 1)):
+        words, aside = _hinge(scene, k, neighbour), "right" if end < 0 else "left"
+        text(axis, middle[0] + end * (half + 1.8), middle[1], words, 6.0, va="center", ha=aside)
+    if scene.mount == "tube":
+        _draw_feed(axis, scene, middle[0], top - CARD[1] + 4.6)
+
+
+def _hinge(scene: Scene, k: int, neighbour: int) -> str:
+    if 0 <= neighbour < scene.n:
+        return f"hinge\nto {neighbour + 1}"
+    return "pinned" if scene.mount == "pinned" and k == 0 and neighbour < 0 else "free\nend"
+
+
+def _draw_feed(axis: Axis, scene: Scene, x: float, y: float) -> None:
+    way = -1.0 if scene.feed.direction == "forward" else 1.0
+    arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.1}
+    axis.annotate("", (x + 9.0 * way, y), (x - 3.0 * way, y), arrowprops=arrow)
+    text(axis, x - 5.0 * way, y, "feed", 6.5, va="center", ha="right" if way > 0 else "left")
+
+
+def draw_fold(
+    axis: Axis, box: tuple[float, float, float, float], scene: Scene, angles: FloatArray
+) -> None:
+    """Draw a whole chain as large as a box allows.
+
+    Parameters
+    ----------
+    axis
+        In mm.
+    box
+        Left, bottom, width and height [mm].
+    scene
+        The chain.
+    angles
+        Its headings [rad], shape (n,).
+    """
+    left, bottom, width, height = box
+    middles = centres(angles, side=scene.casing.side)
+    extent = np.ptp(middles, axis=0) + scene.casing.diagonal
+    scale = min(width / extent[0], height / extent[1], 1e3 * card_scale(scene))
+    shift = (middles.min(axis=0) + middles.max(axis=0)) / 2.0
+    places = (middles - shift) * scale + [left + width / 2.0, bottom + height / 2.0]
+    for k, place in enumerate(places):
+        _draw_component(axis, scene, k, float(angles[k]), place, scale)
+
+
+def _draw_component(
+    axis: Axis, scene: Scene, k: int, heading: float, middle: FloatArray, scale: float
+) -> None:
+    """Draw casing, magnets, number and hinges; `scale` is mm on paper per metre."""
+    side = scene.casing.side * scale
+    line = min(0.9, 0.05 * side)
+    corners = square(middle, heading, side)
+    _polygon(axis, corners, style.CASING, style.CASING_EDGE, line)
+    for f, pole in enumerate(scene.sequence[k] if scene.magnets is not None else ""):
+        if pole != "-":
+            block = scale * magnet_corners(scene, f, heading) + middle
+            _polygon(axis, block, style.NORTH if pole == "N" else style.SOUTH)
+    circle = importlib.import_module("matplotlib.patches").Circle
+    for end, inner in ((corners[2], k > 0), (corners[0], k < scene.n - 1)):
+        if inner:
+            axis.add_patch(circle(end, 0.055 * side, color=_colour(style.CASING_EDGE), linewidth=0))
+    size = 0.26 * side / _POINT
+    inside = {"ha": "center", "va": "center_baseline", "fontweight": "bold"}
+    text(axis, middle[0], middle[1], f"{k + 1}", size, **inside)
+
+
+def _polygon(
+    axis: Axis,
+    corners: FloatArray,
+    fill: style.Colour,
+    edge: style.Colour | None = None,
+    line: float = 0.0,
+) -> None:
+    polygon = importlib.import_module("matplotlib.patches").Polygon
+    colour = "none" if edge is None else _colour(edge)
+    axis.add_patch(polygon(corners, facecolor=_colour(fill), edgecolor=colour, linewidth=line))
+
+
+def _rectangle(axis: Axis, box: tuple[float, float, float, float]) -> None:
+    left, bottom, width, height = box
+    patch = importlib.import_module("matplotlib.patches").Rectangle
+    axis.add_patch(patch((left, bottom), width, height, fill=False, edgecolor=GRID, linewidth=0.8))
+
+
+def _colour(colour: style.Colour) -> Any:
+    return tuple(channel / 255.0 for channel in colour)

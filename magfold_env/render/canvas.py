@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
+from magfold_env.files import replacing
 from magfold_env.render.style import FLOOR, Colour
 
 FloatArray = npt.NDArray[np.float64]
@@ -24,6 +28,12 @@ class View(NamedTuple):
     right: float
     bottom: float
     top: float
+
+    @classmethod
+    def around(cls, points: FloatArray, room: float) -> View:
+        """Return the view of points [m], shape (m, 2), with room on all sides [m]."""
+        (left, bottom), (right, top) = points.min(axis=0) - room, points.max(axis=0) + room
+        return cls(float(left), float(right), float(bottom), float(top))
 
     def joined(self, other: View) -> View:
         """Return the smallest view that holds both."""
@@ -142,6 +152,21 @@ class Canvas:
         away = (np.asarray(points, dtype=np.float64) - self._middle) * self.scale * [1.0, -1.0]
         placed = (away + np.array(self.size) / 2) * _OVERSAMPLING
         return [(float(x), float(y)) for x, y in placed]
+
+
+def tiled(images: Sequence[Image.Image], columns: int) -> Image.Image:
+    """Return pictures of equal size side by side, row by row."""
+    width, height = images[0].size
+    sheet = Image.new("RGB", (columns * width, math.ceil(len(images) / columns) * height), FLOOR)
+    for k, image in enumerate(images):
+        sheet.paste(image, (k % columns * width, k // columns * height))
+    return sheet
+
+
+def save_image(image: Image.Image, path: str | Path) -> None:
+    """Write a picture as PNG, under a temporary name first."""
+    with replacing(path) as temporary:
+        image.save(temporary, format="PNG", optimize=True)
 
 
 @cache

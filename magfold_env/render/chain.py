@@ -1,23 +1,29 @@
-"""Drawing a chain, its tube and its target on a canvas."""
+"""Drawing a chain, what it touches and what surrounds it, on a canvas."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from magfold_env.render import style
-from magfold_env.render.canvas import Canvas, FloatArray
-from magfold_env.render.touching import Touch
-from magfold_env.scene import Scene
+from magfold_env.render.canvas import Canvas, FloatArray, View
+from magfold_env.scene import FixedMagnet, Scene
 from magfold_env.shapes import centres
 
 BoolArray = npt.NDArray[np.bool_]
 
-_NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # of the faces, from the heading
+FACE_NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # from the heading
 _LEGIBLE = 6.0  # px: below this height letters are left out
 _TUBE_MARGIN = 0.5  # diagonals of tube drawn beyond the last component still in it
+_GAP = 0.02  # sides: faces nearer than this touch
+_SLANT = 0.05  # rad: within what a joint counts as folded
+_SHARED = 0.1  # sides: shortest stretch that is shown; hinges are points
+_ROOM = 0.15  # of a fixed magnet's longest side, around it
+_WIDEST = 3.0  # views: a magnet farther away is left out rather than the chain made tiny
+_ARROW = 3.2  # heights of the text
 
 
 def draw_chain(
@@ -63,34 +69,34 @@ def square(middle: FloatArray, heading: float, side: float) -> FloatArray:
     return middle + side * np.sqrt(0.5) * np.stack([np.cos(turns), np.sin(turns)], axis=1)
 
 
+def magnet_corners(scene: Scene, face: int, heading: float) -> FloatArray:
+    """Return the corners of the magnet behind a face, from the casing's centre [m], (4, 2)."""
+    magnets = scene.magnets
+    assert magnets is not None  # the caller's check
+    outer = scene.casing.side / 2.0 - magnets.by_face("inset")[face]
+    inner = outer - magnets.by_face("thickness")[face]
+    half = magnets.by_face("width")[face] / 2.0
+    turn = heading + FACE_NORMALS[face]
+    normal, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
+    ends = ((outer, half), (outer, -half), (inner, -half), (inner, half))
+    return np.array([depth * normal + aside * across for depth, aside in ends])
+
+
 def _draw_magnets(
     canvas: Canvas, scene: Scene, middle: FloatArray, heading: float, poles: str
 ) -> None:
-    magnets = scene.magnets
-    assert magnets is not None  # the caller's check
-    width, thickness = magnets.by_face("width"), magnets.by_face("thickness")
-    depth = scene.casing.side / 2 - magnets.by_face("inset") - thickness / 2
-    for face, turn in enumerate(heading + _NORMALS):
+    assert scene.magnets is not None  # the caller's check
+    for face, thickness in enumerate(scene.magnets.by_face("thickness")):
         letter = poles[face] if poles else ""
         if letter == "-":
             continue
-        normal = np.array([np.cos(turn), np.sin(turn)])
-        across = np.array([-normal[1], normal[0]]) * width[face] / 2
-        through = normal * thickness[face] / 2
-        place = middle + depth[face] * normal
-        block = [
-            place + across + through,
-            place - across + through,
-            place - across - through,
-            place + across - through,
-        ]
+        block = middle + magnet_corners(scene, face, heading)
         if not letter:
             canvas.polygon(block, style.EMPTY, style.FAINT, width=0.7)
             continue
         canvas.polygon(block, style.NORTH if letter == "N" else style.SOUTH)
-        height = 0.9 * thickness[face]
-        if height * canvas.scale >= _LEGIBLE:
-            canvas.label(letter, place, height, style.LETTER)
+        if 0.9 * thickness * canvas.scale >= _LEGIBLE:
+            canvas.label(letter, block.mean(axis=0), 0.9 * thickness, style.LETTER)
 
 
 def draw_tube(canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArray) -> None:
@@ -131,26 +137,6 @@ def draw_conflicts(
         canvas.disc(between, 0.36 * side, None, style.CONFLICT, width=0.07 * side * canvas.scale)
 
 
-def draw_touches(canvas: Canvas, scene: Scene, found: Iterable[Touch]) -> None:
-    """Draw bars where faces touch, in a warning's colour where their poles are equal.
-
-    Parameters
-    ----------
-    canvas
-        What to draw on.
-    scene
-        Gives the casing and the poles.
-    found
-        `magfold_env.render.touching.touches`.
-    """
-    for touch in found:
-        (i, a), (j, b) = touch.first, touch.second
-        poles = scene.sequence[i][a], scene.sequence[j][b]
-        equal = poles[0] == poles[1] and "-" not in poles
-        width = max(2.0, 0.09 * scene.casing.side * canvas.scale)
-        canvas.line(touch.ends, style.CONFLICT if equal else style.GOOD, width)
-
-
 def draw_held(canvas: Canvas, middles: FloatArray, side: float) -> None:
     """Ring the numbers of components that friction holds, at `middles` [m], shape (k, 2)."""
     for middle in middles:
@@ -161,6 +147,134 @@ def draw_marked(canvas: Canvas, middle: FloatArray, heading: float, side: float)
     """Outline the casing at `middle` [m] whose magnets are being chosen; number its faces."""
     width = max(2.0, 0.06 * side * canvas.scale)
     canvas.polygon(square(middle, heading, side), None, style.MARKED, width)
-    for face, turn in enumerate(heading + _NORMALS):
+    for face, turn in enumerate(heading + FACE_NORMALS):
         place = middle + 0.62 * side * np.array([np.cos(turn), np.sin(turn)])
         canvas.label(str(face + 1), place, 0.2 * side, style.MARKED)
+
+
+# --- faces that touch ------------------------------------------------------------------------
+
+
+class Touch(NamedTuple):
+    """Two faces on one another."""
+
+    first: tuple[int, int]
+    """Component and face of the one, counted from 0."""
+    second: tuple[int, int]
+    """Component and face of the other."""
+    ends: FloatArray
+    """Where the stretch begins and ends that they share [m], shape (2, 2)."""
+
+
+def touches(angles: FloatArray, base: FloatArray, side: float) -> list[Touch]:
+    """Return the faces that lie on one another; a corner on a face is none.
+
+    Parameters
+    ----------
+    angles
+        Absolute headings [rad], shape (n,).
+    base
+        Component 1's outer hinge [m], shape (2,).
+    side
+        Edge length of a casing [m].
+    """
+    turns = angles[:, None] + FACE_NORMALS
+    normals = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    middles = centres(angles, side=side, base=base)
+    faces = middles[:, None, :] + 0.5 * side * normals
+    found: list[Touch] = []
+    for i in range(len(angles)):
+        for j in range(i + 1, len(angles)):
+            if np.hypot(*(middles[j] - middles[i])) > 1.5 * side:
+                continue
+            opposed = normals[i] @ normals[j].T < -np.cos(_SLANT)
+            for a, b in np.argwhere(opposed):
+                normal, away = normals[i, a], faces[j, b] - faces[i, a]
+                tangent = np.array([-normal[1], normal[0]])
+                shift = float(away @ tangent)
+                if abs(away @ normal) > _GAP * side or abs(shift) > (1.0 - _SHARED) * side:
+                    continue
+                reach = np.array([max(shift, 0.0) - side / 2, min(shift, 0.0) + side / 2])
+                ends = faces[i, a] + reach[:, None] * tangent
+                found.append(Touch((i, int(a)), (j, int(b)), ends))
+    return found
+
+
+def draw_touches(canvas: Canvas, scene: Scene, found: Iterable[Touch]) -> None:
+    """Draw bars where faces touch, in a warning's colour where their poles are equal.
+
+    Parameters
+    ----------
+    canvas
+        What to draw on.
+    scene
+        Gives the casing and the poles.
+    found
+        `touches`.
+    """
+    for touch in found:
+        (i, a), (j, b) = touch.first, touch.second
+        poles = scene.sequence[i][a], scene.sequence[j][b]
+        equal = poles[0] == poles[1] and "-" not in poles
+        width = max(2.0, 0.09 * scene.casing.side * canvas.scale)
+        canvas.line(touch.ends, style.CONFLICT if equal else style.GOOD, width)
+
+
+# --- what acts from outside ------------------------------------------------------------------
+
+
+def with_magnet(scene: Scene, view: View) -> View:
+    """Return a view that holds the fixed magnet too, if there is one and it is not too far."""
+    magnet = scene.field.magnet if scene.field is not None else None
+    if magnet is None:
+        return view
+    room = _ROOM * max(magnet.width, magnet.thickness)
+    wide = view.joined(View.around(magnet.corners, room))
+    extent = max(view.right - view.left, view.top - view.bottom)
+    grown = max(wide.right - wide.left, wide.top - wide.bottom)
+    return wide if grown <= _WIDEST * extent else view
+
+
+def draw_field(canvas: Canvas, scene: Scene, text: float) -> None:
+    """Draw a scene's external field, if it has one.
+
+    Parameters
+    ----------
+    canvas
+        What to draw on.
+    scene
+        Gives the field.
+    text
+        Height of text [px].
+    """
+    if scene.field is None:
+        return
+    if scene.field.magnet is not None:
+        _draw_magnet(canvas, scene.field.magnet)
+    if any(scene.field.uniform):
+        _draw_arrow(canvas, np.array(scene.field.uniform), text)
+
+
+def _draw_magnet(canvas: Canvas, magnet: FixedMagnet) -> None:
+    north_right, north_left, south_left, south_right = magnet.corners
+    left, right = (north_left + south_left) / 2.0, (north_right + south_right) / 2.0
+    halves = (
+        ("N", style.NORTH, [north_right, north_left, left, right]),
+        ("S", style.SOUTH, [left, south_left, south_right, right]),
+    )
+    height = 0.7 * min(magnet.thickness / 2.0, magnet.width)
+    for letter, colour, corners in halves:
+        canvas.polygon(corners, colour)
+        canvas.label(letter, np.mean(corners, axis=0), height, style.LETTER)
+    canvas.polygon(magnet.corners, None, style.CASING_EDGE, width=1.5)
+
+
+def _draw_arrow(canvas: Canvas, field: np.ndarray, text: float) -> None:
+    """Draw the direction of an even field [T] in the lower left corner, with its strength."""
+    length = _ARROW * text
+    strength = float(np.hypot(*field))
+    along = length / strength * field * [1.0, -1.0]  # pixels count downwards
+    middle = np.array([0.8 * text + length / 2.0, canvas.size[1] - 2.2 * text - length / 2.0])
+    canvas.arrow(middle - along / 2.0, middle + along / 2.0, style.FIELD, width=0.14 * text)
+    place = (0.8 * text, canvas.size[1] - 0.9 * text)
+    canvas.note(f"{1e3 * strength:.3g} mT", place, 0.75 * text, style.FIELD, "ld")

@@ -8,12 +8,17 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from magfold_env.files import replacing
-from magfold_env.fold import Fold
+from magfold_env.fold import Fold, turns
 from magfold_env.render import style
-from magfold_env.render.canvas import Canvas, FloatArray, Size, View
-from magfold_env.render.chain import BoolArray, draw_chain, draw_ghost, draw_tube
-from magfold_env.render.field import draw_field, with_magnet
+from magfold_env.render.canvas import Canvas, FloatArray, Size, View, save_image
+from magfold_env.render.chain import (
+    BoolArray,
+    draw_chain,
+    draw_field,
+    draw_ghost,
+    draw_tube,
+    with_magnet,
+)  # fmt: skip
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres, headings, parse_word, word_to_angles
 
@@ -89,8 +94,7 @@ def save_png(
     view = chain_view(fold.scene, fold.angles, fold.base, released)
     caption = f"{fold.word or '(one component)'}  {fold.status}"
     image = picture(fold.scene, fold.angles, fold.base, released, view, target, caption, size)
-    with replacing(path) as temporary:
-        image.save(temporary, format="PNG", optimize=True)
+    save_image(image, path)
 
 
 def picture(
@@ -130,15 +134,13 @@ def loaded(scene: Scene, angles: FloatArray, base: FloatArray, released: int) ->
     All, unless the scene loads them at the mouth: then those released and the one that is on its
     way out, known by its leading hinge.
     """
-    n = scene.n
     if scene.mount != "tube" or scene.feed.loading == "preloaded":
-        return np.ones(n, dtype=np.bool_)
-    forward = scene.feed.direction == "forward"
-    out = np.arange(n) < released if forward else np.arange(n) >= n - released
-    ends = 0.0 if forward else scene.casing.diagonal * np.cos(angles)
+        return np.ones(scene.n, dtype=np.bool_)
+    backward = scene.feed.direction == "backward"
+    ends = scene.casing.diagonal * np.cos(angles) if backward else 0.0
     middles = centres(angles, side=scene.casing.side, base=base)
     outer = middles[:, 0] - 0.5 * scene.casing.diagonal * np.cos(angles)
-    return out | (outer + ends > 1e-6 * scene.casing.side)
+    return (turns(scene) < released) | (outer + ends > 1e-6 * scene.casing.side)
 
 
 def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike) -> View:
@@ -155,14 +157,11 @@ def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt
     """
     n, diagonal = scene.n, scene.casing.diagonal
     middles = centres(angles, side=scene.casing.side, base=base).reshape(-1, n, 2)
-    number = np.arange(n) if scene.feed.direction == "forward" else np.arange(n)[::-1]
-    out = number < np.asarray(released).reshape(-1, 1)
+    out = turns(scene) < np.asarray(released).reshape(-1, 1)
     points = middles[np.broadcast_to(out, middles.shape[:2])]
     if scene.mount == "tube":
         points = np.concatenate([points, [[0.6 * diagonal, 0.0], [-0.2 * diagonal, 0.0]]])
-    low, high = points.min(axis=0) - 0.9 * diagonal, points.max(axis=0) + 0.9 * diagonal
-    view = View(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
-    return with_magnet(scene, view)
+    return with_magnet(scene, View.around(points, 0.9 * diagonal))
 
 
 def usual_view(scene: Scene, size: Size) -> View:
@@ -188,13 +187,10 @@ def shape_picture(
     """Return a square picture of the ghost of a fold word, `edge` px wide, a line of text below."""
     angles = headings(word_to_angles(parse_word(word, scene.n)))
     middles = centres(angles, side=scene.casing.side)
-    reach = 0.62 * scene.casing.diagonal
-    low, high = middles.min(axis=0) - reach, middles.max(axis=0) + reach
+    view = View.around(middles, 0.62 * scene.casing.diagonal)
     # Room below for the text.
-    room = 0.22 * float((high - low).max())
-    canvas = Canvas(
-        View(float(low[0]), float(high[0]), float(low[1]) - room, float(high[1])), (edge, edge)
-    )
+    room = 0.22 * max(view.right - view.left, view.top - view.bottom)
+    canvas = Canvas(view._replace(bottom=view.bottom - room), (edge, edge))
     draw_ghost(canvas, angles, middles, scene.casing.side)
     for k, middle in enumerate(middles):
         canvas.label(str(k + 1), middle, 0.42 * scene.casing.side, colour)

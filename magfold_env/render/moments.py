@@ -13,20 +13,9 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from magfold_env.render import style
+from magfold_env.render import chain, style
 from magfold_env.render.canvas import Canvas, FloatArray, Size, View
-from magfold_env.render.chain import (
-    BoolArray,
-    draw_chain,
-    draw_ghost,
-    draw_held,
-    draw_marked,
-    draw_touches,
-    draw_tube,
-)
-from magfold_env.render.field import draw_field, with_magnet
 from magfold_env.render.frames import chain_view, draw_ruler, loaded, shape_picture
-from magfold_env.render.touching import touches
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres, headings, word_to_angles
 
@@ -80,7 +69,7 @@ class Moment:
     base: FloatArray
     released: int
     target: str
-    held: BoolArray
+    held: chain.BoolArray
     title: str
     message: str = ""
     rows: tuple[tuple[str, str], ...] = ()
@@ -108,8 +97,8 @@ def moment_picture(
     panel = round(_PANEL * width)
     text = max(9.0, min(height, 0.75 * width) / _LINES)
     image = Image.new("RGB", size, style.PANEL)
-    chain = _chain_picture(moment, (width - panel, height), view or moment_view(moment), text)
-    image.paste(chain, (0, 0))
+    view = view or moment_view(moment)
+    image.paste(_chain_picture(moment, (width - panel, height), view, text), (0, 0))
     image.paste(_panel_picture(moment, (panel, height), text), (width - panel, 0))
     return image
 
@@ -121,9 +110,7 @@ def moment_view(moment: Moment) -> View:
     if ghost is None:
         return view
     _, middles = ghost
-    reach = 0.7 * moment.scene.casing.diagonal
-    (left, bottom), (right, top) = middles.min(axis=0) - reach, middles.max(axis=0) + reach
-    return view.joined(View(float(left), float(right), float(bottom), float(top)))
+    return view.joined(View.around(middles, 0.7 * moment.scene.casing.diagonal))
 
 
 def motion_view(
@@ -134,27 +121,27 @@ def motion_view(
     # Chains fold as they come out, so that few ever reach farther than half their length.
     reach = (0.4 * scene.n + 1.4) * diagonal
     view = View(-1.8 * diagonal, reach, -0.6 * reach, 0.6 * reach)
-    return with_magnet(scene, view).joined(chain_view(scene, angles, base, released))
+    return chain.with_magnet(scene, view).joined(chain_view(scene, angles, base, released))
 
 
 def _chain_picture(moment: Moment, size: Size, view: View, text: float) -> Image.Image:
     scene, angles, base = moment.scene, moment.angles, moment.base
     side = scene.casing.side
     canvas = Canvas(view, size)
-    draw_field(canvas, scene, text)
-    draw_tube(canvas, scene, angles, base)
+    chain.draw_field(canvas, scene, text)
+    chain.draw_tube(canvas, scene, angles, base)
     ghost = _ghost(moment)
     if ghost is not None:
-        draw_ghost(canvas, *ghost, side)
+        chain.draw_ghost(canvas, *ghost, side)
     with_magnets = loaded(scene, angles, base, moment.released) & moment.is_loaded
     if moment.marked is not None:
         with_magnets[moment.marked] = True
-    draw_chain(canvas, scene, angles, base, with_magnets)
+    chain.draw_chain(canvas, scene, angles, base, with_magnets)
     middles = centres(angles, side=side, base=base)
     if moment.marked is not None:
-        draw_marked(canvas, middles[moment.marked], angles[moment.marked], side)
-    draw_touches(canvas, scene, touches(angles, base, side))
-    draw_held(canvas, middles[moment.held], side)
+        chain.draw_marked(canvas, middles[moment.marked], angles[moment.marked], side)
+    chain.draw_touches(canvas, scene, chain.touches(angles, base, side))
+    chain.draw_held(canvas, middles[moment.held], side)
     draw_ruler(canvas, text)
     _draw_key(canvas, text)
     message = textwrap.fill(moment.message, int(1.8 * size[0] / text))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
@@ -10,9 +9,8 @@ from typing import Protocol
 import numpy as np
 from PIL import Image
 
-from magfold_env.files import replacing
 from magfold_env.render import style
-from magfold_env.render.canvas import Canvas, View
+from magfold_env.render.canvas import Canvas, View, save_image, tiled
 from magfold_env.render.chain import draw_chain, draw_conflicts
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres, headings, word_to_angles
@@ -65,15 +63,9 @@ def draw_states(scene: Scene, states: Sequence[State], path: str | Path) -> None
     """
     if not states:
         raise ValueError("states: [] is not allowed; must hold at least one state")
-    columns = min(len(states), _COLUMNS)
-    rows = math.ceil(len(states) / columns)
-    sheet = Image.new("RGB", (columns * _PANEL, rows * _PANEL), style.FLOOR)
     reach = max(_reach(scene, state.word) for state in states)  # one scale for all
-    for k, state in enumerate(states):
-        panel = _panel(scene, state, k + 1, reach)
-        sheet.paste(panel, (k % columns * _PANEL, k // columns * _PANEL))
-    with replacing(path) as temporary:
-        sheet.save(temporary, format="PNG", optimize=True)
+    panels = [_panel(scene, state, k, reach) for k, state in enumerate(states, start=1)]
+    save_image(tiled(panels, min(len(states), _COLUMNS)), path)
 
 
 def _reach(scene: Scene, word: str) -> float:

@@ -11,8 +11,15 @@ from PIL import Image
 import magfold_env as mf
 from magfold_env.minimiser import minimise
 from magfold_env.render import save_sheet, style
-from magfold_env.render.assembly import LONGEST, predicted, simulated
-from magfold_env.render.cards import HEIGHT, WIDTH, card_scale, draw_card, draw_fold
+from magfold_env.render.assembly import (
+    CARD,
+    LONGEST,
+    card_scale,
+    draw_card,
+    draw_fold,
+    predicted,
+    simulated,
+)  # fmt: skip
 from magfold_env.reporting.plotting import figure_class
 from magfold_env.shapes import headings, word_to_angles
 
@@ -52,10 +59,10 @@ def _pages(path: Path) -> int:
 @pytest.mark.parametrize("k", range(ANCHOR.n))
 def test_a_card_tells_which_pole_faces_out_on_which_face(k: int) -> None:
     axis = _axis()
-    draw_card(axis, (0.0, HEIGHT), ANCHOR, k, ["A", "B", "B", "A"])
+    draw_card(axis, (0.0, CARD[1]), ANCHOR, k, ["A", "B", "B", "A"])
     places = {"N": style.NORTH, "S": style.SOUTH, "–": style.FAINT}
     signs = [text for text in axis.texts if text.get_text() in places]
-    middle = np.array([WIDTH / 2, HEIGHT / 2])
+    middle = np.array(CARD) / 2
     # Heading to the right: front is right, left is up.
     for pole, (x, y) in zip(ANCHOR.sequence[k], [(1, 1), (-1, 1), (-1, -1), (1, -1)], strict=True):
         (sign,) = [
@@ -76,17 +83,17 @@ def test_a_card_tells_which_pole_faces_out_on_which_face(k: int) -> None:
 def test_the_arrow_points_where_the_feed_goes(direction: str, way: int) -> None:
     axis = _axis()
     scene = ANCHOR.replace(feed={"direction": direction})
-    draw_card(axis, (0.0, HEIGHT), scene, 0, [""] * 4)
+    draw_card(axis, (0.0, CARD[1]), scene, 0, [""] * 4)
     (arrow,) = [text for text in axis.texts if getattr(text, "arrow_patch", None) is not None]
     assert np.sign(arrow.xy[0] - arrow.get_position()[0]) == way
     still = _axis()
-    draw_card(still, (0.0, HEIGHT), scene.replace(mount="free", field=None), 0, [""] * 4)
+    draw_card(still, (0.0, CARD[1]), scene.replace(mount="free", field=None), 0, [""] * 4)
     assert "feed" not in {text.get_text() for text in still.texts}
 
 
 def test_magnets_and_casings_are_true_to_scale() -> None:
     axis = _axis()
-    draw_card(axis, (0.0, HEIGHT), ANCHOR, 0, [""] * 4)
+    draw_card(axis, (0.0, CARD[1]), ANCHOR, 0, [""] * 4)
     scale = 1e3 * card_scale(ANCHOR)
     assert card_scale(ANCHOR) == 2.0
     casing, *magnets = [patch for patch in axis.patches if hasattr(patch, "get_closed")]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from magfold_env.render.grades import GRADES, Grade, grade_text, nearest_grade
+from magfold_env.render.parts import GRADES, Grade, grade_text, nearest_grade
 
 
 @pytest.mark.parametrize("grade", GRADES, ids=lambda grade: grade.name)

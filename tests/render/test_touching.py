@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magfold_env.render.touching import touches
+from magfold_env.render.chain import touches
 from magfold_env.shapes import centres, headings, word_to_angles
 
 SIDE = 0.0125
