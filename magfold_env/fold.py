@@ -16,9 +16,7 @@ import numpy.typing as npt
 from magfold_env.files import write_text
 from magfold_env.replay import Recording, write_html
 from magfold_env.scene import Scene
-from magfold_env.shapes import centres
-
-FloatArray = npt.NDArray[np.float64]
+from magfold_env.shapes import BoolArray, FloatArray, IntArray, centres
 
 
 class FoldStatus(StrEnum):
@@ -46,7 +44,7 @@ class Trajectory:
     """Component 1's outer hinge [m], shape (m, 2)."""
     rates: FloatArray
     """Rates of the headings [rad/s], shape (m, n)."""
-    released: npt.NDArray[np.int64]
+    released: IntArray
     """Number of components out of the tube, n where there is none, shape (m,)."""
 
     def __len__(self) -> int:
@@ -190,7 +188,7 @@ def _still(fold: Fold) -> Trajectory:
     )
 
 
-def loaded(scene: Scene, released: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+def loaded(scene: Scene, released: npt.ArrayLike) -> BoolArray:
     """Return which components have their magnets, component 1 first.
 
     All, unless the scene loads them at the mouth: then those released, and the one on its way out.
@@ -212,7 +210,7 @@ def loaded(scene: Scene, released: npt.ArrayLike) -> npt.NDArray[np.bool_]:
     return turns(scene) < count + 1
 
 
-def turns(scene: Scene) -> npt.NDArray[np.int64]:
+def turns(scene: Scene) -> IntArray:
     """Return how many components leave the tube before each, shape (n,)."""
     numbers = np.arange(scene.n)
     backward = scene.mount == "tube" and scene.feed.direction == "backward"

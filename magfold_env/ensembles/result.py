@@ -20,9 +20,9 @@ from magfold_env.files import reading_json, write_text
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.reporting.statistics import Share, share
 from magfold_env.scene import Scene
+from magfold_env.shapes import FloatArray
 from magfold_env.simulation.simulate import simulate
 
-Floats = npt.NDArray[np.float64]
 Texts = npt.NDArray[np.str_]
 
 K = TypeVar("K")
@@ -45,11 +45,11 @@ class Ensemble:
     """Nearest fold word, shape (runs,)."""
     status: Texts
     """How the run ended, the text of a `FoldStatus`, shape (runs,)."""
-    energy: Floats
+    energy: FloatArray
     """Magnetic energy at the end [J], shape (runs,)."""
-    time: Floats
+    time: FloatArray
     """Simulated time [s], shape (runs,)."""
-    angles: Floats
+    angles: FloatArray
     """Absolute headings at the end [rad], component 1 first, shape (runs, n)."""
 
     @classmethod

@@ -11,7 +11,7 @@ from magfold_env.paper import states
 from magfold_env.paper.quoted import SEQUENCES
 from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction, select
 from magfold_env.reporting.tables import Progress, Row, Table
-from magfold_env.shapes import centres, headings, word_to_angles
+from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
 MODES = experiment.MODES
 FOLDED = FoldStatus.FOLDED.value
@@ -207,7 +207,7 @@ def movement(word: str) -> float:
     return float(np.sqrt(np.square(np.abs(other * turn / abs(turn) - one)).mean()))
 
 
-def _planar(angles: npt.NDArray[np.float64]) -> npt.NDArray[np.complex128]:
+def _planar(angles: FloatArray) -> npt.NDArray[np.complex128]:
     """Return the centres of casings around their mean, as complex numbers [sides]."""
     places = centres(angles)
     flat = places[:, 0] + 1j * places[:, 1]

@@ -6,13 +6,13 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from magfold_env.laws import exact_magnets
 from magfold_env.paper import motions, quoted
 from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction, power, select
 from magfold_env.reporting.plotting import COLOURS, MARKERS, numbers, panels
 from magfold_env.reporting.tables import Progress, Row, Table
+from magfold_env.shapes import BoolArray
 
 SMALL = 0.1
 """A distance below this share of the paper's own from its film is small."""
@@ -28,9 +28,7 @@ def _over_time(case: Row, found: motions.Motion, reference: motions.Motion) -> l
     return [{**case, "time [s]": time, ERROR: each} for time, each in times]
 
 
-def _mean(
-    one: motions.Motion, other: motions.Motion, frames: npt.NDArray[np.bool_] | None = None
-) -> float:
+def _mean(one: motions.Motion, other: motions.Motion, frames: BoolArray | None = None) -> float:
     """Return the mean squared difference [rad²], of all frames or of some."""
     error = motions.squared_error(one, other)
     return float((error if frames is None else error[frames]).mean())

@@ -9,17 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from magfold_env.fold import FoldStatus, kinetic_energy
 from magfold_env.paper import states
 from magfold_env.paper.quoted import COMPUTATIONS, FRAME_RATE, MAGNET_CHARGE, SNAP
 from magfold_env.scene import Scene, load_scene
-from magfold_env.shapes import angles_to_word, centres
+from magfold_env.shapes import BoolArray, FloatArray, angles_to_word, centres
 from magfold_env.simulation.frames import magnetic_energy
 from magfold_env.simulation.simulate import energy, simulate
-
-Floats = npt.NDArray[np.float64]
 
 SEQUENCE = 3
 UNTIL = 0.4  # [s] that are looked at
@@ -32,9 +29,9 @@ class Motion:
     """A fold in frames at the camera's rate; a chain at rest stays where it is."""
 
     scene: Scene
-    time: Floats
+    time: FloatArray
     """[s], shape (m,)."""
-    angles: Floats
+    angles: FloatArray
     """Headings [rad], shape (m, n)."""
     end: float
     """When the chain came to rest, or `UNTIL` [s]."""
@@ -46,7 +43,7 @@ class Motion:
     """What the magnets have less at the end than at the start [J]."""
 
     @property
-    def joints(self) -> Floats:
+    def joints(self) -> FloatArray:
         """Relative angles [rad], shape (m, n-1)."""
         return np.diff(self.angles, axis=1)
 
@@ -121,19 +118,19 @@ def follow(scene: Scene) -> Motion:
     )
 
 
-def squared_error(one: Motion, other: Motion) -> Floats:
+def squared_error(one: Motion, other: Motion) -> FloatArray:
     """Return the mean squared difference of the relative angles [rad²], shape (m,)."""
     return np.square(one.joints - other.joints).mean(axis=1)
 
 
-def displacement(one: Motion, other: Motion) -> Floats:
+def displacement(one: Motion, other: Motion) -> FloatArray:
     """Return the mean distance of the components' centres [m], shape (m,)."""
     side = one.scene.casing.side
     apart = centres(one.angles, side) - centres(other.angles, side)
     return np.hypot(apart[..., 0], apart[..., 1]).mean(axis=1)
 
 
-def before_snap(*motions: Motion) -> npt.NDArray[np.bool_]:
+def before_snap(*motions: Motion) -> BoolArray:
     """Return the frames in which no joint of any motion has come near its stop, shape (m,)."""
     first = min(min(motion.snaps().values(), default=UNTIL) for motion in motions)
     return motions[0].time < first

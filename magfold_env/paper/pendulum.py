@@ -7,30 +7,15 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
-from magfold_env.laws import pinned_chain
-from magfold_env.laws.mechanics import kinetic_energy, weight_energy
-from magfold_env.laws.pinned_chain import DENSE, SCALAR
-from magfold_env.laws.smooth_motion import ADAPTIVE, EULER, FIXED, Integrator, SmoothProblem
-from magfold_env.laws.smooth_motion import pendulum as pendulum_of
-from magfold_env.paper import quoted
-from magfold_env.paper.reproduction import (
-    Claim,
-    Measured,
-    Plot,
-    Reproduction,
-    distinct,
-    pivot,
-    power,
-    select,
-)  # fmt: skip
+from magfold_env.laws import mechanics, pinned_chain, smooth_motion
+from magfold_env.paper import quoted, reproduction
+from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction, power, select
 from magfold_env.reporting.plotting import COLOURS, MARKERS, numbers, panels
 from magfold_env.reporting.tables import Progress, Row, Table
 from magfold_env.scene import Scene
+from magfold_env.shapes import FloatArray
 from magfold_env.simulation.simulate import simulate
-
-Floats = npt.NDArray[np.float64]
 
 COMPONENTS = 3
 MARGIN = 0.5  # time steps beyond the last frame, so that rounding does not lose it
@@ -48,19 +33,21 @@ _TIGHT = f"this project's solver, tolerance {TIGHT:g}"
 # --- Figure 15: the energy of a pendulum of three --------------------------------------------
 
 
-def problem() -> SmoothProblem:
+def problem() -> smooth_motion.SmoothProblem:
     """Return the paper's pendulum, which swings down from a horizontal line."""
-    return pendulum_of(COMPONENTS)
+    return smooth_motion.pendulum(COMPONENTS)
 
 
 def depth(scene: Scene) -> float:
     """Return the energy that there is to swing with [J]: from the start to hanging straight."""
     hanging, level = np.full(scene.n, -np.pi / 2), np.zeros(scene.n)
     base = np.zeros(2)
-    return float(weight_energy(scene, level, base) - weight_energy(scene, hanging, base))
+    return float(
+        mechanics.weight_energy(scene, level, base) - mechanics.weight_energy(scene, hanging, base)
+    )
 
 
-def change(scene: Scene, angles: Floats, rates: Floats) -> float:
+def change(scene: Scene, angles: FloatArray, rates: FloatArray) -> float:
     """Return the mean change of the energy between frames, as a share of `depth`.
 
     It is infinite where numbers broke down.
@@ -68,11 +55,13 @@ def change(scene: Scene, angles: Floats, rates: Floats) -> float:
     if not (np.isfinite(angles).all() and np.isfinite(rates).all()):
         return math.inf
     still = np.zeros((*angles.shape[:-1], 2))
-    energy = kinetic_energy(scene, angles, rates, still) + weight_energy(scene, angles, np.zeros(2))
+    energy = mechanics.kinetic_energy(scene, angles, rates, still) + mechanics.weight_energy(
+        scene, angles, np.zeros(2)
+    )
     return float(np.abs(np.diff(energy)).mean()) / depth(scene)
 
 
-def integrator_change(method: Integrator, step: float, tolerance: float) -> float:
+def integrator_change(method: smooth_motion.Integrator, step: float, tolerance: float) -> float:
     """Return the mean change a time step [s]; adaptive methods take as many as they need in it."""
     swinging = problem()
     scene, n = swinging.scene, swinging.scene.n
@@ -103,8 +92,12 @@ def engine_change(step: float, tolerance: float) -> float:
 def drift(quick: bool, progress: Progress) -> Measured:
     """Let every integrator take so many steps as the paper's, for each time step."""
     cases: dict[str, Callable[[float], float]] = {}
-    for method in (*FIXED, *ADAPTIVE):
-        name = method.name if method in FIXED else f"{method.name}, tolerance {TOLERANCE:g}"
+    for method in (*smooth_motion.FIXED, *smooth_motion.ADAPTIVE):
+        name = (
+            method.name
+            if method in smooth_motion.FIXED
+            else f"{method.name}, tolerance {TOLERANCE:g}"
+        )
         cases[name] = partial(integrator_change, method, tolerance=TOLERANCE)
     cases[_ENGINE] = partial(engine_change, tolerance=TOLERANCE)
     cases[_TIGHT] = partial(engine_change, tolerance=TIGHT)
@@ -126,7 +119,7 @@ def drift(quick: bool, progress: Progress) -> Measured:
 
 def drift_tables(measured: Measured) -> list[Table]:
     """Return a row a time step and a column an integrator."""
-    shown = pivot(measured["energy"], STEP, "integrator", CHANGE, "broke down")
+    shown = reproduction.pivot(measured["energy"], STEP, "integrator", CHANGE, "broke down")
     return [Table("Mean change of the energy from one time step to the next [%]", shown)]
 
 
@@ -135,19 +128,20 @@ def drift_claims(measured: Measured) -> list[Claim]:
     rows = measured["energy"]
     changes = {
         name: {float(r[STEP]): float(r[CHANGE]) for r in select(rows, integrator=name)}
-        for name in distinct(rows, "integrator")
+        for name in reproduction.distinct(rows, "integrator")
     }
-    euler = changes[EULER.name]
+    euler = changes[smooth_motion.EULER.name]
     steps, change = list(euler), list(euler.values())
     falls = bool((np.diff(change) < 0.0).all())
-    mine = select(rows, integrator=EULER.name)
+    mine = select(rows, integrator=smooth_motion.EULER.name)
     chosen = next(row for row in mine if row["steps a frame"] == quoted.COMPUTATIONS)
-    lost = select(measured["broke-down"], integrator=EULER.name)
+    lost = select(measured["broke-down"], integrator=smooth_motion.EULER.name)
     best = max(changes[_TIGHT].values())
     better = [
         name
         for name, found in changes.items()
-        if name != EULER.name and all(found.get(step, np.inf) < euler[step] for step in euler)
+        if name != smooth_motion.EULER.name
+        and all(found.get(step, np.inf) < euler[step] for step in euler)
     ]
     return [
         Claim(
@@ -178,7 +172,7 @@ def drift_plots(measured: Measured) -> list[Plot]:
     rows = measured["energy"]
     figure, axes = panels(1, "Pendulum of 3: change of energy a time step", width=9.5, height=5.4)
     axis = axes[0]
-    for k, name in enumerate(distinct(rows, "integrator")):
+    for k, name in enumerate(reproduction.distinct(rows, "integrator")):
         mine = select(rows, integrator=name)
         ours = name in (_ENGINE, _TIGHT)
         axis.loglog(
@@ -187,7 +181,7 @@ def drift_plots(measured: Measured) -> list[Plot]:
             color=COLOURS[3] if ours else COLOURS[(0, 1, 2, 4, 5, 6)[k % 6]],
             marker=MARKERS[k % len(MARKERS)],
             markersize=5,
-            linewidth=2.2 if ours or name == EULER.name else 1.3,
+            linewidth=2.2 if ours or name == smooth_motion.EULER.name else 1.3,
             linestyle="--" if name == _TIGHT else "-",
             label=name,
         )
@@ -238,19 +232,20 @@ def times(quick: bool, progress: Progress) -> Measured:
 def times_tables(measured: Measured) -> list[Table]:
     """Return a row a length and a column a contender."""
     title = "Accelerations of one chain [µs], as many ms for 1000 time steps"
-    return [Table(title, pivot(measured["times"], "n", "contender", TIME, ""))]
+    return [Table(title, reproduction.pivot(measured["times"], "n", "contender", TIME, ""))]
 
 
 def times_claims(measured: Measured) -> list[Claim]:
     """Compare how the times grow, and the dense method with the recursion."""
     rows = measured["times"]
     up_to, beyond = (quoted.NEAR_LINEAR_UP_TO, quoted.LONGEST)
-    short, long = growth(rows, DENSE, SHORTEST, up_to), growth(rows, DENSE, up_to, beyond)
-    whole, ours = growth(rows, DENSE, SHORTEST, beyond), growth(rows, SCALAR, up_to, beyond)
+    dense, recursion = pinned_chain.DENSE, pinned_chain.SCALAR
+    short, long = growth(rows, dense, SHORTEST, up_to), growth(rows, dense, up_to, beyond)
+    whole, ours = growth(rows, dense, SHORTEST, beyond), growth(rows, recursion, up_to, beyond)
     times = {
         n: float(row["times one chain's"])
         for n in (SHORTEST, up_to, beyond)
-        for row in select(rows, contender=DENSE, n=n)
+        for row in select(rows, contender=dense, n=n)
     }
     listed = ", ".join(f"{ratio:.0f} times at n = {n}" for n, ratio in times.items())
     return [

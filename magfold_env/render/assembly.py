@@ -16,12 +16,11 @@ from magfold_env.fold import Fold
 from magfold_env.minimiser import minimise
 from magfold_env.minimiser.result import Mode
 from magfold_env.render import parts, style
-from magfold_env.render.canvas import FloatArray
 from magfold_env.render.chain import FACE_NORMALS, magnet_corners, square
 from magfold_env.render.sheets import MARGIN, Axis, Block, check_suffix, save_pages, text
 from magfold_env.reporting.plotting import GRID, INK
 from magfold_env.scene import FACES, Scene
-from magfold_env.shapes import centres, headings, word_to_angles
+from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
 LONGEST = 24
 """Components up to which energy minimisation takes seconds."""

@@ -14,8 +14,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from magfold_env.files import replacing
 from magfold_env.render.style import FLOOR, Colour
+from magfold_env.shapes import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 Size = tuple[int, int]
 
 _OVERSAMPLING = 3

@@ -6,14 +6,11 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from magfold_env.render import style
-from magfold_env.render.canvas import Canvas, FloatArray, View
+from magfold_env.render.canvas import Canvas, View
 from magfold_env.scene import FixedMagnet, Scene
-from magfold_env.shapes import centres
-
-BoolArray = npt.NDArray[np.bool_]
+from magfold_env.shapes import BoolArray, FloatArray, centres
 
 FACE_NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # from the heading
 _LEGIBLE = 6.0  # px: below this height letters are left out

@@ -9,18 +9,10 @@ import numpy.typing as npt
 from PIL import Image
 
 from magfold_env.fold import Fold, turns
-from magfold_env.render import style
-from magfold_env.render.canvas import Canvas, FloatArray, Size, View, save_image
-from magfold_env.render.chain import (
-    BoolArray,
-    draw_chain,
-    draw_field,
-    draw_ghost,
-    draw_tube,
-    with_magnet,
-)  # fmt: skip
+from magfold_env.render import chain, style
+from magfold_env.render.canvas import Canvas, Size, View, save_image
 from magfold_env.scene import Scene
-from magfold_env.shapes import centres, headings, parse_word, word_to_angles
+from magfold_env.shapes import BoolArray, FloatArray, centres, headings, parse_word, word_to_angles
 
 _TUBE_SHOWN = 2.4  # diagonals of tube to the left of the mouth
 _INSET = 0.24  # of the picture's height, the target's square in the corner
@@ -114,10 +106,10 @@ def picture(
         view = view._replace(top=view.top + room)
     canvas = Canvas(view, size)
     text = max(11.0, size[1] / 30)
-    draw_field(canvas, scene, text)
+    chain.draw_field(canvas, scene, text)
     if scene.mount == "tube":
-        draw_tube(canvas, scene, angles, base)
-    draw_chain(canvas, scene, angles, base, loaded(scene, angles, base, released))
+        chain.draw_tube(canvas, scene, angles, base)
+    chain.draw_chain(canvas, scene, angles, base, loaded(scene, angles, base, released))
     canvas.note(caption, (0.6 * text, 0.5 * text), text, style.INK)
     draw_ruler(canvas, text)
     image = canvas.image()
@@ -161,7 +153,7 @@ def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt
     points = middles[np.broadcast_to(out, middles.shape[:2])]
     if scene.mount == "tube":
         points = np.concatenate([points, [[0.6 * diagonal, 0.0], [-0.2 * diagonal, 0.0]]])
-    return with_magnet(scene, View.around(points, 0.9 * diagonal))
+    return chain.with_magnet(scene, View.around(points, 0.9 * diagonal))
 
 
 def usual_view(scene: Scene, size: Size) -> View:
@@ -170,7 +162,7 @@ def usual_view(scene: Scene, size: Size) -> View:
     left = -_TUBE_SHOWN * diagonal if scene.mount == "tube" else -1.2 * diagonal
     right = (scene.n + 1.2) * diagonal
     reach = (right - left) * size[1] / size[0] / 2
-    return with_magnet(scene, View(left, right, -reach, reach))
+    return chain.with_magnet(scene, View(left, right, -reach, reach))
 
 
 def draw_ruler(canvas: Canvas, text: float) -> None:
@@ -191,7 +183,7 @@ def shape_picture(
     # Room below for the text.
     room = 0.22 * max(view.right - view.left, view.top - view.bottom)
     canvas = Canvas(view._replace(bottom=view.bottom - room), (edge, edge))
-    draw_ghost(canvas, angles, middles, scene.casing.side)
+    chain.draw_ghost(canvas, angles, middles, scene.casing.side)
     for k, middle in enumerate(middles):
         canvas.label(str(k + 1), middle, 0.42 * scene.casing.side, colour)
     canvas.note(caption, (edge / 2, edge - 2), max(9.0, 0.12 * edge), colour, "md")

@@ -14,10 +14,10 @@ import numpy.typing as npt
 from PIL import Image
 
 from magfold_env.render import chain, style
-from magfold_env.render.canvas import Canvas, FloatArray, Size, View
+from magfold_env.render.canvas import Canvas, Size, View
 from magfold_env.render.frames import chain_view, draw_ruler, loaded, shape_picture
 from magfold_env.scene import Scene
-from magfold_env.shapes import centres, headings, word_to_angles
+from magfold_env.shapes import BoolArray, FloatArray, centres, headings, word_to_angles
 
 MOMENT_SIZE: Size = (800, 600)
 """Width and height of a picture [px]; even, as video formats want it."""
@@ -69,7 +69,7 @@ class Moment:
     base: FloatArray
     released: int
     target: str
-    held: chain.BoolArray
+    held: BoolArray
     title: str
     message: str = ""
     rows: tuple[tuple[str, str], ...] = ()

@@ -4,7 +4,59 @@ It needs neither a network nor any extra: `page.html` is filled with `page.css`,
 fold as JSON.
 """
 
+from __future__ import annotations
+
+import html
+import json
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from magfold_env.files import write_text
 from magfold_env.replay.data import Recording, page_data
-from magfold_env.replay.page import page, write_html
 
 __all__ = ["Recording", "page", "page_data", "write_html"]
+
+# In the order in which they build on each other.
+_SCRIPTS = (
+    "dom.js",
+    "motion.js",
+    "chain.js",
+    "surroundings.js",
+    "camera.js",
+    "plot.js",
+    "player.js",
+)
+
+
+def write_html(fold: Recording, path: str | Path) -> None:
+    """Write a page that plays a recorded fold, with everything it needs in one file.
+
+    Parameters
+    ----------
+    fold
+        What was recorded of it.
+    path
+        Where to; written under a temporary name first.
+    """
+    write_text(path, page(page_data(fold)))
+
+
+def page(data: dict[str, Any]) -> str:
+    """Return the page for a fold as `page_data` describes it."""
+    title = f"Fold {data['word'] or '(one component)'}, {data['status']}"
+    return Template(_file("page.html")).substitute(
+        title=html.escape(title),
+        style=_file("page.css"),
+        script="\n".join(_file(name) for name in _SCRIPTS),
+        data=_inline_json(data),
+    )
+
+
+def _inline_json(data: dict[str, Any]) -> str:
+    """Return JSON that nothing in it, `</script>` or `<!--`, can end."""
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def _file(name: str) -> str:
+    return (Path(__file__).parent / name).read_text(encoding="utf-8")

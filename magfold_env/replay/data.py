@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from magfold_env.scene import Scene
 from magfold_env.scene.magnets import Length
-
-Floats = npt.NDArray[np.float64]
-Counts = npt.NDArray[np.int64]
+from magfold_env.shapes import FloatArray, IntArray
 
 _MILLI = 1e3
 _TIME = 6  # digits after the point: µs
@@ -35,21 +32,21 @@ class Recording(NamedTuple):
     """Magnetic energy at the end [J]."""
     duration: float
     """Simulated time [s]."""
-    time: Floats
+    time: FloatArray
     """[s], shape (m,)."""
-    angles: Floats
+    angles: FloatArray
     """Absolute headings [rad], shape (m, n)."""
-    base: Floats
+    base: FloatArray
     """Component 1's outer hinge [m], shape (m, 2)."""
-    released: Counts
+    released: IntArray
     """Number of components out of the tube, shape (m,)."""
-    order: Counts
+    order: IntArray
     """How many components leave the tube before each, shape (n,)."""
-    loaded: Counts
+    loaded: IntArray
     """Number of components that have their magnets, shape (m,)."""
-    kinetic: Floats
+    kinetic: FloatArray
     """Kinetic energy [J], shape (m,)."""
-    magnetic: Floats | None
+    magnetic: FloatArray | None
     """Magnetic energy [J], shape (m,); None if there is none, or it is not known."""
 
 
@@ -121,12 +118,12 @@ def _facts(fold: Recording) -> list[list[str]]:
     return [[name, value] for name, value in facts.items()]
 
 
-def _millijoules(joules: Floats) -> list[float]:
+def _millijoules(joules: FloatArray) -> list[float]:
     largest = _MILLI * float(np.abs(joules).max())
     digits = _DIGITS if largest == 0.0 else _DIGITS - int(np.ceil(np.log10(largest)))
     return _rounded(_MILLI * joules, digits)
 
 
-def _rounded(values: float | Floats, digits: int) -> Any:
+def _rounded(values: float | FloatArray, digits: int) -> Any:
     """Return plain rounded numbers, in lists if there are many; no -0."""
     return (np.round(np.asarray(values), digits) + 0.0).tolist()

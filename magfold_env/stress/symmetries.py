@@ -12,17 +12,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.laws.along_folds import SteppedSession
 from magfold_env.laws.outcomes import SAME_WITHIN, moved_starts
 from magfold_env.scene import Scene
-from magfold_env.shapes import centres, headings
+from magfold_env.shapes import FloatArray, centres, headings
 from magfold_env.simulation.simulate import simulate
 from magfold_env.stress.verdict import Verdict
-
-Floats = npt.NDArray[np.float64]
 
 MIRRORED = (3, 2, 1, 0)  # faces: front-left <-> front-right, back-left <-> back-right
 OTHER_END = (2, 3, 0, 1)
@@ -42,7 +39,7 @@ class End(NamedTuple):
     """How a chain ends."""
 
     status: FoldStatus
-    joints: Floats
+    joints: FloatArray
     capped: bool
     """Whether its steps were too many: where that stops a chain depends on rounding."""
 
@@ -156,7 +153,7 @@ def _reversed(end: End) -> End:
     return end._replace(joints=-end.joints[::-1])
 
 
-def _apart(one: Floats, other: Floats) -> float:
+def _apart(one: FloatArray, other: FloatArray) -> float:
     return float(np.abs(one - other).max(initial=0.0))
 
 
@@ -226,7 +223,7 @@ def faces(scene: Scene, order: Sequence[int], step: int) -> dict[str, Any]:
     return changes
 
 
-def _around(scene: Scene, matrix: Floats) -> Scene:
+def _around(scene: Scene, matrix: FloatArray) -> Scene:
     """Return the scene with an orthogonal matrix applied to gravity and fields."""
     changes: dict[str, Any] = {"gravity": {"in_plane": matrix @ scene.gravity.in_plane}}
     if scene.field is not None:
@@ -241,7 +238,7 @@ def _around(scene: Scene, matrix: Floats) -> Scene:
     return scene.replace(**changes)
 
 
-def _moved(scene: Scene, way: Floats) -> Scene:
+def _moved(scene: Scene, way: FloatArray) -> Scene:
     """Return the scene with its fixed magnet moved [m]."""
     if scene.field is None or scene.field.magnet is None:
         return scene
