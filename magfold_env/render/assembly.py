@@ -16,7 +16,7 @@ from magfold_env.fold import Fold
 from magfold_env.minimiser import minimise
 from magfold_env.minimiser.result import Mode
 from magfold_env.render import parts, style
-from magfold_env.render.chain import FACE_NORMALS, magnet_corners, square
+from magfold_env.render.chain import FACE_NORMALS, magnet_block, square
 from magfold_env.render.sheets import MARGIN, Axis, Block, check_suffix, save_pages, text
 from magfold_env.reporting.plotting import GRID, INK
 from magfold_env.scene import FACES, Scene
@@ -292,8 +292,8 @@ def _draw_component(
     _polygon(axis, corners, style.CASING, style.CASING_EDGE, line)
     for f, pole in enumerate(scene.sequence[k] if scene.magnets is not None else ""):
         if pole != "-":
-            block = scale * magnet_corners(scene, f, heading) + middle
-            _polygon(axis, block, style.NORTH if pole == "N" else style.SOUTH)
+            _, block = magnet_block(scene, f, heading, np.zeros(2))
+            _polygon(axis, scale * block + middle, style.NORTH if pole == "N" else style.SOUTH)
     circle = importlib.import_module("matplotlib.patches").Circle
     for end, inner in ((corners[2], k > 0), (corners[0], k < scene.n - 1)):
         if inner:

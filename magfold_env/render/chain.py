@@ -66,17 +66,20 @@ def square(middle: FloatArray, heading: float, side: float) -> FloatArray:
     return middle + side * np.sqrt(0.5) * np.stack([np.cos(turns), np.sin(turns)], axis=1)
 
 
-def magnet_corners(scene: Scene, face: int, heading: float) -> FloatArray:
-    """Return the corners of the magnet behind a face, from the casing's centre [m], (4, 2)."""
+def magnet_block(
+    scene: Scene, face: int, heading: float, middle: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the middle (2,) and the corners (4, 2) of the magnet behind a casing's face [m]."""
     magnets = scene.magnets
     assert magnets is not None  # the caller's check
-    outer = scene.casing.side / 2.0 - magnets.by_face("inset")[face]
-    inner = outer - magnets.by_face("thickness")[face]
-    half = magnets.by_face("width")[face] / 2.0
+    inset, thickness = magnets.by_face("inset")[face], magnets.by_face("thickness")[face]
     turn = heading + FACE_NORMALS[face]
-    normal, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
-    ends = ((outer, half), (outer, -half), (inner, -half), (inner, half))
-    return np.array([depth * normal + aside * across for depth, aside in ends])
+    normal = np.array([np.cos(turn), np.sin(turn)])
+    across = np.array([-normal[1], normal[0]]) * magnets.by_face("width")[face] / 2
+    through = normal * thickness / 2
+    place = middle + (scene.casing.side / 2 - inset - thickness / 2) * normal
+    signs = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+    return place, np.array([place + a * across + b * through for a, b in signs])
 
 
 def _draw_magnets(
@@ -87,13 +90,13 @@ def _draw_magnets(
         letter = poles[face] if poles else ""
         if letter == "-":
             continue
-        block = middle + magnet_corners(scene, face, heading)
+        place, block = magnet_block(scene, face, heading, middle)
         if not letter:
             canvas.polygon(block, style.EMPTY, style.FAINT, width=0.7)
             continue
         canvas.polygon(block, style.NORTH if letter == "N" else style.SOUTH)
         if 0.9 * thickness * canvas.scale >= _LEGIBLE:
-            canvas.label(letter, block.mean(axis=0), 0.9 * thickness, style.LETTER)
+            canvas.label(letter, place, 0.9 * thickness, style.LETTER)
 
 
 def draw_tube(canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArray) -> None:
