@@ -16,7 +16,7 @@ from magfold_env.designer.race import race
 from magfold_env.envs.chains.lattice import Floats, Ints, LatticeFeed
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.spaces.actions import PATTERNS, SIGNS
-from magfold_env.minimiser.landscape import strengths
+from magfold_env.minimiser.energies import strengths
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words, overlaps
 

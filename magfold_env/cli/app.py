@@ -25,8 +25,7 @@ from magfold_env.cli.report import (
 from magfold_env.designer.result import Objective, Search
 from magfold_env.files import write_text
 from magfold_env.fold import FoldStatus
-from magfold_env.minimiser import Minimum, minimise
-from magfold_env.minimiser.result import Among, Mode
+from magfold_env.minimiser import Among, Minimum, Mode, minimise
 from magfold_env.parallel import Backend, Workers
 from magfold_env.reporting.plotting import figure_class
 from magfold_env.scene import Scene, load_scene, scene_names

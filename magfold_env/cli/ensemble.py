@@ -14,7 +14,7 @@ from rich.table import Table
 
 from magfold_env.ensembles import Ensemble, ensemble, predictions, release
 from magfold_env.files import write_text
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.parallel import Workers
 from magfold_env.reporting.statistics import Share
 from magfold_env.scene import Problem, Scene, SceneError, Spreads

@@ -17,8 +17,8 @@ import numpy as np
 from magfold_env.designer.anneal import anneal
 from magfold_env.designer.holding import Ints, held_signs
 from magfold_env.designer.rivals import Rivals, one_letter_off
-from magfold_env.minimiser.ground_state import ground_state
-from magfold_env.minimiser.landscape import Floats
+from magfold_env.engine.state import Array
+from magfold_env.minimiser.ground_states import ground_state
 from magfold_env.scene import Scene
 
 STEPS = 60_000
@@ -94,7 +94,7 @@ def anneal_sequence(
     return best
 
 
-def sequence_of_signs(signs: Floats) -> tuple[str, ...]:
+def sequence_of_signs(signs: Array) -> tuple[str, ...]:
     """Return the sequence of the signs of its faces, shape (4n,): N positive.
 
     To flip all changes nothing; the first face is N.
@@ -105,7 +105,7 @@ def sequence_of_signs(signs: Floats) -> tuple[str, ...]:
 
 def _start(
     scene: Scene, target: str, rng: np.random.Generator, holding: bool
-) -> tuple[Floats, list[Ints]]:
+) -> tuple[Array, list[Ints]]:
     if not holding:
         faces = 4 * scene.n
         return rng.choice([-1.0, 1.0], faces), [np.array([face]) for face in range(faces)]
@@ -113,7 +113,7 @@ def _start(
 
 
 def _typical_score(
-    score_all: Callable[[Floats], Floats], rng: np.random.Generator, faces: int
+    score_all: Callable[[Array], Array], rng: np.random.Generator, faces: int
 ) -> float:
     signs = rng.choice([-1.0, 1.0], (_SAMPLES, faces))
     return float(np.std([score_all(each).min() for each in signs]))

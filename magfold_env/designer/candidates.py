@@ -13,7 +13,7 @@ from magfold_env.designer.exhaustive import Exhaustive
 from magfold_env.designer.holding import held_signs
 from magfold_env.designer.result import Objective
 from magfold_env.designer.task import Task
-from magfold_env.minimiser.landscape import TIE, energy_unit
+from magfold_env.minimiser.energies import TIE, energy_unit
 from magfold_env.shapes import is_fully_folded
 
 Report = Callable[[float], object]

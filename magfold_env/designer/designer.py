@@ -21,7 +21,7 @@ from magfold_env.designer.task import Task, task_for
 from magfold_env.designer.trials import Trials, hurried
 from magfold_env.ensembles import ensemble
 from magfold_env.files import physics_digest
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.parallel import Backend, Workers, connected
 from magfold_env.scene import Scene
 

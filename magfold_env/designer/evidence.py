@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from magfold_env.designer.rivals import Rivals, one_letter_off
-from magfold_env.minimiser.ground_state import ground_state
-from magfold_env.minimiser.landscape import TIE, energy_unit, signs
+from magfold_env.minimiser.energies import TIE, energy_unit, signs
+from magfold_env.minimiser.ground_states import ground_state
 from magfold_env.minimiser.states import state_of
 from magfold_env.scene import Scene
 

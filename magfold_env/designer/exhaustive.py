@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 
 from magfold_env.designer.gap import TOLERANCE
 from magfold_env.designer.rivals import Rivals
-from magfold_env.minimiser.contacts import touching_faces
-from magfold_env.minimiser.landscape import TIE, Floats, energy_unit, quadratic_forms
-from magfold_env.minimiser.lattice import all_words, from_words
-from magfold_env.minimiser.sequence_space import (
+from magfold_env.engine.state import Array
+from magfold_env.minimiser.energies import TIE, energy_unit, quadratic_forms
+from magfold_env.minimiser.every_sequence import (
     EverySequence,
     best_words,
     energies_of_every_sequence,
     sequence_of,
 )
+from magfold_env.minimiser.lattice import all_words, from_words
+from magfold_env.minimiser.states import touching_faces
 from magfold_env.scene import Casing, Magnets, Scene
 from magfold_env.shapes import folded_words
 
@@ -48,7 +49,7 @@ class Exhaustive:
         self._tie = every.tie
         self._gap = _gaps(every, row, forms[row])
 
-    def gaps(self) -> Floats:
+    def gaps(self) -> Array:
         """Return the energy of the best rival above the target [J], for every sequence."""
         return self._gap
 
@@ -70,7 +71,7 @@ class Exhaustive:
             found[begin : begin + numbers.size] = block
         return found
 
-    def tolerances(self) -> Floats:
+    def tolerances(self) -> Array:
         """Return the tolerance of the worst rival, −inf where the target is no ground state.
 
         Where a rival is below the best found so far, which is enough to know that a sequence is
@@ -97,7 +98,7 @@ class Exhaustive:
         found[numbers] = worst
         return found
 
-    def best(self, scores: Floats, where: Flags | None = None) -> int | None:
+    def best(self, scores: Array, where: Flags | None = None) -> int | None:
         """Return the number of the best sequence, the first of equal ones; None if none will do.
 
         Parameters
@@ -113,7 +114,7 @@ class Exhaustive:
             return None
         return int(np.argmax(scores >= largest * (1.0 - TOLERANCE)))
 
-    def spread_out(self, scores: Floats, count: int, apart: int) -> list[int]:
+    def spread_out(self, scores: Array, count: int, apart: int) -> list[int]:
         """Return the numbers of good sequences, best first, any two so many faces apart."""
         chosen: list[int] = []
         wanted = np.flatnonzero(scores > self._tie)
@@ -132,7 +133,7 @@ class Exhaustive:
 @lru_cache(maxsize=1)  # some hundred megabytes, and seconds, for all targets of one kind of chain
 def _compared(
     fields: tuple[tuple[str, Any], ...] | None, side: float, n: int
-) -> tuple[tuple[str, ...], Floats, EverySequence]:
+) -> tuple[tuple[str, ...], Array, EverySequence]:
     magnets = None if fields is None else Magnets(**dict(fields))
     scene = Scene(sequence=("NNNN",) * n, casing=Casing(side=side), magnets=magnets)
     lattice = all_words(n)
@@ -145,7 +146,7 @@ def _fields(magnets: Magnets | None) -> tuple[tuple[str, Any], ...] | None:
     return None if magnets is None else tuple(dict(magnets).items())
 
 
-def _gaps(every: EverySequence, row: int, form: Floats) -> Floats:
+def _gaps(every: EverySequence, row: int, form: Array) -> Array:
     """Return how far the best other word lies above one word for every sequence [J]."""
     own = energies_of_every_sequence(form)
     return np.where(every.word == row, every.gap, every.energy - own)
@@ -156,7 +157,7 @@ def _bits(numbers: Numbers, faces: int) -> NDArray[np.uint8]:
     return ((numbers[None, :] >> shifts[:, None]) & 1).astype(np.uint8)
 
 
-def _signs(numbers: Numbers, faces: int) -> Floats:
+def _signs(numbers: Numbers, faces: int) -> Array:
     return 1.0 - 2.0 * _bits(numbers, faces).T.astype(np.float64)
 
 

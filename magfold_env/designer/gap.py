@@ -7,20 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.minimiser.landscape import (
+from magfold_env.minimiser.energies import (
     TIE,
     energy_unit,
     quadratic_forms,
     refuse_field,
     word_energies,
 )
-from magfold_env.minimiser.lattice import Lattice, all_words
-from magfold_env.minimiser.sequence_space import (
+from magfold_env.minimiser.every_sequence import (
     LONGEST_OF_ALL,
     EverySequence,
     best_words,
     sequence_of,
 )
+from magfold_env.minimiser.lattice import Lattice, all_words
 from magfold_env.scene import Scene
 from magfold_env.shapes import overlaps, parse_word
 

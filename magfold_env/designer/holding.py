@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.minimiser.contacts import touching_faces
 from magfold_env.minimiser.lattice import from_words
+from magfold_env.minimiser.states import touching_faces
 
 Ints = NDArray[np.int64]
 

@@ -19,7 +19,7 @@ from magfold_env.designer.suites import Kind, Suite, Witness, save_suite
 from magfold_env.designer.task import SPEEDS, default_scene
 from magfold_env.ensembles import ensemble, release
 from magfold_env.files import configs_dir, physics_digest
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.parallel import Workers, finished
 from magfold_env.shapes import folded_words
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from magfold_env.designer.evidence import Evidence
 from magfold_env.files import reading_json, write_text
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.reporting.statistics import Share
 from magfold_env.scene import Scene
 from magfold_env.scene.base import PositiveEach

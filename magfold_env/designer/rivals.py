@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from magfold_env.minimiser.landscape import Floats, quadratic_forms
+from magfold_env.engine.state import Array
+from magfold_env.minimiser.energies import quadratic_forms
 from magfold_env.minimiser.lattice import from_words
 from magfold_env.scene import Scene
 from magfold_env.shapes import overlaps
@@ -30,7 +31,7 @@ class Rivals:
         self.target = target
         self._own = quadratic_forms(scene, from_words([target]))
         self.words: list[str] = []
-        self.excess: Floats = np.zeros((0, 4 * scene.n, 4 * scene.n))
+        self.excess: Array = np.zeros((0, 4 * scene.n, 4 * scene.n))
         """Energies above the target's as forms [J], shape (rivals, 4n, 4n): sᵀ A s."""
         self.add(words)
 
@@ -44,11 +45,11 @@ class Rivals:
             self.words += new
         return bool(new)
 
-    def energies(self, signs: Floats) -> Floats:
+    def energies(self, signs: Array) -> Array:
         """Return how far each rival lies above the target [J], shape (rivals,)."""
         return np.einsum("a,mab,b->m", signs, self.excess, signs)
 
-    def tolerances(self, signs: Floats) -> Floats:
+    def tolerances(self, signs: Array) -> Array:
         """Return the error of single magnets at which each rival may overtake, shape (rivals,).
 
         If the strengths of all faces vary independently with this relative standard deviation, the

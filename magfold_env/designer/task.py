@@ -10,9 +10,9 @@ import numpy as np
 
 from magfold_env.designer.result import Objective, Search
 from magfold_env.ensembles import release
-from magfold_env.minimiser.landscape import refuse_field
-from magfold_env.minimiser.result import Mode
-from magfold_env.minimiser.sequence_space import LONGEST_OF_ALL
+from magfold_env.minimiser import Mode
+from magfold_env.minimiser.energies import refuse_field
+from magfold_env.minimiser.every_sequence import LONGEST_OF_ALL
 from magfold_env.scene import Problem, Scene, SceneError, load_scene
 from magfold_env.shapes import cells, is_fully_folded, parse_word
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from magfold_env.minimiser import minimise
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode, minimise
 from magfold_env.scene import Scene
 
 PREDICTORS: dict[Mode, str] = {

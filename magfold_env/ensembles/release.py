@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import get_args
 
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.scene import Problem, Scene, SceneError
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from magfold_env.benchmarks.predict import experiment, figures
 from magfold_env.benchmarks.predict.experiment import PAPER
 from magfold_env.fold import FoldStatus
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.paper import states
 from magfold_env.paper.quoted import SEQUENCES
 from magfold_env.paper.reproduction import Claim, Measured, Reproduction, select

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.fold import FoldStatus
-from magfold_env.minimiser.along import energies_along
+from magfold_env.minimiser.trajectory import trajectory_energies
 from magfold_env.paper import states
 from magfold_env.paper.quoted import COMPUTATIONS, FRAME_RATE, MAGNET_CHARGE, SNAP
 from magfold_env.scene import Scene, load_scene
@@ -108,7 +108,7 @@ def follow(scene: Scene) -> Motion:
     angles = np.concatenate([seen.angles, padding])[: time.size]
     moving = fold.status is FoldStatus.UNSETTLED
     ended = "still moving" if moving else fold.status.value
-    energies = energies_along(fold.scene, seen)
+    energies = trajectory_energies(fold.scene, seen)
     total = energies.kinetic + energies.magnetic
     return Motion(
         fold.scene,

@@ -5,8 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Literal
 
-from magfold_env.minimiser import minimise
-from magfold_env.minimiser.result import State
+from magfold_env.minimiser import State, minimise
 from magfold_env.scene import Scene, load_scene
 
 Model = Literal["literal", "device"]

@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from magfold_env.fold import Fold
-from magfold_env.minimiser import minimise
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode, minimise
 from magfold_env.render import cards, parts
 from magfold_env.render.cards import FloatArray, card_scale, draw_card, draw_fold
 from magfold_env.render.sheets import MARGIN, Axis, Block, check_suffix, save_pages, text

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.fold import Fold, Trajectory
-from magfold_env.minimiser.along import energies_along, loaded, turns
+from magfold_env.minimiser.trajectory import loaded, trajectory_energies, turns
 from magfold_env.scene import Scene
 from magfold_env.scene.magnets import Length
 
@@ -32,7 +32,7 @@ def page_data(fold: Fold) -> dict[str, Any]:
             "fold: a fold without trajectory is not allowed; simulate it with a frame_rate"
         )
     scene, motion = fold.scene, (fold.trajectory if len(fold.trajectory) else _still(fold)).finite()
-    energies = energies_along(scene, motion)
+    energies = trajectory_energies(scene, motion)
     return {
         "word": fold.word,
         "status": fold.status.value,

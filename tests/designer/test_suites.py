@@ -17,7 +17,7 @@ from magfold_env.designer.suites import (
     suite_names,
 )
 from magfold_env.ensembles import release
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.scene import SceneError
 from magfold_env.shapes import folded_words, is_fully_folded
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.minimiser.along import energies_along
+from magfold_env.minimiser.trajectory import trajectory_energies
 from magfold_env.replay import write_html
 from magfold_env.replay.data import page_data
 from tests.folds import FREE, recorded
@@ -70,7 +70,7 @@ def test_a_page_holds_the_recorded_motion(tmp_path: Path) -> None:
     np.testing.assert_allclose(data["time"], motion.time, atol=1e-6)
     np.testing.assert_allclose(data["angles"], motion.angles, atol=1e-4)
     np.testing.assert_allclose(np.array(data["base"]) / 1e3, motion.base, atol=1e-7)
-    energies = energies_along(FREE, motion)
+    energies = trajectory_energies(FREE, motion)
     for name in ("magnetic", "kinetic"):
         expected = 1e3 * getattr(energies, name)
         np.testing.assert_allclose(data[name], expected, atol=1e-4 * np.abs(expected).max())

@@ -6,7 +6,7 @@ from magfold_env.benchmarks.predict.scenes import MODES, SEQUENCES, paper_scene
 from magfold_env.ensembles import ensemble
 from magfold_env.ensembles.bars import Bar, bars
 from magfold_env.ensembles.predictions import PREDICTORS, predictions
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.reporting.part import Part, Progress, Row, Table
 
 RUNS: dict[Mode, int] = {"free": 100, "forward": 50, "backward": 50}

@@ -16,7 +16,7 @@ from magfold_env.benchmarks.predict.scenes import MODES, SEQUENCES, paper_scene,
 from magfold_env.ensembles import Ensemble, ensemble, predictions
 from magfold_env.ensembles.predictions import PREDICTORS
 from magfold_env.fold import FoldStatus
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.reporting.part import Part, Progress, Row, Table
 from magfold_env.reporting.statistics import share
 from magfold_env.scene import Scene

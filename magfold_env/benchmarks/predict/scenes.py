@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from magfold_env.ensembles import release
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.scene import Scene, Spreads, load_scene
 
 MODES: tuple[Mode, ...] = ("free", "forward", "backward")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.minimiser.along import energies_along, loaded, turns
+from magfold_env.minimiser.trajectory import loaded, trajectory_energies, turns
 from magfold_env.shapes import centres
 from magfold_env.simulation.session import Session
 from tests.laws.chains import kinetic
@@ -38,7 +38,7 @@ def test_energies_are_those_of_the_run(mount: str, field: mf.Field | None) -> No
     changes = {"mount": "tube", "feed": {"direction": mount}} if tube else {"mount": mount}
     scene = _scene(**changes, field=field)
     motion, magnetic, velocity = _steps(scene)
-    found = energies_along(scene, motion)
+    found = trajectory_energies(scene, motion)
     np.testing.assert_allclose(found.magnetic, magnetic, rtol=1e-9, atol=1e-15)
     # Where the velocity of the chain as a whole is known, so is the kinetic energy.
     known = motion.released < scene.n if tube else np.full(len(motion), mount == "pinned")
@@ -52,7 +52,7 @@ def test_no_energy_comes_from_nowhere(friction: float, share: float) -> None:
     scene = mf.load_scene("paper/sequence-3").replace(friction=friction, duration=0.3)
     fold = mf.simulate(scene, frame_rate=4000.0)
     assert fold.trajectory is not None
-    found = energies_along(fold.scene, fold.trajectory)
+    found = trajectory_energies(fold.scene, fold.trajectory)
     total = found.magnetic + found.kinetic
     assert np.max(total - np.minimum.accumulate(total)) < share * np.ptp(total)
     assert found.kinetic.max() > 0.1 * np.ptp(total)
@@ -68,7 +68,7 @@ def test_magnets_loaded_at_the_mouth_act_from_there(direction: str) -> None:
     zeros = np.zeros((n + 1, 2))
     motion = mf.Trajectory(np.linspace(0.0, 0.5, n + 1), angles, zeros, 0.0 * angles, released)
     order = range(n) if direction == "forward" else range(n)[::-1]
-    found = energies_along(scene, motion).magnetic
+    found = trajectory_energies(scene, motion).magnetic
     for out in released:
         magnetic = list(order)[: out + 1]
         faces = tuple(f if k in magnetic else "----" for k, f in enumerate(SEQUENCE))
@@ -88,7 +88,7 @@ def test_turns_are_the_order_of_the_feed() -> None:
 def test_a_chain_without_magnets_has_only_kinetic_energy() -> None:
     fold = mf.simulate(mf.load_scene("pendulum-3").replace(duration=0.1), frame_rate=100.0)
     assert fold.trajectory is not None
-    found = energies_along(fold.scene, fold.trajectory)
+    found = trajectory_energies(fold.scene, fold.trajectory)
     assert not found.magnetic.any()
     fallen = [
         fold.scene.masses @ centres(angles, side=0.0125)[:, 1] for angles in fold.trajectory.angles

@@ -1,35 +1,35 @@
-"""Energies along a recorded fold."""
+"""Energies of a recorded fold."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike, NDArray
 
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.magnets import outer_field, pairs
+from magfold_env.engine.state import Array
 from magfold_env.engine.workspace import new_work
 from magfold_env.fold import Trajectory
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres
 from magfold_env.simulation.pack import pack
 
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class Energies:
     """Energies of m frames."""
 
-    magnetic: Floats
+    magnetic: Array
     """Of the magnets that act, an outer field's included, as `Fold.energy` is [J], shape (m,)."""
-    kinetic: Floats
+    kinetic: Array
     """Of all components, those in the tube too [J], shape (m,)."""
 
 
-def energies_along(scene: Scene, motion: Trajectory) -> Energies:
+def trajectory_energies(scene: Scene, motion: Trajectory) -> Energies:
     """Return the energies of a recorded motion.
 
     A trajectory holds the rates of the headings, and no velocity of the chain as a whole. That
@@ -46,7 +46,7 @@ def energies_along(scene: Scene, motion: Trajectory) -> Energies:
     return Energies(_magnetic(scene, motion), _kinetic(scene, motion))
 
 
-def loaded(scene: Scene, released: npt.ArrayLike) -> Flags:
+def loaded(scene: Scene, released: ArrayLike) -> Flags:
     """Return which components have their magnets, component 1 first.
 
     All, unless the scene loads them at the mouth: then those released, and the one on its way out.
@@ -68,14 +68,14 @@ def loaded(scene: Scene, released: npt.ArrayLike) -> Flags:
     return turns(scene) < count + 1
 
 
-def turns(scene: Scene) -> npt.NDArray[np.int64]:
+def turns(scene: Scene) -> NDArray[np.int64]:
     """Return how many components leave the tube before each, shape (n,)."""
     numbers = np.arange(scene.n)
     backward = scene.mount == "tube" and scene.feed.direction == "backward"
     return numbers[::-1] if backward else numbers
 
 
-def _acting(scene: Scene, released: npt.NDArray[np.int64]) -> Flags:
+def _acting(scene: Scene, released: NDArray[np.int64]) -> Flags:
     """Return whose magnets act, shape (m, n).
 
     Those of the released components and, in the tube, of the loaded ones behind them, up to the
@@ -89,7 +89,7 @@ def _acting(scene: Scene, released: npt.NDArray[np.int64]) -> Flags:
     return unbroken[:, turn] & has_magnets
 
 
-def _magnetic(scene: Scene, motion: Trajectory) -> Floats:
+def _magnetic(scene: Scene, motion: Trajectory) -> Array:
     # A pinned chain is indexed from component 1, as a trajectory is.
     model = pack(scene.replace(mount="pinned"))
     found = np.zeros(len(motion))
@@ -108,7 +108,7 @@ def _magnetic(scene: Scene, motion: Trajectory) -> Floats:
     return found
 
 
-def _kinetic(scene: Scene, motion: Trajectory) -> Floats:
+def _kinetic(scene: Scene, motion: Trajectory) -> Array:
     lever = scene.casing.diagonal * motion.rates
     turning = np.stack([-lever * np.sin(motion.angles), lever * np.cos(motion.angles)], axis=-1)
     # A component's centre is moved by those before it over their lengths, by itself over half.
@@ -118,13 +118,13 @@ def _kinetic(scene: Scene, motion: Trajectory) -> Floats:
     return 0.5 * (moving + motion.rates**2 @ scene.inertias)
 
 
-def _base_velocity(scene: Scene, motion: Trajectory, inner: Floats, end: Floats) -> Floats:
+def _base_velocity(scene: Scene, motion: Trajectory, inner: Array, end: Array) -> Array:
     """Return the velocity of component 1's outer hinge [m/s], shape (m, 2).
 
     Parameters
     ----------
     scene, motion
-        As in `energies_along`.
+        As in `trajectory_energies`.
     inner
         Velocities of the centres relative to it [m/s], shape (m, n, 2).
     end
