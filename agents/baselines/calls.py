@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from agents.evaluation.episodes import Outcome, play
 from agents.evaluation.open_loop import FrozenPolicy, OpenLoop
 from agents.evaluation.policies import Policy
-from magfold_env.designer.choice import Choice
+from magfold_env.designer.task import Choice
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.tasks.draws import episode_seeds
 

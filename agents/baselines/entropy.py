@@ -7,12 +7,12 @@ import numpy as np
 from agents.baselines.calls import Calls
 from agents.baselines.search import random_choice
 from agents.evaluation.open_loop import OpenLoop
-from magfold_env.designer.cross_entropy import cross_entropy
+from magfold_env.designer.trials import cross_entropy
 from magfold_env.envs.fold_env import FoldEnv
 
 
 class CrossEntropySearch:
-    """`magfold_env.designer.cross_entropy` from an even distribution.
+    """`magfold_env.designer.trials` from an even distribution.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ ELITE = 2
 RELEASES = 4
 """Calls that a choice is bred by."""
 JUDGED = 40
-"""Calls that the best of a generation is judged by, as in `magfold_env.designer.race`."""
+"""Calls that the best of a generation is judged by, as in `magfold_env.designer.trials`."""
 GENERATIONS = 10_000
 """More than any budget lasts."""
 

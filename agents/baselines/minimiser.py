@@ -10,9 +10,9 @@ from agents.baselines.calls import Calls
 from agents.baselines.search import speeds_to_try
 from agents.evaluation.open_loop import OpenLoop
 from magfold_env.designer import design, gap_designs
-from magfold_env.designer.choice import Choice
-from magfold_env.designer.gap import LONGEST
-from magfold_env.designer.race import race
+from magfold_env.designer.exhaustive import LONGEST
+from magfold_env.designer.task import Choice
+from magfold_env.designer.trials import race
 from magfold_env.envs.chains.lattice import Floats, Ints, LatticeFeed
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.spaces.actions import PATTERNS, SIGNS

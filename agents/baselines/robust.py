@@ -9,12 +9,10 @@ import numpy as np
 from agents.baselines.calls import Calls
 from agents.baselines.search import USUAL_SPEED
 from agents.evaluation.open_loop import OpenLoop
-from magfold_env.designer.candidates import candidates
-from magfold_env.designer.choice import Choice
-from magfold_env.designer.cross_entropy import cross_entropy
-from magfold_env.designer.holding import holding_groups
-from magfold_env.designer.race import Standing, race
-from magfold_env.designer.task import SPEEDS, Task, task_for
+from magfold_env.designer.annealing import stable_groups
+from magfold_env.designer.search import candidates
+from magfold_env.designer.task import SPEEDS, Choice, Task, task_for
+from magfold_env.designer.trials import Standing, cross_entropy, race
 from magfold_env.envs.fold_env import FoldEnv
 
 
@@ -48,7 +46,7 @@ class RobustSearch:
             standings = race(choices, calls)
             if standings[0].rate >= self._goal:
                 return
-        groups = holding_groups(calls.target)[1] if task.search == "annealing" else None
+        groups = stable_groups(calls.target)[1] if task.search == "annealing" else None
         cross_entropy(
             calls, 4 * task.scene.n, SPEEDS, rng, calls.budget,
             goal=self._goal, first=standings[0].choice, groups=groups,
