@@ -11,8 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMonitor
 
-from agents.settings.env import CONTROL_ENV, GOAL_ENV, CurriculumSettings, EnvSettings
-from agents.settings.run import SettingsError, TrainSettings
+from agents.settings import (
+    CONTROL_ENV,
+    GOAL_ENV,
+    CurriculumSettings,
+    EnvSettings,
+    SettingsError,
+    TrainSettings,
+)
 from magfold_env.envs.chains.history import Chronicle
 from magfold_env.envs.fold_vector import FoldVectorEnv
 from magfold_env.envs.wrappers.curriculum import Curriculum

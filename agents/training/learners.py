@@ -2,28 +2,27 @@
 
 import json
 import pickle
+import struct
 import warnings
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
 from gymnasium import spaces
 from sb3_contrib import TQC, MaskablePPO
 from stable_baselines3 import PPO, SAC, HerReplayBuffer
-from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
-from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common import base_class, off_policy_algorithm, vec_env
 
 from agents.features import FromTheMouth
 from agents.learning_rate import LearningRate
-from agents.settings.learner import LearnerSettings, SACSettings
+from agents.settings import LearnerSettings, SACSettings
 from agents.symmetry import FromOneSide, SymmetricPolicy, is_symmetric
 from agents.symmetry_masked import MaskableSymmetricPolicy
-from agents.training.archive import UNREADABLE
 from magfold_env.files import replacing
 from magfold_env.scene import Scene
 
-CLASSES: dict[str, type[BaseAlgorithm]] = {
+CLASSES: dict[str, type[base_class.BaseAlgorithm]] = {
     "ppo": PPO,
     "maskable-ppo": MaskablePPO,
     "sac": SAC,
@@ -31,7 +30,7 @@ CLASSES: dict[str, type[BaseAlgorithm]] = {
 }
 """The class of each algorithm."""
 
-_BY_POLICY: dict[str, type[BaseAlgorithm]] = {
+_BY_POLICY: dict[str, type[base_class.BaseAlgorithm]] = {
     "stable_baselines3.common.policies": PPO,
     "agents.symmetry": PPO,
     "agents.symmetry_masked": MaskablePPO,
@@ -41,10 +40,24 @@ _BY_POLICY: dict[str, type[BaseAlgorithm]] = {
 }
 """The class that wrote a model, by the module of its policy."""
 
+UNREADABLE = (
+    OSError,
+    ValueError,  # among them are wrong text and wrong JSON
+    AttributeError,
+    KeyError,
+    TypeError,
+    RuntimeError,  # encrypted, of an unknown method, or nested too deeply
+    EOFError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+"""What reading a file that is no zip file, or a damaged one, may raise."""
+
 
 def make_model(
-    settings: LearnerSettings, env: VecEnv, seed: int, device: str = "cpu"
-) -> BaseAlgorithm:
+    settings: LearnerSettings, env: vec_env.VecEnv, seed: int, device: str = "cpu"
+) -> base_class.BaseAlgorithm:
     """Return an untrained model.
 
     Parameters
@@ -95,13 +108,13 @@ def make_model(
     )
 
 
-def save_policy(model: BaseAlgorithm, path: Path) -> None:
+def save_policy(model: base_class.BaseAlgorithm, path: Path) -> None:
     """Write `model` to `path` (``.zip``) under a temporary name and move it into place."""
     with replacing(path) as temporary:
         model.save(temporary)
 
 
-def load_model(path: str | Path, device: str = "cpu") -> BaseAlgorithm:
+def load_model(path: str | Path, device: str = "cpu") -> base_class.BaseAlgorithm:
     """Read a model of any of the algorithms, to choose actions with.
 
     Such files hold pickles, which can run code: load only your own.
@@ -114,7 +127,7 @@ def load_model(path: str | Path, device: str = "cpu") -> BaseAlgorithm:
     written_by = _class_of(Path(path))
     # A replay buffer is large, and hindsight's wants an environment.
     without: dict[str, Any] = {}
-    if issubclass(written_by, OffPolicyAlgorithm):
+    if issubclass(written_by, off_policy_algorithm.OffPolicyAlgorithm):
         without = {"buffer_size": 1, "replay_buffer_class": None, "replay_buffer_kwargs": {}}
     try:
         return written_by.load(path, device=device, **without)
@@ -122,7 +135,7 @@ def load_model(path: str | Path, device: str = "cpu") -> BaseAlgorithm:
         raise ValueError(f"{path}: is not a model, or is damaged: {error}") from None
 
 
-def _class_of(path: Path) -> type[BaseAlgorithm]:
+def _class_of(path: Path) -> type[base_class.BaseAlgorithm]:
     """Return the class that wrote a model, without unpickling anything."""
     if not path.is_file():
         raise ValueError(f"{path}: no such file; must be a model (.zip)")
@@ -137,7 +150,7 @@ def _class_of(path: Path) -> type[BaseAlgorithm]:
     return _BY_POLICY[module]
 
 
-def enter(model: BaseAlgorithm, envs: VecEnv) -> None:
+def enter(model: base_class.BaseAlgorithm, envs: vec_env.VecEnv) -> None:
     """Let `model` go on in other environments of the same spaces, in new episodes."""
     model.set_env(envs)
     buffer = getattr(model, "replay_buffer", None)

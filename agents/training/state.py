@@ -1,22 +1,133 @@
-"""Everything that decides how a training run goes on, as bytes and back."""
+"""Everything that decides how a training run goes on, as bytes and back.
 
+It lies in a file that holds it whole or not at all, and is of one run only.
+"""
+
+import hashlib
 import io
+import json
 import pickle
+import random
+import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import gymnasium
-from stable_baselines3.common.base_class import BaseAlgorithm
+import numpy as np
+import torch
+from stable_baselines3.common import base_class, off_policy_algorithm, vec_env
 from stable_baselines3.common.logger import Logger
-from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
-from stable_baselines3.common.vec_env import VecMonitor
 
+from agents.settings import StopSettings
 from agents.training.envs import EnvsState, envs_state, set_envs_state
-from agents.training.learners import CLASSES
-from agents.training.progress import Progress
-from agents.training.random_state import RandomState, random_state, set_random_state
+from agents.training.learners import CLASSES, UNREADABLE
+from magfold_env.checkpoint import CheckpointError, difference
+from magfold_env.files import replacing
 
 MODEL, REPLAY, REST = "model.zip", "replay_buffer.pkl", "state.pkl"
+_RECORDS = ("name_to_value", "name_to_count", "name_to_excluded")
+MANIFEST = "manifest.json"
+_REMEDY = "train afresh, or in another folder"
+
+
+@dataclass
+class Progress:
+    """What decides, beside the model, how a run goes on.
+
+    Attributes
+    ----------
+    phase : int
+        Number of the phase under way, from 0.
+    phase_start : int
+        Environment steps made before it.
+    seconds : float
+        Training time [s], that of earlier processes included.
+    validated_at, saved_at : int
+        Steps at the last validation and at the last checkpoint.
+    last, best : dict or None
+        Results of the last validation of the phase, and of its best.
+    validations : int
+        Validations of the phase.
+    stale : int
+        Validations since the best one.
+    stopping : bool
+        Whether the phase ends with the next step.
+    """
+
+    phase: int = 0
+    phase_start: int = 0
+    seconds: float = 0.0
+    validated_at: int = 0
+    saved_at: int = 0
+    last: dict[str, float] | None = None
+    best: dict[str, float] | None = None
+    validations: int = 0
+    stale: int = 0
+    stopping: bool = False
+
+    def note(self, result: dict[str, float], stop: StopSettings) -> bool:
+        """Take in the result of a validation; return whether it is the best of the phase.
+
+        More successes are better; among equally many the higher score is.
+        """
+        self.last = result
+        self.validations += 1
+        best = self.best is None or _rank(result) > _rank(self.best)
+        if best:
+            self.best, self.stale = result, 0
+        else:
+            self.stale += 1
+        enough = stop.success is not None and result["success_rate"] >= stop.success
+        tired = stop.patience is not None and self.stale >= stop.patience
+        self.stopping = enough or tired
+        return best
+
+    def next_phase(self, steps: int) -> None:
+        """Begin the next phase, with `steps` made so far."""
+        self.phase += 1
+        self.phase_start = steps
+        self.validations = 0
+        self.best, self.stale, self.stopping = None, 0, False
+
+
+def due(steps: int, last: int, every: int) -> bool:
+    """Return whether a multiple of `every` was passed since `last` steps."""
+    return steps // every > last // every
+
+
+def _rank(result: dict[str, float]) -> tuple[float, float]:
+    return result["success_rate"], result["score"]
+
+
+@dataclass(frozen=True)
+class RandomState:
+    """What Python's, NumPy's and torch's random numbers to come depend on."""
+
+    python: Any
+    numpy: Any
+    torch: Any
+    cuda: list[Any]
+
+
+def random_state() -> RandomState:
+    """Return the state of now."""
+    return RandomState(
+        random.getstate(),
+        np.random.get_state(),  # noqa: NPY002 (what Stable-Baselines3 draws from)
+        torch.get_rng_state(),
+        torch.cuda.get_rng_state_all() if torch.cuda.is_available() else [],
+    )
+
+
+def set_random_state(state: RandomState) -> None:
+    """Go back to `state`."""
+    random.setstate(state.python)
+    np.random.set_state(state.numpy)  # noqa: NPY002
+    torch.set_rng_state(state.torch)
+    if state.cuda:
+        torch.cuda.set_rng_state_all(state.cuda)
 
 
 @dataclass(frozen=True)
@@ -48,7 +159,10 @@ class RunState:
 
 
 def pack(
-    model: BaseAlgorithm, envs: VecMonitor, progress: Progress, events: dict[str, int]
+    model: base_class.BaseAlgorithm,
+    envs: vec_env.VecMonitor,
+    progress: Progress,
+    events: dict[str, int],
 ) -> dict[str, bytes]:
     """Return the state of a run between two rollouts, as named parts."""
     state = RunState(
@@ -60,7 +174,7 @@ def pack(
         events,
     )
     parts = {MODEL: _written(model.save), REST: pickle.dumps(state)}
-    if isinstance(model, OffPolicyAlgorithm):
+    if isinstance(model, off_policy_algorithm.OffPolicyAlgorithm):
         parts[REPLAY] = _written(model.save_replay_buffer)
     return parts
 
@@ -71,8 +185,8 @@ def unpack_rest(parts: dict[str, bytes]) -> RunState:
 
 
 def unpack_model(
-    parts: dict[str, bytes], state: RunState, algorithm: str, envs: VecMonitor, device: str
-) -> BaseAlgorithm:
+    parts: dict[str, bytes], state: RunState, algorithm: str, envs: vec_env.VecMonitor, device: str
+) -> base_class.BaseAlgorithm:
     """Return the model as it was, in `envs`, which are taken to where they were.
 
     Parameters
@@ -91,7 +205,7 @@ def unpack_model(
     model = CLASSES[algorithm].load(
         io.BytesIO(parts[MODEL]), env=envs, device=device, force_reset=False
     )
-    if isinstance(model, OffPolicyAlgorithm):
+    if isinstance(model, off_policy_algorithm.OffPolicyAlgorithm):
         model.load_replay_buffer(io.BytesIO(parts[REPLAY]), truncate_last_traj=False)
     # Last, since making a model seeds all of these.
     model.action_space = state.actions
@@ -106,10 +220,56 @@ def set_records(logger: Logger, state: RunState) -> None:
         getattr(logger, name).update(state.records[name])
 
 
-_RECORDS = ("name_to_value", "name_to_count", "name_to_excluded")
-
-
 def _written(save: Any) -> bytes:
     buffer = io.BytesIO()
     save(buffer)
     return buffer.getvalue()
+
+
+def write_archive(path: Path, key: Mapping[str, Any], members: Mapping[str, bytes]) -> None:
+    """Write `members` to a zip file at `path`, under a temporary name until it is whole.
+
+    Parameters
+    ----------
+    path : Path
+        Where; a file that is there is replaced.
+    key : mapping
+        Everything that the members depend on, as values that JSON can hold.
+    members : mapping
+        Contents by name.
+    """
+    manifest = {
+        "key": key,
+        "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in members.items()},
+    }
+    with replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
+        archive.writestr(MANIFEST, json.dumps(manifest, indent=1))
+        for name, content in members.items():
+            archive.writestr(name, content)
+
+
+def read_archive(path: Path, key: Mapping[str, Any]) -> dict[str, bytes]:
+    """Return the members of the file at `path`.
+
+    Raises
+    ------
+    CheckpointError
+        If the file is damaged, or has another key.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            manifest = json.loads(archive.read(MANIFEST))
+            members = {name: archive.read(name) for name in manifest["sha256"]}
+            found = manifest["key"]
+        wrong = [n for n in members if _sha256(members[n]) != manifest["sha256"][n]]
+    except UNREADABLE as e:
+        raise CheckpointError(f"{path}: is damaged ({e}); {_REMEDY}") from None
+    if wrong:
+        raise CheckpointError(f"{path}: is damaged ({wrong[0]} is not what was saved); {_REMEDY}")
+    if where := difference(found, json.loads(json.dumps(key))):
+        raise CheckpointError(f"{path}: was written by another run, {where}; {_REMEDY}")
+    return members
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

@@ -18,10 +18,9 @@ from ray.tune.schedulers import (
 )
 from ray.tune.search.optuna import OptunaSearch
 
-from agents.settings.run import SettingsError
-from agents.tuning.settings import Drawn, Search
+from agents.settings import SettingsError
+from agents.tuning.search import Drawn, Search, Trial, run_trial
 from agents.tuning.study import suggest
-from agents.tuning.trials import Trial, run_trial
 from magfold_env.checkpoint import difference
 from magfold_env.files import physics_digest, write_text
 from magfold_env.parallel import LOSSES

@@ -12,9 +12,8 @@ from optuna.storages import RDBStorage, RetryHeartbeatStaleTrialCallback
 from optuna.study import MaxTrialsCallback
 from optuna.trial import FrozenTrial, TrialState
 
-from agents.settings.run import SettingsError
-from agents.tuning.settings import Choices, Domain, Search
-from agents.tuning.trials import Trial, run_trial
+from agents.settings import SettingsError
+from agents.tuning.search import Choices, Domain, Search, Trial, run_trial
 from magfold_env.checkpoint import difference
 from magfold_env.files import physics_digest
 

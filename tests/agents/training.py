@@ -6,7 +6,7 @@ from typing import Any
 import torch
 from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
 
-from agents.settings.run import TrainSettings
+from agents.settings import TrainSettings
 from agents.training.learners import load_model
 
 LEARNERS: dict[str, dict[str, Any]] = {

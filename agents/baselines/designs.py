@@ -1,22 +1,22 @@
-"""The energy minimiser's designs, each fed at the speed that suits it best."""
+"""Searches that begin with energies: the minimiser's designs, and robust open-loop design."""
 
+from collections import Counter
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from agents.baselines.calls import Calls
-from agents.baselines.search import speeds_to_try
-from agents.evaluation.open_loop import OpenLoop
-from magfold_env.designer import design, gap_designs
+from agents.baselines.calls import USUAL_SPEED, Calls, speeds_to_try
+from agents.evaluation.policies import OpenLoop
+from magfold_env.designer import SPEEDS, Choice, annealing, design, gap_designs, trials
 from magfold_env.designer.exhaustive import LONGEST
-from magfold_env.designer.task import Choice
-from magfold_env.designer.trials import race
+from magfold_env.designer.search import candidates
+from magfold_env.designer.task import Task, task_for
 from magfold_env.envs.chains.lattice import Floats, Ints, LatticeFeed
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.spaces.actions import PATTERNS, SIGNS
-from magfold_env.minimiser.energies import strengths
+from magfold_env.minimiser import strengths
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words, overlaps
 
@@ -50,7 +50,7 @@ class MinimiserDesign:
     def run(self, calls: Calls, rng: np.random.Generator) -> None:
         """Race the speeds."""
         sequence = self._sequence(calls.env, calls.target)
-        race([Choice(sequence, speed) for speed in speeds_to_try(calls.env)], calls)
+        trials.race([Choice(sequence, speed) for speed in speeds_to_try(calls.env)], calls)
 
     def _sequence(self, env: FoldEnv[Any], target: str) -> tuple[str, ...]:
         # Frozen models are hashable.
@@ -125,3 +125,54 @@ def _margin(lattice: LatticeFeed, poles: Floats, wanted: Ints, others: Sequence[
     """
     energies = [lattice.energy_of(turns, poles) for turns in others]
     return min(energies, default=np.inf) - lattice.energy_of(wanted, poles)
+
+
+class RobustSearch:
+    """The design room's search (`magfold_env.designer`) on perturbed runs of the environment.
+
+    Sequences that are good by energy, those of which the target is the only stable word where
+    chains are long, are raced on releases at one speed after another until one does; if none will,
+    the cross-entropy method goes on from the best.
+
+    Parameters
+    ----------
+    goal : float
+        Share of successes of 40 calls that is enough.
+    """
+
+    def __init__(self, goal: float) -> None:
+        self._goal = goal
+
+    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> OpenLoop:
+        """Return the best sequence by energy at a usual speed."""
+        return OpenLoop.at_one_speed(_proposed(_task(env, target, rng))[0], USUAL_SPEED)
+
+    def run(self, calls: Calls, rng: np.random.Generator) -> None:
+        """Race proposals at more and more speeds, then refine the best."""
+        task = _task(calls.env, calls.target, rng)
+        sequences = _proposed(task)
+        standings: list[trials.Standing] = []
+        for count in range(1, len(SPEEDS) + 1):
+            choices = [Choice(each, speed) for speed in SPEEDS[:count] for each in sequences]
+            standings = trials.race(choices, calls)
+            if standings[0].rate >= self._goal:
+                return
+        groups = annealing.stable_groups(calls.target)[1] if task.search == "annealing" else None
+        trials.cross_entropy(
+            calls, 4 * task.scene.n, SPEEDS, rng, calls.budget,
+            goal=self._goal, first=standings[0].choice, groups=groups,
+        )  # fmt: skip
+
+
+def _task(env: FoldEnv[Any], target: str, rng: np.random.Generator) -> Task:
+    """Return the search by energy; it knows no budget, since it calls no physics."""
+    return task_for(
+        target, env.scene, env.scene.feed.direction, "probability",
+        search=None, seed=int(rng.integers(2**31)), speeds=None, budget=1, goal=1.0, runs=0,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _proposed(task: Task) -> list[tuple[str, ...]]:
+    """Return sequences that are good by energy; kept, since one budget after another asks."""
+    return candidates(task, Counter(), lambda done: None)
