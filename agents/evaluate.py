@@ -8,9 +8,7 @@ import typer
 from rich.console import Console
 
 from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
-from agents.evaluation import page, policies, report
-from agents.evaluation.episodes import Outcome, make_env, play_all, players, warm_up
-from agents.evaluation.report import Method, Results, parse_methods
+from agents.evaluation import episodes, page, policies, report
 from agents.settings import EnvSettings, env_settings
 from magfold_env.envs.tasks.draws import evaluation_seeds
 
@@ -21,12 +19,12 @@ SHOWN = 4
 
 
 def evaluate(
-    methods: Sequence[Method],
+    methods: Sequence[report.Method],
     settings: EnvSettings,
     draws: int,
     processes: int = 2,
     built: bool = False,
-) -> Results:
+) -> report.Results:
     """Play every policy on every target with the same draws, none of which training sees.
 
     Parameters
@@ -48,16 +46,16 @@ def evaluate(
         The runs of each method, by its name.
     """
     seeds = evaluation_seeds(draws)
-    episodes = [(target, seed) for target in make_env(settings).targets for seed in seeds]
-    results: dict[str, list[list[Outcome]]] = {}
-    with progress_bar() as bar, players(processes) as pool:
+    wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
+    results: dict[str, list[list[episodes.Outcome]]] = {}
+    with progress_bar() as bar, episodes.players(processes) as pool:
         for method in methods:
-            task = bar.add_task(method.name, total=len(episodes) * len(method.policies), note="")
+            task = bar.add_task(method.name, total=len(wanted) * len(method.policies), note="")
             runs = results[method.name] = []
             played = successes = 0
             for policy in method.policies:
                 runs.append([])
-                for outcome in play_all(policy, settings, episodes, pool, built):
+                for outcome in episodes.play_all(policy, settings, wanted, pool, built):
                     runs[-1].append(outcome)
                     played += 1
                     successes += outcome.success
@@ -67,13 +65,13 @@ def evaluate(
 
 
 def compare(
-    methods: Sequence[Method | Path],
+    methods: Sequence[report.Method | Path],
     settings: EnvSettings,
     draws: int,
     processes: int,
     folder: Path,
     built: bool = False,
-) -> Results:
+) -> report.Results:
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
     Random actions and the energy minimiser's designs are compared with, the latter unless one of
@@ -90,7 +88,10 @@ def compare(
     """
     console = Console()
     folder.mkdir(parents=True, exist_ok=True)
-    given = [each if isinstance(each, Method) else Method.parse(str(each)) for each in methods]
+    given = [
+        each if isinstance(each, report.Method) else report.Method.parse(str(each))
+        for each in methods
+    ]
     every = [*_usual(given, settings, console), *given]
     results = evaluate(every, settings, draws, processes, built)
     summaries = report.summarise(results)
@@ -98,7 +99,7 @@ def compare(
     seeds = evaluation_seeds(draws)
     report.write_results(folder / "results.json", settings, every, seeds, results, summaries)
     pictures = page.draw(folder, results, summaries)
-    moving = make_env(settings).task.fidelity == "dynamics"
+    moving = episodes.make_env(settings).task.fidelity == "dynamics"
     shown = page.replays(results, SHOWN) if moving else {}
     page.write_page(folder / "report.html", settings, draws, summaries, pictures, shown)
     written = [folder / "results.json", folder / "report.html"]
@@ -109,9 +110,11 @@ def compare(
     return results
 
 
-def _usual(given: Sequence[Method], settings: EnvSettings, console: Console) -> list[Method]:
+def _usual(
+    given: Sequence[report.Method], settings: EnvSettings, console: Console
+) -> list[report.Method]:
     """Return what is compared with, unless it is given."""
-    env = make_env(settings)
+    env = episodes.make_env(settings)
     names = [RANDOM]
     missing = [target for target in env.targets if env.baseline_of(target).flagged]
     if missing:
@@ -119,7 +122,7 @@ def _usual(given: Sequence[Method], settings: EnvSettings, console: Console) -> 
     else:
         names.append(report.REFERENCE)
     taken = {method.name for method in given}
-    return [Method(name, (name,)) for name in names if name not in taken]
+    return [report.Method(name, (name,)) for name in names if name not in taken]
 
 
 def main(
@@ -142,11 +145,11 @@ def main(
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
     with reported_errors(ValueError):
         settings = env_settings(config, env or [])
-        methods = parse_methods(agents or [])
+        methods = report.parse_methods(agents or [])
         for method in methods:
             for policy in method.policies:
                 policies.make_policy(policy)
-        warm_up(settings)
+        episodes.warm_up(settings)
         compare(methods, settings, draws, processes, output, built)
 
 

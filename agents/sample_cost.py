@@ -22,9 +22,7 @@ from rich.table import Table
 from agents.baselines.calls import freeze, freeze_unseen
 from agents.baselines.searches import SEARCHES, PolicySearch, search_of
 from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
-from agents.evaluation import episodes, intervals, policies
-from agents.evaluation.policies import Policy, TrainedPolicy
-from agents.evaluation.report import Method, parse_methods
+from agents.evaluation import episodes, intervals, policies, report
 from agents.settings import EnvSettings, env_settings
 from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.draws import evaluation_seeds
@@ -63,7 +61,7 @@ Curves = Mapping[str, Sequence[Sequence[Point]]]
 
 
 def measure(
-    methods: Sequence[Method],
+    methods: Sequence[report.Method],
     settings: EnvSettings,
     budgets: Sequence[int],
     draws: int,
@@ -127,7 +125,7 @@ def _points(
     env = _own_env(settings)
     seeds = evaluation_seeds(draws)
 
-    def share(policy: Policy) -> float:
+    def share(policy: policies.Policy) -> float:
         return float(np.mean([episodes.play(policy, env, target, each).success for each in seeds]))
 
     @cache
@@ -136,8 +134,8 @@ def _points(
 
     def chosen(budget: int) -> policies.Chosen:
         if name not in SEARCHES:
-            policies = (_own_policy(name, sampled=sampled) for sampled in (False, True))
-            return freeze(PolicySearch(*policies), env, target, budget, seed)
+            pair = (_own_policy(name, sampled=sampled) for sampled in (False, True))
+            return freeze(PolicySearch(*pair), env, target, budget, seed)
         search = search_of(name, GOAL)
         if budget == 0:
             return freeze_unseen(search, env, target, seed)
@@ -157,18 +155,18 @@ _own_env = cache(episodes.make_env)
 
 
 @cache
-def _own_policy(path: str, sampled: bool) -> TrainedPolicy:
-    return TrainedPolicy.load(path, sampled)
+def _own_policy(path: str, sampled: bool) -> policies.TrainedPolicy:
+    return policies.TrainedPolicy.load(path, sampled)
 
 
-def training_calls(method: Method, n: int) -> list[int] | None:
+def training_calls(method: report.Method, n: int) -> list[int] | None:
     """Return the physics calls each seed was trained with; None for a search.
 
     One call is a whole chain, `n` steps where components are chosen one by one.
     """
     if method.policies[0] in SEARCHES:
         return None
-    return [TrainedPolicy.load(path).training_steps // n for path in method.policies]
+    return [policies.TrainedPolicy.load(path).training_steps // n for path in method.policies]
 
 
 def table(found: Mapping[str, Sequence[intervals.Estimate]], budgets: Sequence[int]) -> Table:
@@ -229,10 +227,10 @@ def main(
     """Measure what physics calls at test time buy each method."""
     with reported_errors(ValueError):
         settings, budgets = env_settings(config, env or []), _budgets(calls)
-        every = parse_methods(methods)
+        every = report.parse_methods(methods)
         for policy in (policy for method in every for policy in method.policies):
             if policy not in SEARCHES:
-                TrainedPolicy.load(policy)
+                policies.TrainedPolicy.load(policy)
         episodes.warm_up(settings)
         curves = measure(every, settings, budgets, draws, seed, processes)
     found = success(curves, budgets)

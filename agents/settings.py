@@ -15,8 +15,7 @@ from magfold_env.envs.tasks.options import Fidelity
 from magfold_env.envs.tasks.randomisation import Randomisation
 from magfold_env.envs.tasks.reward import RewardKind, Shaping
 from magfold_env.files import configs_dir, write_text
-from magfold_env.scene import Problem, SceneError
-from magfold_env.scene.errors import problems_of
+from magfold_env.scene import Problem, SceneError, errors
 
 MAX_TRAINING_SEED = 2**31 - 1
 """Training seeds are small numbers given by hand, up to this one; those of other purposes are in
@@ -123,11 +122,16 @@ class EnvSettings(EnvOptions, frozen=True):
     id: EnvId = TUBE_FEED
     """Its name with Gymnasium."""
 
-    def options(self) -> dict[str, Any]:
-        """Return the keyword arguments that the environment is made with."""
+    def options(self, gamma: float | None = None) -> dict[str, Any]:
+        """Return the keyword arguments that the environment is made with.
+
+        The discount `gamma` is that of its shaping, which the goal environment does not have.
+        """
         given = self.model_dump(exclude={"id"}, exclude_none=True)
         if given.pop("baseline", True) is False:
             given["baseline"] = None
+        if gamma is not None and self.id != GOAL_ENV:
+            given["gamma"] = gamma
         return given
 
     def changed(self, options: EnvOptions) -> Self:
@@ -443,7 +447,7 @@ def _checked(content: dict[str, Any], source: str) -> TrainSettings:
     try:
         return TrainSettings.model_validate(content)
     except pydantic.ValidationError as error:
-        lines = [f"{source}: {problem}" for problem in problems_of(error, TrainSettings)]
+        lines = [f"{source}: {problem}" for problem in errors.problems_of(error, TrainSettings)]
         raise SettingsError("\n".join(lines)) from None
 
 

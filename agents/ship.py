@@ -18,7 +18,7 @@ from agents.commands import reported_errors
 from agents.evaluation.shipped import Card, CardError, CardResult, Training, policies_dir
 from agents.settings import EnvSettings
 from agents.training.folder import RunInfo, file_digest
-from agents.training.learners import load_model, save_policy
+from agents.training.models import load_model, save_policy
 
 app = typer.Typer(help=__doc__, rich_markup_mode=None, no_args_is_help=True)
 """The command."""

@@ -11,10 +11,8 @@ from typing import Any, NamedTuple, Protocol
 from zlib import crc32
 
 import numpy as np
-from numpy.typing import NDArray
 
-from agents.evaluation import episodes, policies
-from agents.evaluation.policies import Chosen, FrozenPolicy, OpenLoop
+from agents.evaluation import episodes, intervals, policies
 from magfold_env.designer import Choice
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.tasks.draws import episode_seeds
@@ -30,7 +28,7 @@ class SpentError(Exception):
 class Tally(NamedTuple):
     """What is known of a choice."""
 
-    choice: OpenLoop
+    choice: policies.OpenLoop
     scores: tuple[float, ...]
     """Of the calls made for it: 1 is a success, a miss is worth half at most."""
 
@@ -68,9 +66,9 @@ class Calls:
         self.count = 0
         self._stream = f"search {seed}"
         self._seeds: list[int] = []
-        self._scores: dict[OpenLoop, list[float]] = {}
+        self._scores: dict[policies.OpenLoop, list[float]] = {}
 
-    def scores(self, choices: Sequence[Choice | OpenLoop], draws: int) -> NDArray[np.float64]:
+    def scores(self, choices: Sequence[Choice | policies.OpenLoop], draws: int) -> intervals.Floats:
         """Return the scores of the first calls of choices, shape (choices, draws).
 
         The first call of every choice is made before the second of any, so that a small budget
@@ -88,7 +86,7 @@ class Calls:
                     self.again(choice)
         return np.array([self._scores[choice][:draws] for choice in played])
 
-    def again(self, choice: OpenLoop) -> None:
+    def again(self, choice: policies.OpenLoop) -> None:
         """Make one call more for a choice.
 
         Raises
@@ -97,7 +95,7 @@ class Calls:
             If the budget is spent.
         """
         scores = self._scores.setdefault(choice, [])
-        scores.append(self._play(FrozenPolicy({self.target: choice}), len(scores)).score)
+        scores.append(self._play(policies.FrozenPolicy({self.target: choice}), len(scores)).score)
 
     def watch(self, policy: policies.Policy, rng: np.random.Generator) -> bool:
         """Let a policy play under the first draws, and note what it chose; return if it succeeded.
@@ -119,10 +117,10 @@ class Calls:
         known = [Tally(choice, tuple(scores)) for choice, scores in self._scores.items()]
         return sorted((each for each in known if each.scores), key=lambda each: -each.expected)
 
-    def _as_played(self, choice: Choice | OpenLoop) -> OpenLoop:
+    def _as_played(self, choice: Choice | policies.OpenLoop) -> policies.OpenLoop:
         if isinstance(choice, Choice):
             assert choice.speed is not None  # a tube feeds in every environment
-            choice = OpenLoop.at_one_speed(choice.sequence, choice.speed)
+            choice = policies.OpenLoop.at_one_speed(choice.sequence, choice.speed)
         return choice.as_played(self.env)
 
     def _play(
@@ -147,12 +145,14 @@ class Tries(Protocol):
 class Search(Tries, Protocol):
     """The same, with a choice that needs no trial."""
 
-    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> OpenLoop:
+    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return what is chosen without a single physics call."""
         ...
 
 
-def freeze(search: Tries, env: FoldEnv[Any], target: str, budget: int, seed: int) -> Chosen:
+def freeze(
+    search: Tries, env: FoldEnv[Any], target: str, budget: int, seed: int
+) -> policies.Chosen:
     """Return what a search chooses for a target within a budget of physics calls.
 
     Of the choices that were tried it is the one with the best record (`Tally.expected`).
@@ -174,13 +174,13 @@ def freeze(search: Tries, env: FoldEnv[Any], target: str, budget: int, seed: int
     with suppress(SpentError):
         search.run(calls, _generator(target, seed))
     best = calls.tallies()[0]
-    return Chosen(*best.choice, calls.count, best.successes, len(best.scores))
+    return policies.Chosen(*best.choice, calls.count, best.successes, len(best.scores))
 
 
-def freeze_unseen(search: Search, env: FoldEnv[Any], target: str, seed: int) -> Chosen:
+def freeze_unseen(search: Search, env: FoldEnv[Any], target: str, seed: int) -> policies.Chosen:
     """Return what a search chooses for a target without a physics call."""
     first = search.first(env, target, _generator(target, seed)).as_played(env)
-    return Chosen(*first, calls=0, successes=0, releases=0)
+    return policies.Chosen(*first, calls=0, successes=0, releases=0)
 
 
 def _generator(target: str, seed: int) -> np.random.Generator:
@@ -193,9 +193,9 @@ def speeds_to_try(env: FoldEnv[Any]) -> list[float]:
     return sorted(env.actions.speeds.tolist(), key=lambda v: abs(np.log(v / USUAL_SPEED)))
 
 
-def random_choice(env: FoldEnv[Any], rng: np.random.Generator) -> OpenLoop:
+def random_choice(env: FoldEnv[Any], rng: np.random.Generator) -> policies.OpenLoop:
     """Return a choice of which every one is equally likely."""
     n = env.scene.n
     poles = rng.choice(["N", "S"], (n, 4))
     speeds = rng.choice(env.actions.speeds, n)
-    return OpenLoop(tuple("".join(faces) for faces in poles), tuple(speeds.tolist()))
+    return policies.OpenLoop(tuple("".join(faces) for faces in poles), tuple(speeds.tolist()))

@@ -11,13 +11,12 @@ from zlib import crc32
 
 import numpy as np
 
+import magfold_env as mf
 from agents.evaluation import policies
 from agents.settings import EnvSettings
 from agents.training.envs import make_env as make_gym_env
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.tasks.goals import goal_of
-from magfold_env.scene import Scene
-from magfold_env.simulation.simulate import simulate
 
 Result = TypeVar("Result")
 
@@ -57,7 +56,7 @@ class Outcome:
     reward: float
     joints: tuple[float, ...] = ()
     choice: policies.OpenLoop | None = None
-    scene: Scene | None = None
+    scene: mf.Scene | None = None
     built: bool | None = None
 
 
@@ -204,13 +203,13 @@ def _choice(env: FoldEnv[Any], actions: Sequence[Any]) -> policies.OpenLoop:
     )
 
 
-def _folds_built(env: FoldEnv[Any], scene: Scene | None, target: str) -> bool | None:
+def _folds_built(env: FoldEnv[Any], scene: mf.Scene | None, target: str) -> bool | None:
     """Return whether the chain of an episode folds as wanted when it is built beforehand."""
     if env.task.fidelity != "dynamics":
         return None
     if scene is None:
         return False
-    fold = simulate(scene.replace(feed={"loading": "preloaded"}))
+    fold = mf.simulate(scene.replace(feed={"loading": "preloaded"}))
     return goal_of(target, env.task.match).is_reached(fold.status, fold.joint_angles)
 
 

@@ -16,11 +16,10 @@ import torch
 from pydantic import TypeAdapter, ValidationError
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from agents.training.learners import load_model
+from agents.training.models import load_model
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.files import write_text
-from magfold_env.scene import Problem
-from magfold_env.scene.errors import dotted
+from magfold_env.scene import Problem, errors
 
 FORMAT = "magfold_env choices 1"
 
@@ -328,7 +327,7 @@ def _chosen_in(content: Mapping[str, Any], path: Path) -> dict[str, Chosen]:
         return _CHOICES.validate_python(content.get("choices"))
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
-        key = dotted(("choices", *wrong["loc"]))
+        key = errors.dotted(("choices", *wrong["loc"]))
         raise ValueError(f"{path}: {Problem(key, wrong['input'], wrong['msg'])}") from None
 
 

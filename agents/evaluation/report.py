@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
@@ -110,7 +109,7 @@ def targets_of(results: Results) -> list[str]:
     return list(dict.fromkeys(outcome.target for outcome in runs[0]))
 
 
-def by_target(runs: Runs, values: str = "success") -> NDArray[np.float64]:
+def by_target(runs: Runs, values: str = "success") -> intervals.Floats:
     """Return the mean of an attribute of the outcomes, shape (runs, targets)."""
     words = list(dict.fromkeys(outcome.target for outcome in runs[0]))
     table = np.zeros((len(runs), len(words)))

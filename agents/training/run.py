@@ -16,9 +16,8 @@ from agents.commands import progress_bar
 from agents.evaluation.episodes import warm_up
 from agents.settings import EnvSettings, Phase, TrainSettings
 from agents.training import folder as run_folder
-from agents.training import state as run_state
+from agents.training import models
 from agents.training.envs import make_env, make_training_envs
-from agents.training.learners import enter, make_model, save_policy
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.files import replacing
 
@@ -49,7 +48,7 @@ def train(
         The run.
     path : Path
         Folder of everything that the run writes; see `TrainingRun`.
-    resume : run_folder.Resume
+    resume : Resume
         What to do with an earlier run in the folder.
     wandb : bool
         Whether to log to Weights & Biases too.
@@ -77,7 +76,7 @@ def train(
     if status is run_folder.RunStatus.FINISHED:
         return folder.policy
     parts = (
-        run_state.read_archive(folder.state, folder.key)
+        models.read_archive(folder.state, folder.key)
         if status is run_folder.RunStatus.BROKEN_OFF
         else None
     )
@@ -195,7 +194,7 @@ class BoundaryCallback(callbacks.BaseCallback):
 
     def __init__(
         self,
-        state: run_state.Progress,
+        state: models.Progress,
         validate_every: int,
         save_every: int,
         validate: Callable[[], None],
@@ -223,9 +222,9 @@ class BoundaryCallback(callbacks.BaseCallback):
     def visit(self) -> None:
         """Do what is due between two rollouts."""
         state, steps = self._state, self.model.num_timesteps
-        if run_state.due(steps, state.validated_at, self._every[0]):
+        if models.due(steps, state.validated_at, self._every[0]):
             self._validate()
-        if run_state.due(steps, state.saved_at, self._every[1]):
+        if models.due(steps, state.saved_at, self._every[1]):
             state.saved_at = steps
             self._save()
 
@@ -251,7 +250,7 @@ class TrainingRun:
 
     Parameters
     ----------
-    folder : run_folder.RunFolder
+    folder : RunFolder
         Where, and the settings.
     parts : dict, optional
         The state to go on from.
@@ -275,10 +274,10 @@ class TrainingRun:
         self._model: base_class.BaseAlgorithm | None = None
         self._parts = parts
         self._watch = watch
-        self._progress = run_state.Progress()
+        self._progress = models.Progress()
         info = run_folder.RunInfo.begin(settings.name, settings.learner.algorithm, settings.seed)
         if parts is not None:
-            state = run_state.unpack_rest(parts)
+            state = models.unpack_rest(parts)
             self._progress = state.progress
             info = run_folder.RunInfo.read(folder.path) or info
             info.resumed_at.append(self._progress.saved_at)
@@ -294,7 +293,7 @@ class TrainingRun:
         try:
             self._learn_all()
             if self._model is not None:
-                save_policy(self._model, self._folder.policy)
+                models.save_policy(self._model, self._folder.policy)
             self._info.finished = True
         finally:
             self._note()
@@ -363,18 +362,16 @@ class TrainingRun:
         """Return the model, made, taken up or brought along, with its environments."""
         settings = self._settings
         if self._model is not None:
-            enter(self._model, envs)
+            models.enter(self._model, envs)
         elif self._parts is not None:
-            state = run_state.unpack_rest(self._parts)
+            state = models.unpack_rest(self._parts)
             algorithm = settings.learner.algorithm
-            self._model = run_state.unpack_model(
-                self._parts, state, algorithm, envs, settings.device
-            )
+            self._model = models.unpack_model(self._parts, state, algorithm, envs, settings.device)
             self._model.set_logger(self._logger)
-            run_state.set_records(self._logger, state)
+            models.set_records(self._logger, state)
             self._parts = None
         else:
-            self._model = make_model(settings.learner, envs, settings.seed, settings.device)
+            self._model = models.make_model(settings.learner, envs, settings.seed, settings.device)
             self._model.set_logger(self._logger)
         return self._model
 
@@ -393,19 +390,17 @@ class TrainingRun:
         log_validation(model, result)
         self._progress.validated_at = model.num_timesteps
         if self._progress.note(result, phase.stop):
-            save_policy(model, self._folder.best)
+            models.save_policy(model, self._folder.best)
         if self._watch is not None and self._progress.phase == len(self._settings.phases) - 1:
             self._watch(self._progress.validations, result)
 
     def _save(self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor) -> None:
         """Write a checkpoint to go on from, and the policy as it is."""
-        parts = run_state.pack(
-            model, envs, self._progress, run_folder.event_sizes(self._folder.path)
-        )
-        run_state.write_archive(self._folder.state, self._key, parts)
+        parts = models.pack(model, envs, self._progress, run_folder.event_sizes(self._folder.path))
+        models.write_archive(self._folder.state, self._key, parts)
         policy = self._folder.checkpoints / f"policy-{model.num_timesteps:09d}.zip"
         with replacing(policy) as temporary:
-            temporary.write_bytes(parts[run_state.MODEL])
+            temporary.write_bytes(parts[models.MODEL])
         self._note()
 
     def _note(self) -> None:

@@ -10,12 +10,7 @@ import numba
 import ray
 from optuna.samplers import TPESampler
 from ray import tune
-from ray.tune.schedulers import (
-    AsyncHyperBandScheduler,
-    FIFOScheduler,
-    MedianStoppingRule,
-    TrialScheduler,
-)
+from ray.tune import schedulers
 from ray.tune.search.optuna import OptunaSearch
 
 from agents.settings import SettingsError
@@ -115,25 +110,25 @@ def _tuner(search: Search, output: Path, cpus: int) -> tune.Tuner:
     )
 
 
-def _scheduler(search: Search) -> TrialScheduler:
+def _scheduler(search: Search) -> schedulers.TrialScheduler:
     """Return what breaks trials off: Ray's likes of Optuna's pruners."""
     settings = search.settings
     if settings.pruner == "median":
-        return MedianStoppingRule(
+        return schedulers.MedianStoppingRule(
             time_attr=VALIDATION,
             grace_period=settings.least_validations,
             min_samples_required=settings.startup_trials,
             min_time_slice=float("inf"),  # until there are as many, trials do not take turns
         )
     if settings.pruner == "hyperband":
-        return AsyncHyperBandScheduler(
+        return schedulers.AsyncHyperBandScheduler(
             time_attr=VALIDATION,
             grace_period=settings.least_validations,
             max_t=search.validations,
             reduction_factor=3,
             stop_last_trials=False,
         )
-    return FIFOScheduler()
+    return schedulers.FIFOScheduler()
 
 
 def _train(config: dict[str, Drawn], search: Search, output: Path, cpus: int) -> None:

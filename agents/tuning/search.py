@@ -13,11 +13,9 @@ from rich.console import Console
 from rich.table import Table
 
 from agents import settings as train_settings
-from agents.settings import Count, Group, SettingsError, TrainSettings
 from agents.training import envs, run
 from agents.training.folder import RunInfo
-from magfold_env.scene import Problem, SceneError
-from magfold_env.scene.errors import problems_of
+from magfold_env.scene import Problem, SceneError, errors
 
 Drawn = float | int | str
 """A value as Optuna keeps it: a number, or a choice written as JSON."""
@@ -26,7 +24,7 @@ NOTHING = {"success_rate": 0.0, "score": 0.0}
 """What a run is worth whose numbers break down."""
 
 
-class Interval(Group, frozen=True):
+class Interval(train_settings.Group, frozen=True):
     """Numbers between two; whole ones if both ends are written as whole numbers."""
 
     low: int | float
@@ -54,7 +52,7 @@ class Interval(Group, frozen=True):
         return self
 
 
-class Choices(Group, frozen=True):
+class Choices(train_settings.Group, frozen=True):
     """One of some values of any kind."""
 
     choices: Annotated[tuple[Any, ...], Field(min_length=2)]
@@ -89,7 +87,7 @@ Domain = Annotated[
 Objective = Literal["score", "success_rate"]
 
 
-class TuneSettings(Group, frozen=True):
+class TuneSettings(train_settings.Group, frozen=True):
     """A search."""
 
     name: Annotated[str, Field(pattern=r"^[\w.-]+$")]
@@ -102,14 +100,14 @@ class TuneSettings(Group, frozen=True):
     """What is drawn for each trial, by dotted key."""
     objective: Objective = "score"
     """Which result of a trial's last validation shall be high."""
-    trials: Count = 50
+    trials: train_settings.Count = 50
     """Number of trials in all, those of earlier calls and of other processes included."""
     pruner: Literal["median", "hyperband", "none"] = "median"
     """What breaks off trials that do worse than others did after as many validations: those below
     the median of all, or all but the best third at each of a few stages."""
-    startup_trials: Count = 10
+    startup_trials: train_settings.Count = 10
     """Trials that are drawn evenly, before what was found guides the draws and the median."""
-    least_validations: Count = 2
+    least_validations: train_settings.Count = 2
     """Validations that every trial is given."""
 
 
@@ -126,7 +124,7 @@ class Search:
     """
 
     settings: TuneSettings
-    base: TrainSettings
+    base: train_settings.TrainSettings
 
     @property
     def key(self) -> dict[str, Any]:
@@ -139,7 +137,7 @@ class Search:
         """Number of validations of a trial that is not broken off."""
         return max(self.base.timesteps // self.base.validate_every, 1)
 
-    def run_settings(self, drawn: Mapping[str, Drawn], trial: str) -> TrainSettings:
+    def run_settings(self, drawn: Mapping[str, Drawn], trial: str) -> train_settings.TrainSettings:
         """Return the training settings of a trial, from what was drawn for it and its name."""
         space = self.settings.space
         values = {key: space[key].read(value) for key, value in drawn.items()}
@@ -173,8 +171,8 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
     try:
         settings = TuneSettings.model_validate(content)
     except pydantic.ValidationError as error:
-        lines = [f"{file}: {problem}" for problem in problems_of(error, TuneSettings)]
-        raise SettingsError("\n".join(lines)) from None
+        lines = [f"{file}: {problem}" for problem in errors.problems_of(error, TuneSettings)]
+        raise train_settings.SettingsError("\n".join(lines)) from None
     with _named_source(file, "settings"):
         given = settings.settings | dict(map(train_settings.parse_assignment, assignments))
         base = train_settings.changed_settings(train_settings.load_settings(settings.config), given)
@@ -187,7 +185,7 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
     if settings.least_validations > search.validations:
         allowed = f"must be at most {search.validations}, the validations of a trial"
         problem = Problem("least_validations", settings.least_validations, allowed)
-        raise SettingsError(f"{file}: {problem}")
+        raise train_settings.SettingsError(f"{file}: {problem}")
     return search
 
 
@@ -196,8 +194,8 @@ def _named_source(file: Path, group: str) -> Generator[None]:
     """Name the file and the group of settings that wrong training settings come from."""
     try:
         yield
-    except SettingsError as error:
-        raise SettingsError(f"{file}: {group}: {error}") from None
+    except train_settings.SettingsError as error:
+        raise train_settings.SettingsError(f"{file}: {group}: {error}") from None
 
 
 class Trial(NamedTuple):
@@ -208,7 +206,9 @@ class Trial(NamedTuple):
     drawn: dict[str, Drawn]
 
 
-def run_trial(settings: TrainSettings, folder: Path, watch: run.Watch) -> dict[str, float]:
+def run_trial(
+    settings: train_settings.TrainSettings, folder: Path, watch: run.Watch
+) -> dict[str, float]:
     """Train in `folder`, or go on there; return the result of the last validation."""
     try:
         run.train(settings, folder, watch=watch)

@@ -3,8 +3,8 @@
 from magfold_env.designer.evidence import Evidence
 from magfold_env.designer.exhaustive import GapDesign, gap_designs
 from magfold_env.designer.result import Design, Objective, Search
-from magfold_env.designer.search import design
-from magfold_env.designer.task import SPEEDS, Choice, default_scene
+from magfold_env.designer.search import candidates, design
+from magfold_env.designer.task import SPEEDS, Choice, Task, default_scene, task_for
 
 __all__ = [
     "SPEEDS",
@@ -14,7 +14,10 @@ __all__ = [
     "GapDesign",
     "Objective",
     "Search",
+    "Task",
+    "candidates",
     "default_scene",
     "design",
     "gap_designs",
+    "task_for",
 ]

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from agents.baselines.calls import Calls, SpentError, Tally, freeze, freeze_unseen, random_choice
-from agents.baselines.designs import energy_design
-from agents.baselines.searches import SEARCHES, PolicySearch, search_of
+from agents.baselines.searches import SEARCHES, PolicySearch, energy_design, search_of
 from agents.evaluation.episodes import play
 from agents.evaluation.policies import FrozenPolicy, OpenLoop, RandomPolicy
 from magfold_env.designer import gap_designs

@@ -10,9 +10,8 @@ from agents.learning_rate import LearningRate
 from agents.settings import EnvSettings, StopSettings, TrainSettings, load_settings
 from agents.training.envs import check_envs, make_env, make_training_envs
 from agents.training.folder import RunInfo
-from agents.training.learners import load_model, make_model
+from agents.training.models import Progress, due, load_model, make_model
 from agents.training.run import Validation, train
-from agents.training.state import Progress, due
 from magfold_env.files import configs_dir
 from tests.agents.training import LEARNERS, records, tiny, weights
 

@@ -15,7 +15,7 @@ from typing import Any
 
 # What reads files. Kernels are not among it: numba does not compile what is instrumented.
 READING = [
-    "agents.training.state",
+    "agents.training.models",
     "agents.evaluation.policies",
     "agents.evaluation.policies",
     "agents.settings",

@@ -25,7 +25,7 @@ from agents.evaluation.policies import (
     read_key,
 )
 from agents.settings import load_settings
-from agents.training.state import read_archive, write_archive
+from agents.training.models import read_archive, write_archive
 from magfold_env.designer.evidence import Evidence
 from magfold_env.designer.result import Design
 from magfold_env.designer.suites import load_suite
