@@ -7,23 +7,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from agents.command_errors import errors_told
-from agents.evaluation.episodes import Outcome, make_env, play_all, players, warm_up
-from agents.evaluation.gif import save_folds
-from agents.evaluation.methods import Method, Results, parse_methods
-from agents.evaluation.page import write_page
-from agents.evaluation.plots import draw
-from agents.evaluation.policies import make_policy
-from agents.evaluation.replays import replays
-from agents.evaluation.report import (
-    REFERENCE,
-    overall_table,
-    summarise,
-    targets_table,
-    write_results,
-)
-from agents.settings.run import EnvSettings, load_settings
-from agents.training.callbacks import progress_bar
+from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
+from agents.evaluation import episodes, page, policies, report
+from agents.settings import EnvSettings, env_settings
 from magfold_env.envs.tasks.draws import evaluation_seeds
 
 RANDOM = "random"
@@ -33,12 +19,12 @@ SHOWN = 4
 
 
 def evaluate(
-    methods: Sequence[Method],
+    methods: Sequence[report.Method],
     settings: EnvSettings,
     draws: int,
     processes: int = 2,
     built: bool = False,
-) -> Results:
+) -> report.Results:
     """Play every policy on every target with the same draws, none of which training sees.
 
     Parameters
@@ -60,16 +46,16 @@ def evaluate(
         The runs of each method, by its name.
     """
     seeds = evaluation_seeds(draws)
-    episodes = [(target, seed) for target in make_env(settings).targets for seed in seeds]
-    results: dict[str, list[list[Outcome]]] = {}
-    with progress_bar() as bar, players(processes) as pool:
+    wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
+    results: dict[str, list[list[episodes.Outcome]]] = {}
+    with progress_bar() as bar, episodes.players(processes) as pool:
         for method in methods:
-            task = bar.add_task(method.name, total=len(episodes) * len(method.policies), note="")
+            task = bar.add_task(method.name, total=len(wanted) * len(method.policies), note="")
             runs = results[method.name] = []
             played = successes = 0
             for policy in method.policies:
                 runs.append([])
-                for outcome in play_all(policy, settings, episodes, pool, built):
+                for outcome in episodes.play_all(policy, settings, wanted, pool, built):
                     runs[-1].append(outcome)
                     played += 1
                     successes += outcome.success
@@ -79,13 +65,13 @@ def evaluate(
 
 
 def compare(
-    methods: Sequence[Method | Path],
+    methods: Sequence[report.Method | Path],
     settings: EnvSettings,
     draws: int,
     processes: int,
     folder: Path,
     built: bool = False,
-) -> Results:
+) -> report.Results:
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
     Random actions and the energy minimiser's designs are compared with, the latter unless one of
@@ -102,55 +88,41 @@ def compare(
     """
     console = Console()
     folder.mkdir(parents=True, exist_ok=True)
-    given = [each if isinstance(each, Method) else Method.parse(str(each)) for each in methods]
+    given = [
+        each if isinstance(each, report.Method) else report.Method.parse(str(each))
+        for each in methods
+    ]
     every = [*_usual(given, settings, console), *given]
     results = evaluate(every, settings, draws, processes, built)
-    summaries = summarise(results)
-    console.print(targets_table(summaries), overall_table(summaries))
+    summaries = report.summarise(results)
+    console.print(report.targets_table(summaries), report.overall_table(summaries))
     seeds = evaluation_seeds(draws)
-    write_results(folder / "results.json", settings, every, seeds, results, summaries)
-    pictures = draw(folder, results, summaries)
-    moving = make_env(settings).task.fidelity == "dynamics"
-    shown = replays(results, SHOWN) if moving else {}
-    write_page(folder / "report.html", settings, draws, summaries, pictures, shown)
+    report.write_results(folder / "results.json", settings, every, seeds, results, summaries)
+    pictures = page.draw(folder, results, summaries)
+    moving = episodes.make_env(settings).task.fidelity == "dynamics"
+    shown = page.replays(results, SHOWN) if moving else {}
+    page.write_page(folder / "report.html", settings, draws, summaries, pictures, shown)
     written = [folder / "results.json", folder / "report.html"]
     if moving:
         written.append(folder / "folds.gif")
-        save_folds(written[-1], results[every[-1].name][0])
+        page.save_folds(written[-1], results[every[-1].name][0])
     console.print(f"written: {', '.join(map(str, written))}")
     return results
 
 
-def _usual(given: Sequence[Method], settings: EnvSettings, console: Console) -> list[Method]:
+def _usual(
+    given: Sequence[report.Method], settings: EnvSettings, console: Console
+) -> list[report.Method]:
     """Return what is compared with, unless it is given."""
-    env = make_env(settings)
+    env = episodes.make_env(settings)
     names = [RANDOM]
     missing = [target for target in env.targets if env.baseline_of(target).flagged]
     if missing:
         console.print(f"the minimiser has no design for {', '.join(missing)} and is left out")
     else:
-        names.append(REFERENCE)
+        names.append(report.REFERENCE)
     taken = {method.name for method in given}
-    return [Method(name, (name,)) for name in names if name not in taken]
-
-
-def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
-    """Return the environment of training settings with changes, each ``KEY=VALUE`` in YAML.
-
-    Rewards are its own, whatever the training's were: they say what a policy adds to the minimiser.
-
-    Raises
-    ------
-    ValueError
-        If there are no such settings, a change is not allowed, or magnets are not chosen there.
-    """
-    own = ["reward=null", "shaping=null"]
-    settings = load_settings(config, [f"env.{change}" for change in own + list(changes)]).env
-    if settings.id == FEED_CONTROL:
-        raise ValueError(
-            f"env.id: {settings.id!r} is not allowed; must be one in which magnets are chosen"
-        )
-    return settings
+    return [report.Method(name, (name,)) for name in names if name not in taken]
 
 
 def main(
@@ -161,13 +133,8 @@ def main(
             "NAME=PATH,PATH,... for the seeds of one method."
         ),
     ] = None,
-    config: Annotated[
-        str, typer.Option(help="Training settings that give the environment.")
-    ] = "ppo-tube-feed",
-    env: Annotated[
-        list[str] | None,
-        typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
-    ] = None,
+    config: EnvConfig = "ppo-tube-feed",
+    env: EnvChanges = None,
     draws: Annotated[int, typer.Option(min=1, help="Episodes per target.")] = 20,
     processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
     built: Annotated[
@@ -176,13 +143,13 @@ def main(
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
 ) -> None:
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
-    with errors_told(ValueError):
+    with reported_errors(ValueError):
         settings = env_settings(config, env or [])
-        methods = parse_methods(agents or [])
+        methods = report.parse_methods(agents or [])
         for method in methods:
             for policy in method.policies:
-                make_policy(policy)
-        warm_up(settings)
+                policies.make_policy(policy)
+        episodes.warm_up(settings)
         compare(methods, settings, draws, processes, output, built)
 
 

@@ -13,17 +13,14 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich import box, console
 from rich.table import Table
 
-from agents.command_errors import errors_told
-from agents.evaluate import env_settings, evaluate
-from agents.evaluation.intervals import Estimate, difference, estimate, percent
-from agents.evaluation.methods import Method, by_target
-from agents.evaluation.provenance import file_digest, provenance
-from agents.settings.run import EnvSettings, TrainSettings, load_settings
-from agents.training.folder import Resume
+from agents.commands import reported_errors
+from agents.evaluate import evaluate
+from agents.evaluation import intervals, report
+from agents.settings import EnvSettings, TrainSettings, env_settings, load_settings
+from agents.training.folder import Resume, file_digest, provenance
 from agents.training.run import train
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import write_text
@@ -76,8 +73,8 @@ def play(
 ) -> dict[str, float]:
     """Return the rate of success of a policy on each of some words."""
     env = env.model_copy(update={"targets": tuple(words)})
-    runs = evaluate([Method("policy", (policy,))], env, draws, processes)["policy"]
-    return dict(zip(words, by_target(runs)[0].tolist(), strict=True))
+    runs = evaluate([report.Method("policy", (policy,))], env, draws, processes)["policy"]
+    return dict(zip(words, report.by_target(runs)[0].tolist(), strict=True))
 
 
 def measure(
@@ -130,7 +127,9 @@ def measure(
     return found
 
 
-def summary(found: Sequence[Fold], other: dict[str, float] | None = None) -> dict[str, Estimate]:
+def summary(
+    found: Sequence[Fold], other: dict[str, float] | None = None
+) -> dict[str, intervals.Estimate]:
     """Return what the folds come to; intervals are from the bootstrap over words.
 
     Each word was held out once and seen by the policies of all other folds, whose mean is taken.
@@ -140,26 +139,26 @@ def summary(found: Sequence[Fold], other: dict[str, float] | None = None) -> dic
     often = [[fold.seen[word] for fold in found if word in fold.seen] for word in words]
     seen = np.array([[sum(rates) / len(rates) for rates in often]])
     rows = {
-        "held out": estimate(held, words),
-        "seen": estimate(seen, words),
-        "lost": difference(seen, held, words),
+        "held out": intervals.estimate(held, words),
+        "seen": intervals.estimate(seen, words),
+        "lost": intervals.difference(seen, held, words),
     }
     if other is not None:
         beside = np.array([[other[word] for word in words]])
-        rows["other"] = estimate(beside, words)
-        rows["ahead of it, held out"] = difference(held, beside, words)
+        rows["other"] = intervals.estimate(beside, words)
+        rows["ahead of it, held out"] = intervals.difference(held, beside, words)
     return rows
 
 
-def show(rows: dict[str, Estimate], folds: int) -> Table:
+def show(rows: dict[str, intervals.Estimate], folds: int) -> Table:
     """Return the table of a summary."""
-    table = Table(title=f"Words held out, {folds} folds", box=SIMPLE_HEAD)
+    table = Table(title=f"Words held out, {folds} folds", box=box.SIMPLE_HEAD)
     table.add_column("")
     table.add_column("success (95 %)", justify="right")
     for name, each in rows.items():
         text = str(each)
         if name in ("lost", "ahead of it, held out"):
-            value, low, high = (percent(float(part), "+") for part in each)
+            value, low, high = (intervals.percent(float(part), "+") for part in each)
             text = f"{value} points ({low}…{high})"
         table.add_row(name, text)
     return table
@@ -190,7 +189,7 @@ def main(
 ) -> None:
     """Train on all fully folded words but some, and play these."""
     folder = output or Path("runs") / f"generalise-{components}"
-    with errors_told(ValueError, SceneError):
+    with reported_errors(ValueError, SceneError):
         dealt = deal(list(folded_words(components)), folds)
         settings = [
             settings_of(config, assignments or (), components, held, fold)
@@ -204,7 +203,7 @@ def main(
             words = [word for held in dealt for word in held]
             other = play(against, places, words, draws, processes)
     rows = summary(found, other)
-    Console().print(show(rows, folds))
+    console.Console().print(show(rows, folds))
     content = {
         "format": FORMAT,
         "env": places.model_dump(mode="json"),
@@ -215,7 +214,7 @@ def main(
         "other": other,
     }
     write_text(folder / "generalise.json", json.dumps(content, indent=1) + "\n")
-    Console().print(f"written: {folder / 'generalise.json'}")
+    console.Console().print(f"written: {folder / 'generalise.json'}")
 
 
 if __name__ == "__main__":

@@ -6,10 +6,9 @@ from typing import Annotated
 import joblib
 import typer
 
-from agents.evaluate import compare, env_settings
-from agents.settings.run import load_settings
-from agents.training.folder import Resume
-from agents.training.run import train
+from agents.evaluate import compare
+from agents.settings import env_settings, load_settings
+from agents.training import folder, run
 
 CONFIG = "ppo-quickstart"
 """Settings of the training."""
@@ -22,7 +21,7 @@ def main(
 ) -> None:
     """Train a policy briefly and compare it with random actions and the energy minimiser."""
     settings = load_settings(CONFIG, minutes=minutes)
-    policy = train(settings, output, Resume.NEVER)
+    policy = run.train(settings, output, folder.Resume.NEVER)
     compare([policy], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
 
 

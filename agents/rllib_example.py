@@ -14,8 +14,7 @@ from ray.tune.registry import register_env
 from rich.console import Console
 
 import magfold_env  # noqa: F401 (registers the environments, in every process of a cluster)
-from agents.settings.learner import PPOSettings
-from agents.settings.run import SettingsError, TrainSettings, load_settings
+from agents.settings import PPOSettings, SettingsError, TrainSettings, load_settings
 
 
 def make_env(options: dict[str, Any]) -> gymnasium.Env[Any, Any]:

@@ -19,20 +19,12 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from agents.baselines.by_policy import PolicySearch
-from agents.baselines.search import freeze, freeze_unseen
-from agents.baselines.searches import SEARCHES, search_of
-from agents.baselines.store import Chosen
-from agents.command_errors import errors_told
-from agents.evaluate import env_settings
-from agents.evaluation.episodes import make_env, play, players, warm_up
-from agents.evaluation.intervals import Estimate, estimate
-from agents.evaluation.methods import Method, parse_methods
-from agents.evaluation.open_loop import FrozenPolicy, OpenLoop
-from agents.evaluation.policies import Policy, TrainedPolicy
-from agents.evaluation.provenance import file_digest, provenance
-from agents.settings.run import EnvSettings
-from agents.training.callbacks import progress_bar
+from agents.baselines.calls import freeze, freeze_unseen
+from agents.baselines.searches import SEARCHES, PolicySearch, search_of
+from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
+from agents.evaluation import episodes, intervals, policies, report
+from agents.settings import EnvSettings, env_settings
+from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import write_text
 from magfold_env.reporting.plotting import COLOURS, GRID, figure_class, save_figure
@@ -60,7 +52,7 @@ class Point:
 
     target: str
     budget: int
-    chosen: Chosen | None
+    chosen: policies.Chosen | None
     success: float
 
 
@@ -69,7 +61,7 @@ Curves = Mapping[str, Sequence[Sequence[Point]]]
 
 
 def measure(
-    methods: Sequence[Method],
+    methods: Sequence[report.Method],
     settings: EnvSettings,
     budgets: Sequence[int],
     draws: int,
@@ -93,33 +85,31 @@ def measure(
     processes : int
         How many targets at a time.
     """
-    targets = make_env(settings).targets
+    targets = episodes.make_env(settings).targets
     curves: dict[str, list[list[Point]]] = {}
-    with progress_bar() as bar, players(processes) as pool:
+    with progress_bar() as bar, episodes.players(processes) as pool:
         for method in methods:
             task = bar.add_task(method.name, total=len(targets) * len(method.policies), note="")
             curves[method.name] = []
             for policy in method.policies:
                 jobs = [(policy, settings, word, tuple(budgets), draws, seed) for word in targets]
-                columns = zip(*jobs, strict=True)
-                found = map(_points, *columns) if pool is None else pool.map(_points, *columns)
                 points: list[Point] = []
-                for each in found:
+                for each in episodes.spread_over(pool, _points, jobs):
                     points += each
                     bar.update(task, advance=1)
                 curves[method.name].append(points)
     return curves
 
 
-def success(curves: Curves, budgets: Sequence[int]) -> dict[str, list[Estimate]]:
+def success(curves: Curves, budgets: Sequence[int]) -> dict[str, list[intervals.Estimate]]:
     """Return the success of each method with each budget, over seeds and targets."""
-    found: dict[str, list[Estimate]] = {}
+    found: dict[str, list[intervals.Estimate]] = {}
     for name, runs in curves.items():
         found[name] = []
         for k in budgets:
             points = [[point for point in run if point.budget == k] for run in runs]
             scores = np.array([[point.success for point in run] for run in points])
-            found[name].append(estimate(scores, [point.target for point in points[0]]))
+            found[name].append(intervals.estimate(scores, [point.target for point in points[0]]))
     return found
 
 
@@ -135,17 +125,17 @@ def _points(
     env = _own_env(settings)
     seeds = evaluation_seeds(draws)
 
-    def share(policy: Policy) -> float:
-        return float(np.mean([play(policy, env, target, each).success for each in seeds]))
+    def share(policy: policies.Policy) -> float:
+        return float(np.mean([episodes.play(policy, env, target, each).success for each in seeds]))
 
     @cache
-    def frozen(choice: OpenLoop) -> float:
-        return share(FrozenPolicy({target: choice}))
+    def frozen(choice: policies.OpenLoop) -> float:
+        return share(policies.FrozenPolicy({target: choice}))
 
-    def chosen(budget: int) -> Chosen:
+    def chosen(budget: int) -> policies.Chosen:
         if name not in SEARCHES:
-            policies = (_own_policy(name, sampled=sampled) for sampled in (False, True))
-            return freeze(PolicySearch(*policies), env, target, budget, seed)
+            pair = (_own_policy(name, sampled=sampled) for sampled in (False, True))
+            return freeze(PolicySearch(*pair), env, target, budget, seed)
         search = search_of(name, GOAL)
         if budget == 0:
             return freeze_unseen(search, env, target, seed)
@@ -161,25 +151,25 @@ def _points(
     return points
 
 
-_own_env = cache(make_env)
+_own_env = cache(episodes.make_env)
 
 
 @cache
-def _own_policy(path: str, sampled: bool) -> TrainedPolicy:
-    return TrainedPolicy.load(path, sampled)
+def _own_policy(path: str, sampled: bool) -> policies.TrainedPolicy:
+    return policies.TrainedPolicy.load(path, sampled)
 
 
-def training_calls(method: Method, n: int) -> list[int] | None:
+def training_calls(method: report.Method, n: int) -> list[int] | None:
     """Return the physics calls each seed was trained with; None for a search.
 
     One call is a whole chain, `n` steps where components are chosen one by one.
     """
     if method.policies[0] in SEARCHES:
         return None
-    return [TrainedPolicy.load(path).training_steps // n for path in method.policies]
+    return [policies.TrainedPolicy.load(path).training_steps // n for path in method.policies]
 
 
-def table(found: Mapping[str, Sequence[Estimate]], budgets: Sequence[int]) -> Table:
+def table(found: Mapping[str, Sequence[intervals.Estimate]], budgets: Sequence[int]) -> Table:
     """Return a table with a row for each method and a column for each budget."""
     shown = Table(
         title="Success [%] with so many physics calls a target",
@@ -194,7 +184,9 @@ def table(found: Mapping[str, Sequence[Estimate]], budgets: Sequence[int]) -> Ta
     return shown
 
 
-def draw(path: Path, found: Mapping[str, Sequence[Estimate]], budgets: Sequence[int]) -> None:
+def draw(
+    path: Path, found: Mapping[str, Sequence[intervals.Estimate]], budgets: Sequence[int]
+) -> None:
     """Write a picture of success over physics calls."""
     figure = figure_class()(figsize=(9.0, 3.8), layout="constrained")
     axes = figure.subplots()
@@ -222,13 +214,8 @@ def main(
         list[str],
         typer.Argument(help=f"Any of {', '.join(SEARCHES)}; checkpoints, NAME=PATH,PATH,..."),
     ],
-    config: Annotated[
-        str, typer.Option(help="Training settings that give the environment.")
-    ] = "ppo-tube-feed",
-    env: Annotated[
-        list[str] | None,
-        typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
-    ] = None,
+    config: EnvConfig = "ppo-tube-feed",
+    env: EnvChanges = None,
     calls: Annotated[
         str, typer.Option(help="Physics calls a target, separated by commas.")
     ] = ",".join(map(str, CALLS)),
@@ -238,16 +225,16 @@ def main(
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/sample-cost"),
 ) -> None:
     """Measure what physics calls at test time buy each method."""
-    with errors_told(ValueError):
+    with reported_errors(ValueError):
         settings, budgets = env_settings(config, env or []), _budgets(calls)
-        every = parse_methods(methods)
+        every = report.parse_methods(methods)
         for policy in (policy for method in every for policy in method.policies):
             if policy not in SEARCHES:
-                TrainedPolicy.load(policy)
-        warm_up(settings)
+                policies.TrainedPolicy.load(policy)
+        episodes.warm_up(settings)
         curves = measure(every, settings, budgets, draws, seed, processes)
     found = success(curves, budgets)
-    n = make_env(settings).scene.n
+    n = episodes.make_env(settings).scene.n
     content = {
         "env": settings.model_dump(mode="json"),
         "calls": budgets,

@@ -14,12 +14,11 @@ import yaml
 from rich.console import Console
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
-from agents.command_errors import errors_told
-from agents.evaluation.provenance import file_digest
+from agents.commands import reported_errors
 from agents.evaluation.shipped import Card, CardError, CardResult, Training, policies_dir
-from agents.settings.run import EnvSettings
-from agents.training.info import RunInfo
-from agents.training.learners import load_model, save_policy
+from agents.settings import EnvSettings
+from agents.training.folder import RunInfo, file_digest
+from agents.training.models import load_model, save_policy
 
 app = typer.Typer(help=__doc__, rich_markup_mode=None, no_args_is_help=True)
 """The command."""
@@ -117,7 +116,7 @@ def policies_command(
     folder: Folder = None,
 ) -> None:
     """Write the policies of training runs, small, and a card."""
-    with errors_told(ValueError):
+    with reported_errors(ValueError):
         _say(ship_policies(name, runs, folder or policies_dir()))
 
 
@@ -129,7 +128,7 @@ def results_command(
 ) -> None:
     """Write results onto the card."""
     path = (folder or policies_dir()) / f"{name}.json"
-    with errors_told(ValueError):
+    with reported_errors(ValueError):
         card = with_results(Card.read(path), files)
         card.write(path)
         _say(card)

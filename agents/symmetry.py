@@ -14,13 +14,11 @@ import numpy as np
 import torch
 from gymnasium import Space, spaces
 from numpy.typing import NDArray
-from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
-from stable_baselines3.common.torch_layers import MlpExtractor
+from stable_baselines3.common import policies, torch_layers
 from torch import nn
 
 from agents.features import FromTheMouth
-from magfold_env.envs.spaces.actions import SIGNS
-from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.spaces import actions, observation
 from magfold_env.scene import Scene
 
 VIEWS = 2
@@ -99,7 +97,7 @@ class FromOneSide(FromTheMouth):
 
 
 def _mirror_image(
-    layout: ObservationLayout, width: int
+    layout: observation.ObservationLayout, width: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """Return which entry each of a mirror image comes from, and its sign.
 
@@ -130,7 +128,7 @@ def _mirror_image(
 class _Inner(nn.Module):
     """The hidden layers, which do not see how the view is turned, and hand it on to the actor."""
 
-    def __init__(self, layers: MlpExtractor) -> None:
+    def __init__(self, layers: torch_layers.MlpExtractor) -> None:
         super().__init__()
         self.layers = layers
         self.latent_dim_pi, self.latent_dim_vf = layers.latent_dim_pi, layers.latent_dim_vf
@@ -154,7 +152,7 @@ class _TurnedBack(nn.Module):
     def __init__(self, layer: nn.Module, other_choices: int) -> None:
         super().__init__()
         self.layer = layer
-        rest = len(SIGNS) + np.arange(other_choices)
+        rest = len(actions.SIGNS) + np.arange(other_choices)
         orders = [np.append(each, rest) for each in _patterns_seen()]
         self.register_buffer("_patterns", torch.from_numpy(np.array(orders)), persistent=False)
 
@@ -166,11 +164,11 @@ class _TurnedBack(nn.Module):
 
 def _patterns_seen() -> list[NDArray[np.int64]]:
     """Return the number under which each pattern is seen: as it is, exchanged, mirrored, both."""
-    views = (SIGNS, -SIGNS, SIGNS[:, ::-1], -SIGNS[:, ::-1])
-    return [np.argmax(view @ SIGNS.T, axis=1) for view in views]
+    views = (actions.SIGNS, -actions.SIGNS, actions.SIGNS[:, ::-1], -actions.SIGNS[:, ::-1])
+    return [np.argmax(view @ actions.SIGNS.T, axis=1) for view in views]
 
 
-class Symmetric(BasePolicy):
+class Symmetric(policies.BasePolicy):
     """What makes an actor and critic, before which it stands, see what `FromOneSide` shows.
 
     Raises
@@ -189,11 +187,11 @@ class Symmetric(BasePolicy):
         if (
             not isinstance(action_space, spaces.MultiDiscrete)
             or action_space.nvec.size != 2
-            or action_space.nvec[0] != len(SIGNS)
+            or action_space.nvec[0] != len(actions.SIGNS)
         ):
             raise ValueError(
                 f"action_space: {action_space} is not allowed; "
-                f"must be MultiDiscrete([{len(SIGNS)}, speeds])"
+                f"must be MultiDiscrete([{len(actions.SIGNS)}, speeds])"
             )
         self._speeds = int(action_space.nvec[1])
         super().__init__(observation_space, action_space, *arguments, **options)
@@ -202,7 +200,7 @@ class Symmetric(BasePolicy):
         """Create the hidden layers."""
         own: Any = self
         width = own.features_dim - VIEWS
-        layers = MlpExtractor(width, own.net_arch, own.activation_fn, self.device)
+        layers = torch_layers.MlpExtractor(width, own.net_arch, own.activation_fn, self.device)
         self.mlp_extractor: Any = _Inner(layers)
 
     def _build(self, lr_schedule: Any) -> None:
@@ -213,5 +211,5 @@ class Symmetric(BasePolicy):
         self.action_net: Any = _TurnedBack(self.action_net, self._speeds)
 
 
-class SymmetricPolicy(Symmetric, ActorCriticPolicy):
+class SymmetricPolicy(Symmetric, policies.ActorCriticPolicy):
     """Actor and critic of PPO that see chains as `FromOneSide` shows them."""

@@ -6,12 +6,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from agents.command_errors import errors_told
-from agents.settings.run import SettingsError, load_settings
-from agents.training.envs import check_envs
-from agents.training.folder import Resume
-from agents.training.loggers import import_wandb
-from agents.training.run import DivergedError, train
+from agents.commands import reported_errors
+from agents.settings import SettingsError, load_settings
+from agents.training import envs, folder, run
 from magfold_env.checkpoint import CheckpointError
 
 
@@ -37,15 +34,15 @@ def main(
     wandb: Annotated[bool, typer.Option("--wandb", help="Log to Weights & Biases too.")] = False,
 ) -> None:
     """Train a policy as CONFIG says; options take precedence over the file."""
-    how = {None: Resume.AUTO, True: Resume.ALWAYS, False: Resume.NEVER}[resume]
-    with errors_told(SettingsError, CheckpointError, DivergedError):
+    how = {None: folder.Resume.AUTO, True: folder.Resume.ALWAYS, False: folder.Resume.NEVER}[resume]
+    with reported_errors(SettingsError, CheckpointError, run.DivergedError):
         settings = load_settings(
             config, assignments or (), timesteps=timesteps, minutes=minutes, seed=seed
         )
         if wandb:
-            import_wandb()
-        check_envs(settings)
-        policy = train(settings, output or Path("runs") / settings.name, how, wandb)
+            folder.import_wandb()
+        envs.check_envs(settings)
+        policy = run.train(settings, output or Path("runs") / settings.name, how, wandb)
         Console(stderr=True).print(f"policy: {policy}")
 
 

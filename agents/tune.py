@@ -5,10 +5,9 @@ from typing import Annotated
 
 import typer
 
-from agents.command_errors import errors_told
-from agents.settings.run import SettingsError
-from agents.tuning.settings import load_search
-from agents.tuning.trials import tell_best
+from agents.commands import reported_errors
+from agents.settings import SettingsError
+from agents.tuning.search import load_search, report_best
 from magfold_env.checkpoint import CheckpointError
 
 Config = Annotated[str, typer.Argument(help="A YAML file, or a name in configs/tuning.")]
@@ -32,12 +31,12 @@ def main(
     ] = None,
 ) -> None:
     """Train with settings drawn from ranges and tell the best; called again, go on."""
-    with errors_told(SettingsError, CheckpointError, extras="the extra tune"):
+    with reported_errors(SettingsError, CheckpointError, extras="the extra tune"):
         from agents.tuning.study import search_here  # noqa: PLC0415 (only searches need Optuna)
 
         search = load_search(config, assignments or (), trials)
         folder = output or Path("runs") / search.settings.name
-        tell_best(search, search_here(search, folder, storage, minutes), folder)
+        report_best(search, search_here(search, folder, storage, minutes), folder)
 
 
 if __name__ == "__main__":

@@ -5,11 +5,10 @@ from typing import Annotated
 
 import typer
 
-from agents.command_errors import errors_told
-from agents.settings.run import SettingsError
+from agents.commands import reported_errors
+from agents.settings import SettingsError
 from agents.tune import Assignments, Config, Output, Trials
-from agents.tuning.settings import load_search
-from agents.tuning.trials import tell_best
+from agents.tuning.search import load_search, report_best
 
 
 def main(
@@ -24,12 +23,12 @@ def main(
     cpus: Annotated[int, typer.Option(min=1, help="CPUs of a trial.")] = 1,
 ) -> None:
     """Spread the trials over a cluster; called again, go on."""
-    with errors_told(SettingsError, extras="the extras tune and ray"):
+    with reported_errors(SettingsError, extras="the extras tune and ray"):
         from agents.tuning.cluster import search_on_ray  # noqa: PLC0415 (needs Ray and Optuna)
 
         search = load_search(config, assignments or (), trials)
         folder = output or Path("runs") / search.settings.name
-        tell_best(search, search_on_ray(search, folder, address, cpus), folder)
+        report_best(search, search_on_ray(search, folder, address, cpus), folder)
 
 
 if __name__ == "__main__":

@@ -7,21 +7,15 @@ import typer
 from rich.console import Console
 
 from agents.baselines.searches import SEARCHES, choose
-from agents.command_errors import errors_told
-from agents.evaluate import env_settings
+from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
 from agents.evaluation.episodes import make_env
-from agents.training.callbacks import progress_bar
+from agents.settings import env_settings
 
 
 def main(
     search: Annotated[str, typer.Argument(help=f"One of {', '.join(SEARCHES)}.")],
-    config: Annotated[
-        str, typer.Option(help="Training settings that give the environment.")
-    ] = "ppo-tube-feed",
-    env: Annotated[
-        list[str] | None,
-        typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
-    ] = None,
+    config: EnvConfig = "ppo-tube-feed",
+    env: EnvChanges = None,
     budget: Annotated[int, typer.Option(min=0, help="Most physics calls for each target.")] = 2000,
     goal: Annotated[
         float, typer.Option(help="Share of successes of 40 calls that ends a search before.")
@@ -35,7 +29,7 @@ def main(
     """Choose a sequence and speeds for every target; called again, go on where it was left."""
     path = output or Path("runs/baselines") / f"{search}.json"
     calls = targets = 0
-    with errors_told(ValueError):
+    with reported_errors(ValueError):
         settings = env_settings(config, env or [])
         total = len(make_env(settings).targets)
         with progress_bar() as bar:

@@ -2,31 +2,33 @@
 
 Call d of every choice has the same draws, so that choices are compared under equal conditions; what
 was asked before is not played again. The draws are neither those of the evaluation nor those of any
-training.
+training. Within its budget a search freezes one choice a target.
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from contextlib import suppress
+from typing import Any, NamedTuple, Protocol
+from zlib import crc32
 
 import numpy as np
-from numpy.typing import NDArray
 
-from agents.evaluation.episodes import Outcome, play
-from agents.evaluation.open_loop import FrozenPolicy, OpenLoop
-from agents.evaluation.policies import Policy
-from magfold_env.designer.choice import Choice
+from agents.evaluation import episodes, intervals, policies
+from magfold_env.designer import Choice
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.tasks.draws import episode_seeds
+
+USUAL_SPEED = 0.2
+"""Feed speed [m/s] to begin with: the one at which most designs do well."""
 
 
 class SpentError(Exception):
     """The budget has no call left; ends a search wherever it is."""
 
 
-class Standing(NamedTuple):
+class Tally(NamedTuple):
     """What is known of a choice."""
 
-    choice: OpenLoop
+    choice: policies.OpenLoop
     scores: tuple[float, ...]
     """Of the calls made for it: 1 is a success, a miss is worth half at most."""
 
@@ -64,9 +66,9 @@ class Calls:
         self.count = 0
         self._stream = f"search {seed}"
         self._seeds: list[int] = []
-        self._scores: dict[OpenLoop, list[float]] = {}
+        self._scores: dict[policies.OpenLoop, list[float]] = {}
 
-    def scores(self, choices: Sequence[Choice | OpenLoop], draws: int) -> NDArray[np.float64]:
+    def scores(self, choices: Sequence[Choice | policies.OpenLoop], draws: int) -> intervals.Floats:
         """Return the scores of the first calls of choices, shape (choices, draws).
 
         The first call of every choice is made before the second of any, so that a small budget
@@ -84,7 +86,7 @@ class Calls:
                     self.again(choice)
         return np.array([self._scores[choice][:draws] for choice in played])
 
-    def again(self, choice: OpenLoop) -> None:
+    def again(self, choice: policies.OpenLoop) -> None:
         """Make one call more for a choice.
 
         Raises
@@ -93,9 +95,9 @@ class Calls:
             If the budget is spent.
         """
         scores = self._scores.setdefault(choice, [])
-        scores.append(self._play(FrozenPolicy({self.target: choice}), len(scores)).score)
+        scores.append(self._play(policies.FrozenPolicy({self.target: choice}), len(scores)).score)
 
-    def watch(self, policy: Policy, rng: np.random.Generator) -> bool:
+    def watch(self, policy: policies.Policy, rng: np.random.Generator) -> bool:
         """Let a policy play under the first draws, and note what it chose; return if it succeeded.
 
         Played again, the same choice would do the same, so this is the first call of that choice.
@@ -110,21 +112,90 @@ class Calls:
             self._scores.setdefault(outcome.choice, [outcome.score])
         return outcome.success
 
-    def standings(self) -> list[Standing]:
+    def tallies(self) -> list[Tally]:
         """Return what is known of every choice, the most promising first."""
-        known = [Standing(choice, tuple(scores)) for choice, scores in self._scores.items()]
+        known = [Tally(choice, tuple(scores)) for choice, scores in self._scores.items()]
         return sorted((each for each in known if each.scores), key=lambda each: -each.expected)
 
-    def _as_played(self, choice: Choice | OpenLoop) -> OpenLoop:
+    def _as_played(self, choice: Choice | policies.OpenLoop) -> policies.OpenLoop:
         if isinstance(choice, Choice):
             assert choice.speed is not None  # a tube feeds in every environment
-            choice = OpenLoop.at_one_speed(choice.sequence, choice.speed)
+            choice = policies.OpenLoop.at_one_speed(choice.sequence, choice.speed)
         return choice.as_played(self.env)
 
-    def _play(self, policy: Policy, draw: int, rng: np.random.Generator | None = None) -> Outcome:
+    def _play(
+        self, policy: policies.Policy, draw: int, rng: np.random.Generator | None = None
+    ) -> episodes.Outcome:
         if self.count == self.budget:
             raise SpentError
         self.count += 1
         if draw >= len(self._seeds):
             self._seeds = episode_seeds(self._stream, 2 * draw + 1)
-        return play(policy, self.env, self.target, self._seeds[draw], rng)
+        return episodes.play(policy, self.env, self.target, self._seeds[draw], rng)
+
+
+class Tries(Protocol):
+    """A way to choose a sequence and speeds by trying."""
+
+    def run(self, calls: Calls, rng: np.random.Generator) -> None:
+        """Try choices, until one is good enough or the budget is spent (`SpentError`)."""
+        ...
+
+
+class Search(Tries, Protocol):
+    """The same, with a choice that needs no trial."""
+
+    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
+        """Return what is chosen without a single physics call."""
+        ...
+
+
+def freeze(
+    search: Tries, env: FoldEnv[Any], target: str, budget: int, seed: int
+) -> policies.Chosen:
+    """Return what a search chooses for a target within a budget of physics calls.
+
+    Of the choices that were tried it is the one with the best record (`Tally.expected`).
+
+    Parameters
+    ----------
+    search : Tries
+        How to choose.
+    env : FoldEnv
+        Where choices are tried, and with which randomisation.
+    target : str
+        The word that is wanted.
+    budget : int
+        Most physics calls, at least one.
+    seed : int
+        Of the search and of its physics calls.
+    """
+    calls = Calls(env, target, budget, seed)
+    with suppress(SpentError):
+        search.run(calls, _generator(target, seed))
+    best = calls.tallies()[0]
+    return policies.Chosen(*best.choice, calls.count, best.successes, len(best.scores))
+
+
+def freeze_unseen(search: Search, env: FoldEnv[Any], target: str, seed: int) -> policies.Chosen:
+    """Return what a search chooses for a target without a physics call."""
+    first = search.first(env, target, _generator(target, seed)).as_played(env)
+    return policies.Chosen(*first, calls=0, successes=0, releases=0)
+
+
+def _generator(target: str, seed: int) -> np.random.Generator:
+    """Return the random numbers of a search for a target."""
+    return np.random.default_rng([seed, crc32(target.encode())])
+
+
+def speeds_to_try(env: FoldEnv[Any]) -> list[float]:
+    """Return the feed speeds that actions offer [m/s], the usual ones first."""
+    return sorted(env.actions.speeds.tolist(), key=lambda v: abs(np.log(v / USUAL_SPEED)))
+
+
+def random_choice(env: FoldEnv[Any], rng: np.random.Generator) -> policies.OpenLoop:
+    """Return a choice of which every one is equally likely."""
+    n = env.scene.n
+    poles = rng.choice(["N", "S"], (n, 4))
+    speeds = rng.choice(env.actions.speeds, n)
+    return policies.OpenLoop(tuple("".join(faces) for faces in poles), tuple(speeds.tolist()))

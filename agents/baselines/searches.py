@@ -1,22 +1,342 @@
-"""The searches by name, and one after another for all targets, into a file."""
+"""The searches by name, and one after another for all targets.
+
+Some begin with energies: the minimiser's designs, and robust open-loop design. Others go by
+physics calls alone.
+
+The genetic search goes through PyGAD. A choice is written as one gene a face, N or S, and one a
+component for its speed; what is sought is the mean score of the first `RELEASES` calls.
+
+A trained policy that is given physics calls proposes choices, which are arms of a bandit without
+end, and calls go to them by Thompson sampling (Thompson, *Biometrika* 25, 1933): every known
+choice, and the next proposal, draws its share of successes from what is known of it, and the
+largest has the call.
+"""
 
 import hashlib
+import logging
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
-from agents.baselines.entropy import CrossEntropySearch
-from agents.baselines.genetic import GeneticSearch
-from agents.baselines.minimiser import MinimiserDesign
-from agents.baselines.robust import RobustSearch
-from agents.baselines.search import Search, freeze, freeze_unseen
-from agents.baselines.store import ChoiceFile, Chosen
-from agents.evaluation.episodes import make_env, players
-from agents.settings.run import EnvSettings
+import numpy as np
+import pygad
+
+import magfold_env as mf
+from agents.baselines import calls as physics
+from agents.evaluation import episodes, policies
+from agents.settings import EnvSettings
+from magfold_env import designer
+from magfold_env.designer import annealing, trials
+from magfold_env.envs.chains.lattice import Floats, Ints, LatticeFeed
+from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.spaces.actions import PATTERNS, SIGNS
 from magfold_env.files import physics_digest
+from magfold_env.minimiser import LONGEST_OF_ALL, strengths
+from magfold_env.shapes import folded_words, overlaps
 
-SEARCHES: Mapping[str, Callable[[float], Search]] = {
+Prediction = Literal["free", "forward", "backward"]
+"""How energies predict a fold: all shapes compared, or joint by joint from one end."""
+
+WIDTH = 64
+"""Chains that are kept from one component to the next."""
+
+_TURNS = {"S": 0, "L": 1, "R": -1}
+
+POPULATION = 40
+PARENTS = 10
+ELITE = 2
+RELEASES = 4
+"""Calls that a choice is bred by."""
+FINAL = 40
+"""Calls that the best of a generation is compared by, as in `magfold_env.designer.trials`."""
+GENERATIONS = 10_000
+"""More than any budget lasts."""
+
+
+class MinimiserDesign:
+    """The sequence of which energies are surest; its speed alone is found by trying.
+
+    Parameters
+    ----------
+    prediction : {"free", "forward", "backward"}
+        ``free``: the sequence whose target lies deepest below the next word. ``forward``,
+        ``backward``: the one that folds into the target joint by joint, fed from this end,
+        with the largest least distance between the wanted letter and the next.
+    """
+
+    def __init__(self, prediction: Prediction) -> None:
+        self._prediction: Prediction = prediction
+
+    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
+        """Return the design at a usual speed."""
+        return policies.OpenLoop.at_one_speed(
+            self._sequence(env, target), physics.speeds_to_try(env)[0]
+        )
+
+    def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
+        """Race the speeds."""
+        sequence = self._sequence(calls.env, calls.target)
+        trials.race(
+            [designer.Choice(sequence, speed) for speed in physics.speeds_to_try(calls.env)], calls
+        )
+
+    def _sequence(self, env: FoldEnv[Any], target: str) -> tuple[str, ...]:
+        # Frozen models are hashable.
+        return energy_design(env.scene, target, self._prediction)  # pyright: ignore[reportArgumentType]
+
+
+@lru_cache(maxsize=512)
+def energy_design(scene: mf.Scene, target: str, prediction: Prediction) -> tuple[str, ...]:
+    """Return the sequence of which energies are surest that it folds into the target."""
+    if prediction == "free":
+        return _deepest(scene, target)
+    return _surest(scene.replace(feed={"direction": prediction}), target)
+
+
+def _deepest(scene: mf.Scene, target: str) -> tuple[str, ...]:
+    """Return the sequence of largest gap, proved to be for chains that are short enough."""
+    every = _all_deepest(scene) if scene.n <= LONGEST_OF_ALL else {}  # pyright: ignore[reportArgumentType]
+    found = every.get(target)
+    if found is not None:
+        return found
+    # No sequence has this ground state, or there are too many: what comes nearest, by annealing.
+    mode = scene.feed.direction
+    return designer.design(
+        target, scene, mode, "gap", search="annealing", runs=0, workers=1
+    ).sequence
+
+
+@lru_cache(maxsize=4)
+def _all_deepest(scene: mf.Scene) -> dict[str, tuple[str, ...]]:
+    found = designer.gap_designs(scene, folded_words(scene.n))
+    return {word: each.sequence for word, each in found.items() if each is not None}
+
+
+class _Partial(NamedTuple):
+    """Components that have left the tube and folded as wanted."""
+
+    margin: float
+    """The least distance of a wanted letter to the next [J]."""
+    patterns: tuple[int, ...]
+
+
+def _surest(scene: mf.Scene, target: str) -> tuple[str, ...]:
+    """Return the sequence that a component-by-component feed decides most clearly.
+
+    A component has its magnets when it leaves the tube. The chain is built in the order of
+    feed; the `WIDTH` clearest are kept at each length.
+    """
+    lattice = LatticeFeed(scene)
+    order = slice(None) if lattice.turn == 1 else slice(None, None, -1)
+    letters, strength = target[order], strengths(scene)[order]
+    kept = [_Partial(np.inf, (pattern,)) for pattern in range(len(PATTERNS) // 2)]
+    for joint, letter in enumerate(letters):
+        before = letters[:joint]
+        wanted, *others = [
+            np.array([_TURNS[each] for each in before + option])
+            for option in (letter, *(set(_TURNS) - {letter}))
+            if not overlaps(before + option)
+        ]
+        grown: list[_Partial] = []
+        for partial in kept:
+            for pattern in range(len(PATTERNS)):
+                patterns = (*partial.patterns, pattern)
+                poles = SIGNS[list(patterns)] * strength[: joint + 2]
+                margin = _margin(lattice, poles, wanted, others)
+                grown.append(_Partial(min(partial.margin, margin), patterns))
+        kept = sorted(grown, key=lambda each: (-each.margin, each.patterns))[:WIDTH]
+    return tuple(PATTERNS[pattern] for pattern in kept[0].patterns)[order]
+
+
+def _margin(lattice: LatticeFeed, poles: Floats, wanted: Ints, others: Sequence[Ints]) -> float:
+    """Return how far the next lowest of other shapes lies above the wanted one [J], less if below.
+
+    Shapes are quarter turns of the joints so far, and `poles` those of the components so far.
+    """
+    energies = [lattice.energy_of(turns, poles) for turns in others]
+    return min(energies, default=np.inf) - lattice.energy_of(wanted, poles)
+
+
+class RobustSearch:
+    """The design room's search (`magfold_env.designer`) on perturbed runs of the environment.
+
+    Sequences that are good by energy, those of which the target is the only stable word where
+    chains are long, are raced on releases at one speed after another until one does; if none will,
+    the cross-entropy method goes on from the best.
+
+    Parameters
+    ----------
+    goal : float
+        Share of successes of 40 calls that is enough.
+    """
+
+    def __init__(self, goal: float) -> None:
+        self._goal = goal
+
+    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
+        """Return the best sequence by energy at a usual speed."""
+        return policies.OpenLoop.at_one_speed(
+            _proposed(_task(env, target, rng))[0], physics.USUAL_SPEED
+        )
+
+    def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
+        """Race proposals at more and more speeds, then refine the best."""
+        task = _task(calls.env, calls.target, rng)
+        sequences = _proposed(task)
+        standings: list[trials.Standing] = []
+        for count in range(1, len(designer.SPEEDS) + 1):
+            choices = [
+                designer.Choice(each, speed)
+                for speed in designer.SPEEDS[:count]
+                for each in sequences
+            ]
+            standings = trials.race(choices, calls)
+            if standings[0].rate >= self._goal:
+                return
+        groups = annealing.stable_groups(calls.target)[1] if task.search == "annealing" else None
+        trials.cross_entropy(
+            calls, 4 * task.scene.n, designer.SPEEDS, rng, calls.budget,
+            goal=self._goal, first=standings[0].choice, groups=groups,
+        )  # fmt: skip
+
+
+def _task(env: FoldEnv[Any], target: str, rng: np.random.Generator) -> designer.Task:
+    """Return the search by energy; it knows no budget, since it calls no physics."""
+    return designer.task_for(
+        target, env.scene, env.scene.feed.direction, "probability",
+        search=None, seed=int(rng.integers(2**31)), speeds=None, budget=1, goal=1.0, runs=0,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _proposed(task: designer.Task) -> list[tuple[str, ...]]:
+    """Return sequences that are good by energy; kept, since one budget after another asks."""
+    return designer.candidates(task, Counter(), lambda done: None)
+
+
+class CrossEntropySearch:
+    """`magfold_env.designer.trials.cross_entropy` from an even distribution.
+
+    Parameters
+    ----------
+    goal : float
+        Share of successes of 40 calls that is enough.
+    """
+
+    def __init__(self, goal: float) -> None:
+        self._goal = goal
+
+    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
+        """Return a random choice."""
+        return physics.random_choice(env, rng)
+
+    def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
+        """Move the distribution towards what folds."""
+        env = calls.env
+        trials.cross_entropy(
+            calls, 4 * env.scene.n, env.actions.speeds.tolist(), rng, calls.budget, goal=self._goal
+        )
+
+
+class GeneticSearch:
+    """A genetic algorithm: tournaments, uniform crossover, one gene in a chain mutated.
+
+    Parameters
+    ----------
+    goal : float
+        Share of successes of `FINAL` calls that is enough.
+    """
+
+    def __init__(self, goal: float) -> None:
+        self._goal = goal
+
+    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
+        """Return a random choice."""
+        return physics.random_choice(env, rng)
+
+    def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
+        """Breed choices; seeds NumPy's and Python's global random numbers, which PyGAD uses."""
+        n, levels = calls.env.scene.n, calls.env.actions.levels
+
+        def fitness(_: pygad.GA, genes: Ints, __: object) -> list[float]:
+            choices = [decoded(calls.env, row) for row in genes]
+            return calls.scores(choices, RELEASES).mean(axis=1).tolist()
+
+        def check(search: pygad.GA) -> str | None:
+            genes, _, _ = search.best_solution(search.last_generation_fitness)
+            scores = calls.scores([decoded(calls.env, genes)], FINAL)
+            return "stop" if np.mean(scores == 1.0) >= self._goal else None
+
+        pygad.GA(
+            num_generations=GENERATIONS,
+            sol_per_pop=POPULATION,
+            num_parents_mating=PARENTS,
+            keep_elitism=ELITE,
+            num_genes=5 * n,
+            gene_space=[[0, 1]] * (4 * n) + [range(levels)] * n,
+            gene_type=int,
+            fitness_func=fitness,
+            fitness_batch_size=POPULATION,
+            on_generation=check,
+            parent_selection_type="tournament",
+            crossover_type="uniform",
+            mutation_type="random",
+            mutation_probability=1.0 / (5 * n),
+            random_seed=int(rng.integers(2**31)),
+            suppress_warnings=True,
+            logger=_silent(),
+        ).run()
+
+
+def decoded(env: FoldEnv[Any], genes: Ints) -> policies.OpenLoop:
+    """Return the choice that genes stand for: 4 n faces, N = 0 and S = 1, then n speed levels."""
+    n = env.scene.n
+    faces = np.asarray(genes[: 4 * n], dtype=np.uint8).reshape(n, 4)
+    patterns = np.packbits(faces, axis=1)[:, 0] >> 4
+    speeds = env.actions.speeds[np.asarray(genes[4 * n :], dtype=np.int64)]
+    return policies.OpenLoop(tuple(PATTERNS[p] for p in patterns.tolist()), tuple(speeds.tolist()))
+
+
+def _silent() -> logging.Logger:
+    """Return a logger that says nothing: PyGAD reports the error that ends the search."""
+    logger = logging.Logger("pygad")
+    logger.addHandler(logging.NullHandler())
+    return logger
+
+
+class PolicySearch:
+    """Watches a policy, first at its best, then as it explores, and tries what it chose again.
+
+    Parameters
+    ----------
+    greedy : Policy
+        Plays what it thinks best.
+    exploring : Policy
+        Plays as in training, so that it proposes something else each time.
+    """
+
+    def __init__(self, greedy: policies.Policy, exploring: policies.Policy) -> None:
+        self._greedy, self._exploring = greedy, exploring
+
+    def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
+        """Watch the greedy policy, then propose or try again, call by call."""
+        proposals = [calls.watch(self._greedy, rng)]
+        while True:
+            known = calls.tallies()
+            drawn = [
+                rng.beta(1 + each.successes, 1 + len(each.scores) - each.successes)
+                for each in known
+            ]
+            new = rng.beta(1 + sum(proposals), 1 + len(proposals) - sum(proposals))
+            if drawn and max(drawn) >= new:
+                calls.again(known[int(np.argmax(drawn))].choice)
+            else:
+                proposals.append(calls.watch(self._exploring, rng))
+
+
+SEARCHES: Mapping[str, Callable[[float], physics.Search]] = {
     "minimiser-free": lambda goal: MinimiserDesign("free"),
     "minimiser-forward": lambda goal: MinimiserDesign("forward"),
     "minimiser-backward": lambda goal: MinimiserDesign("backward"),
@@ -27,7 +347,7 @@ SEARCHES: Mapping[str, Callable[[float], Search]] = {
 """By name, each made with the share of successes that is enough."""
 
 
-def search_of(name: str, goal: float) -> Search:
+def search_of(name: str, goal: float) -> physics.Search:
     """Return the search called `name`.
 
     Raises
@@ -50,7 +370,7 @@ def choose(
     goal: float = 1.0,
     seed: int = 0,
     processes: int = 1,
-) -> Iterator[tuple[str, Chosen]]:
+) -> Iterator[tuple[str, policies.Chosen]]:
     """Search for a choice for every target and keep it in a file; yield each as it is known.
 
     Targets that are in the file already are not searched for again.
@@ -78,7 +398,7 @@ def choose(
         If there is no such search, or the file is damaged or was written by another one.
     """
     search_of(name, goal)
-    env = make_env(settings)
+    env = episodes.make_env(settings)
     scene = env.scene.model_dump_json(exclude={"sequence"})
     key = {
         "search": name,
@@ -91,39 +411,26 @@ def choose(
         # Which targets are searched for does not change what is found for one.
         "env": settings.model_dump(mode="json", exclude={"targets", "difficulty", "shaping"}),
     }
-    file = ChoiceFile(path, key)
+    file = policies.ChoiceFile(path, key)
     yield from ((target, file.chosen[target]) for target in env.targets if target in file.chosen)
     missing = [target for target in env.targets if target not in file.chosen]
-    for target, chosen in _search_all(name, settings, missing, budget, goal, seed, processes):
-        file.add(target, chosen)
-        yield target, chosen
-
-
-def _search_all(
-    name: str,
-    settings: EnvSettings,
-    targets: Sequence[str],
-    budget: int,
-    goal: float,
-    seed: int,
-    processes: int,
-) -> Iterator[tuple[str, Chosen]]:
-    jobs = [(name, settings, target, budget, goal, seed) for target in targets]
-    if not jobs:
-        return
-    columns = tuple(zip(*jobs, strict=True))
-    with players(processes) as pool:
-        found = map(_search, *columns) if pool is None else pool.map(_search, *columns)
-        yield from zip(targets, found, strict=True)
+    jobs = [(name, settings, target, budget, goal, seed) for target in missing]
+    if jobs:
+        with episodes.players(processes) as pool:
+            for target, chosen in zip(
+                missing, episodes.spread_over(pool, _search, jobs), strict=True
+            ):
+                file.add(target, chosen)
+                yield target, chosen
 
 
 def _search(
     name: str, settings: EnvSettings, target: str, budget: int, goal: float, seed: int
-) -> Chosen:
+) -> policies.Chosen:
     search, env = search_of(name, goal), _own_env(settings)
     if budget == 0:
-        return freeze_unseen(search, env, target, seed)
-    return freeze(search, env, target, budget, seed)
+        return physics.freeze_unseen(search, env, target, seed)
+    return physics.freeze(search, env, target, budget, seed)
 
 
-_own_env: Callable[[EnvSettings], Any] = cache(make_env)
+_own_env: Callable[[EnvSettings], Any] = cache(episodes.make_env)

@@ -1,24 +1,24 @@
 """Playing evaluation episodes, on several processes if wanted."""
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from multiprocessing import get_context
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 from zlib import crc32
 
 import numpy as np
 
-from agents.evaluation.open_loop import OpenLoop
-from agents.evaluation.policies import Policy, make_policy
-from agents.settings.run import EnvSettings
+import magfold_env as mf
+from agents.evaluation import policies
+from agents.settings import EnvSettings
 from agents.training.envs import make_env as make_gym_env
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.tasks.goals import goal_of
-from magfold_env.scene import Scene
-from magfold_env.simulation.simulate import simulate
+
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,8 @@ class Outcome:
     score: float
     reward: float
     joints: tuple[float, ...] = ()
-    choice: OpenLoop | None = None
-    scene: Scene | None = None
+    choice: policies.OpenLoop | None = None
+    scene: mf.Scene | None = None
     built: bool | None = None
 
 
@@ -84,7 +84,7 @@ def warm_up(settings: EnvSettings) -> None:
 
 
 def play(
-    policy: Policy,
+    policy: policies.Policy,
     env: FoldEnv[Any],
     target: str,
     seed: int,
@@ -144,6 +144,22 @@ def players(processes: int) -> Generator[Executor | None]:
         yield pool
 
 
+def spread_over(
+    pool: Executor | None,
+    function: Callable[..., Result],
+    jobs: Sequence[tuple[Any, ...]],
+    chunksize: int = 1,
+) -> Iterator[Result]:
+    """Yield what a function returns for each of some arguments, in their order.
+
+    The processes of `pool` share the work, see `players`; without any this process does it.
+    """
+    columns = zip(*jobs, strict=True)
+    if pool is None:
+        return map(function, *columns)
+    return pool.map(function, *columns, chunksize=chunksize)
+
+
 def play_all(
     policy: str,
     settings: EnvSettings,
@@ -151,7 +167,7 @@ def play_all(
     pool: Executor | None = None,
     built: bool = False,
 ) -> Iterator[Outcome]:
-    """Play `episodes`, pairs of target and seed, and yield their outcomes in that order.
+    """Play `episodes`, pairs of target and seed, and return their outcomes in that order.
 
     Parameters
     ----------
@@ -167,10 +183,7 @@ def play_all(
         See `play`.
     """
     jobs = [(policy, settings, target, seed, built) for target, seed in episodes]
-    if pool is None:
-        yield from map(_play, *zip(*jobs, strict=True))
-    else:
-        yield from pool.map(_play, *zip(*jobs, strict=True), chunksize=4)
+    return spread_over(pool, _play, jobs, chunksize=4)
 
 
 def _play(policy: str, settings: EnvSettings, target: str, seed: int, built: bool) -> Outcome:
@@ -178,27 +191,27 @@ def _play(policy: str, settings: EnvSettings, target: str, seed: int, built: boo
     return play(_own_policy(policy), _own_env(settings), target, seed, built=built)
 
 
-def _choice(env: FoldEnv[Any], actions: Sequence[Any]) -> OpenLoop:
+def _choice(env: FoldEnv[Any], actions: Sequence[Any]) -> policies.OpenLoop:
     """Return what was asked for in an episode that is over."""
     read = [env.actions.decode(action) for action in actions]
     if env.actions.components > 1:
         sequence, speed = read[0]
-        return OpenLoop.at_one_speed(sequence, float(speed))
+        return policies.OpenLoop.at_one_speed(sequence, float(speed))
     in_order = read if env.scene.feed.direction == "forward" else read[::-1]
-    return OpenLoop(
+    return policies.OpenLoop(
         tuple(faces for (faces,), _ in in_order), tuple(float(speed) for _, speed in in_order)
     )
 
 
-def _folds_built(env: FoldEnv[Any], scene: Scene | None, target: str) -> bool | None:
+def _folds_built(env: FoldEnv[Any], scene: mf.Scene | None, target: str) -> bool | None:
     """Return whether the chain of an episode folds as wanted when it is built beforehand."""
     if env.task.fidelity != "dynamics":
         return None
     if scene is None:
         return False
-    fold = simulate(scene.replace(feed={"loading": "preloaded"}))
+    fold = mf.simulate(scene.replace(feed={"loading": "preloaded"}))
     return goal_of(target, env.task.match).is_reached(fold.status, fold.joint_angles)
 
 
-_own_policy = cache(make_policy)
+_own_policy = cache(policies.make_policy)
 _own_env = cache(make_env)

@@ -1,4 +1,7 @@
-"""One HTML file that shows a comparison: numbers, pictures, and folds that play."""
+"""Pictures of a comparison, one HTML file of numbers, pictures and folds that play, and a GIF.
+
+Pictures need matplotlib, from the extra `render`.
+"""
 
 import base64
 import html
@@ -6,13 +9,21 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from string import Template
-from typing import Any
+from typing import Any, NamedTuple
 
-from agents.evaluation.provenance import provenance
-from agents.evaluation.replays import Replay
-from agents.evaluation.report import Summary, overall_rows
-from agents.settings.run import EnvSettings
+import numpy as np
+
+import magfold_env as mf
+from agents.evaluation import episodes, intervals, report
+from agents.settings import EnvSettings
+from agents.training.folder import provenance
 from magfold_env.files import write_text
+from magfold_env.render import save_gif
+from magfold_env.replay import page, page_data
+from magfold_env.reporting.plotting import COLOURS, GRID, INK, figure_class, save_figure
+
+FRAME_RATE = 120.0
+"""Recorded frames per simulated second [1/s]."""
 
 _CAPTIONS = {
     "overall": "Success with 95 % intervals.",
@@ -20,13 +31,98 @@ _CAPTIONS = {
     "reasons": "How episodes ended, and which joints were in the way of those that missed.",
     "targets": "Success by target with Wilson's 95 % intervals; dots are single seeds.",
 }
+WIDTH = 9.0
+"""Of every picture [inch]."""
+
+_END_COLOURS = dict(
+    zip(report.ENDS, ("#009e73", "#e69f00", "#d55e00", "#56b4e9", "#26292e"), strict=True)
+)
+
+
+class Replay(NamedTuple):
+    """A fold that is shown."""
+
+    outcome: episodes.Outcome
+    page: str
+    """A page that plays it, whole in itself."""
+
+
+def replays(results: report.Results, count: int) -> dict[str, list[Replay]]:
+    """Return the same episodes of every method, as pages, and a miss of each if there is one.
+
+    They are the first draw of `count` targets, evenly picked, by a method's first run: nothing is
+    selected by its outcome. Where none of these missed, the first episode that did is added.
+
+    Parameters
+    ----------
+    results : mapping
+        The runs of each method.
+    count : int
+        How many targets.
+    """
+    words = spread(report.targets_of(results), count)
+    return {
+        name: [
+            Replay(outcome, page(page_data(recording(fold))))
+            for outcome in _shown(runs, words)
+            if (fold := recorded(outcome)) is not None
+        ]
+        for name, runs in results.items()
+    }
+
+
+def recorded(outcome: episodes.Outcome) -> mf.Fold | None:
+    """Return an episode simulated once more, with its motion; None if it cannot be."""
+    return None if outcome.scene is None else mf.simulate(outcome.scene, frame_rate=FRAME_RATE)
+
+
+def spread(words: Sequence[str], count: int) -> list[str]:
+    """Return `count` words, evenly picked; all if there are no more."""
+    return list(words[:: max(1, len(words) // count)][:count])
+
+
+def firsts(outcomes: Sequence[episodes.Outcome], words: Sequence[str]) -> list[episodes.Outcome]:
+    """Return the first episode of each of `words` that can be replayed."""
+    found: dict[str, episodes.Outcome] = {}
+    for outcome in outcomes:
+        if outcome.scene is not None:
+            found.setdefault(outcome.target, outcome)
+    return [found[word] for word in words if word in found]
+
+
+def _shown(runs: report.Runs, words: Sequence[str]) -> list[episodes.Outcome]:
+    shown = firsts(runs[0], words)
+    missed = [each for each in runs[0] if not each.success and each.scene is not None]
+    if missed and all(each.success for each in shown):
+        shown.append(missed[0])
+    return shown
+
+
+def save_folds(path: Path, outcomes: Sequence[episodes.Outcome], count: int = 6) -> None:
+    """Write a GIF of the first episode of `count` targets, evenly picked.
+
+    Nothing is selected by its outcome: failures show as they come.
+
+    Parameters
+    ----------
+    path : Path
+        Where to.
+    outcomes : sequence of Outcome
+        Those of one run.
+    count : int
+        Most folds to show.
+    """
+    words = list(dict.fromkeys(each.target for each in outcomes if each.scene is not None))
+    shown = firsts(outcomes, spread(words, count))
+    folds = [fold for outcome in shown if (fold := recorded(outcome)) is not None]
+    save_gif(folds, path, targets=[outcome.target for outcome in shown], size=(960, 640))
 
 
 def write_page(
     path: Path,
     settings: EnvSettings,
     draws: int,
-    summaries: Mapping[str, Summary],
+    summaries: Mapping[str, report.Summary],
     pictures: Mapping[str, Path],
     shown: Mapping[str, Sequence[Replay]],
 ) -> None:
@@ -74,13 +170,13 @@ def _settings(settings: EnvSettings, draws: int) -> str:
     return f"{settings.id}, {told}; {draws} draws of each target that no training or search saw."
 
 
-def _overall(summaries: Mapping[str, Summary]) -> str:
-    rows = overall_rows(list(summaries.values()))
+def _overall(summaries: Mapping[str, report.Summary]) -> str:
+    rows = report.overall_rows(list(summaries.values()))
     lines = [[name, *(cells[k] for cells in rows.values())] for k, name in enumerate(summaries)]
     return _table(["", *rows], lines)
 
 
-def _by_target(summaries: Mapping[str, Summary]) -> str:
+def _by_target(summaries: Mapping[str, report.Summary]) -> str:
     lines = [
         [word, *(str(each.targets[word]) for each in summaries.values())]
         for word in _first(summaries).targets
@@ -140,9 +236,159 @@ def _text(value: Any) -> str:
     return " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
 
 
-def _first(summaries: Mapping[str, Summary]) -> Summary:
+def _first(summaries: Mapping[str, report.Summary]) -> report.Summary:
     return next(iter(summaries.values()))
 
 
 def _file(name: str) -> str:
     return (Path(__file__).parent / name).read_text(encoding="utf-8")
+
+
+def draw(
+    folder: Path, results: report.Results, summaries: Mapping[str, report.Summary]
+) -> dict[str, Path]:
+    """Write all pictures to `folder`; return their paths, by what they show."""
+    pictures = {
+        "overall": _means(summaries),
+        "targets": _bars(results, summaries),
+        "profile": _profile(results),
+        "reasons": _reasons(summaries),
+    }
+    paths = {name: folder / f"{name}.png" for name in pictures}
+    for name, figure in pictures.items():
+        save_figure(figure, paths[name])
+    return paths
+
+
+def _means(summaries: Mapping[str, report.Summary]) -> Any:
+    """Draw mean, middle half and success when built beforehand, with their intervals."""
+    figure, ((axes,),) = _figure(0.9 + 0.5 * len(summaries))
+    rows = (
+        ("success", "fed and chosen at the mouth", "o", COLOURS[1]),
+        ("iqm", "the same, middle half of targets and seeds", "D", COLOURS[6]),
+        ("built", "same choices, built beforehand", "s", COLOURS[2]),
+    )
+    for k, (attribute, label, marker, colour) in enumerate(rows):
+        shown = [
+            (place, found)
+            for place, summary in enumerate(summaries.values())
+            if (found := getattr(summary, attribute)) is not None
+        ]
+        if shown:
+            places = np.array([place for place, _ in shown]) + 0.22 * (k - 1)
+            value, low, high = 100 * np.array([found for _, found in shown], dtype=float).T
+            axes.errorbar(
+                value, places, xerr=[value - low, high - value], fmt=marker, color=colour,
+                markersize=5, capsize=2, linewidth=1.2, label=label,
+            )  # fmt: skip
+    axes.set_yticks(range(len(summaries)), list(summaries))
+    axes.set_ylim(len(summaries) - 0.5, -0.5)
+    axes.set_xlim(-2, 102)
+    axes.set_xlabel("success [%], with 95 % intervals over seeds and targets")
+    axes.grid(axis="x", color=GRID, linewidth=0.8)
+    figure.legend(loc="outside upper right", ncols=3, frameon=False, fontsize=8)
+    return figure
+
+
+def _bars(results: report.Results, summaries: Mapping[str, report.Summary]) -> Any:
+    """Draw bars by target, a row a method; dots are the runs of a method that has several."""
+    words = report.targets_of(results)
+    figure, grid = _figure(0.8 + 1.2 * len(results), rows=len(results))
+    axes = grid[:, 0]
+    places = np.arange(len(words))
+    for place, (name, runs) in zip(axes, results.items(), strict=True):
+        shares = [summaries[name].targets[word] for word in words]
+        rates = 100 * np.array([each.rate for each in shares])
+        ends = 100 * np.array([[each.low, each.high] for each in shares]).T
+        place.bar(places, rates, color=COLOURS[6], width=0.75)
+        error = np.abs(ends - rates)
+        place.errorbar(places, rates, yerr=error, fmt="none", ecolor=INK, linewidth=0.9)
+        if len(runs) > 1:
+            for k, row in enumerate(100 * report.by_target(runs)):
+                shift = 0.5 * (k / (len(runs) - 1) - 0.5)
+                place.plot(places + shift, row, ".", color=COLOURS[1], markersize=4, clip_on=False)
+        place.set_title(name, loc="left", fontsize=9)
+        place.set_ylim(0, 104)
+        place.set_yticks([0, 50, 100])
+        place.grid(axis="y", color=GRID, linewidth=0.8)
+    axes[-1].set_xlim(-0.6, len(words) - 0.4)
+    axes[-1].set_xticks(places, words, rotation=90, fontsize=7, family="monospace")
+    figure.supylabel("success [%]", fontsize=9)
+    return figure
+
+
+def _profile(results: report.Results) -> Any:
+    """Draw which share of runs on targets succeed more often than τ."""
+    figure, ((axes,),) = _figure(3.6)
+    for k, (name, runs) in enumerate(results.items()):
+        found = intervals.estimate(
+            report.by_target(runs), report.targets_of(results), intervals.profile
+        )
+        colour, style = COLOURS[(k + 1) % len(COLOURS)], ("-", "--", ":")[k // len(COLOURS) % 3]
+        axes.step(
+            100 * intervals.THRESHOLDS,
+            100 * found.value,
+            style,
+            where="post",
+            color=colour,
+            label=name,
+        )
+        axes.fill_between(
+            100 * intervals.THRESHOLDS, 100 * found.low, 100 * found.high, step="post",
+            color=colour, alpha=0.15, linewidth=0,
+        )  # fmt: skip
+    axes.set_xlim(0, 100)
+    axes.set_ylim(-2, 102)
+    axes.set_xlabel("τ: rate of success on a target [%]")
+    axes.set_ylabel("targets (and seeds) above τ [%]")
+    axes.grid(color=GRID, linewidth=0.8)
+    figure.legend(loc="outside right upper", frameon=False, fontsize=8)
+    return figure
+
+
+def _reasons(summaries: Mapping[str, report.Summary]) -> Any:
+    """Draw how episodes ended, and which joints stood in the way of those that missed."""
+    figure, (axes,) = _figure(1.1 + 0.5 * len(summaries), columns=(2.2, 1, 1))
+    left = np.zeros(len(summaries))
+    totals = np.array([sum(each.ends.values()) for each in summaries.values()])
+    places = np.arange(len(summaries))
+    for end in report.ENDS:
+        shares = 100 * np.array([each.ends[end] for each in summaries.values()]) / totals
+        axes[0].barh(places, shares, left=left, color=_END_COLOURS[end], label=end, height=0.7)
+        left += shares
+    axes[0].set_yticks(places, list(summaries))
+    axes[0].set_ylim(len(summaries) - 0.5, -0.5)
+    axes[0].set_xlim(0, 100)
+    axes[0].set_xlabel("episodes [%]")
+    for place, kind, title in zip(
+        axes[1:], ("open", "wrong"), ("joint left open", "joint folded wrong"), strict=True
+    ):
+        missed = totals - np.array([each.ends["target"] for each in summaries.values()])
+        counts = np.array([each.joints[kind] for each in summaries.values()], dtype=float)
+        shares = 100 * counts / np.maximum(missed, 1)[:, None]
+        place.imshow(shares, vmin=0, vmax=100, cmap="Oranges", aspect="auto")
+        for (row, column), value in np.ndenumerate(shares):
+            colour = "white" if value > 60 else INK
+            label = f"{value:.0f}" if missed[row] else "–"
+            place.text(column, row, label, ha="center", va="center", color=colour,
+                       fontsize=7)  # fmt: skip
+        place.set_xticks(range(counts.shape[1]), [str(k + 1) for k in range(counts.shape[1])])
+        place.set_yticks([])
+        place.set_xlabel(f"{title}\n[% of misses]")
+    figure.legend(loc="outside upper left", ncols=len(report.ENDS), frameon=False, fontsize=8)
+    return figure
+
+
+def _figure(height: float, rows: int = 1, columns: tuple[float, ...] = (1,)) -> tuple[Any, Any]:
+    """Return a figure and its axes, shape (rows, columns), without frames right and above."""
+    figure = figure_class()(figsize=(WIDTH, height), layout="constrained")
+    axes = figure.subplots(
+        rows, len(columns), sharex=rows > 1, squeeze=False, gridspec_kw={"width_ratios": columns}
+    )
+    for place in axes.flat:
+        place.spines[["top", "right"]].set_visible(False)
+        place.tick_params(labelsize=8, colors=INK)
+        place.xaxis.label.set_size(9)
+        place.yaxis.label.set_size(9)
+        place.set_axisbelow(True)
+    return figure, axes

@@ -1,18 +1,27 @@
-"""Policies that can be compared: random, frozen choices, trained ones."""
+"""Policies that can be compared: random, trained ones, and choices made beforehand.
 
+A choice is the magnets of every component and its speed; files hold those of searches.
+"""
+
+import hashlib
+import json
 from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 import sb3_contrib
 import torch
+from pydantic import TypeAdapter, ValidationError
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from agents.baselines.store import read_choices
-from agents.evaluation.open_loop import FrozenPolicy
-from agents.training.learners import load_model
+from agents.training.models import load_model
 from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.files import write_text
+from magfold_env.scene import Problem, errors
+
+FORMAT = "magfold_env choices 1"
 
 
 class Policy(Protocol):
@@ -136,3 +145,194 @@ def make_policy(name: str) -> Policy:
             "or a checkpoint (.zip)"
         )
     return FrozenPolicy(read_choices(path)) if path.suffix == ".json" else TrainedPolicy.load(path)
+
+
+class OpenLoop(NamedTuple):
+    """What an open loop decides.
+
+    Attributes
+    ----------
+    sequence : tuple of str
+        The components, component 1 first.
+    speeds : tuple of float
+        Feed speed of each component [m/s], component 1 first.
+    """
+
+    sequence: tuple[str, ...]
+    speeds: tuple[float, ...]
+
+    @classmethod
+    def at_one_speed(cls, sequence: tuple[str, ...], speed: float) -> "OpenLoop":
+        """Return the choice that feeds a whole chain at one speed [m/s]."""
+        return cls(sequence, (speed,) * len(sequence))
+
+    def as_played(self, env: FoldEnv[Any]) -> "OpenLoop":
+        """Return the choice as the actions of `env` can express it.
+
+        Speeds go to the nearest level, components to the nearest of the catalogue. Where a chain
+        is chosen as a whole it has one speed, that of component 1.
+        """
+        table = env.actions
+        if table.components > 1:
+            sequence, speed = table.decode(table.encode(self.sequence, self.speeds[0]))
+            return OpenLoop.at_one_speed(sequence, float(speed))
+        read = [table.decode(table.encode(*each)) for each in zip(*self, strict=True)]
+        return OpenLoop(
+            tuple(faces for (faces,), _ in read), tuple(float(speed) for _, speed in read)
+        )
+
+    def action(self, env: FoldEnv[Any]) -> Any:
+        """Return the action with which the present episode of `env` goes on as chosen."""
+        if env.actions.components > 1:
+            return env.actions.encode(self.sequence, self.speeds[0])
+        index = env.next_component
+        return env.actions.encode(self.sequence[index], self.speeds[index])
+
+
+class FrozenPolicy:
+    """Plays a choice for each target, whatever the chain does.
+
+    Parameters
+    ----------
+    choices : mapping of str to OpenLoop
+        By target.
+    """
+
+    def __init__(self, choices: Mapping[str, OpenLoop]) -> None:
+        self._choices = choices
+
+    def act(self, env: FoldEnv[Any], observation: Any, rng: object) -> Any:
+        """Return the next action of what was chosen for the target of `env`.
+
+        Raises
+        ------
+        ValueError
+            If nothing was chosen for the target.
+        """
+        if env.target not in self._choices:
+            raise ValueError(
+                f"target: {env.target!r} has no choice; must be one of {', '.join(self._choices)}"
+            )
+        return self._choices[env.target].action(env)
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """What a search chose for one target, and what speaks for it.
+
+    Attributes
+    ----------
+    sequence, speeds
+        See `OpenLoop`.
+    calls : int
+        Physics calls that the search made.
+    successes, releases : int
+        How many calls of this choice succeeded, and how many there were: a flattering share, since
+        it was chosen for it.
+    """
+
+    sequence: tuple[str, ...]
+    speeds: tuple[float, ...]
+    calls: int
+    successes: int
+    releases: int
+
+    @property
+    def choice(self) -> OpenLoop:
+        """The choice alone."""
+        return OpenLoop(self.sequence, self.speeds)
+
+
+class ChoiceFile:
+    """Choices by target, written anew with every one that is added.
+
+    Parameters
+    ----------
+    path : Path
+        A JSON file; its folder is made if need be.
+    key : mapping
+        Everything that the choices depend on but their target, as values that JSON can hold.
+
+    Raises
+    ------
+    ValueError
+        If the file exists and is damaged, or was written with another key.
+    """
+
+    def __init__(self, path: Path, key: Mapping[str, Any]) -> None:
+        self._path, self._key = path, json.loads(json.dumps(key))
+        self._chosen: dict[str, Chosen] = {}
+        if path.is_file():
+            content = _read(path)
+            for name, value in self._key.items():
+                if (there := content["key"].get(name)) != value:
+                    raise ValueError(
+                        f"{path}: was written by another search, with {name} {there!r}; "
+                        f"must be {value!r}, or give another file"
+                    )
+            self._chosen = _chosen_in(content, path)
+
+    @property
+    def chosen(self) -> Mapping[str, Chosen]:
+        """What was chosen so far, by target."""
+        return self._chosen
+
+    def add(self, target: str, chosen: Chosen) -> None:
+        """Add what was chosen for a target."""
+        self._chosen[target] = chosen
+        choices = {word: asdict(each) for word, each in self._chosen.items()}
+        content: dict[str, Any] = {"format": FORMAT, "key": self._key, "choices": choices}
+        content["checksum"] = _checksum(content)
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(self._path, json.dumps(content, indent=1) + "\n")
+
+
+def read_choices(path: Path) -> dict[str, OpenLoop]:
+    """Return the choices in a file, by target.
+
+    Raises
+    ------
+    ValueError
+        If it is no such file, or damaged.
+    """
+    return {target: each.choice for target, each in _chosen_in(_read(path), path).items()}
+
+
+def read_key(path: Path) -> dict[str, Any]:
+    """Return what the choices in a file depend on.
+
+    Raises
+    ------
+    ValueError
+        If it is no such file, or damaged.
+    """
+    return _read(path)["key"]
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        checksum = content.pop("checksum")
+        whole = content["format"] == FORMAT and checksum == _checksum(content)
+        whole = whole and isinstance(content["key"], dict)
+    except (OSError, ValueError, AttributeError, KeyError, TypeError, RecursionError):
+        whole, content = False, {}
+    if not whole:
+        raise ValueError(f"{path}: holds no choices of agents.baselines, or is damaged")
+    return content
+
+
+def _chosen_in(content: Mapping[str, Any], path: Path) -> dict[str, Chosen]:
+    try:
+        return _CHOICES.validate_python(content.get("choices"))
+    except ValidationError as error:
+        wrong = error.errors(include_url=False)[0]
+        key = errors.dotted(("choices", *wrong["loc"]))
+        raise ValueError(f"{path}: {Problem(key, wrong['input'], wrong['msg'])}") from None
+
+
+def _checksum(content: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+_CHOICES = TypeAdapter(dict[str, Chosen])

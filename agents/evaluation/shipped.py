@@ -11,8 +11,7 @@ from typing import Any, Self
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from agents.evaluation.policies import TrainedPolicy
-from agents.evaluation.provenance import file_digest
-from agents.training.info import RunInfo
+from agents.training.folder import RunInfo, file_digest
 from magfold_env.files import configs_dir, write_text
 
 

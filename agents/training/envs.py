@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMonitor
 
-from agents.settings.env import CONTROL_ENV, GOAL_ENV, CurriculumSettings, EnvSettings
-from agents.settings.run import SettingsError, TrainSettings
+from agents import settings as train_settings
+from agents.settings import CurriculumSettings, EnvSettings, SettingsError, TrainSettings
 from magfold_env.envs.chains.history import Chronicle
 from magfold_env.envs.fold_vector import FoldVectorEnv
 from magfold_env.envs.wrappers.curriculum import Curriculum
@@ -64,7 +64,7 @@ def make_env(
     curriculum : CurriculumSettings, optional
         Easier variants to begin with.
     """
-    options = _options(settings, gamma)
+    options = settings.options(gamma)
     env = gymnasium.make(settings.id, disable_env_checker=True, **options)
     if curriculum is None:
         return env
@@ -107,7 +107,7 @@ def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
     """
     env = settings.phases[phase].env
     if _stepping(settings, env) == "native":
-        options = _options(env, settings.learner.gamma)
+        options = env.options(settings.learner.gamma)
         envs = make_sb3_vec(env.id, settings.envs, **options)
     else:
         make = partial(_resumable, env, settings.learner.gamma, settings.curriculum)
@@ -120,12 +120,6 @@ def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
     return envs
 
 
-def _options(settings: EnvSettings, gamma: float | None) -> dict[str, Any]:
-    """Return the keyword arguments of an environment, with the discount of its shaping."""
-    discounted = gamma is not None and settings.id != GOAL_ENV
-    return settings.options() | ({"gamma": gamma} if discounted else {})
-
-
 def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
     """Return how the environments of a phase are stepped together.
 
@@ -134,11 +128,11 @@ def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
     SettingsError
         If they cannot be stepped as the settings want it.
     """
-    possible = env.id != CONTROL_ENV and settings.curriculum is None
+    possible = env.id != train_settings.CONTROL_ENV and settings.curriculum is None
     if settings.stepping == "native" and not possible:
         raise SettingsError(
-            f"stepping: 'native' is not allowed for {CONTROL_ENV} and with a curriculum; "
-            "must be 'processes' or 'serial'"
+            f"stepping: 'native' is not allowed for {train_settings.CONTROL_ENV} and with a "
+            "curriculum; must be 'processes' or 'serial'"
         )
     if settings.stepping is not None:
         return settings.stepping

@@ -1,14 +1,125 @@
-"""The folder of a training run: what lies where, and whether a run may begin or go on in it."""
+"""The folder of a training run: what lies where, what is noted there, and its logs.
 
+What is noted beside every model, and beside every result, says what it was made from, and with
+what.
+
+Records are only ever added to the end of TensorBoard's event files. So the files as they were when
+a checkpoint was written are the first bytes of what they are now, and what was written after it,
+and will be written again, can be cut off.
+"""
+
+import hashlib
+import json
+import os
+import platform
+import sys
+from dataclasses import asdict, dataclass, field
 from enum import Enum
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
-from agents.settings.run import SettingsError, TrainSettings, load_settings, save_settings
-from agents.training.event_files import PATTERN
-from agents.training.info import FILE, RunInfo, versions
+import numpy as np
+from stable_baselines3.common.logger import KVWriter, Logger, TensorBoardOutputFormat
+
+from agents.settings import SettingsError, TrainSettings, load_settings, save_settings
 from magfold_env.checkpoint import difference
-from magfold_env.files import physics_digest
+from magfold_env.envs.tasks.draws import EVALUATION_VERSION
+from magfold_env.files import physics_digest, write_text
+from magfold_env.reporting import machine
+
+PACKAGES = (
+    "magfold_env",
+    "gymnasium",
+    "numba",
+    "numpy",
+    "sb3-contrib",
+    "stable-baselines3",
+    "torch",
+)
+EVALUATION_PACKAGES = ("pygad", "scipy")
+"""Besides those that training depends on."""
+FILE = "run.json"
+EVENTS = "events.out.tfevents.*"
+_REMEDY = "give another --output, or --fresh to remove it"
+
+
+@dataclass
+class RunInfo:
+    """The contents of ``run.json``.
+
+    Attributes
+    ----------
+    name, algorithm : str
+        From the settings, which lie beside it in full.
+    seed : int
+        Seed of the run.
+    made : dict
+        Commit of the sources, versions, machine and time at the beginning.
+    steps : int
+        Environment steps made.
+    seconds : float
+        Time spent on them [s].
+    resumed_at : list of int
+        Steps of the checkpoints from which the run was taken up again.
+    validation : dict or None
+        Result of the last validation.
+    wandb_id : str or None
+        The run's name with Weights & Biases; None if it is not logged there.
+    finished : bool
+        Whether the training has come to its end.
+    """
+
+    name: str
+    algorithm: str
+    seed: int
+    made: dict[str, str]
+    steps: int = 0
+    seconds: float = 0.0
+    resumed_at: list[int] = field(default_factory=list)
+    validation: dict[str, float] | None = None
+    wandb_id: str | None = None
+    finished: bool = False
+
+    @classmethod
+    def begin(cls, name: str, algorithm: str, seed: int) -> Self:
+        """Return what is to be noted at the beginning of a run."""
+        return cls(name, algorithm, seed, machine.describe() | versions())
+
+    @classmethod
+    def read(cls, folder: Path) -> Self | None:
+        """Return what was noted in `folder`; None if nothing, or nothing that can be read."""
+        try:
+            return cls(**json.loads((folder / FILE).read_text(encoding="utf-8")))
+        except (OSError, ValueError, TypeError):
+            return None
+
+    def write(self, folder: Path) -> None:
+        """Write to `folder`."""
+        write_text(folder / FILE, json.dumps(asdict(self), indent=1) + "\n")
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that a run depends on."""
+    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+
+
+def provenance() -> dict[str, Any]:
+    """Return commit, versions, machine and command as values that JSON can hold."""
+    return {
+        "command": sys.argv,
+        "physics": physics_digest(),
+        "evaluation draws": EVALUATION_VERSION,
+        **machine.describe(),
+        **versions(),
+        **{name: version(name) for name in EVALUATION_PACKAGES},
+    }
+
+
+def file_digest(policy: str) -> str | None:
+    """Return the SHA-256 of a policy's file; None for a policy that has none."""
+    path = Path(policy)
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
 
 class Resume(Enum):
@@ -19,7 +130,7 @@ class Resume(Enum):
     NEVER = "remove it"
 
 
-class Standing(Enum):
+class RunStatus(Enum):
     """How far the run in a folder has come."""
 
     NEW = "to begin"
@@ -56,7 +167,7 @@ class RunFolder:
             "versions": versions(),
         }
 
-    def open(self, resume: Resume) -> Standing:
+    def open(self, resume: Resume) -> RunStatus:
         """Return how far the run has come; make the folder ready if it is to begin.
 
         Raises
@@ -64,22 +175,22 @@ class RunFolder:
         SettingsError
             If another run lies here, or none where one is to be taken up.
         """
-        for half in self.path.glob(".*.zip"):
+        for partial in self.path.glob(".*.zip"):
             # What a kill has left of a file that was being written.
-            half.unlink()
+            partial.unlink()
         if resume is not Resume.NEVER and self._settings_file.is_file():
             self._refuse_other()
             info = RunInfo.read(self.path)
             if info is not None and info.finished and self.policy.is_file():
-                return Standing.FINISHED
+                return RunStatus.FINISHED
             if self.state.is_file():
-                return Standing.BROKEN_OFF
+                return RunStatus.BROKEN_OFF
         if resume is Resume.ALWAYS:
             raise SettingsError(f"{self.path}: there is no checkpoint to resume from")
         self._clear()
         self.checkpoints.mkdir(parents=True, exist_ok=True)
         save_settings(self.settings, self._settings_file)
-        return Standing.NEW
+        return RunStatus.NEW
 
     def _refuse_other(self) -> None:
         """Refuse a folder whose run has other settings."""
@@ -94,8 +205,81 @@ class RunFolder:
     def _clear(self) -> None:
         """Remove the files of an earlier run."""
         files = [self.policy, self.best, self.state, self.path / FILE]
-        for file in (*files, *self.path.glob(PATTERN), *self.checkpoints.glob("policy-*.zip")):
+        for file in (*files, *self.path.glob(EVENTS), *self.checkpoints.glob("policy-*.zip")):
             file.unlink(missing_ok=True)
 
 
-_REMEDY = "give another --output, or --fresh to remove it"
+def event_sizes(folder: Path) -> dict[str, int]:
+    """Return the size of each event file in `folder` in bytes, by name."""
+    return {path.name: path.stat().st_size for path in sorted(folder.glob(EVENTS))}
+
+
+def cut_events(folder: Path, sizes: dict[str, int]) -> None:
+    """Cut the event files in `folder` to `sizes`; remove those that were not there."""
+    for path in folder.glob(EVENTS):
+        if path.name not in sizes:
+            path.unlink()
+        elif path.stat().st_size > sizes[path.name]:
+            os.truncate(path, sizes[path.name])
+
+
+class WandbWriter(KVWriter):
+    """Sends every number to a run of Weights & Biases.
+
+    Parameters
+    ----------
+    run : wandb.Run
+        The run.
+    """
+
+    def __init__(self, run: Any) -> None:
+        self._run = run
+
+    def write(
+        self,
+        key_values: dict[str, Any],
+        key_excluded: dict[str, tuple[str, ...]],
+        step: int = 0,
+    ) -> None:
+        """Send the numbers that TensorBoard gets too."""
+        numbers = {
+            key: float(value)
+            for key, value in key_values.items()
+            if "tensorboard" not in key_excluded[key] and isinstance(value, (int, float, np.number))
+        }
+        self._run.log(numbers, step=step)
+
+    def close(self) -> None:
+        """End the run."""
+        self._run.finish()
+
+
+def import_wandb() -> Any:
+    """Return the module ``wandb``.
+
+    Raises
+    ------
+    SettingsError
+        If it is not installed.
+    """
+    try:
+        import wandb  # noqa: PLC0415 (wanted by few)  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise SettingsError("--wandb: needs the package wandb: pip install wandb") from None
+    return wandb
+
+
+def make_logger(folder: Path, settings: TrainSettings, info: RunInfo) -> Logger:
+    """Return a logger of TensorBoard files in `folder`, and of W&B if the run has a name there."""
+    writers: list[KVWriter] = [TensorBoardOutputFormat(str(folder))]
+    if info.wandb_id is not None:
+        run = import_wandb().init(
+            project="magfold_env",
+            name=settings.name,
+            id=info.wandb_id,
+            resume="allow",
+            dir=str(folder),
+            config=settings.model_dump(mode="json"),
+        )
+        writers.append(WandbWriter(run))
+    return Logger(str(folder), writers)

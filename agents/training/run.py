@@ -1,29 +1,24 @@
-"""One run of training: its phases, and what is kept of it on the way."""
+"""One run of training: its phases, its validations, and what is kept of it on the way."""
 
+import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 from uuid import uuid4
 
+import numpy as np
 import torch
 from rich.console import Console
-from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
-from stable_baselines3.common.vec_env import VecMonitor
+from sb3_contrib import MaskablePPO
+from stable_baselines3.common import base_class, callbacks, logger, on_policy_algorithm, vec_env
 
+from agents.commands import progress_bar
 from agents.evaluation.episodes import warm_up
-from agents.settings.run import Phase, TrainSettings
-from agents.training.archive import read_archive, write_archive
-from agents.training.callbacks import BoundaryCallback, ProgressCallback
-from agents.training.envs import make_training_envs
-from agents.training.event_files import cut_events, event_sizes
-from agents.training.folder import Resume, RunFolder, Standing
-from agents.training.info import RunInfo
-from agents.training.learners import enter, make_model, save_policy
-from agents.training.loggers import make_logger
-from agents.training.progress import Progress
-from agents.training.state import MODEL, pack, set_records, unpack_model, unpack_rest
-from agents.training.validation import Validation, log_validation
+from agents.settings import EnvSettings, Phase, TrainSettings
+from agents.training import folder as run_folder
+from agents.training import models
+from agents.training.envs import make_env, make_training_envs
+from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.files import replacing
 
 EPISODES_PER_RECORD = 60
@@ -41,7 +36,7 @@ class DivergedError(ArithmeticError):
 def train(
     settings: TrainSettings,
     path: Path,
-    resume: Resume = Resume.AUTO,
+    resume: run_folder.Resume = run_folder.Resume.AUTO,
     wandb: bool = False,
     watch: Watch | None = None,
 ) -> Path:
@@ -76,11 +71,15 @@ def train(
     """
     # The networks are small: more threads only get in the way of the simulations.
     torch.set_num_threads(1)
-    folder = RunFolder(path, settings)
-    standing = folder.open(resume)
-    if standing is Standing.FINISHED:
+    folder = run_folder.RunFolder(path, settings)
+    status = folder.open(resume)
+    if status is run_folder.RunStatus.FINISHED:
         return folder.policy
-    parts = read_archive(folder.state, folder.key) if standing is Standing.BROKEN_OFF else None
+    parts = (
+        models.read_archive(folder.state, folder.key)
+        if status is run_folder.RunStatus.BROKEN_OFF
+        else None
+    )
     with Console().status("preparing the engine; its first use compiles it, for up to a minute"):
         for phase in settings.phases:
             warm_up(phase.env)
@@ -89,12 +88,160 @@ def train(
     return folder.policy
 
 
+class Validation:
+    """Plays every target in turn, each time with the policy's most probable action.
+
+    The draws are neither those of training nor those that results are reported on.
+
+    Parameters
+    ----------
+    settings : EnvSettings
+        The environment.
+    episodes : int
+        How many to play.
+    """
+
+    def __init__(self, settings: EnvSettings, episodes: int) -> None:
+        self._env = make_env(settings.unshaped())
+        self._seeds = episode_seeds("validation", episodes)
+        inner: Any = self._env.unwrapped
+        if hasattr(inner, "tasks"):
+            self._wanted = [{"task": number} for number in range(len(inner.tasks))]
+        else:
+            self._wanted = [{"target": word} for word in inner.targets]
+
+    def __call__(self, model: base_class.BaseAlgorithm) -> dict[str, float]:
+        """Return the rate of success and the mean score of `model`."""
+        ends = [self._play(model, number) for number in range(len(self._seeds))]
+        return {
+            # What an episode that runs out of time has not reached.
+            "success_rate": float(np.mean([info.get("is_success", False) for info in ends])),
+            "score": float(np.mean([info.get("score", 0.0) for info in ends])),
+        }
+
+    def _play(self, model: base_class.BaseAlgorithm, number: int) -> dict[str, Any]:
+        """Play an episode and return its last info."""
+        wanted = self._wanted[number % len(self._wanted)]
+        observation, info = self._env.reset(seed=self._seeds[number], options=wanted)
+        ended = False
+        while not ended:
+            action = self._greedy(model, observation)
+            observation, _, terminated, truncated, info = self._env.step(action)
+            ended = terminated or truncated
+        return info
+
+    def _greedy(self, model: base_class.BaseAlgorithm, observation: Any) -> Any:
+        if isinstance(model, MaskablePPO):
+            masks = self._env.get_wrapper_attr("action_masks")()
+            return model.predict(observation, deterministic=True, action_masks=masks)[0]
+        return model.predict(observation, deterministic=True)[0]
+
+
+def log_validation(model: base_class.BaseAlgorithm, result: dict[str, float]) -> None:
+    """Write `result` to the outputs of the model's logger, at the steps made so far."""
+    # A logger of its own: what the model has recorded belongs to a later step.
+    own = logger.Logger(None, model.logger.output_formats)
+    for name, value in result.items():
+        own.record(f"validation/{name}", value)
+    own.dump(model.num_timesteps)
+
+
+class ProgressCallback(callbacks.BaseCallback):
+    """Shows steps, episodes' recent rate of success and the time left, in a ``with`` block.
+
+    Parameters
+    ----------
+    start, end : int
+        Steps made before the phase, and at its end.
+    description : str
+        Name of the phase.
+    """
+
+    def __init__(self, start: int, end: int, description: str) -> None:
+        super().__init__()
+        self._start = start
+        self._bar = progress_bar()
+        self._task = self._bar.add_task(description, total=end - start, note="")
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+    def _on_step(self) -> bool:
+        recent = self.model.ep_success_buffer or [0.0]
+        note = f"success {100 * float(np.mean(recent)):.0f} %"
+        self._bar.update(self._task, completed=self.num_timesteps - self._start, note=note)
+        return True
+
+
+class BoundaryCallback(callbacks.BaseCallback):
+    """Validates and saves between rollouts, where a run can be taken up again; ends it in time.
+
+    Parameters
+    ----------
+    state : Progress
+        How far the run has come; kept up to date.
+    validate_every, save_every : int
+        Steps between validations, and between checkpoints.
+    validate, save : callable
+        What to do then.
+    minutes : float, optional
+        Time limit of the whole run.
+    """
+
+    def __init__(
+        self,
+        state: models.Progress,
+        validate_every: int,
+        save_every: int,
+        validate: Callable[[], None],
+        save: Callable[[], None],
+        minutes: float | None,
+    ) -> None:
+        super().__init__()
+        self._state = state
+        self._every = (validate_every, save_every)
+        self._validate = validate
+        self._save = save
+        self._limit = np.inf if minutes is None else 60.0 * minutes
+        self._began = time.monotonic() - state.seconds
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the phase ended before its steps were made."""
+        return self._state.stopping or self.out_of_time
+
+    @property
+    def out_of_time(self) -> bool:
+        """Whether the time limit of the run is reached."""
+        return self._state.seconds >= self._limit
+
+    def visit(self) -> None:
+        """Do what is due between two rollouts."""
+        state, steps = self._state, self.model.num_timesteps
+        if models.due(steps, state.validated_at, self._every[0]):
+            self._validate()
+        if models.due(steps, state.saved_at, self._every[1]):
+            state.saved_at = steps
+            self._save()
+
+    def _on_rollout_start(self) -> None:
+        self.visit()
+
+    def _on_step(self) -> bool:
+        self._state.seconds = time.monotonic() - self._began
+        return not self.interrupted
+
+
 class TrainingRun:
     """A run under way, and its folder.
 
     What lies there:
 
-    - ``settings.yaml`` and ``run.json``: everything it was made from and with, and its standing;
+    - ``settings.yaml`` and ``run.json``: everything it was made from and with, and its status;
     - TensorBoard's files;
     - ``checkpoints/``: the policies on the way; ``best.zip``: the one that validated best;
     - ``resume.zip``: where it goes on after an interruption; it holds pickles, so take up only
@@ -115,7 +262,7 @@ class TrainingRun:
 
     def __init__(
         self,
-        folder: RunFolder,
+        folder: run_folder.RunFolder,
         parts: dict[str, bytes] | None,
         wandb: bool,
         watch: Watch | None = None,
@@ -124,21 +271,21 @@ class TrainingRun:
         self._folder = folder
         self._settings = settings
         self._key = folder.key
-        self._model: BaseAlgorithm | None = None
+        self._model: base_class.BaseAlgorithm | None = None
         self._parts = parts
         self._watch = watch
-        self._progress = Progress()
-        info = RunInfo.begin(settings.name, settings.learner.algorithm, settings.seed)
+        self._progress = models.Progress()
+        info = run_folder.RunInfo.begin(settings.name, settings.learner.algorithm, settings.seed)
         if parts is not None:
-            state = unpack_rest(parts)
+            state = models.unpack_rest(parts)
             self._progress = state.progress
-            info = RunInfo.read(folder.path) or info
+            info = run_folder.RunInfo.read(folder.path) or info
             info.resumed_at.append(self._progress.saved_at)
-            cut_events(folder.path, state.events)
+            run_folder.cut_events(folder.path, state.events)
         if wandb and info.wandb_id is None:
             info.wandb_id = uuid4().hex
         self._info = info
-        self._logger = make_logger(folder.path, settings, info)
+        self._logger = run_folder.make_logger(folder.path, settings, info)
 
     def finish(self) -> None:
         """Train to the end and save the policy."""
@@ -146,7 +293,7 @@ class TrainingRun:
         try:
             self._learn_all()
             if self._model is not None:
-                save_policy(self._model, self._folder.policy)
+                models.save_policy(self._model, self._folder.policy)
             self._info.finished = True
         finally:
             self._note()
@@ -177,7 +324,9 @@ class TrainingRun:
             "a smaller learner.learning_rate may help"
         ) from error
 
-    def _learn(self, model: BaseAlgorithm, envs: VecMonitor, phase: Phase) -> bool:
+    def _learn(
+        self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor, phase: Phase
+    ) -> bool:
         """Train to the end of a phase; return whether the run's time is over."""
         settings, progress = self._settings, self._progress
         start, end = progress.phase_start, progress.phase_start + phase.timesteps
@@ -209,47 +358,49 @@ class TrainingRun:
         progress.next_phase(model.num_timesteps)
         return boundaries.out_of_time
 
-    def _model_in(self, envs: VecMonitor) -> BaseAlgorithm:
+    def _model_in(self, envs: vec_env.VecMonitor) -> base_class.BaseAlgorithm:
         """Return the model, made, taken up or brought along, with its environments."""
         settings = self._settings
         if self._model is not None:
-            enter(self._model, envs)
+            models.enter(self._model, envs)
         elif self._parts is not None:
-            state = unpack_rest(self._parts)
+            state = models.unpack_rest(self._parts)
             algorithm = settings.learner.algorithm
-            self._model = unpack_model(self._parts, state, algorithm, envs, settings.device)
+            self._model = models.unpack_model(self._parts, state, algorithm, envs, settings.device)
             self._model.set_logger(self._logger)
-            set_records(self._logger, state)
+            models.set_records(self._logger, state)
             self._parts = None
         else:
-            self._model = make_model(settings.learner, envs, settings.seed, settings.device)
+            self._model = models.make_model(settings.learner, envs, settings.seed, settings.device)
             self._model.set_logger(self._logger)
         return self._model
 
-    def _log_interval(self, model: BaseAlgorithm) -> int:
+    def _log_interval(self, model: base_class.BaseAlgorithm) -> int:
         """Return the updates, or the episodes, from one record to the next."""
-        if isinstance(model, OnPolicyAlgorithm):
+        if isinstance(model, on_policy_algorithm.OnPolicyAlgorithm):
             return 1
         # No more than one record where the episodes of all environments end together.
         return max(EPISODES_PER_RECORD, self._settings.envs)
 
-    def _validate(self, model: BaseAlgorithm, validation: Validation, phase: Phase) -> None:
+    def _validate(
+        self, model: base_class.BaseAlgorithm, validation: Validation, phase: Phase
+    ) -> None:
         """Validate, log it and keep the policy if it is the best."""
         result = validation(model)
         log_validation(model, result)
         self._progress.validated_at = model.num_timesteps
         if self._progress.note(result, phase.stop):
-            save_policy(model, self._folder.best)
+            models.save_policy(model, self._folder.best)
         if self._watch is not None and self._progress.phase == len(self._settings.phases) - 1:
             self._watch(self._progress.validations, result)
 
-    def _save(self, model: BaseAlgorithm, envs: VecMonitor) -> None:
+    def _save(self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor) -> None:
         """Write a checkpoint to go on from, and the policy as it is."""
-        parts = pack(model, envs, self._progress, event_sizes(self._folder.path))
-        write_archive(self._folder.state, self._key, parts)
+        parts = models.pack(model, envs, self._progress, run_folder.event_sizes(self._folder.path))
+        models.write_archive(self._folder.state, self._key, parts)
         policy = self._folder.checkpoints / f"policy-{model.num_timesteps:09d}.zip"
         with replacing(policy) as temporary:
-            temporary.write_bytes(parts[MODEL])
+            temporary.write_bytes(parts[models.MODEL])
         self._note()
 
     def _note(self) -> None:

@@ -10,18 +10,12 @@ import numba
 import ray
 from optuna.samplers import TPESampler
 from ray import tune
-from ray.tune.schedulers import (
-    AsyncHyperBandScheduler,
-    FIFOScheduler,
-    MedianStoppingRule,
-    TrialScheduler,
-)
+from ray.tune import schedulers
 from ray.tune.search.optuna import OptunaSearch
 
-from agents.settings.run import SettingsError
-from agents.tuning.settings import Drawn, Search
+from agents.settings import SettingsError
+from agents.tuning.search import Drawn, Search, Trial, run_trial
 from agents.tuning.study import suggest
-from agents.tuning.trials import Trial, run_trial
 from magfold_env.checkpoint import difference
 from magfold_env.files import physics_digest, write_text
 from magfold_env.parallel import LOSSES
@@ -116,25 +110,25 @@ def _tuner(search: Search, output: Path, cpus: int) -> tune.Tuner:
     )
 
 
-def _scheduler(search: Search) -> TrialScheduler:
+def _scheduler(search: Search) -> schedulers.TrialScheduler:
     """Return what breaks trials off: Ray's likes of Optuna's pruners."""
     settings = search.settings
     if settings.pruner == "median":
-        return MedianStoppingRule(
+        return schedulers.MedianStoppingRule(
             time_attr=VALIDATION,
             grace_period=settings.least_validations,
             min_samples_required=settings.startup_trials,
             min_time_slice=float("inf"),  # until there are as many, trials do not take turns
         )
     if settings.pruner == "hyperband":
-        return AsyncHyperBandScheduler(
+        return schedulers.AsyncHyperBandScheduler(
             time_attr=VALIDATION,
             grace_period=settings.least_validations,
             max_t=search.validations,
             reduction_factor=3,
             stop_last_trials=False,
         )
-    return FIFOScheduler()
+    return schedulers.FIFOScheduler()
 
 
 def _train(config: dict[str, Drawn], search: Search, output: Path, cpus: int) -> None:

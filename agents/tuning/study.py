@@ -5,28 +5,21 @@ from functools import partial
 from pathlib import Path
 
 import optuna
-from optuna.exceptions import ExperimentalWarning
-from optuna.pruners import BasePruner, HyperbandPruner, MedianPruner, NopPruner
-from optuna.samplers import TPESampler
-from optuna.storages import RDBStorage, RetryHeartbeatStaleTrialCallback
-from optuna.study import MaxTrialsCallback
-from optuna.trial import FrozenTrial, TrialState
 
-from agents.settings.run import SettingsError
-from agents.tuning.settings import Choices, Domain, Search
-from agents.tuning.trials import Trial, run_trial
+from agents.settings import SettingsError
+from agents.tuning.search import Choices, Domain, Search, Trial, run_trial
 from magfold_env.checkpoint import difference
 from magfold_env.files import physics_digest
 
 FOLDER = "folder"
-ENDED = (TrialState.COMPLETE, TrialState.PRUNED)
+ENDED = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED)
 
 HEARTBEAT = 60
 """How often a trial shows that its process lives [s]; after twice that it is taken up again."""
 
 with warnings.catch_warnings():
-    warnings.simplefilter("ignore", ExperimentalWarning)
-    _again = RetryHeartbeatStaleTrialCallback()
+    warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+    _again = optuna.storages.RetryHeartbeatStaleTrialCallback()
     """Queues a trial again that was broken off, as the same run."""
 
 
@@ -58,9 +51,9 @@ def search_here(
         study.optimize(
             partial(_objective, search, output),
             timeout=None if minutes is None else 60.0 * minutes,
-            callbacks=[MaxTrialsCallback(search.settings.trials, states=ENDED)],
+            callbacks=[optuna.study.MaxTrialsCallback(search.settings.trials, states=ENDED)],
         )
-    finished = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+    finished = study.get_trials(deepcopy=False, states=(optuna.trial.TrialState.COMPLETE,))
     return [
         Trial(_folder(output, trial), trial.value, trial.params)
         for trial in finished
@@ -83,14 +76,14 @@ def _open(search: Search, storage: str) -> optuna.Study:
     """Return the study, made or taken up."""
     settings = search.settings
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExperimentalWarning)
-        kept = RDBStorage(
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        kept = optuna.storages.RDBStorage(
             storage, heartbeat_interval=HEARTBEAT, heartbeat_stale_trial_callback=_again
         )
     study = optuna.create_study(
         storage=kept,
         study_name=settings.name,
-        sampler=TPESampler(n_startup_trials=settings.startup_trials),
+        sampler=optuna.samplers.TPESampler(n_startup_trials=settings.startup_trials),
         pruner=_pruner(search),
         direction="maximize",
         load_if_exists=True,
@@ -105,13 +98,13 @@ def _open(search: Search, storage: str) -> optuna.Study:
     return study
 
 
-def _pruner(search: Search) -> BasePruner:
+def _pruner(search: Search) -> optuna.pruners.BasePruner:
     settings = search.settings
     if settings.pruner == "median":
-        return MedianPruner(settings.startup_trials, settings.least_validations)
+        return optuna.pruners.MedianPruner(settings.startup_trials, settings.least_validations)
     if settings.pruner == "hyperband":
-        return HyperbandPruner(settings.least_validations, search.validations)
-    return NopPruner()
+        return optuna.pruners.HyperbandPruner(settings.least_validations, search.validations)
+    return optuna.pruners.NopPruner()
 
 
 def _objective(search: Search, output: Path, trial: optuna.Trial) -> float:
@@ -134,6 +127,6 @@ def _objective(search: Search, output: Path, trial: optuna.Trial) -> float:
         raise
 
 
-def _folder(output: Path, trial: optuna.Trial | FrozenTrial) -> Path:
+def _folder(output: Path, trial: optuna.Trial | optuna.trial.FrozenTrial) -> Path:
     """Return the run folder of a trial; one that is queued again keeps its first."""
     return output / trial.user_attrs.get(FOLDER, f"trial-{trial.number:04d}")

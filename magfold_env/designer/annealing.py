@@ -4,21 +4,26 @@ A chain has far too many words to compare a sequence with all of them, and few c
 target. Annealing therefore compares with some, the words one letter off at first; the exact search
 for ground states then names the words that the sequence it found has really to fear, and annealing
 goes on with them, until it names none that is new.
+
+It may keep to sequences of which the target is the only stable word. Where joint k is to be L, the
+faces that touch when it is L must have opposite poles, and those that touch when it is R equal
+ones: no other fully folded word is then without conflict, whatever the rest. With the target's
+other contacts, opposite too, these are equations between the signs of two faces each. They cut the
+faces into groups within which one sign gives all others.
 """
 
-from __future__ import annotations
-
+import math
 from collections import Counter
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.designer.anneal import anneal
-from magfold_env.designer.holding import Ints, held_signs
-from magfold_env.designer.rivals import Rivals, one_letter_off
-from magfold_env.minimiser.ground_state import ground_state
-from magfold_env.minimiser.landscape import Floats
+from magfold_env.designer.evidence import Rivals, one_letter_off
+from magfold_env.engine.compile.jit import allocating_kernel
+from magfold_env.engine.state import Array
+from magfold_env.minimiser import ground_state, states
+from magfold_env.minimiser.lattice import Ints, from_words
 from magfold_env.scene import Scene
 
 STEPS = 60_000
@@ -32,6 +37,9 @@ RIVALS = 8
 
 _HOT, _COLD = 1.0, 0.01  # of the spread of the scores of random sequences
 _SAMPLES = 64
+
+_FRONT_LEFT, _BACK_LEFT, _BACK_RIGHT, _FRONT_RIGHT = range(4)
+_EQUAL, _OPPOSITE = 1, -1
 
 
 class Annealed(NamedTuple):
@@ -49,7 +57,7 @@ def anneal_sequence(
     calls: Counter[str],
     *,
     tolerant: bool = False,
-    holding: bool = False,
+    stable: bool = False,
     good_enough: float = np.inf,
 ) -> Annealed:
     """Search for the sequence whose worst rival scores highest.
@@ -66,13 +74,17 @@ def anneal_sequence(
         Flips tried are added to its ``energies``, exact searches to its ``ground states``.
     tolerant
         Score rivals by their tolerance instead of their energy above the target [J].
-    holding
-        Search only among sequences under which the target holds, see `held_signs`: no other
-        word is then stable.
+    stable
+        Search only among sequences of which the target is the only stable word, see
+        `stable_groups`.
     good_enough
         End with the first score above this.
     """
-    signs, groups = _start(scene, target, rng, holding)
+    if stable:
+        signs, groups = stable_signs(target, rng)
+    else:
+        signs = rng.choice([-1.0, 1.0], 4 * scene.n)
+        groups = [np.array([face]) for face in range(signs.size)]
     faces, first = np.concatenate(groups), np.cumsum([0, *(len(group) for group in groups)])
     rivals = Rivals(scene, target, one_letter_off(target))
     score_all = rivals.tolerances if tolerant else rivals.energies
@@ -94,7 +106,7 @@ def anneal_sequence(
     return best
 
 
-def sequence_of_signs(signs: Floats) -> tuple[str, ...]:
+def sequence_of_signs(signs: Array) -> tuple[str, ...]:
     """Return the sequence of the signs of its faces, shape (4n,): N positive.
 
     To flip all changes nothing; the first face is N.
@@ -103,17 +115,8 @@ def sequence_of_signs(signs: Floats) -> tuple[str, ...]:
     return tuple(letters[k : k + 4] for k in range(0, len(letters), 4))
 
 
-def _start(
-    scene: Scene, target: str, rng: np.random.Generator, holding: bool
-) -> tuple[Floats, list[Ints]]:
-    if not holding:
-        faces = 4 * scene.n
-        return rng.choice([-1.0, 1.0], faces), [np.array([face]) for face in range(faces)]
-    return held_signs(target, rng)
-
-
 def _typical_score(
-    score_all: Callable[[Floats], Floats], rng: np.random.Generator, faces: int
+    score_all: Callable[[Array], Array], rng: np.random.Generator, faces: int
 ) -> float:
     signs = rng.choice([-1.0, 1.0], (_SAMPLES, faces))
     return float(np.std([score_all(each).min() for each in signs]))
@@ -123,3 +126,143 @@ def _lowest(designed: Scene, calls: Counter[str]) -> list[str]:
     """Return the words of the states that a sequence really has lowest."""
     calls["ground states"] += 1
     return [state.word for state in ground_state(designed, top=RIVALS).states]
+
+
+def stable_groups(target: str) -> tuple[Array, list[Ints]]:
+    """Return signs that make a fully folded target the only stable word, and groups that may flip.
+
+    Returns
+    -------
+    signs : (4n,) array
+        +1 or −1 a face.
+    groups : list of int arrays
+        Faces, each in one group: whichever groups are flipped, it stays so.
+
+    Raises
+    ------
+    ValueError
+        If the equations contradict each other. For no word of up to 16 components do they.
+    """
+    equations = [(a, b, _OPPOSITE) for a, b in states.touching_faces(from_words([target]))]
+    equations += _repelled(target)
+    faces = 4 * (len(target) + 1)
+    linked: list[list[tuple[int, int]]] = [[] for _ in range(faces)]
+    for a, b, relation in equations:
+        linked[a].append((b, relation))
+        linked[b].append((a, relation))
+    signs = np.zeros(faces)
+    groups: list[Ints] = []
+    for start in range(faces):
+        if signs[start] == 0.0:
+            signs[start] = 1.0
+            groups.append(_spread(start, linked, signs))
+    if any(signs[a] * signs[b] != relation for a, b, relation in equations):
+        raise ValueError(f"target: {target!r} is not allowed; its contacts contradict each other")
+    return signs, groups
+
+
+def stable_signs(target: str, rng: np.random.Generator) -> tuple[Array, list[Ints]]:
+    """Return such signs, drawn evenly from all that there are, and the groups."""
+    signs, groups = stable_groups(target)
+    for group in groups:
+        signs[group] *= rng.choice([-1.0, 1.0])
+    return signs, groups
+
+
+def _repelled(target: str) -> list[tuple[int, int, int]]:
+    """Return the faces that would touch if a joint took the other letter."""
+    found: list[tuple[int, int, int]] = []
+    for k, letter in enumerate(target):
+        front, back = {"L": (_FRONT_RIGHT, _BACK_RIGHT), "R": (_FRONT_LEFT, _BACK_LEFT)}[letter]
+        found.append((4 * k + front, 4 * (k + 1) + back, _EQUAL))
+    return found
+
+
+def _spread(start: int, linked: list[list[tuple[int, int]]], signs: Array) -> Ints:
+    """Fill the signs that follow from that of ``start``, and return their faces."""
+    group = [start]
+    for face in group:
+        for other, relation in linked[face]:
+            if signs[other] == 0.0:
+                signs[other] = relation * signs[face]
+                group.append(other)
+    return np.array(sorted(group), dtype=np.int64)
+
+
+@allocating_kernel
+def anneal(
+    excess: Array, faces: Ints, first: Ints, proposals: Ints, chances: Array, temperatures: Array,
+    tolerant: bool, signs: Array,
+) -> float:  # fmt: skip
+    """Leave the best signs that an annealing passes in ``signs`` (4n,) and return their score.
+
+    The score is that of the worst rival, see `Rivals`: its energy above the target [J], or if
+    ``tolerant`` its tolerance. ``excess`` (rivals, 4n, 4n) are the rivals' forms. Group g, faces
+    ``faces[first[g]:first[g + 1]]``, flips as one. Step k flips group ``proposals[k]`` if that
+    raises the score, or with Boltzmann's probability at ``temperatures[k]``, in the unit of the
+    score, against ``chances[k]`` from 0 to 1.
+    """
+    rivals, size = excess.shape[0], signs.size
+    fields, energies, trials = np.empty((rivals, size)), np.empty(rivals), np.empty(rivals)
+    for w in range(rivals):
+        energies[w] = 0.0
+        for f in range(size):
+            fields[w, f] = 0.0
+            for g in range(size):
+                fields[w, f] += excess[w, f, g] * signs[g]
+            energies[w] += signs[f] * fields[w, f]
+    none = faces[:0]
+    score = score_of(excess, fields, energies, signs, none, tolerant)
+    best, best_score = signs.copy(), score
+    for k in range(proposals.size):
+        group = faces[first[proposals[k]] : first[proposals[k] + 1]]
+        for w in range(rivals):
+            trials[w] = energies[w] + change_of(excess[w], fields[w], signs, group)
+        trial = score_of(excess, fields, trials, signs, group, tolerant)
+        if trial < score and chances[k] >= math.exp((trial - score) / temperatures[k]):
+            continue
+        score = trial
+        for w in range(rivals):
+            energies[w] = trials[w]
+            for f in group:
+                for g in range(size):
+                    fields[w, g] -= 2.0 * excess[w, g, f] * signs[f]
+        for f in group:
+            signs[f] = -signs[f]
+        if score > best_score:
+            best_score = score
+            best[:] = signs
+    signs[:] = best
+    return best_score
+
+
+@allocating_kernel
+def change_of(form: Array, field: Array, signs: Array, group: Ints) -> float:
+    """Return by how much the energy sᵀ A s rises if a group of faces flips [J]."""
+    change = 0.0
+    for f in group:
+        others = float(field[f])
+        for g in group:
+            others -= float(form[f, g]) * float(signs[g])
+        change -= 4.0 * float(signs[f]) * others
+    return change
+
+
+@allocating_kernel
+def score_of(
+    excess: Array, fields: Array, energies: Array, signs: Array, group: Ints, tolerant: bool
+) -> float:
+    """Return the worst rival's score, ``energies`` being those after ``group`` has flipped."""
+    worst = math.inf
+    for w in range(energies.size):
+        score = float(energies[w])
+        if tolerant:
+            total = 0.0
+            for g in range(signs.size):
+                field = fields[w, g]
+                for f in group:
+                    field -= 2.0 * excess[w, g, f] * signs[f]
+                total += field * field
+            score /= max(2.0 * math.sqrt(total), 1e-300)
+        worst = min(worst, score)
+    return worst

@@ -1,35 +1,129 @@
 """Design by energy over every sequence of a short chain: proven optima, or the proof of none."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.designer.gap import TOLERANCE
-from magfold_env.designer.rivals import Rivals
-from magfold_env.minimiser.contacts import touching_faces
-from magfold_env.minimiser.landscape import TIE, Floats, energy_unit, quadratic_forms
-from magfold_env.minimiser.lattice import all_words, from_words
-from magfold_env.minimiser.sequence_space import (
-    EverySequence,
-    best_words,
-    energies_of_every_sequence,
-    sequence_of,
-)
-from magfold_env.scene import Casing, Magnets, Scene
-from magfold_env.shapes import folded_words
+from magfold_env import scene as parts
+from magfold_env.designer.evidence import Rivals
+from magfold_env.engine.state import Array
+from magfold_env.minimiser import EverySequence, energies, every_sequence, sequence_of, states
+from magfold_env.minimiser.lattice import Ints, Lattice, all_words, from_words
+from magfold_env.shapes import folded_words, overlaps, parse_word
 
 Flags = NDArray[np.bool_]
-Numbers = NDArray[np.int64]
+Progress = Callable[[float], object]
+
+LONGEST = every_sequence.LONGEST_OF_ALL
+"""Most components of the exhaustive search."""
+
+TOLERANCE = 1e-9
+"""Relative difference below which two gaps are equal, as symmetric sequences' are."""
 
 _BLOCK = 1 << 18  # sequences at a time
 
 
+@dataclass(frozen=True)
+class GapDesign:
+    """A sequence designed for a target word.
+
+    Attributes
+    ----------
+    sequence : tuple of str
+        The components, component 1 first; of equal gaps the alphabetically first.
+    gap : float
+        Energy of the best competitor above the target's [J].
+    energy : float
+        Energy of the target [J].
+    competitor : str
+        The word of second lowest energy; ties go to the first in the order S, L, R.
+    """
+
+    sequence: tuple[str, ...]
+    gap: float
+    energy: float
+    competitor: str
+
+
+def gap_designs(
+    scene: parts.Scene, targets: Iterable[str], progress: Progress | None = None
+) -> dict[str, GapDesign | None]:
+    """Find the sequence of largest energy gap for each target, over all sequences.
+
+    The gap of a sequence is the energy of the best other word without overlap, less the target's.
+
+    Parameters
+    ----------
+    scene
+        Its casing, its magnets and its number of components count, its sequence does not: every
+        face of a design is N or S, as strong as the scene has it.
+    targets
+        Words of the scene's length without overlap.
+    progress
+        Called with the share of the work that is done, from 0 to 1.
+
+    Returns
+    -------
+    dict
+        A design for each target, in the order given; None where no sequence has the target as
+        its only ground state.
+
+    Raises
+    ------
+    ValueError
+        If the scene has an external field, the chain has fewer than 2 or more than 6 components,
+        or a target is no such word.
+    """
+    energies.refuse_field(scene)
+    wanted = list(dict.fromkeys(targets))
+    if not 2 <= scene.n <= LONGEST:
+        raise ValueError(
+            f"sequence: {scene.n} component(s) are not allowed; the exhaustive gap search takes "
+            f"2 to {LONGEST}"
+        )
+    for target in wanted:
+        if overlaps(parse_word(target, scene.n)):
+            raise ValueError(f"targets: {target!r} is not allowed; its components overlap")
+    lattice, _, every = _compared(scene, progress)
+    found: dict[str, GapDesign | None] = {}
+    for target in wanted:
+        row = every.words.index(target)
+        number = _first_of_largest(np.where(every.word == row, every.gap, 0.0), every.tie)
+        found[target] = None if number is None else _describe(scene, lattice, row, number)
+    return found
+
+
+def _first_of_largest(scores: Array, tie: float) -> int | None:
+    """Return the number of the first sequence of largest score, None if no score exceeds a tie.
+
+    Scores that differ by rounding are equal, so that it does not decide which sequence is first.
+    """
+    largest = float(scores.max())
+    if largest <= tie:
+        return None
+    return int(np.argmax(scores >= largest * (1.0 - TOLERANCE)))
+
+
+def _describe(scene: parts.Scene, lattice: Lattice, row: int, number: int) -> GapDesign:
+    """Evaluate the sequence of a number afresh."""
+    sequence = sequence_of(number, scene.n)
+    energy = energies.word_energies(scene.replace(sequence=sequence), lattice)
+    others = np.delete(np.arange(len(lattice)), row)
+    tied = energy[others] <= energy[others].min() + energies.tie(scene)
+    return GapDesign(
+        sequence=sequence,
+        gap=float(energy[others].min() - energy[row]),
+        energy=float(energy[row]),
+        competitor=lattice.word(int(others[np.argmax(tied)])),
+    )
+
+
 class Exhaustive:
-    """Every sequence of a scene's length, judged by the energies of one target and all rivals.
+    """Every sequence of a scene's length, compared by the energies of one target and all rivals.
 
     Parameters
     ----------
@@ -39,16 +133,19 @@ class Exhaustive:
         A word of its length without overlap.
     """
 
-    def __init__(self, scene: Scene, target: str) -> None:
+    def __init__(self, scene: parts.Scene, target: str) -> None:
         self._scene, self._target = scene, target
-        words, forms, every = _compared(_fields(scene.magnets), scene.casing.side, scene.n)
-        row = words.index(target)
-        self.calls = len(words) * every.gap.size
+        lattice, forms, every = _compared_by_magnets(
+            _fields(scene.magnets), scene.casing.side, scene.n
+        )
+        row = every.words.index(target)
+        self.calls = len(lattice) * every.gap.size
         """Energies that were compared."""
-        self._tie = every.tie
-        self._gap = _gaps(every, row, forms[row])
+        self._lattice, self._tie = lattice, every.tie
+        own = every_sequence.energies_of_every_sequence(forms[row])
+        self._gap = np.where(every.word == row, every.gap, every.energy - own)
 
-    def gaps(self) -> Floats:
+    def gaps(self) -> Array:
         """Return the energy of the best rival above the target [J], for every sequence."""
         return self._gap
 
@@ -57,7 +154,7 @@ class Exhaustive:
         if "S" in self._target:
             return np.zeros(self._gap.size, dtype=np.bool_)
         contacts = {
-            word: touching_faces(from_words([word])) for word in folded_words(self._scene.n)
+            word: states.touching_faces(from_words([word])) for word in folded_words(self._scene.n)
         }
         own = contacts.pop(self._target)
         found = np.empty(self._gap.size, dtype=np.bool_)
@@ -70,7 +167,7 @@ class Exhaustive:
             found[begin : begin + numbers.size] = block
         return found
 
-    def tolerances(self) -> Floats:
+    def tolerances(self) -> Array:
         """Return the tolerance of the worst rival, −inf where the target is no ground state.
 
         Where a rival is below the best found so far, which is enough to know that a sequence is
@@ -80,8 +177,7 @@ class Exhaustive:
         numbers = np.flatnonzero(self._gap > self._tie)
         if not numbers.size:
             return found
-        lattice = all_words(self._scene.n)
-        rivals = Rivals(self._scene, self._target, (lattice.word(k) for k in range(len(lattice))))
+        rivals = Rivals(self._scene, self._target, self._lattice.words)
         likely = numbers[np.argmax(self._gap[numbers])]
         chosen = _signs(np.array([likely]), 4 * self._scene.n)[0]
         best = float(rivals.tolerances(chosen).min())
@@ -97,7 +193,7 @@ class Exhaustive:
         found[numbers] = worst
         return found
 
-    def best(self, scores: Floats, where: Flags | None = None) -> int | None:
+    def best(self, scores: Array, where: Flags | None = None) -> int | None:
         """Return the number of the best sequence, the first of equal ones; None if none will do.
 
         Parameters
@@ -108,12 +204,9 @@ class Exhaustive:
             Which sequences to choose from.
         """
         scores = scores if where is None else np.where(where, scores, -np.inf)
-        largest = float(scores.max())
-        if largest <= self._tie:
-            return None
-        return int(np.argmax(scores >= largest * (1.0 - TOLERANCE)))
+        return _first_of_largest(scores, self._tie)
 
-    def spread_out(self, scores: Floats, count: int, apart: int) -> list[int]:
+    def spread_out(self, scores: Array, count: int, apart: int) -> list[int]:
         """Return the numbers of good sequences, best first, any two so many faces apart."""
         chosen: list[int] = []
         wanted = np.flatnonzero(scores > self._tie)
@@ -129,34 +222,35 @@ class Exhaustive:
         return sequence_of(number, self._scene.n)
 
 
-@lru_cache(maxsize=1)  # some hundred megabytes, and seconds, for all targets of one kind of chain
 def _compared(
+    scene: parts.Scene, progress: Progress | None = None
+) -> tuple[Lattice, Array, EverySequence]:
+    """Return all words of a scene's length, their forms, and which is lowest for each sequence."""
+    lattice = all_words(scene.n)
+    forms = energies.quadratic_forms(scene, lattice)
+    tie = energies.tie(scene)
+    return lattice, forms, every_sequence.best_words(forms, lattice.words, tie, progress)
+
+
+@lru_cache(maxsize=1)  # some hundred megabytes, and seconds, for all targets of one kind of chain
+def _compared_by_magnets(
     fields: tuple[tuple[str, Any], ...] | None, side: float, n: int
-) -> tuple[tuple[str, ...], Floats, EverySequence]:
-    magnets = None if fields is None else Magnets(**dict(fields))
-    scene = Scene(sequence=("NNNN",) * n, casing=Casing(side=side), magnets=magnets)
-    lattice = all_words(n)
-    words = tuple(lattice.word(row) for row in range(len(lattice)))
-    forms = quadratic_forms(scene, lattice)
-    return words, forms, best_words(forms, words, TIE * energy_unit(scene))
+) -> tuple[Lattice, Array, EverySequence]:
+    magnets = None if fields is None else parts.Magnets(**dict(fields))
+    casing = parts.Casing(side=side)
+    return _compared(parts.Scene(sequence=("NNNN",) * n, casing=casing, magnets=magnets))
 
 
-def _fields(magnets: Magnets | None) -> tuple[tuple[str, Any], ...] | None:
+def _fields(magnets: parts.Magnets | None) -> tuple[tuple[str, Any], ...] | None:
     return None if magnets is None else tuple(dict(magnets).items())
 
 
-def _gaps(every: EverySequence, row: int, form: Floats) -> Floats:
-    """Return how far the best other word lies above one word for every sequence [J]."""
-    own = energies_of_every_sequence(form)
-    return np.where(every.word == row, every.gap, every.energy - own)
-
-
-def _bits(numbers: Numbers, faces: int) -> NDArray[np.uint8]:
+def _bits(numbers: Ints, faces: int) -> NDArray[np.uint8]:
     shifts = np.arange(faces - 1, -1, -1)
     return ((numbers[None, :] >> shifts[:, None]) & 1).astype(np.uint8)
 
 
-def _signs(numbers: Numbers, faces: int) -> Floats:
+def _signs(numbers: Ints, faces: int) -> Array:
     return 1.0 - 2.0 * _bits(numbers, faces).T.astype(np.float64)
 
 

@@ -3,8 +3,6 @@
 What was found is kept in a folder as it is found, so that a run that was stopped goes on.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, get_args
 
@@ -13,13 +11,11 @@ import typer
 from rich.progress import Progress
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.designer.designer import design
-from magfold_env.designer.result import Design
+from magfold_env.designer import SPEEDS, Design, default_scene, design
 from magfold_env.designer.suites import Kind, Suite, Witness, save_suite
-from magfold_env.designer.task import SPEEDS, default_scene
 from magfold_env.ensembles import ensemble, release
 from magfold_env.files import configs_dir, physics_digest
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.parallel import Workers, finished
 from magfold_env.shapes import folded_words
 

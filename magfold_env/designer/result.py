@@ -1,18 +1,15 @@
 """Design: the magnets and the speed that were found for a target, and what speaks for them."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from magfold_env.designer.evidence import Evidence
 from magfold_env.files import reading_json, write_text
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.reporting.statistics import Share
-from magfold_env.scene import Scene
-from magfold_env.scene.base import PositiveEach
+from magfold_env.scene import Scene, base
 
 Objective = Literal["probability", "ground", "unique", "gap", "sensitivity"]
 Search = Literal["exhaustive", "annealing", "cross-entropy"]
@@ -83,7 +80,7 @@ class Design:
         return self._found.sequence
 
     @property
-    def speed(self) -> PositiveEach | None:
+    def speed(self) -> base.PositiveEach | None:
         """Feed speed [m/s], one or one a component; None if no tube feeds.
 
         Raises
@@ -118,7 +115,7 @@ class Design:
         write_text(path, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
 
     @classmethod
-    def from_json(cls, path: str | Path) -> Design:
+    def from_json(cls, path: str | Path) -> Self:
         """Read a design that `to_json` wrote; equal to it.
 
         Raises

@@ -1,18 +1,14 @@
 """Target suites: fixed lists of words, with witnesses that each can be made, or why it cannot."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import yaml
 from pydantic import Field, field_validator, model_validator
 
 from magfold_env.files import configs_dir, write_text
 from magfold_env.reporting.statistics import Share, share
-from magfold_env.scene import Problem, Scene, SceneError, load_scene
-from magfold_env.scene.base import Part
-from magfold_env.scene.io import read_part
+from magfold_env.scene import Problem, Scene, SceneError, base, io, load_scene
 from magfold_env.shapes import overlaps, parse_word
 
 Kind = Literal["ground", "unique", "forward", "backward", "free"]
@@ -20,7 +16,7 @@ Kind = Literal["ground", "unique", "forward", "backward", "free"]
 word; or a chain with it settles so when it is released in one of the three modes."""
 
 
-class Witness(Part):
+class Witness(base.Part):
     """A sequence that makes a target, or the proof that there is none."""
 
     sequence: tuple[str, ...] | None = None
@@ -49,7 +45,7 @@ class Witness(Part):
         return share(self.successes, self.releases)
 
 
-class Suite(Part):
+class Suite(base.Part):
     """Words of one length that are to be made of one scene."""
 
     scene_name: str
@@ -58,7 +54,7 @@ class Suite(Part):
     """The targets, in their order, with their witnesses."""
 
     @model_validator(mode="after")
-    def _check_words(self) -> Suite:
+    def _check_words(self) -> Self:
         lengths = {len(word) for word in self.words}
         problems = [
             Problem(f"words.{word}", word, "must not overlap")
@@ -119,7 +115,7 @@ def load_suite(name_or_path: str | Path) -> Suite:
         path = _folder() / f"{name_or_path}.yaml"
     if not path.is_file():
         raise SceneError(f"{name_or_path}: no such suite; shipped: {', '.join(suite_names())}")
-    return read_part(path, Suite)
+    return io.read_part(path, Suite)
 
 
 def save_suite(suite: Suite, path: str | Path, comment: str) -> None:

@@ -1,23 +1,37 @@
-"""What a design is asked for, checked."""
-
-from __future__ import annotations
+"""What a design is asked for, checked, and what it decides."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import get_args
+from typing import NamedTuple, get_args
 
 import numpy as np
 
 from magfold_env.designer.result import Objective, Search
 from magfold_env.ensembles import release
-from magfold_env.minimiser.landscape import refuse_field
-from magfold_env.minimiser.result import Mode
-from magfold_env.minimiser.sequence_space import LONGEST_OF_ALL
+from magfold_env.minimiser import LONGEST_OF_ALL, Mode, refuse_field
 from magfold_env.scene import Problem, Scene, SceneError, load_scene
 from magfold_env.shapes import cells, is_fully_folded, parse_word
 
 SPEEDS: tuple[float, ...] = (0.2, 0.5, 0.08, 0.03)
 """Feed speeds that a design may choose from if none are given [m/s]."""
+
+
+class Choice(NamedTuple):
+    """The magnets of every component, and how fast the tube feeds them."""
+
+    sequence: tuple[str, ...]
+    speed: float | None
+    """Feed speed [m/s]; None where no tube feeds."""
+
+    def applied(self, scene: Scene) -> Scene:
+        """Return the scene with this choice."""
+        feed = {} if self.speed is None else {"speed": self.speed}
+        return scene.replace(sequence=self.sequence, feed=feed)
+
+    def __str__(self) -> str:
+        """Return the sequence and the speed."""
+        text = " ".join(self.sequence)
+        return text if self.speed is None else f"{text} at {self.speed:g} m/s"
 
 
 @dataclass(frozen=True)
@@ -38,7 +52,7 @@ class Task:
     goal: float
     """Probability that is enough."""
     runs: int
-    """Releases that the result is judged by."""
+    """Releases that the result is assessed by."""
 
     @property
     def enough(self) -> float:
@@ -52,7 +66,7 @@ class Task:
 
     @property
     def releases_seed(self) -> int:
-        """Seed of the releases that the result is judged by."""
+        """Seed of the releases that the result is assessed by."""
         return self._seeds[1]
 
     @property
@@ -130,27 +144,13 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
         chosen = SPEEDS if speeds is None else tuple(speeds)
     for speed in chosen:
         released.replace(feed={"speed": speed})  # raises if it is not allowed
-    return Task(
-        target,
-        released,
-        mode,
-        objective,
-        search or _usual_search(n),
-        seed,
-        chosen,
-        budget,
-        goal,
-        runs,
-    )
+    search = search or ("exhaustive" if n <= LONGEST_OF_ALL else "annealing")
+    return Task(target, released, mode, objective, search, seed, chosen, budget, goal, runs)
 
 
 def default_scene(n: int) -> str:
     """Return the name of the shipped scene that chains of n components are designed for."""
     return "design" if n <= LONGEST_OF_ALL else "design-long"
-
-
-def _usual_search(n: int) -> Search:
-    return "exhaustive" if n <= LONGEST_OF_ALL else "annealing"
 
 
 def _not_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Problem]:

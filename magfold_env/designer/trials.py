@@ -1,16 +1,21 @@
-"""The dear test of a choice: releases of the chain, each with draws of its own."""
+"""Searches among choices by the dear test: releases of the chain, each with draws of its own.
 
-from __future__ import annotations
+`race` tries many choices a little, the best of them more: successive halving. `cross_entropy` knows
+no energy, nothing but what happens: choices are drawn from a distribution, independent for each
+face, or group of faces that flip as one, and for the logarithm of the speed, and the distribution
+is moved towards the best of them (Rubinstein and Kroese, *The Cross-Entropy Method*, 2004).
+"""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.designer.choice import Choice
+from magfold_env.designer.annealing import sequence_of_signs
+from magfold_env.designer.task import Choice
+from magfold_env.engine.state import Array, IntArray
 from magfold_env.ensembles import generator
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.parallel import Workers, finished
@@ -23,7 +28,207 @@ PACE = 200
 release up. Chains that fold take a third of them at most; others may rattle up to the scene's cap,
 which takes 200 times as long as a fold."""
 
+RUNGS: tuple[tuple[int, int | None], ...] = ((1, None), (4, 12), (12, 4))
+"""Releases of a choice, and how many of the choices have so many: None stands for all."""
+
+FINAL = 40
+"""Releases of the finalists, those of the last rung, one after another until one does."""
+
+POPULATION = 60
+ELITE = 10
+RELEASES = 4
+"""Of every choice."""
+
+_STEP = 0.7  # from the old distribution to that of the elite
+_SURE = 0.97  # no group of faces is more certain than that
+_NEAR = 0.85  # how certain those of a first choice are
+_NARROW = 0.05  # least standard deviation of the speed's logarithm
+
 Key = tuple[tuple[str, ...], float | None, int]
+
+
+class Oracle(Protocol):
+    """What answers how choices do; `Trials` of the dynamics, or a stand-in."""
+
+    @property
+    def count(self) -> int:
+        """How many answers were asked for."""
+        ...
+
+    def scores(self, choices: Sequence[Choice], draws: int) -> Array:
+        """Return the scores of the first releases of choices, shape (choices, draws), at most 1."""
+        ...
+
+
+class Standing(NamedTuple):
+    """What is known of a choice."""
+
+    choice: Choice
+    mean: float
+    """Mean score of its releases."""
+    successes: int
+    releases: int
+
+    @property
+    def rate(self) -> float:
+        """Share of successes."""
+        return self.successes / self.releases
+
+
+def race(choices: Sequence[Choice], trials: Oracle, enough: float = 1.0) -> list[Standing]:
+    """Try choices on ever more releases, those that do best only, and rank them.
+
+    Parameters
+    ----------
+    choices
+        Of equal ones the first are preferred.
+    trials
+        Releases them.
+    enough
+        Share of successes that ends the race; finalists that can no longer have it are left out.
+
+    Returns
+    -------
+    list of Standing
+        By `ranked`.
+    """
+    field = list(dict.fromkeys(choices))
+    known: dict[Choice, Standing] = {}
+    for releases, places in RUNGS:
+        tried = ranked(_tried(field[:places], trials, releases))
+        field = [standing.choice for standing in tried]
+        known |= {standing.choice: standing for standing in tried}
+    for choice in field:
+        failures = known[choice].releases - known[choice].successes
+        if (FINAL - failures) / FINAL >= enough:
+            (known[choice],) = _tried([choice], trials, FINAL)
+            if known[choice].rate >= enough:
+                break
+    return ranked(known.values())
+
+
+def ranked(standings: Iterable[Standing]) -> list[Standing]:
+    """Return those of most releases first, then of most successes, then of the highest mean."""
+    return sorted(standings, key=lambda each: (-each.releases, -each.successes, -each.mean))
+
+
+def _tried(choices: Sequence[Choice], trials: Oracle, releases: int) -> list[Standing]:
+    scores = trials.scores(choices, releases)
+    return [
+        Standing(choice, float(row.mean()), int(np.sum(row == 1.0)), releases)
+        for choice, row in zip(choices, scores, strict=True)
+    ]
+
+
+class _Distribution(NamedTuple):
+    signs: Array
+    """Of all faces, shape (4n,)."""
+    group: IntArray
+    """To which group each face belongs, shape (4n,); the faces of a group flip as one."""
+    kept: Array
+    """Probability that a group has these signs, shape (groups,)."""
+    mean: float
+    """Of the speed's logarithm."""
+    deviation: float
+
+
+def cross_entropy(
+    trials: Oracle,
+    faces: int,
+    speeds: Sequence[float],
+    rng: np.random.Generator,
+    budget: int,
+    goal: float = 1.0,
+    first: Choice | None = None,
+    groups: Sequence[IntArray] | None = None,
+) -> list[Standing]:
+    """Search for the choice that folds into the target most often.
+
+    Parameters
+    ----------
+    trials
+        Releases choices.
+    faces
+        How many faces the chain has.
+    speeds
+        The search stays between the slowest and the fastest [m/s]; none where no tube feeds.
+    rng
+        Draws the choices.
+    budget
+        Releases, those before the search included, that no generation but the first may exceed.
+    goal
+        Share of successes that ends the search.
+    first
+        Where to begin; None begins with every choice equally likely.
+    groups
+        Faces whose signs stay as they are in ``first`` relative to each other, every face in one
+        group; None makes each face one.
+
+    Returns
+    -------
+    list of Standing
+        The choices that came nearest, by `race`.
+    """
+    current = _around(first, faces, speeds, groups)
+    best: list[Standing] = []
+    while True:
+        choices = _drawn(current, speeds, rng)
+        scores = trials.scores(choices, RELEASES)
+        order = np.argsort(-scores.mean(axis=1), kind="stable")
+        elite: list[Choice] = [choices[k] for k in order[:ELITE].tolist()]
+        current = _moved(current, elite)
+        best = race([*(standing.choice for standing in best[:2]), *elite], trials, goal)
+        if best[0].rate >= goal or trials.count + POPULATION * RELEASES > budget:
+            return best
+
+
+def _around(
+    first: Choice | None, faces: int, speeds: Sequence[float], groups: Sequence[IntArray] | None
+) -> _Distribution:
+    signs = np.ones(faces) if first is None else _signs(first)
+    group = np.arange(faces)
+    for k, members in enumerate(groups or []):
+        group[members] = k
+    kept = np.full(int(group.max()) + 1, 0.5 if first is None else _NEAR)
+    if not speeds:
+        return _Distribution(signs, group, kept, 0.0, 0.0)
+    low, high = np.log(min(speeds)), np.log(max(speeds))
+    speed = None if first is None else first.speed
+    mean = 0.5 * (low + high) if speed is None else np.log(speed)
+    deviation = float(max(high - low, _NARROW)) / 2.0
+    return _Distribution(signs, group, kept, float(mean), deviation)
+
+
+def _drawn(
+    current: _Distribution, speeds: Sequence[float], rng: np.random.Generator
+) -> list[Choice]:
+    flips = np.where(rng.random((POPULATION, current.kept.size)) < current.kept, 1.0, -1.0)
+    signs = current.signs * flips[:, current.group]
+    logarithms = rng.normal(current.mean, current.deviation, POPULATION)
+    chosen: list[float | None] = [None] * POPULATION
+    if speeds:
+        chosen = np.clip(np.exp(logarithms), min(speeds), max(speeds)).tolist()
+    return [Choice(sequence_of_signs(row), speed) for row, speed in zip(signs, chosen, strict=True)]
+
+
+def _moved(current: _Distribution, elite: Sequence[Choice]) -> _Distribution:
+    leads = np.unique(current.group, return_index=True)[1]
+    # To flip all poles changes nothing: `sequence_of_signs` makes the first face N, as it is here.
+    alike = np.array([_signs(choice)[leads] == current.signs[leads] for choice in elite])
+    kept = (1.0 - _STEP) * current.kept + _STEP * alike.mean(axis=0)
+    moved = current._replace(kept=np.clip(kept, 1.0 - _SURE, _SURE))
+    speeds = [choice.speed for choice in elite if choice.speed is not None]
+    if not speeds:
+        return moved
+    logarithms = np.log(speeds)
+    mean = (1.0 - _STEP) * current.mean + _STEP * float(logarithms.mean())
+    deviation = (1.0 - _STEP) * current.deviation + _STEP * float(logarithms.std())
+    return moved._replace(mean=mean, deviation=max(deviation, _NARROW))
+
+
+def _signs(choice: Choice) -> Array:
+    """Return the signs of all faces, shape (4n,)."""
+    return np.array([1.0 if pole == "N" else -1.0 for faces in choice.sequence for pole in faces])
 
 
 class Trials:
@@ -40,7 +245,7 @@ class Trials:
         The word that is wanted.
     seed
         Of all draws.
-    team
+    workers
         Who simulates.
     kept
         Where releases are kept, and taken from; None keeps them in memory only.
@@ -53,22 +258,21 @@ class Trials:
         scene: Scene,
         target: str,
         seed: int,
-        team: Workers,
+        workers: Workers,
         kept: Checkpoint | None = None,
         report: Callable[[int], object] | None = None,
     ) -> None:
         self._release = partial(_score, scene, target, seed)
-        self._team, self._kept, self._report = team, kept, report
-        self._known: dict[Key, float] = {}
+        self._workers, self._kept, self._report = workers, kept, report
+        self._known: dict[Key, float] = dict(kept.read(_release_of) if kept else [])
         self._asked: set[Key] = set()
-        self._known.update(kept.read(_release_of) if kept else [])
 
     @property
     def count(self) -> int:
         """How many releases were asked for, those kept from before included."""
         return len(self._asked)
 
-    def scores(self, choices: Sequence[Choice], draws: int) -> npt.NDArray[np.float64]:
+    def scores(self, choices: Sequence[Choice], draws: int) -> Array:
         """Return the scores of the first releases of choices, shape (choices, draws).
 
         A score is 1 for a success, else half the similarity of the fold to the target.
@@ -76,7 +280,7 @@ class Trials:
         keys = [(each.sequence, each.speed, draw) for each in choices for draw in range(draws)]
         missing = [key for key in dict.fromkeys(keys) if key not in self._known]
         try:
-            for place, score in finished(self._release, missing, self._team):
+            for place, score in finished(self._release, missing, self._workers):
                 sequence, speed, draw = missing[place]
                 self._known[missing[place]] = score
                 if self._kept is not None:

@@ -12,8 +12,7 @@ from magfold_env.checkpoint import Checkpoint
 from magfold_env.ensembles.result import Ensemble
 from magfold_env.ensembles.run import Run, run_one
 from magfold_env.files import physics_digest
-from magfold_env.minimiser import minimise
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode, minimise
 from magfold_env.parallel import Backend, Workers, finished
 from magfold_env.scene import Problem, Scene, SceneError
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from magfold_env.ensembles import PREDICTORS, Bar, bars, ensemble, predictions, release
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, Spreads, load_scene
 

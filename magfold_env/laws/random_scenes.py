@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.minimiser.contacts import conflicts
 from magfold_env.minimiser.lattice import from_words
+from magfold_env.minimiser.states import conflicts
 from magfold_env.scene import Scene
 from magfold_env.shapes import overlaps
 

@@ -1,23 +1,31 @@
 """Energies of folds on the lattice, and the minimisers that predict a fold from them."""
 
 from magfold_env.minimiser.descent import Descent, descend
-from magfold_env.minimiser.ground_state import GroundStates, ground_state
-from magfold_env.minimiser.result import Decision, Minimum, Option, State
-from magfold_env.minimiser.search import minimise
-from magfold_env.minimiser.sequence_space import EverySequence, sequence_of
-from magfold_env.minimiser.word_landscape import Landscape
+from magfold_env.minimiser.energies import TIE, energy_unit, refuse_field, strengths
+from magfold_env.minimiser.every_sequence import LONGEST_OF_ALL, EverySequence, sequence_of
+from magfold_env.minimiser.ground_states import GroundStates, ground_state
+from magfold_env.minimiser.landscape import Landscape
+from magfold_env.minimiser.search import Decision, Minimum, Mode, Option, minimise
+from magfold_env.minimiser.states import Among, State
 
 __all__ = [
+    "LONGEST_OF_ALL",
+    "TIE",
+    "Among",
     "Decision",
     "Descent",
     "EverySequence",
     "GroundStates",
     "Landscape",
     "Minimum",
+    "Mode",
     "Option",
     "State",
     "descend",
+    "energy_unit",
     "ground_state",
     "minimise",
+    "refuse_field",
     "sequence_of",
+    "strengths",
 ]

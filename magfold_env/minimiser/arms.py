@@ -2,6 +2,12 @@
 
 Both begin at the component before the cut, their root, which lies at the origin and heads along
 +x. The far arm holds the components after the cut, the near arm the root and those before it.
+
+A state is a word of the near arm and one of the far arm. Its energy is that within the near arm,
+that within the far one, and the sum of ``cross`` over one node of each for every component. A word
+of the near arm is a field on the far arm's nodes: the sum of its rows of ``cross``. The far words
+of least energy in that field alone, their own energy and overlaps among themselves left out, are
+found by dynamic programming along the arm; they bound from below what the far arm can gain.
 """
 
 from __future__ import annotations
@@ -10,15 +16,19 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from magfold_env.engine.compile.jit import allocating_kernel, inlined
 from magfold_env.engine.state import Array, IntArray
-from magfold_env.minimiser.couplings import couplings
-from magfold_env.minimiser.face_pairs import FACES
+from magfold_env.minimiser.couplings import FACES, bilinear, couplings
 from magfold_env.minimiser.lattice import HEADINGS, ORDER, TURNS, Ints
 from magfold_env.scene import Scene
 
 LETTERS = len(ORDER)
 NOWHERE = -1  # as long as the number of nodes is not known
+
+Entries = NDArray[np.int32]
+"""Half of the usual size: there are tens of millions."""
 
 
 class Arm(NamedTuple):
@@ -121,3 +131,255 @@ def pair_table(scene: Scene, strength: Array, *, clashes_excluded: bool) -> Pair
     coupling = np.zeros((width, width, 4, FACES, FACES))
     coupling[poses[:, 0] + reach, poses[:, 1] + reach, poses[:, 2]] = couplings(scene).at(poses)
     return PairTable(coupling, reach, strength, clashes_excluded)
+
+
+class ArmWords(NamedTuple):
+    """All words of an arm as a tree in depth-first order, entry 0 the root."""
+
+    node: Entries
+    """Node of the arm that each entry ends at, shape (entries,)."""
+    parent: Entries
+    """Entry without the last letter, shape (entries,)."""
+    skip: Entries
+    """First entry after those that begin with this one's word, shape (entries,)."""
+    least: Array
+    """Least energy within the arm of all whole words that begin so [J]; infinite for none."""
+
+
+@inlined
+def _beside(x: int, y: int) -> int:
+    """Return which face of a component the neighbouring cell (±1, ±1) lies at."""
+    if x > 0:
+        return 0 if y > 0 else 3
+    return 1 if y > 0 else 2
+
+
+@inlined
+def pair_energy(table: PairTable, one: Arm, u: int, other: Arm, v: int) -> float:
+    """Energy of the components at node u of one arm and node v of an arm [J].
+
+    Infinite where they overlap, and where equal poles touch if that is excluded.
+    """
+    turn = one.quarter[u]
+    dx, dy = other.x[v] - one.x[u], other.y[v] - one.y[u]
+    if turn == 0:
+        x, y = dx, dy
+    elif turn == 1:
+        x, y = dy, -dx
+    elif turn == 2:
+        x, y = -dx, -dy
+    else:
+        x, y = -dy, dx
+    if x == 0 and y == 0:
+        return np.inf
+    quarter = (other.quarter[v] - turn) % 4
+    s, t = table.strength[one.component[u]], table.strength[other.component[v]]
+    if table.clashes_excluded and abs(x) == 1 and abs(y) == 1:
+        # Face k is face 0 turned by k quarters; the one that it touches faces the other way.
+        mine = _beside(x, y)
+        if s[mine] * t[(mine + 2 - quarter) % 4] > 0.0:
+            return np.inf
+    coupling = table.coupling[x + table.reach, y + table.reach, quarter]
+    return bilinear(coupling, s, t)
+
+
+@allocating_kernel
+def cross_energies(table: PairTable, near: Arm, far: Arm) -> Array:
+    """Energies [J] of all nodes of the near arm with those of the far one, (near, far).
+
+    The far arm's root is the near arm's: its column is zero.
+    """
+    out = np.zeros((near.x.size, far.x.size))
+    for u in range(near.x.size):
+        for v in range(1, far.x.size):
+            out[u, v] = pair_energy(table, near, u, far, v)
+    return out
+
+
+@allocating_kernel
+def count_entries(arm: Arm, most: int) -> int:
+    """Count the words of an arm, shorter ones included, that do not overlap; stop at ``most``."""
+    last = arm.joints[-1]
+    path, tried = np.zeros(last + 1, np.int64), np.zeros(last + 1, np.int64)
+    depth, count = 0, 1
+    while depth >= 0 and count < most:
+        if depth == last or tried[depth] == arm.following.shape[1]:
+            depth -= 1
+            continue
+        node = arm.following[path[depth], tried[depth]]
+        tried[depth] += 1
+        free = node < arm.x.size
+        for k in range(1, depth + 1):
+            free = free and not (arm.x[path[k]] == arm.x[node] and arm.y[path[k]] == arm.y[node])
+        if free:
+            depth += 1
+            path[depth], tried[depth] = node, 0
+            count += 1
+    return count
+
+
+@allocating_kernel
+def arm_words(table: PairTable, arm: Arm, begin: int, entries: int) -> ArmWords:
+    """Visit all words of an arm that do not overlap.
+
+    Components count from joint ``begin`` on: 0 has the root's pairs in, 1 leaves them out.
+    ``entries`` is at least the number of words, shorter ones included.
+    """
+    node, parent, skip = (
+        np.zeros(entries, np.int32), np.zeros(entries, np.int32), np.zeros(entries, np.int32)
+    )  # fmt: skip
+    least = np.full(entries, np.inf)
+    last = arm.joints[-1]
+    entry, tried = np.zeros(last + 1, np.int64), np.zeros(last + 1, np.int64)
+    energy = np.zeros(last + 1)
+    depth, count = 0, 1
+    while depth >= 0:
+        here = entry[depth]
+        if depth == last:
+            least[here] = energy[depth]
+        if depth == last or tried[depth] == arm.following.shape[1]:
+            skip[here] = count
+            if depth > 0:
+                above = entry[depth - 1]
+                least[above] = min(least[above], least[here])
+            depth -= 1
+            continue
+        end = arm.following[node[here], tried[depth]]
+        tried[depth] += 1
+        total = energy[depth] if end < arm.x.size else np.inf
+        for k in range(begin, depth + 1):
+            if total < np.inf:
+                total += pair_energy(table, arm, int(node[entry[k]]), arm, int(end))
+        if total < np.inf:
+            depth += 1
+            entry[depth], tried[depth], energy[depth] = count, 0, total
+            node[count], parent[count] = end, here
+            count += 1
+    return ArmWords(node[:count], parent[:count], skip[:count], least[:count])
+
+
+class BestStates(NamedTuple):
+    """The best states so far, lowest first."""
+
+    energy: Array
+    """Energies [J], shape (top,); infinite where there is none yet."""
+    near: IntArray
+    """Entries of their words of the near arm, shape (top,)."""
+    far: IntArray
+    """Entries of their words of the far arm, shape (top,)."""
+
+
+@allocating_kernel
+def lowest_in_field(arm: Arm, field: Array, lowest: Array) -> float:
+    """Fill the least sum of the field over every node and those that can follow it [J].
+
+    Nodes follow each other as the joints allow, but the walk may overlap with itself. ``field``
+    has shape (nodes,), ``lowest`` one entry more. Returns the root's.
+    """
+    for node in range(arm.end, arm.x.size):
+        lowest[node] = field[node]
+    lowest[arm.x.size] = np.inf  # what leads nowhere
+    for node in range(arm.end - 1, -1, -1):
+        a, b, c = arm.following[node, 0], arm.following[node, 1], arm.following[node, 2]
+        lowest[node] = field[node] + min(lowest[a], lowest[b], lowest[c])
+    return lowest[0]
+
+
+@allocating_kernel
+def least_cross_energy(cross: Array, near: Arm, far: Arm) -> float:
+    """Bound the energy between the arms of any state from below [J]."""
+    far_lowest, near_lowest = np.empty(far.x.size + 1), np.empty(near.x.size + 1)
+    field = np.empty(near.x.size)
+    for u in range(near.x.size):
+        field[u] = lowest_in_field(far, cross[u], far_lowest)
+    return lowest_in_field(near, field, near_lowest)
+
+
+@allocating_kernel
+def bound_prefixes(
+    cross: Array, near: Arm, far: Arm, words: ArmWords, begin: int, end: int, bound: Array
+) -> None:
+    """Fill ``bound`` with what states with each whole word of the near arm have at least [J].
+
+    The energy within the far arm is left out. Entries ``begin`` to ``end`` are filled, those of
+    shorter words with infinity.
+    """
+    last = near.joints[-1]
+    field = np.zeros((last + 1, far.x.size))
+    lowest = np.empty(far.x.size + 1)
+    # The rows that the first entry of this stretch builds on.
+    _add_up(cross, words, begin, near, field)
+    for entry in range(begin, end):
+        joints = int(near.joints[words.node[entry]])
+        if entry > begin:
+            _add_row(cross[words.node[entry]], field, joints)
+        bound[entry] = np.inf
+        if joints == last and words.least[entry] < np.inf:
+            bound[entry] = words.least[entry] + lowest_in_field(far, field[joints], lowest)
+
+
+@allocating_kernel
+def _add_row(row: Array, field: Array, joints: int) -> None:
+    if joints == 0:
+        field[0] = row
+        return
+    for v in range(row.size):
+        field[joints, v] = field[joints - 1, v] + row[v]
+
+
+@allocating_kernel
+def _add_up(cross: Array, words: ArmWords, entry: int, near: Arm, field: Array) -> None:
+    """Fill the fields of an entry's word and of all that it begins with."""
+    joints = near.joints[words.node[entry]]
+    path = np.empty(joints + 1, np.int64)
+    for k in range(joints, -1, -1):
+        path[k] = entry
+        entry = words.parent[entry]
+    for k in range(joints + 1):
+        _add_row(cross[words.node[path[k]]], field, k)
+
+
+@allocating_kernel
+def search_prefixes(
+    cross: Array, near: Arm, far: Arm, near_words: ArmWords, far_words: ArmWords,
+    entries: IntArray, tolerance: float, found: BestStates,
+) -> int:  # fmt: skip
+    """Complete each of some words of the near arm in all ways that could improve ``found``.
+
+    Only states that lie by more than ``tolerance`` [J] below the worst of ``found`` are sought.
+    Returns the number of words of the far arm that were looked at, shorter ones included.
+    """
+    last, visited = far.joints[-1], 0
+    field, lowest = np.empty((near.joints[-1] + 1, far.x.size)), np.empty(far.x.size + 1)
+    energy = np.zeros(last + 1)
+    worst = found.energy.size - 1
+    for prefix in entries:
+        _add_up(cross, near_words, prefix, near, field)
+        here = field[near.joints[near_words.node[prefix]]]
+        lowest_in_field(far, here, lowest)
+        energy[0] = near_words.least[prefix]
+        entry = 1 if last > 0 else 0
+        while entry < far_words.node.size:
+            visited += 1
+            node = far_words.node[entry]
+            joints = far.joints[node]
+            bound = energy[joints - 1] + lowest[node] + far_words.least[entry]
+            if not bound < found.energy[worst] - tolerance:
+                entry = far_words.skip[entry]
+                continue
+            energy[joints] = energy[joints - 1] + here[node]
+            if joints == last:
+                _insert(found, energy[joints] + far_words.least[entry], prefix, entry)
+            entry += 1
+    return visited
+
+
+@allocating_kernel
+def _insert(found: BestStates, energy: float, near: int, far: int) -> None:
+    """Put a state in its place; the worst drops out."""
+    k = found.energy.size - 1
+    while k > 0 and found.energy[k - 1] > energy:
+        found.energy[k] = found.energy[k - 1]
+        found.near[k], found.far[k] = found.near[k - 1], found.far[k - 1]
+        k -= 1
+    found.energy[k], found.near[k], found.far[k] = energy, near, far

@@ -1,27 +1,28 @@
-"""Couplings of the faces of two components on the lattice, from the engine's own energy.
+"""Couplings of the faces of two components on the lattice, from the engine's own laws.
 
-The energy of two components is bilinear in their pole charges: sᵀ K t, where s and t hold them in
-units of the strongest, and the 4×4 matrix K depends on nothing but their relative pose. On the
-lattice few poses exist.
+What two components do to each other is bilinear in their pole charges. Their energy is sᵀ K t,
+where s and t hold the charges in units of the strongest, and the 4×4 matrix K depends on nothing
+but their relative pose. On the lattice few poses exist, and of each the pairs of single faces tell
+all there is to know.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.engine.compile.jit import allocating_kernel
-from magfold_env.engine.magnets.pairs import energy
-from magfold_env.engine.state import Array, Magnets, Nodes, Pose
+from magfold_env import scene as parts
+from magfold_env.engine.compile.jit import allocating_kernel, inlined
+from magfold_env.engine.magnets import pairs
+from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
 from magfold_env.engine.workspace import new_nodes
-from magfold_env.minimiser.face_pairs import FACES, pair_charges, pair_places
-from magfold_env.minimiser.lattice import Ints
-from magfold_env.scene import Casing, Scene
-from magfold_env.scene import Magnets as MagnetsPart
+from magfold_env.minimiser.lattice import HEADINGS, Ints, Lattice
 from magfold_env.simulation.pack import pack_magnets
+
+FACES = 4
 
 
 class Couplings:
@@ -36,14 +37,16 @@ class Couplings:
         Edge length of a casing [m].
     """
 
-    def __init__(self, magnets: MagnetsPart | None, side: float) -> None:
-        scene = Scene(sequence=("NNNN",), casing=Casing(side=side), magnets=magnets)
+    def __init__(self, magnets: parts.Magnets | None, side: float) -> None:
+        casing = parts.Casing(side=side)
         self._charge = magnets.charge if magnets is not None else 0.0
-        self._magnets = pack_magnets(scene)
+        self._magnets = pack_magnets(
+            parts.Scene(sequence=("NNNN",), casing=casing, magnets=magnets)
+        )
         self._side = side
-        self._known: dict[tuple[int, int, int], Array] = {}
+        self._known: dict[tuple[int, ...], Array] = {}
 
-    def at(self, poses: Ints) -> NDArray[np.float64]:
+    def at(self, poses: Ints) -> Array:
         """Return K [J] of each relative pose.
 
         Parameters
@@ -56,31 +59,23 @@ class Couplings:
         (m, 4, 4) array
             First index: face of the first component, in the usual order of faces.
         """
-        # Packed into one integer each: np.unique is far slower on rows.
-        span = int(np.abs(poses[:, :2]).max(initial=0)) + 1
-        width = 2 * span + 1
-        codes = ((poses[:, 0] + span) * width + poses[:, 1] + span) * 4 + poses[:, 2]
-        unique, inverse = np.unique(codes, return_inverse=True)
-        cells, quarters = np.divmod(unique, 4)
-        keys = [
-            (int(x) - span, int(y) - span, int(q))
-            for x, y, q in zip(*np.divmod(cells, width), quarters, strict=True)
-        ]
+        rows, inverse = _distinct(poses)
+        keys = [tuple(pose) for pose in poses[rows].tolist()]
         missing = [key for key in keys if key not in self._known]
         self._known.update(zip(missing, self._compute(missing), strict=True))
         found = np.array([self._known[key] for key in keys])
         return found.reshape(-1, FACES, FACES)[inverse]
 
-    def _compute(self, keys: list[tuple[int, int, int]]) -> NDArray[np.float64]:
+    def _compute(self, keys: list[tuple[int, ...]]) -> Array:
         out = np.zeros((len(keys), FACES, FACES))
         if keys and self._charge:
-            places = pair_places(np.array(keys), self._side)
+            places = _pair_places(np.array(keys), self._side)
             nodes = new_nodes(self._magnets, 2)
-            _energies(self._magnets, places, pair_charges(self._charge), nodes, out)
+            _fill_energies(self._magnets, places, _pair_charges(self._charge), nodes, out)
         return out
 
 
-def couplings(scene: Scene) -> Couplings:
+def couplings(scene: parts.Scene) -> Couplings:
     """Return the couplings of a scene's magnets, shared by all scenes that have the same."""
     if scene.magnets is None:
         return _shared(None, scene.casing.side)
@@ -92,14 +87,172 @@ def couplings(scene: Scene) -> Couplings:
 
 @lru_cache(maxsize=16)
 def _shared(fields: tuple[tuple[str, Any], ...] | None, side: float) -> Couplings:
-    return Couplings(MagnetsPart(**dict(fields)) if fields else None, side)
+    return Couplings(parts.Magnets(**dict(fields)) if fields else None, side)
+
+
+def wrenches(scene: parts.Scene, poses: Ints) -> Array:
+    """Return what every face of a component does to every face of another at some poses.
+
+    Parameters
+    ----------
+    scene
+        Its magnets and casing count.
+    poses : (m, 3) int array
+        The second component seen from the first, see `Lattice.poses`.
+
+    Returns
+    -------
+    (m, 3, 4, 4) array
+        Force on the second component along x and y of the first [N] and torque about the second's
+        centre [N·m], by face of the first and face of the second; both N.
+    """
+    out = np.zeros((len(poses), 3, FACES, FACES))
+    if scene.magnets is not None and len(poses):
+        places = _pair_places(poses, scene.casing.side)
+        # Faces in their own order, whichever way a tube would be fed.
+        magnets = pack_magnets(scene.replace(mount="pinned"))
+        nodes = new_nodes(magnets, 2)
+        _fill_wrenches(magnets, places, _pair_charges(scene.magnets.charge), nodes, out)
+    return out
+
+
+def _pair_places(poses: Ints, side: float) -> Pose:
+    """Return where two components are, the first at the origin with heading 0.
+
+    Parameters
+    ----------
+    poses : (m, 3) int array
+        The second component seen from the first, see `Lattice.poses`.
+    side
+        Edge length of a casing [m].
+
+    Returns
+    -------
+    Pose
+        Its arrays have shape (m, 2), a row a pose.
+    """
+    cos, sin, x, y = np.zeros((4, len(poses), 2))
+    cos[:, 0] = 1.0
+    cos[:, 1], sin[:, 1] = HEADINGS[poses[:, 2]].T
+    x[:, 1], y[:, 1] = poses[:, :2].T * (side / np.sqrt(2.0))
+    return Pose(cos, sin, x, y)
+
+
+def _pair_charges(unit: float) -> Array:
+    """Return the charges of two components with a single face of charge ``unit`` [A·m] each.
+
+    Returns
+    -------
+    (4, 4, 2, 4) array
+        By the first component's face and the second's: charges of the two components [A·m].
+    """
+    charge = np.zeros((FACES, FACES, 2, FACES))
+    for face in range(FACES):
+        charge[face, :, 0, face] = unit
+        charge[:, face, 1, face] = unit
+    return charge
 
 
 @allocating_kernel
-def _energies(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, out: Array) -> None:
-    """Fill ``out`` (m, 4, 4) [J]; see `pair_places` and `pair_charges`."""
+def _fill_energies(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, out: Array) -> None:
+    """Fill ``out`` (m, 4, 4) [J]; see `_pair_places` and `_pair_charges`."""
     for p in range(out.shape[0]):
         pose = Pose(places.cos[p], places.sin[p], places.x[p], places.y[p])
-        for a in range(4):
-            for b in range(4):
-                out[p, a, b] = energy(0, magnets, charge[a, b], pose, nodes)
+        for a in range(FACES):
+            for b in range(FACES):
+                out[p, a, b] = pairs.energy(0, magnets, charge[a, b], pose, nodes)
+
+
+@allocating_kernel
+def _fill_wrenches(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, out: Array) -> None:
+    """Fill ``out`` (m, 3, 4, 4); see `_pair_places` and `_pair_charges`."""
+    force_x, force_y, torque = np.empty(2), np.empty(2), np.empty(2)
+    for p in range(out.shape[0]):
+        pose = Pose(places.cos[p], places.sin[p], places.x[p], places.y[p])
+        for a in range(FACES):
+            for b in range(FACES):
+                force_x[:] = 0.0
+                force_y[:] = 0.0
+                torque[:] = 0.0
+                pairs.add_forces(0, magnets, charge[a, b], pose, nodes, force_x, force_y, torque)
+                out[p, 0, a, b] = force_x[1]
+                out[p, 1, a, b] = force_y[1]
+                out[p, 2, a, b] = torque[1]
+
+
+class PairPoses(NamedTuple):
+    """Which poses the pairs of components take in many words.
+
+    Of one pair every pose is listed once, so that words share what has to be found for it.
+    """
+
+    first: IntArray
+    """The pair's first component for each pose, 0-based, shape (poses,)."""
+    second: IntArray
+    """Its second component, shape (poses,)."""
+    pose: IntArray
+    """Second seen from first, shape (poses, 3), see `Lattice.poses`."""
+    row: NDArray[np.int32]
+    """Which pose each pair has in each word, shape (pairs, words)."""
+
+
+def pair_poses(lattice: Lattice) -> PairPoses:
+    """Return the poses of all pairs of components in some words."""
+    none = np.zeros(0, dtype=np.int64)
+    first, second, found = [none], [none], [np.zeros((0, 3), dtype=np.int64)]
+    index = np.zeros((lattice.n * (lattice.n - 1) // 2, len(lattice)), dtype=np.int32)
+    count = 0
+    for pair, (i, j, poses) in enumerate(lattice.pairs()):
+        rows, inverse = _distinct(poses)
+        index[pair] = count + inverse
+        count += len(rows)
+        first.append(np.full(len(rows), i))
+        second.append(np.full(len(rows), j))
+        found.append(poses[rows])
+    return PairPoses(np.concatenate(first), np.concatenate(second), np.concatenate(found), index)
+
+
+def _distinct(poses: Ints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return a row of each pose that occurs, and which of them every pose is."""
+    # Packed into one integer each: np.unique is far slower on rows.
+    span = int(np.abs(poses[:, :2]).max(initial=0)) + 1
+    codes = ((poses[:, 0] + span) * (2 * span + 1) + poses[:, 1] + span) * 4 + poses[:, 2]
+    _, rows, inverse = np.unique(codes, return_index=True, return_inverse=True)
+    return rows, inverse
+
+
+@allocating_kernel
+def sum_over_pairs(coupling: Array, poses: PairPoses, strength: Array, out: Array) -> None:
+    """Fill the sums over pairs of a bilinear quantity for many sequences and words.
+
+    ``coupling`` (poses, 4, 4) is its matrix at every pose, ``strength`` (sequences, n, 4) holds the
+    signs of the faces, ``out`` has shape (sequences, words).
+    """
+    value = np.empty(coupling.shape[0])
+    for k in range(out.shape[0]):
+        evaluate(coupling, poses, strength[k], value)
+        total = out[k]
+        total[:] = 0.0
+        for pair in range(poses.row.shape[0]):
+            row = poses.row[pair]
+            for w in range(total.size):
+                total[w] += value[row[w]]
+
+
+@allocating_kernel
+def evaluate(coupling: Array, poses: PairPoses, strength: Array, value: Array) -> None:
+    """Fill the quantity at every pose (poses,) for the signs (n, 4) of one sequence."""
+    for p in range(value.size):
+        value[p] = bilinear(coupling[p], strength[poses.first[p]], strength[poses.second[p]])
+
+
+@inlined
+def bilinear(matrix: Array, s: Array, t: Array) -> float:
+    """Return sᵀ K t of two components' faces."""
+    total = 0.0
+    for a in range(FACES):
+        field = 0.0
+        for b in range(FACES):
+            field += matrix[a, b] * t[b]
+        total += s[a] * field
+    return total

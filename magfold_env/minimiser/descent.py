@@ -1,18 +1,20 @@
-"""Local descent of the energy over continuous joint angles: `descend`."""
+"""Local descent of the energy over continuous joint angles: `descend`.
+
+Casings that overlap are pushed apart by springs, whose energy counts as the magnets' does.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike, NDArray
 
 from magfold_env.engine.magnets import pairs
 from magfold_env.engine.state import Array, Pose
 from magfold_env.engine.workspace import new_nodes
-from magfold_env.minimiser.landscape import energy_unit, refuse_field
-from magfold_env.minimiser.overlap import overlaps, push
+from magfold_env.minimiser.energies import energy_unit, refuse_field
 from magfold_env.scene import Problem, Scene, SceneError
 from magfold_env.shapes import angles_to_word, centres
 from magfold_env.simulation.pack import charges, pack_magnets
@@ -21,12 +23,16 @@ STIFFNESS: Final = 2e4
 """Of the springs between casings, in the energy unit over side²: overlaps stay below 1e-3 side."""
 TOLERANCE: Final = 1e-6
 """Torques on free joints up to this part of the energy unit are none."""
+APART = 4
+"""Components nearer along the chain cannot overlap while the stops between them hold."""
 
 _LONGEST_STEP = 0.1  # of a joint [rad]
 _SHORTEST_SHARE = 1e-12  # of a step, when it is shortened
 _SUFFICIENT = 1e-4  # share of the slope that a step must realise
 _DIFFERENCE = 1e-6  # of a joint, for second derivatives [rad]
 _FLATTEST = 1e-6  # least curvature that a step trusts, relative to the largest
+
+_CORNERS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +67,7 @@ class Descent:
     converged: bool
 
 
-def descend(scene: Scene, angles: npt.ArrayLike, *, max_steps: int = 500) -> Descent:
+def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent:
     """Follow the magnets' energy downhill from any state to a local minimum.
 
     Joints stay within their stops. Casings four or more apart that overlap are pushed apart by a
@@ -100,10 +106,10 @@ def descend(scene: Scene, angles: npt.ArrayLike, *, max_steps: int = 500) -> Des
     if max_steps < 1:
         raise ValueError(f"max_steps: {max_steps!r} is not allowed; must be at least 1")
     refuse_field(scene)
-    hill = _Hill(scene, float(start[0]))
+    potential = _Potential(scene, float(start[0]))
     limit = 0.5 * np.pi if scene.contact else np.inf
     joints = np.clip(np.diff(start), -limit, limit)
-    energy, torques = hill.at(joints)
+    energy, torques = potential.at(joints)
     enough = TOLERANCE * max(energy_unit(scene), np.finfo(np.float64).tiny)
     steps, converged = 0, False
     while not converged and steps < max_steps:
@@ -112,16 +118,16 @@ def descend(scene: Scene, angles: npt.ArrayLike, *, max_steps: int = 500) -> Des
         if not free.size or np.abs(torques[free]).max() <= enough:
             converged = True
             break
-        step = _step(hill, joints, torques, limit)
-        moved = _line_search(hill, joints, energy, torques, step, limit)
+        step = _step(potential, joints, torques, limit)
+        moved = _line_search(potential, joints, energy, torques, step, limit)
         if moved is None:
             break
         joints, energy, torques = moved
         steps += 1
-    return hill.result(joints, steps, converged=converged)
+    return potential.result(joints, steps, converged=converged)
 
 
-class _Hill:
+class _Potential:
     """The energy of a chain by its joint angles, springs between casings included."""
 
     def __init__(self, scene: Scene, first: float) -> None:
@@ -201,7 +207,7 @@ class _Hill:
         return (turning - hinges[:, 0] * beyond[:, 1] + hinges[:, 1] * beyond[:, 0])[1:]
 
 
-def _step(hill: _Hill, joints: Array, torques: Array, limit: float) -> Array:
+def _step(potential: _Potential, joints: Array, torques: Array, limit: float) -> Array:
     """Return a step downhill (n-1,) [rad].
 
     Joints that are driven towards a stop nearby go there; the others' step leads to the minimum of
@@ -212,17 +218,19 @@ def _step(hill: _Hill, joints: Array, torques: Array, limit: float) -> Array:
     step = np.where(stopping, room, 0.0)
     rest = np.flatnonzero(~stopping)
     if rest.size:
-        step[rest] = _newton_step(hill, joints, torques, rest)
+        step[rest] = _newton_step(potential, joints, torques, rest)
     return step
 
 
-def _newton_step(hill: _Hill, joints: Array, torques: Array, free: npt.NDArray[np.intp]) -> Array:
+def _newton_step(
+    potential: _Potential, joints: Array, torques: Array, free: NDArray[np.intp]
+) -> Array:
     """Return the free joints' step to the minimum of the quadratic form they make [rad]."""
     curvature = np.empty((free.size, free.size))
     for k, joint in enumerate(free):
         moved = joints.copy()
         moved[joint] += _DIFFERENCE
-        curvature[k] = (torques[free] - hill.torques(moved)[free]) / _DIFFERENCE
+        curvature[k] = (torques[free] - potential.torques(moved)[free]) / _DIFFERENCE
     values, vectors = np.linalg.eigh(0.5 * (curvature + curvature.T))
     size = np.abs(values)
     size = np.maximum(size, max(_FLATTEST * size.max(), np.finfo(np.float64).tiny))
@@ -231,14 +239,105 @@ def _newton_step(hill: _Hill, joints: Array, torques: Array, free: npt.NDArray[n
 
 
 def _line_search(
-    hill: _Hill, joints: Array, energy: float, torques: Array, step: Array, limit: float
+    potential: _Potential, joints: Array, energy: float, torques: Array, step: Array, limit: float
 ) -> tuple[Array, float, Array] | None:
     """Shorten a step until the energy falls enough; None if it does not fall."""
     share = 1.0
     while share > _SHORTEST_SHARE:
         moved = np.clip(joints + share * step, -limit, limit)
-        lower, turned = hill.at(moved)
+        lower, turned = potential.at(moved)
         if lower <= energy - _SUFFICIENT * float(torques @ (moved - joints)) and lower < energy:
             return moved, lower, turned
         share *= 0.5
     return None
+
+
+class Overlap(NamedTuple):
+    """A corner of one casing behind a face of another."""
+
+    first: int
+    """The casing with the face, 0-based."""
+    second: int
+    """The casing with the corner."""
+    depth: float
+    """How far the corner lies behind the face [m]."""
+    normal: Array
+    """Of the face, towards the second casing, shape (2,)."""
+    corner: Array
+    """Where it is [m], shape (2,)."""
+
+
+def overlaps(centres: Array, headings: Array, side: float) -> list[Overlap]:
+    """Return which corners have passed which faces where casings overlap.
+
+    Two squares are apart if a face of one of them separates them. Else the face that comes nearest
+    to it is the one to push at, and all corners behind it are to be pushed: squares that lie flush
+    press on each other with two.
+
+    Parameters
+    ----------
+    centres : (n, 2) array
+        [m]
+    headings : (n,) array
+        [rad]
+    side
+        Edge length [m].
+    """
+    found: list[Overlap] = []
+    distance = np.hypot(*(centres[:, None] - centres[None, :]).transpose(2, 0, 1))
+    for i, j in np.argwhere(np.triu(distance < np.sqrt(2.0) * side, APART)).tolist():
+        candidates = [
+            _behind_face(a, b, centres, headings, 0.5 * side) for a, b in ((i, j), (j, i))
+        ]
+        least = min(candidates, key=lambda corners: max(corner.depth for corner in corners))
+        if all(any(corner.depth > 0.0 for corner in corners) for corners in candidates):
+            found += [corner for corner in least if corner.depth > 0.0]
+    return found
+
+
+def push(found: list[Overlap], stiffness: float, force: Array, moment: Array) -> float:
+    """Add the forces [N] that push overlapping casings apart, and their moments [N·m].
+
+    Parameters
+    ----------
+    found
+        The corners to push at.
+    stiffness
+        Force by depth [N/m].
+    force : (n, 2) array
+    moment : (n,) array
+        About the origin.
+
+    Returns
+    -------
+    float
+        The energy whose gradient they are, half of stiffness times depth² for each corner [J].
+    """
+    for first, second, depth, normal, corner in found:
+        strength = stiffness * depth * normal
+        turning = corner[0] * strength[1] - corner[1] * strength[0]
+        force[second] += strength
+        force[first] -= strength
+        moment[second] += turning
+        moment[first] -= turning
+    return 0.5 * stiffness * sum(overlap.depth**2 for overlap in found)
+
+
+def _behind_face(a: int, b: int, centres: Array, headings: Array, half: float) -> list[Overlap]:
+    """Return how far b's corners lie behind the face of a that comes nearest to separating them."""
+    axes, others = _axes(headings[a]), _axes(headings[b])
+    gap = axes @ (centres[b] - centres[a])
+    k = int(np.argmin(half * np.abs(axes @ others.T).sum(axis=1) - np.abs(gap)))
+    normal = axes[k] if gap[k] >= 0.0 else -axes[k]
+    corners = centres[b] + half * _CORNERS @ others
+    depths = half - (corners - centres[a]) @ normal
+    return [
+        Overlap(a, b, float(depth), normal, corner)
+        for depth, corner in zip(depths, corners, strict=True)
+    ]
+
+
+def _axes(heading: float) -> Array:
+    """Return two normals of a casing's faces, one a row."""
+    cos, sin = np.cos(heading + 0.25 * np.pi), np.sin(heading + 0.25 * np.pi)
+    return np.array([[cos, sin], [-sin, cos]])

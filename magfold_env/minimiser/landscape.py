@@ -1,105 +1,240 @@
-"""The magnetic energy of words: a quadratic form in the signs of the faces.
-
-What magnets do to each other is all there is: scenes with an external field are refused, since
-the energy in it depends on where a fold lies, which a word does not say.
-"""
+"""Energies and hinge torques of all words of a chain, for one sequence, many, or every one."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.minimiser.couplings import couplings
-from magfold_env.minimiser.face_pairs import FACES
-from magfold_env.minimiser.lattice import Lattice
-from magfold_env.scene import SIGNS, Scene
+from magfold_env.engine.state import Array
+from magfold_env.minimiser import couplings, energies, states
+from magfold_env.minimiser.every_sequence import (
+    EverySequence,
+    best_words,
+    energies_of_every_sequence,
+)
+from magfold_env.minimiser.lattice import HEADINGS, ORDER, Lattice, all_words
+from magfold_env.minimiser.search import LONGEST
+from magfold_env.scene import Scene
 
-Floats = NDArray[np.float64]
+Words = Literal["all", "folded"]
+Components = Sequence[str]
 
-TIE = 1e-9
-"""Energies this close, relative to `energy_unit`, are equal: symmetries differ by rounding."""
-
-
-def signs(sequence: Sequence[str]) -> Floats:
-    """Return +1 for N, -1 for S and 0 for a face without magnet, shape (n, 4)."""
-    return np.array([[SIGNS[face] for face in faces] for faces in sequence])
-
-
-def strengths(scene: Scene) -> Floats:
-    """Return what a face's pole charge would be, N or S, in `Magnets.charge`s, shape (n, 4)."""
-    if scene.magnets is None:
-        return np.zeros((scene.n, FACES))
-    return scene.magnets.charges(scene.n) / scene.magnets.charge
+PRESSING = 1e-9
+"""Torques up to this part of the largest are none: symmetries cancel but for rounding."""
 
 
-def poles(scene: Scene) -> Floats:
-    """Return the faces' pole charges in `Magnets.charge`s, N positive, shape (n, 4)."""
-    return signs(scene.sequence) * strengths(scene)
+class Landscape:
+    """All words of a chain without overlap, and what the magnets make of them.
 
+    Energies are those of `mf.energy`: each pair of components once, pairs inside a component left
+    out. Everything is evaluated from tables of face pairs on the lattice.
 
-def refuse_field(scene: Scene) -> None:
-    """Refuse a scene in an external field.
+    Parameters
+    ----------
+    scene
+        Its casing and magnets count, and its sequence where no other is given; mount, friction
+        and contact do not.
+    among
+        `all` words, or only the `folded` ones (no S).
 
-    Raises
-    ------
-    ValueError
-        If it has one.
-    """
-    if scene.field is not None and scene.field.any:
-        raise ValueError(
-            f"field: {scene.field!r} is not allowed; energy minimisation does not know of "
-            "external fields, must be None"
-        )
-
-
-def energy_unit(scene: Scene) -> float:
-    """Return a scene's natural scale of energy [J]: two pole charges one side apart."""
-    charge = 0.0 if scene.magnets is None else scene.magnets.charge
-    return 1e-7 * charge**2 / scene.casing.side
-
-
-def word_energies(scene: Scene, lattice: Lattice) -> Floats:
-    """Return the energy of each word with the scene's sequence [J], shape (m,).
-
-    Each pair of components counts once, pairs inside a component are left out: `mf.energy`.
+    Attributes
+    ----------
+    words : tuple of str
+        In the order S, L, R.
 
     Raises
     ------
     ValueError
-        If the scene has an external field.
+        If the chain is too long to list its words, or `among` is neither of the two.
+
+    Examples
+    --------
+    >>> landscape = mf.Landscape(mf.load_scene("paper/sequence-3"), among="folded")
+    >>> landscape.words[landscape.energies().argmin()]
+    'LRLLL'
     """
-    refuse_field(scene)
-    table = couplings(scene)
-    pole = poles(scene)
-    total = np.zeros(len(lattice))
-    for i, j, poses in lattice.pairs():
-        total += np.einsum("a,mab,b->m", pole[i], table.at(poses), pole[j])
-    return total
+
+    def __init__(self, scene: Scene, among: Words = "all") -> None:
+        states.check_one_of("among", among, get_args(Words))
+        if scene.n > LONGEST:
+            raise ValueError(
+                f"sequence: {scene.n} components are not allowed; a landscape takes at most "
+                f"{LONGEST}, ground_state more"
+            )
+        energies.refuse_field(scene)
+        lattice = all_words(scene.n)
+        self._lattice = lattice[lattice.fully_folded()] if among == "folded" else lattice
+        self._scene = scene
+        self.words = self._lattice.words
+
+    @property
+    def scene(self) -> Scene:
+        """The scene it was made of."""
+        return self._scene
+
+    def energies(self, sequences: Sequence[Components] | Array | None = None) -> Array:
+        """Return the energies of all words [J].
+
+        Parameters
+        ----------
+        sequences
+            Sequences of components, or an array (k, n, 4) of signs, +1 for N, -1 for S and 0 for a
+            face without magnet; None takes the scene's own.
+
+        Returns
+        -------
+        (words,) array, or (k, words) if sequences are given
+
+        Raises
+        ------
+        ValueError
+            If a sequence does not fit.
+        """
+        strength = self._strengths(sequences)
+        out = np.empty((len(strength), len(self.words)))
+        couplings.sum_over_pairs(self._couplings, self._poses, strength, out)
+        return out[0] if sequences is None else out
+
+    def coulomb_scores(self) -> Array:
+        """Return the paper's score of each word [J]: its energy and the pairs inside components."""
+        return self.energies() + energies.internal_energy(self._scene)
+
+    def torques(self) -> Array:
+        """Return the torques on the joints of each word, shape (words, n - 1) [N·m].
+
+        Positive ones turn left: they are -∂U/∂θ of the joint angles θ.
+        """
+        half_length = 0.5 * self._scene.casing.diagonal
+        strength = self._strengths(None)[0]
+        return hinge_torques(self._lattice, self._poses, self._wrenches, strength, half_length)
+
+    def mechanically_stable(self) -> NDArray[np.bool_]:
+        """Whether the magnets press every joint of each word against its stop, shape (words,).
+
+        Such a word stays when it is let go: it is a local minimum of the energy. A word that is
+        not may still be held by friction, or by casings that touch.
+        """
+        return pressed(self._lattice, self.torques())
+
+    def conflict_free(self) -> NDArray[np.bool_]:
+        """Whether no two touching faces of each word have equal poles, shape (words,)."""
+        return states.conflict_free(self._lattice, self._scene.sequence)
+
+    def every_energy(self, word: str) -> Array:
+        """Return a word's energy with every sequence whose first face is N [J].
+
+        Returns
+        -------
+        (2^(4n-1),) array
+            By number, see `sequence_of`.
+
+        Raises
+        ------
+        ValueError
+            If the word is none of `words`, or there are too many sequences.
+        """
+        if word not in self.words:
+            raise ValueError(f"word: {word!r} is not allowed; must be one of the landscape's words")
+        return energies_of_every_sequence(self._forms[self.words.index(word)])
+
+    def every_sequence(self, progress: Callable[[float], None] | None = None) -> EverySequence:
+        """Find the ground state of every sequence.
+
+        Parameters
+        ----------
+        progress
+            Called with the share of the work that is done, from 0 to 1.
+
+        Raises
+        ------
+        ValueError
+            If there are too many sequences.
+        """
+        return best_words(self._forms, self.words, energies.tie(self._scene), progress)
+
+    @cached_property
+    def _poses(self) -> couplings.PairPoses:
+        return couplings.pair_poses(self._lattice)
+
+    @cached_property
+    def _couplings(self) -> Array:
+        return couplings.couplings(self._scene).at(self._poses.pose)
+
+    @cached_property
+    def _wrenches(self) -> Array:
+        return couplings.wrenches(self._scene, self._poses.pose)
+
+    @cached_property
+    def _forms(self) -> Array:
+        return energies.quadratic_forms(self._scene, self._lattice)
+
+    def _strengths(self, sequences: Sequence[Components] | Array | None) -> Array:
+        n = self._scene.n
+        if sequences is None:
+            return energies.poles(self._scene)[None]
+        if isinstance(sequences, np.ndarray):
+            given = np.ascontiguousarray(sequences, dtype=np.float64)
+        else:
+            given = np.array(
+                [energies.signs(self._scene.replace(sequence=each).sequence) for each in sequences]
+            )
+        if given.shape[1:] != (n, 4):
+            raise ValueError(f"sequences: shape {given.shape} is not allowed; must be (k, {n}, 4)")
+        return given * energies.strengths(self._scene)
 
 
-def quadratic_forms(scene: Scene, lattice: Lattice) -> Floats:
-    """Return J of each word: its energy is sᵀ J s for signs s of all 4n faces, 0 for empty ones.
+def hinge_torques(
+    lattice: Lattice, poses: couplings.PairPoses, wrench: Array, strength: Array, half_length: float
+) -> Array:
+    """Return the magnets' torques on the joints, shape (words, n - 1) [N·m].
 
-    Returns
-    -------
-    (m, 4n, 4n) array
-        Symmetric [J]; zero where both faces belong to one component. How strong each face's
-        magnet is counts, the scene's sequence does not.
+    They are -∂U/∂θ of the joint angles θ: the moment about a hinge of what the components before
+    it do to those behind.
 
-    Raises
-    ------
-    ValueError
-        If the scene has an external field.
+    Parameters
+    ----------
+    lattice
+        The words.
+    poses
+        Their `pair_poses`.
+    wrench : (poses, 3, 4, 4) array
+        `wrenches` at these poses.
+    strength : (n, 4) array
+        The signs of the faces.
+    half_length
+        Unit of the cells [m].
     """
-    refuse_field(scene)
-    strength = strengths(scene)
-    table = couplings(scene)
-    n = lattice.n
-    form = np.zeros((len(lattice), n, FACES, n, FACES))
-    for i, j, poses in lattice.pairs():
-        half = 0.5 * strength[i][:, None] * table.at(poses) * strength[j]
-        form[:, i, :, j] = half
-        form[:, j, :, i] = half.transpose(0, 2, 1)
-    return form.reshape(len(lattice), n * FACES, n * FACES)
+    value = np.empty((3, len(wrench)))
+    for part in range(3):
+        coupling = np.ascontiguousarray(wrench[:, part])
+        couplings.evaluate(coupling, poses, strength, value[part])
+    heading = HEADINGS[lattice.quarters]
+    hinge = half_length * (lattice.cells - heading)
+    centre = half_length * lattice.cells
+    out = np.zeros((len(lattice), lattice.n - 1))
+    pair = 0
+    for i in range(lattice.n):
+        cos, sin = heading[:, i].T
+        for j in range(i + 1, lattice.n):
+            own_x, own_y, torque = value[:, poses.row[pair]]
+            force_x, force_y = cos * own_x - sin * own_y, sin * own_x + cos * own_y
+            for k in range(i + 1, j + 1):
+                x, y = (centre[:, j] - hinge[:, k]).T
+                out[:, k - 1] += torque + x * force_y - y * force_x
+            pair += 1
+    return out
+
+
+def pressed(lattice: Lattice, torques: Array) -> NDArray[np.bool_]:
+    """Whether torques (words, n - 1) press every joint of each word against its stop.
+
+    A straight joint has no stop; a word with one is never pressed.
+    """
+    direction = np.zeros(len(ORDER))
+    direction[ORDER.index("L")], direction[ORDER.index("R")] = 1.0, -1.0
+    floor = PRESSING * np.abs(torques).max(initial=0.0)
+    return (direction[lattice.letters] * torques > floor).all(axis=1)

@@ -51,6 +51,11 @@ class Lattice:
         """Return one word as a string."""
         return "".join(ORDER[letter] for letter in self.letters[row])
 
+    @property
+    def words(self) -> tuple[str, ...]:
+        """All words as strings."""
+        return tuple(self.word(row) for row in range(len(self)))
+
     def extended(self) -> Lattice:
         """Return every word with S, L and R appended, those that overlap left out.
 

@@ -2,22 +2,74 @@
 
 from __future__ import annotations
 
-from typing import get_args
+from dataclasses import dataclass
+from typing import Literal, get_args
 
-from magfold_env.minimiser.contacts import conflict_free
-from magfold_env.minimiser.ground_state import ground_state
-from magfold_env.minimiser.landscape import TIE, energy_unit, refuse_field, word_energies
+from magfold_env.minimiser import energies, states
+from magfold_env.minimiser.ground_states import ground_state
 from magfold_env.minimiser.lattice import ORDER, Lattice, all_words, from_words
-from magfold_env.minimiser.ranking import ranked
-from magfold_env.minimiser.result import Among, Decision, Minimum, Mode, Option, State
-from magfold_env.minimiser.states import state_of
+from magfold_env.minimiser.states import Among, Ranking, State, state_of
 from magfold_env.scene import Scene
+
+Mode = Literal["free", "forward", "backward"]
 
 LONGEST = 12
 """Most components of a full search: 118,731 words, 2.7 times more with each component.
 
 The states of longer chains are found by `ground_state`.
 """
+
+
+@dataclass(frozen=True)
+class Option:
+    """One letter a joint could take, and the energy of the chain with it [J]."""
+
+    letter: str
+    energy: float
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One joint decided by a component-by-component search.
+
+    Attributes
+    ----------
+    joint : int
+        1-based: joint k lies between components k and k+1.
+    options : tuple of Option
+        Those without overlap, in the order S, L, R.
+    letter : str
+        The one of least energy.
+    tied : str
+        The other letters of the same energy; the order S, L, R decided against them.
+    """
+
+    joint: int
+    options: tuple[Option, ...]
+    letter: str
+    tied: str
+
+
+@dataclass(frozen=True)
+class Minimum(Ranking):
+    """The result of `minimise`.
+
+    Attributes
+    ----------
+    mode : {"free", "forward", "backward"}
+        How the chain was searched.
+    states : tuple of State
+        Lowest energy first. The component-by-component modes end in one state.
+    decisions : tuple of Decision
+        In the order they were taken; empty for the full search.
+    examined : int
+        Number of words whose energies were compared; of words of half the chain for long ones.
+    """
+
+    mode: Mode
+    states: tuple[State, ...]
+    decisions: tuple[Decision, ...]
+    examined: int
 
 
 def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "all") -> Minimum:
@@ -45,37 +97,22 @@ def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "al
         for a full search, or a component-by-component search runs into a joint where every letter
         overlaps.
     """
-    for key, value, allowed in (("mode", mode, Mode), ("among", among, Among)):
-        if value not in get_args(allowed):
-            raise ValueError(
-                f"{key}: {value!r} is not allowed; must be one of {', '.join(get_args(allowed))}"
-            )
-    if top < 1:
-        raise ValueError(f"top: {top!r} is not allowed; must be at least 1")
-    refuse_field(scene)
-    if mode == "free" and scene.n > LONGEST:
+    states.check_one_of("mode", mode, get_args(Mode))
+    states.check_one_of("among", among, get_args(Among))
+    states.check_top(top)
+    energies.refuse_field(scene)
+    if mode != "free":
+        return _one_by_one(scene, mode)
+    if scene.n > LONGEST:
         found = ground_state(scene, top, among)
         return Minimum("free", found.states, decisions=(), examined=found.nodes)
-    if mode == "free":
-        return _full_search(scene, top, among)
-    return _one_by_one(scene, mode)
-
-
-def _full_search(scene: Scene, top: int, among: Among) -> Minimum:
     lattice = all_words(scene.n)
     if among != "all":
         lattice = lattice[lattice.fully_folded()]
     if among == "stable":
-        lattice = lattice[conflict_free(lattice, scene.sequence)]
-    energies = word_energies(scene, lattice)
-    states: list[State] = []
-    for group in ranked(energies, TIE * energy_unit(scene)) if len(lattice) else []:
-        for row in group[: top - len(states)]:
-            tied = tuple(lattice.word(other) for other in group if other != row)
-            states.append(state_of(scene, lattice.word(row), tied))
-        if len(states) == top:
-            break
-    return Minimum("free", tuple(states), decisions=(), examined=len(lattice))
+        lattice = lattice[states.conflict_free(lattice, scene.sequence)]
+    lowest = states.lowest_states(scene, lattice, top)
+    return Minimum("free", lowest, decisions=(), examined=len(lattice))
 
 
 def _one_by_one(scene: Scene, mode: Mode) -> Minimum:
@@ -100,12 +137,12 @@ def _one_by_one(scene: Scene, mode: Mode) -> Minimum:
 
 
 def _decide(scene: Scene, joint: int, lattice: Lattice) -> Decision:
-    energies = word_energies(scene, lattice)
-    letters = [lattice.word(row)[joint] for row in range(len(lattice))]
-    best, *others = (int(row) for row in ranked(energies, TIE * energy_unit(scene))[0])
+    energy = energies.word_energies(scene, lattice)
+    letters = [word[joint] for word in lattice.words]
+    best, *others = states.ranked(scene, energy)[0]
     return Decision(
         joint + 1,
-        tuple(Option(x, float(e)) for x, e in zip(letters, energies, strict=True)),
+        tuple(Option(x, float(e)) for x, e in zip(letters, energy, strict=True)),
         letters[best],
         "".join(letters[other] for other in others),
     )

@@ -1,27 +1,194 @@
-"""Words with everything that is known of them."""
+"""States: words with all that is known of them, and their order."""
 
 from __future__ import annotations
 
-from magfold_env.minimiser.contacts import conflicts, touching
-from magfold_env.minimiser.landscape import word_energies
-from magfold_env.minimiser.lattice import from_words
-from magfold_env.minimiser.result import State
-from magfold_env.minimiser.score import internal_energy
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.engine.state import Array
+from magfold_env.minimiser import energies
+from magfold_env.minimiser.lattice import Ints, Lattice, from_words
 from magfold_env.scene import Scene
-from magfold_env.shapes import is_fully_folded, outline
+from magfold_env.shapes import Outline, is_fully_folded, outline
+
+Among = Literal["all", "folded", "stable"]
+Pairs = tuple[tuple[int, int], ...]
+
+# The cell next to each face, in the frame of the component: front-left, back-left, ...
+_BESIDE = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+
+
+@dataclass(frozen=True)
+class State:
+    """A word of the lattice with its energy.
+
+    Attributes
+    ----------
+    word : str
+        One letter a joint, component 1 first.
+    energy : float
+        Of the magnets, each pair of components once: `mf.energy` [J].
+    coulomb_score : float
+        The paper's: `energy` and the pairs inside each component, a constant of the sequence [J].
+    fully_folded : bool
+        Whether every joint is L or R.
+    contacts : tuple of (int, int)
+        Components, 1-based, that touch along a face, neighbours or not.
+    conflicts : tuple of (int, int)
+        Those of them whose touching faces have equal poles.
+    outline : Outline
+        The cells covered, up to rotation and translation.
+    tied : tuple of str
+        Other words of the same energy that the search ranked with this one.
+    """
+
+    word: str
+    energy: float
+    coulomb_score: float
+    fully_folded: bool
+    contacts: Pairs
+    conflicts: Pairs
+    outline: Outline
+    tied: tuple[str, ...] = ()
+
+    @property
+    def stable(self) -> bool:
+        """Whether the word is fully folded and no equal poles touch."""
+        return self.fully_folded and not self.conflicts
+
+
+class Ranking:
+    """What a search found: states, the lowest first."""
+
+    states: tuple[State, ...]
+
+    @property
+    def best(self) -> State:
+        """The state of least energy that was found.
+
+        Raises
+        ------
+        ValueError
+            If there is none: no word of this length satisfies the condition that was set, or none
+            was found within the limits.
+        """
+        if not self.states:
+            raise ValueError("the search found no state that satisfies its condition")
+        return self.states[0]
 
 
 def state_of(scene: Scene, word: str, tied: tuple[str, ...] = ()) -> State:
     """Return the state that a word without overlap is; ``tied`` are words of equal energy."""
     one = from_words([word])
-    energy = float(word_energies(scene, one)[0])
+    energy = float(energies.word_energies(scene, one)[0])
     return State(
         word=word,
         energy=energy,
-        coulomb_score=energy + internal_energy(scene),
+        coulomb_score=energy + energies.internal_energy(scene),
         fully_folded=is_fully_folded(word),
         contacts=touching(one),
         conflicts=conflicts(one, scene.sequence),
         outline=outline(word),
         tied=tied,
     )
+
+
+def lowest_states(scene: Scene, lattice: Lattice, top: int) -> tuple[State, ...]:
+    """Return the states of least energy of some words, lowest first, ties in the given order."""
+    found: list[State] = []
+    if len(lattice):
+        for group in ranked(scene, energies.word_energies(scene, lattice)):
+            for row in group[: top - len(found)]:
+                tied = tuple(lattice.word(other) for other in group if other != row)
+                found.append(state_of(scene, lattice.word(row), tied))
+            if len(found) == top:
+                break
+    return tuple(found)
+
+
+def ranked(scene: Scene, energy: Array) -> list[list[int]]:
+    """Return indices by ascending energy [J], in groups that are tied each with the next.
+
+    Within a group the given order stays.
+    """
+    order = np.argsort(energy, kind="stable")
+    steps = np.diff(energy[order]) > energies.tie(scene)
+    return [np.sort(group).tolist() for group in np.split(order, np.flatnonzero(steps) + 1)]
+
+
+def check_one_of(key: str, value: str, allowed: Iterable[str]) -> None:
+    """Refuse an argument that is not one of the words allowed.
+
+    Raises
+    ------
+    ValueError
+        If it is none of them.
+    """
+    allowed = tuple(allowed)
+    if value not in allowed:
+        raise ValueError(f"{key}: {value!r} is not allowed; must be one of {', '.join(allowed)}")
+
+
+def check_top(top: int) -> None:
+    """Refuse a number of states below 1.
+
+    Raises
+    ------
+    ValueError
+        If it is.
+    """
+    if top < 1:
+        raise ValueError(f"top: {top!r} is not allowed; must be at least 1")
+
+
+def touching(one: Lattice) -> Pairs:
+    """Return the pairs (i, j) of components, 1-based, i < j, that touch in a single word."""
+    return tuple((i + 1, j + 1) for i, j, poses in one.pairs() if _face(poses)[0] >= 0)
+
+
+def touching_faces(one: Lattice) -> Pairs:
+    """Return the faces that lie flush in a single word as pairs; face f of component i is 4i + f.
+
+    Components count from 0 here.
+    """
+    found: list[tuple[int, int]] = []
+    for i, j, poses in one.pairs():
+        mine, theirs = int(_face(poses)[0]), int(_face(one.poses(j, i))[0])
+        if mine >= 0:
+            found.append((4 * i + mine, 4 * j + theirs))
+    return tuple(found)
+
+
+def conflicts(one: Lattice, sequence: Sequence[str]) -> Pairs:
+    """Return the touching pairs (i, j) of a single word whose touching faces have equal poles."""
+    return tuple((i + 1, j + 1) for i, j, clash in _clashes(one, sequence) if clash[0])
+
+
+def conflict_free(lattice: Lattice, sequence: Sequence[str]) -> NDArray[np.bool_]:
+    """Whether no two touching faces of each word have equal poles, shape (m,)."""
+    free = np.ones(len(lattice), dtype=np.bool_)
+    for _, _, clash in _clashes(lattice, sequence):
+        free &= ~clash
+    return free
+
+
+def _clashes(lattice: Lattice, sequence: Sequence[str]) -> list[tuple[int, int, NDArray[np.bool_]]]:
+    sign = energies.signs(sequence)
+    found: list[tuple[int, int, NDArray[np.bool_]]] = []
+    for i, j, poses in lattice.pairs():
+        mine, theirs = _face(poses), _face(lattice.poses(j, i))
+        # An empty face has sign 0: it is at odds with none.
+        found.append((i, j, (mine >= 0) & (sign[i, mine] * sign[j, theirs] > 0.0)))
+    return found
+
+
+def _face(poses: Ints) -> Ints:
+    """Return which face of a component lies flush with one at `poses`, -1 for none."""
+    face = np.full(len(poses), -1, dtype=np.int64)
+    for index, cell in enumerate(_BESIDE):
+        face[(poses[:, :2] == cell).all(axis=1)] = index
+    return face

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 
 SEQUENCES = (1, 2, 3)
 

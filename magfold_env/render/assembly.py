@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from magfold_env.fold import Fold
-from magfold_env.minimiser import minimise
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode, minimise
 from magfold_env.render import parts, style
 from magfold_env.render.chain import FACE_NORMALS, magnet_block, square
 from magfold_env.render.sheets import MARGIN, Axis, Block, check_suffix, save_pages, text

@@ -3,14 +3,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from agents.baselines.by_policy import PolicySearch
-from agents.baselines.calls import Calls, SpentError, Standing
-from agents.baselines.minimiser import energy_design
-from agents.baselines.search import freeze, freeze_unseen, random_choice
-from agents.baselines.searches import SEARCHES, search_of
+from agents.baselines.calls import Calls, SpentError, Tally, freeze, freeze_unseen, random_choice
+from agents.baselines.searches import SEARCHES, PolicySearch, energy_design, search_of
 from agents.evaluation.episodes import play
-from agents.evaluation.open_loop import FrozenPolicy, OpenLoop
-from agents.evaluation.policies import RandomPolicy
+from agents.evaluation.policies import FrozenPolicy, OpenLoop, RandomPolicy
 from magfold_env.designer import gap_designs
 from magfold_env.envs.chains.quasistatic_episode import fold
 from magfold_env.envs.sequence_design import SequenceDesignEnv
@@ -141,15 +137,15 @@ def test_what_was_asked_before_is_not_played_again(chain: TubeFeedEnv) -> None:
 def test_what_a_policy_chose_does_the_same_when_it_is_frozen(chain: TubeFeedEnv) -> None:
     calls = Calls(chain, TARGET, budget=2, seed=3)
     calls.watch(RandomPolicy(), np.random.default_rng(0))
-    (watched,) = calls.standings()
+    (watched,) = calls.tallies()
     again = Calls(chain, TARGET, budget=1, seed=3).scores([watched.choice], 1)
     assert again.item() == watched.scores[0]
 
 
 def test_one_lucky_call_does_not_beat_many() -> None:
     choice = OpenLoop(GOOD, (0.2,) * 4)
-    assert Standing(choice, (1.0,)).expected < Standing(choice, (1.0,) * 9).expected
-    assert Standing(choice, (0.4,)).expected < Standing(choice, (1.0,)).expected
+    assert Tally(choice, (1.0,)).expected < Tally(choice, (1.0,) * 9).expected
+    assert Tally(choice, (0.4,)).expected < Tally(choice, (1.0,)).expected
 
 
 def test_a_policy_that_is_watched_settles_on_what_works(lattice: CountingEnv) -> None:

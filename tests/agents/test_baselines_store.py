@@ -4,8 +4,8 @@ import pytest
 
 from agents.baselines import searches
 from agents.baselines.searches import choose
-from agents.baselines.store import ChoiceFile, Chosen, read_choices
-from agents.settings.run import EnvSettings
+from agents.evaluation.policies import ChoiceFile, Chosen, read_choices
+from agents.settings import EnvSettings
 
 SETTINGS = EnvSettings(targets=("LRLLL", "RLRRR"))
 KEY = {"search": "genetic", "budget": 10}

@@ -8,12 +8,11 @@ import typer
 from PIL import Image
 from typer.testing import CliRunner
 
-from agents.baselines.store import ChoiceFile, Chosen
-from agents.evaluate import compare, env_settings, evaluate
+from agents.evaluate import compare, evaluate
 from agents.evaluation.episodes import Outcome, make_env, play
-from agents.evaluation.methods import Method, Results
-from agents.evaluation.policies import DesignPolicy
-from agents.settings.run import EnvSettings, load_settings
+from agents.evaluation.policies import ChoiceFile, Chosen, DesignPolicy
+from agents.evaluation.report import Method, Results
+from agents.settings import EnvSettings, env_settings, load_settings
 from magfold_env.simulation.simulate import simulate
 
 runner = CliRunner()

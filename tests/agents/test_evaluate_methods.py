@@ -2,8 +2,16 @@ import numpy as np
 import pytest
 
 from agents.evaluation.episodes import Outcome
-from agents.evaluation.methods import Method, by_target, parse_methods, pooled
-from agents.evaluation.reasons import ENDS, end_of, ends, joints_in_the_way
+from agents.evaluation.report import (
+    ENDS,
+    Method,
+    by_target,
+    end_of,
+    ends,
+    joints_in_the_way,
+    parse_methods,
+    pooled,
+)
 
 QUARTER = 0.5 * np.pi
 

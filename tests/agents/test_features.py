@@ -7,7 +7,7 @@ from gymnasium import spaces
 
 from agents.features import WIDTHS, FromTheMouth
 from agents.training.envs import make_training_envs
-from agents.training.learners import load_model, make_model
+from agents.training.models import load_model, make_model
 from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv

@@ -9,9 +9,15 @@ import sb3_contrib
 import stable_baselines3
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from agents.baselines.store import ChoiceFile, Chosen
 from agents.evaluation.episodes import play
-from agents.evaluation.policies import FrozenPolicy, RandomPolicy, TrainedPolicy, make_policy
+from agents.evaluation.policies import (
+    ChoiceFile,
+    Chosen,
+    FrozenPolicy,
+    RandomPolicy,
+    TrainedPolicy,
+    make_policy,
+)
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
 

@@ -7,10 +7,9 @@ import pytest
 from rich.console import Console
 
 from agents.evaluation.episodes import Outcome
-from agents.evaluation.methods import Method
-from agents.evaluation.open_loop import OpenLoop
-from agents.evaluation.report import overall_table, summarise, targets_table, write_results
-from agents.settings.run import EnvSettings
+from agents.evaluation.policies import OpenLoop
+from agents.evaluation.report import Method, overall_table, summarise, targets_table, write_results
+from agents.settings import EnvSettings
 from magfold_env.reporting.statistics import share
 from magfold_env.shapes import word_to_angles
 

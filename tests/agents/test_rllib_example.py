@@ -10,7 +10,7 @@ import typer
 from typer.testing import CliRunner
 
 from agents.rllib_example import main, ppo_config
-from agents.settings.run import SettingsError, load_settings, save_settings
+from agents.settings import SettingsError, load_settings, save_settings
 from tests.agents.training import tiny
 
 # Ray leaves sockets and files to be closed by the collector, and warns of its own old names.

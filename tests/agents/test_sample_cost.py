@@ -7,11 +7,10 @@ from stable_baselines3 import PPO
 from typer.testing import CliRunner
 
 from agents.evaluation.episodes import make_env, play
-from agents.evaluation.methods import Method
-from agents.evaluation.open_loop import FrozenPolicy
-from agents.evaluation.policies import TrainedPolicy
+from agents.evaluation.policies import FrozenPolicy, TrainedPolicy
+from agents.evaluation.report import Method
 from agents.sample_cost import main, measure, success
-from agents.settings.run import EnvSettings
+from agents.settings import EnvSettings
 from magfold_env.envs.tasks.draws import evaluation_seeds
 
 SETTINGS = EnvSettings(targets=("LRLLL",))

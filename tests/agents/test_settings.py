@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from agents.settings.run import SettingsError, TrainSettings, load_settings, save_settings
+from agents.settings import SettingsError, TrainSettings, load_settings, save_settings
 from agents.training.envs import check_envs
 from magfold_env.files import configs_dir
 

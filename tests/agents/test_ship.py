@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from agents.evaluate import compare
 from agents.evaluation import shipped
-from agents.evaluation.methods import Method
+from agents.evaluation.report import Method
 from agents.evaluation.shipped import Card, CardError, load_shipped, shipped_files
 from agents.ship import app, ship_policies, with_results
 from agents.training.run import train

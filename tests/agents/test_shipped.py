@@ -12,8 +12,7 @@ from agents.evaluation.shipped import (
     shipped_card,
     shipped_names,
 )
-from agents.settings.env import EnvSettings
-from agents.settings.run import TrainSettings
+from agents.settings import EnvSettings, TrainSettings
 
 RESULTS = [
     pytest.param(name, result, id=f"{name}-{result.env.get('randomisation', 'nominal')}")

@@ -7,8 +7,8 @@ from stable_baselines3 import PPO
 
 from agents.evaluation.episodes import make_env, play, play_all, players, warm_up
 from agents.evaluation.policies import DesignPolicy, RandomPolicy, TrainedPolicy
-from agents.settings.run import TrainSettings
-from agents.training.learners import save_policy
+from agents.settings import TrainSettings
+from agents.training.models import save_policy
 from agents.training.run import train
 from magfold_env.envs.tasks.draws import episode_seeds
 

@@ -7,14 +7,11 @@ import pytest
 import torch
 
 from agents.learning_rate import LearningRate
-from agents.settings.env import EnvSettings
-from agents.settings.run import StopSettings, TrainSettings, load_settings
+from agents.settings import EnvSettings, StopSettings, TrainSettings, load_settings
 from agents.training.envs import check_envs, make_env, make_training_envs
-from agents.training.info import RunInfo
-from agents.training.learners import load_model, make_model
-from agents.training.progress import Progress, due
-from agents.training.run import train
-from agents.training.validation import Validation
+from agents.training.folder import RunInfo
+from agents.training.models import Progress, due, load_model, make_model
+from agents.training.run import Validation, train
 from magfold_env.files import configs_dir
 from tests.agents.training import LEARNERS, records, tiny, weights
 

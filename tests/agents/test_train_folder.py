@@ -11,14 +11,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from agents.settings.run import SettingsError, TrainSettings, save_settings
+from agents.settings import SettingsError, TrainSettings, save_settings
 from agents.train import main
-from agents.training.callbacks import BoundaryCallback
-from agents.training.event_files import cut_events, event_sizes
-from agents.training.folder import Resume
-from agents.training.info import RunInfo
-from agents.training.loggers import import_wandb
-from agents.training.run import train
+from agents.training.folder import Resume, RunInfo, cut_events, event_sizes, import_wandb
+from agents.training.run import BoundaryCallback, train
 from magfold_env.checkpoint import CheckpointError
 from tests.agents.training import records, tiny
 

@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.settings.run import TrainSettings, save_settings
-from agents.training.callbacks import BoundaryCallback
-from agents.training.folder import Resume
-from agents.training.info import RunInfo
-from agents.training.run import train
+from agents.settings import TrainSettings, save_settings
+from agents.training.folder import Resume, RunInfo
+from agents.training.run import BoundaryCallback, train
 from tests.agents.training import records, same_weights, tiny
 
 pytestmark = pytest.mark.train

@@ -17,13 +17,13 @@ pytest.importorskip("optuna", reason="needs Optuna, the extra tune")
 import optuna
 from optuna.trial import TrialState
 
-from agents.settings.run import SettingsError, load_settings, save_settings
-from agents.training.info import RunInfo
+from agents.settings import SettingsError, load_settings, save_settings
+from agents.training.folder import RunInfo
 from agents.training.run import DivergedError, train
 from agents.tune import main
+from agents.tuning import search as tuning_trials
 from agents.tuning import study as tuning_study
-from agents.tuning import trials as tuning_trials
-from agents.tuning.settings import Search, load_search
+from agents.tuning.search import Search, load_search
 from agents.tuning.study import search_here
 from magfold_env.files import configs_dir
 from tests.agents.training import same_weights, tiny

@@ -12,12 +12,12 @@ import yaml
 
 pytest.importorskip("ray.tune", reason="needs Ray Tune, the extra ray")
 
-from agents.settings.run import SettingsError, load_settings, save_settings
-from agents.training.info import RunInfo
+from agents.settings import SettingsError, load_settings, save_settings
+from agents.training.folder import RunInfo
 from agents.training.run import train
 from agents.tuning import cluster as tuning_cluster
 from agents.tuning.cluster import search_on_ray
-from agents.tuning.settings import Search, load_search
+from agents.tuning.search import Search, load_search
 from tests.agents.training import same_weights, tiny
 
 # Ray leaves sockets and files to be closed by the collector.

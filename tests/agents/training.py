@@ -6,8 +6,8 @@ from typing import Any
 import torch
 from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
 
-from agents.settings.run import TrainSettings
-from agents.training.learners import load_model
+from agents.settings import TrainSettings
+from agents.training.models import load_model
 
 LEARNERS: dict[str, dict[str, Any]] = {
     "ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2},

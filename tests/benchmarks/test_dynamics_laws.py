@@ -10,8 +10,8 @@ from scipy.optimize import nnls
 
 from magfold_env.laws import agreement, impacts, mechanics, overlap
 from magfold_env.laws import random_scenes as scenes
-from magfold_env.minimiser.contacts import conflicts
 from magfold_env.minimiser.lattice import from_words
+from magfold_env.minimiser.states import conflicts
 from magfold_env.scene import Casing, Feed, Scene, load_scene
 from magfold_env.shapes import mirror, overlaps
 from tests.laws import chains

@@ -1,7 +1,7 @@
 """Sequences that are proposed before any is released."""
 
 import magfold_env as mf
-from magfold_env.designer.candidates import held
+from magfold_env.designer.search import stable_sequences
 from magfold_env.designer.task import Task, task_for
 
 TARGET = "LRRLLRL"
@@ -15,7 +15,7 @@ def task(seed: int) -> Task:
 
 
 def test_what_is_drawn_holds_its_target_and_differs() -> None:
-    drawn = held(task(0))
+    drawn = stable_sequences(task(0))
     assert len(set(drawn)) == len(drawn) >= 20
     for sequence in drawn[:5]:
         scene = mf.load_scene("design-long").replace(sequence=sequence)
@@ -24,4 +24,4 @@ def test_what_is_drawn_holds_its_target_and_differs() -> None:
 
 
 def test_a_seed_draws_the_same_again() -> None:
-    assert held(task(3)) == held(task(3)) != held(task(4))
+    assert stable_sequences(task(3)) == stable_sequences(task(3)) != stable_sequences(task(4))

@@ -6,9 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from magfold_env.designer.choice import Choice
-from magfold_env.designer.cross_entropy import ELITE, POPULATION, RELEASES, cross_entropy
-from magfold_env.designer.race import FINAL, race
+from magfold_env.designer.task import Choice
+from magfold_env.designer.trials import ELITE, FINAL, POPULATION, RELEASES, cross_entropy, race
 
 
 class Known:

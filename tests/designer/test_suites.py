@@ -6,7 +6,6 @@ from typing import get_args
 import pytest
 
 import magfold_env as mf
-from magfold_env.designer.choice import Choice
 from magfold_env.designer.make_suites import LENGTHS, WORDS, suite_words
 from magfold_env.designer.suites import (
     Kind,
@@ -16,8 +15,9 @@ from magfold_env.designer.suites import (
     save_suite,
     suite_names,
 )
+from magfold_env.designer.task import Choice
 from magfold_env.ensembles import release
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.scene import SceneError
 from magfold_env.shapes import folded_words, is_fully_folded
 

@@ -15,11 +15,11 @@ from typing import Any
 
 # What reads files. Kernels are not among it: numba does not compile what is instrumented.
 READING = [
-    "agents.training.archive",
-    "agents.baselines.store",
+    "agents.training.models",
     "agents.evaluation.policies",
-    "agents.settings.run",
-    "agents.settings.base",
+    "agents.evaluation.policies",
+    "agents.settings",
+    "agents.settings",
     "magfold_env.checkpoint",
     "magfold_env.designer.result",
     "magfold_env.designer.suites",

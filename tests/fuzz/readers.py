@@ -16,11 +16,16 @@ from pathlib import Path
 from typing import Any
 
 import magfold_env as mf
-from agents.baselines.store import ChoiceFile, Chosen, read_choices, read_key
-from agents.evaluation.open_loop import FrozenPolicy
-from agents.evaluation.policies import TrainedPolicy
-from agents.settings.run import load_settings
-from agents.training.archive import read_archive, write_archive
+from agents.evaluation.policies import (
+    ChoiceFile,
+    Chosen,
+    FrozenPolicy,
+    TrainedPolicy,
+    read_choices,
+    read_key,
+)
+from agents.settings import load_settings
+from agents.training.models import read_archive, write_archive
 from magfold_env.designer.evidence import Evidence
 from magfold_env.designer.result import Design
 from magfold_env.designer.suites import load_suite

@@ -5,7 +5,7 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.minimiser import Landscape, descend
-from magfold_env.minimiser.overlap import overlaps, push
+from magfold_env.minimiser.descent import overlaps, push
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres, headings, word_to_angles
 from tests.minimiser.scenes import scene_of

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from magfold_env.minimiser import minimise
-from magfold_env.minimiser.landscape import quadratic_forms, signs, strengths, word_energies
+from magfold_env.minimiser.energies import quadratic_forms, signs, strengths, word_energies
 from magfold_env.minimiser.lattice import all_words, from_words
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import mirror, reverse

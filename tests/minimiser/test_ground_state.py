@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.minimiser import GroundStates, Landscape, ground_state, minimise
+from magfold_env.minimiser import Among, GroundStates, Landscape, ground_state, minimise
 from magfold_env.minimiser.lattice import from_words
-from magfold_env.minimiser.result import Among
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings, reverse, word_to_angles
 from tests.minimiser.scenes import scene_of

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from magfold_env.minimiser import minimise
-from magfold_env.minimiser.score import internal_energy
+from magfold_env.minimiser.energies import internal_energy
 from magfold_env.scene import Magnets, Scene
 from tests.minimiser import reference
 from tests.minimiser.scenes import MODELS

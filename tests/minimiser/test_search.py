@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import magfold_env as mf
 from magfold_env.minimiser import ground_state, minimise
-from magfold_env.minimiser.landscape import quadratic_forms, signs, word_energies
+from magfold_env.minimiser.energies import quadratic_forms, signs, word_energies
 from magfold_env.minimiser.lattice import all_words, from_words
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import headings, word_to_angles

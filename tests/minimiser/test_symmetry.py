@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from magfold_env.minimiser.landscape import word_energies
+from magfold_env.minimiser.energies import word_energies
 from magfold_env.minimiser.lattice import all_words, from_words
 from magfold_env.shapes import mirror, reverse
 from tests.minimiser.scenes import MODELS, scene_of, sequences

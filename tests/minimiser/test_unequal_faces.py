@@ -7,7 +7,7 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.minimiser import minimise
-from magfold_env.minimiser.landscape import quadratic_forms, signs, word_energies
+from magfold_env.minimiser.energies import quadratic_forms, signs, word_energies
 from magfold_env.minimiser.lattice import all_words
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import headings, word_to_angles

@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 
 from magfold_env.designer.annealing import anneal_sequence
-from magfold_env.designer.choice import Choice
+from magfold_env.designer.task import Choice
 from magfold_env.ensembles import ensemble, release
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import load_scene
@@ -29,7 +29,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
         words = rng.choice(folded_words(n), 2 if quick else WORDS, replace=False).tolist()
         longer = release(scene.replace(sequence=("NNNN",) * n), "forward")
         sequences = [
-            anneal_sequence(longer, word, rng, Counter(), holding=True).sequence for word in words
+            anneal_sequence(longer, word, rng, Counter(), stable=True).sequence for word in words
         ]
         for m, friction in enumerate(FRICTIONS):
             progress((k + m / len(FRICTIONS)) / len(lengths), f"{n} components, {friction}")

@@ -11,7 +11,7 @@ from magfold_env.benchmarks.design.judged import judged
 from magfold_env.designer import design
 from magfold_env.designer.make_suites import suite_words
 from magfold_env.designer.task import default_scene
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import load_scene
 

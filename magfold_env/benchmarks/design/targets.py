@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import get_args
 
 from magfold_env.designer import GapDesign, design, gap_designs
-from magfold_env.designer.choice import Choice
-from magfold_env.designer.task import SPEEDS
+from magfold_env.designer.task import SPEEDS, Choice
 from magfold_env.ensembles import ensemble, release
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.reporting.statistics import Share
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, load_scene

@@ -7,8 +7,7 @@ from contextlib import suppress
 import numpy as np
 
 from magfold_env.benchmarks.energy.scenes import random_scene
-from magfold_env.minimiser import descend, ground_state, minimise
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode, descend, ground_state, minimise
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings

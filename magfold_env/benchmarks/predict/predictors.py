@@ -15,7 +15,7 @@ import numpy as np
 from magfold_env.ensembles import PREDICTORS, Ensemble, ensemble, predictions
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.experiment import MODES, SEQUENCES, paper_scene, random_scenes
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode
 from magfold_env.reporting.statistics import share
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene

@@ -11,7 +11,7 @@ from zlib import crc32
 
 import numpy as np
 
-from magfold_env.designer.gap import LONGEST, gap_designs
+from magfold_env.designer.exhaustive import LONGEST, gap_designs
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST
 from magfold_env.envs.tasks.goals import Goal, Match, goal_of
 from magfold_env.scene import Scene

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from magfold_env.engine.compile.jit import allocating_kernel, kernel
 from magfold_env.minimiser.couplings import FACES, Couplings, couplings
-from magfold_env.minimiser.landscape import TIE, energy_unit, refuse_field
+from magfold_env.minimiser.energies import TIE, energy_unit, refuse_field
 from magfold_env.scene import Scene
 
 Ints = NDArray[np.int64]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from magfold_env.envs.chains.lattice import DEAD_END, LatticeFeed, in_line
 from magfold_env.envs.chains.progress import Progress
 from magfold_env.fold import FoldStatus
-from magfold_env.minimiser.landscape import strengths
+from magfold_env.minimiser.energies import strengths
 from magfold_env.scene import Scene
 from magfold_env.simulation.chain_state import ChainState
 

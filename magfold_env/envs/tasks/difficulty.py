@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import SIGNS
 from magfold_env.envs.tasks.checks import share_of
-from magfold_env.minimiser.landscape import strengths
+from magfold_env.minimiser.energies import strengths
 from magfold_env.scene import Scene
 
 POPULATION = 4096

@@ -3,7 +3,7 @@ import hashlib
 import gymnasium
 import pytest
 
-from agents.settings.seeds import MAX_TRAINING_SEED
+from agents.settings import MAX_TRAINING_SEED
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION, episode_seeds, evaluation_seeds
 
 DIGESTS = {1: "c5e684622af210ee"}

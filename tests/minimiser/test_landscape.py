@@ -7,10 +7,9 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.minimiser import Landscape, minimise, sequence_of
-from magfold_env.minimiser.landscape import signs
-from magfold_env.minimiser.score import internal_energy
-from magfold_env.minimiser.sequence_space import best_words
-from magfold_env.minimiser.word_landscape import Words
+from magfold_env.minimiser.energies import internal_energy, signs
+from magfold_env.minimiser.every_sequence import best_words
+from magfold_env.minimiser.landscape import Words
 from magfold_env.shapes import folded_words, headings, word_to_angles
 from tests.minimiser import reference
 from tests.minimiser.scenes import MODELS, scene_of

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.designer import holding
-from magfold_env.designer.annealing import sequence_of_signs
-from magfold_env.designer.holding import holding_groups
+from magfold_env.designer import annealing
+from magfold_env.designer.annealing import sequence_of_signs, stable_groups
 from magfold_env.shapes import folded_words
 
 SCENE = mf.load_scene("design")
@@ -21,7 +20,7 @@ def stable_words(sequence: tuple[str, ...]) -> list[str]:
 def test_the_target_is_the_only_stable_word_whatever_is_flipped(n: int) -> None:
     rng = np.random.default_rng(n)
     for target in folded_words(n):
-        signs, groups = holding_groups(target)
+        signs, groups = stable_groups(target)
         assert sorted(np.concatenate(groups).tolist()) == list(range(4 * n))
         for group in groups:
             signs[group] *= rng.choice([-1.0, 1.0])
@@ -31,18 +30,18 @@ def test_the_target_is_the_only_stable_word_whatever_is_flipped(n: int) -> None:
 @pytest.mark.parametrize("n", [7, 8, 9])
 def test_every_longer_word_can_be_held(n: int) -> None:
     for target in folded_words(n):
-        holding_groups(target)
+        stable_groups(target)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("n", [10, 11, 12, 13, 14, 15, 16])
 def test_every_word_can_be_held(n: int) -> None:
     for target in folded_words(n):
-        holding_groups(target)
+        stable_groups(target)
 
 
 def test_contradictions_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     # No word is known whose contacts contradict each other: the equations are bent instead.
-    monkeypatch.setattr(holding, "touching_faces", lambda _: ((0, 5), (3, 6)))
+    monkeypatch.setattr(annealing.states, "touching_faces", lambda _: ((0, 5), (3, 6)))
     with pytest.raises(ValueError, match="contradict"):
-        holding_groups("L")
+        stable_groups("L")

@@ -1,26 +1,30 @@
-"""Settings of a search for hyper-parameters: what is varied, within what, and for how long."""
+"""A search for hyper-parameters: what is varied, within what, its trials, and the best of them."""
 
 import json
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
-from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
+import pydantic
+from pydantic import Discriminator, Field, Tag, model_validator
+from rich.console import Console
+from rich.table import Table
 
-from agents.settings.base import Count, Group
-from agents.settings.files import find_config, parse_assignment, read_mapping
-from agents.settings.run import SettingsError, TrainSettings, changed_settings, load_settings
-from agents.training.envs import check_envs
-from magfold_env.scene import Problem, SceneError
-from magfold_env.scene.errors import problems_of
+from agents import settings as train_settings
+from agents.training import envs, run
+from agents.training.folder import RunInfo
+from magfold_env.scene import Problem, SceneError, errors
 
 Drawn = float | int | str
 """A value as Optuna keeps it: a number, or a choice written as JSON."""
 
+NOTHING = {"success_rate": 0.0, "score": 0.0}
+"""What a run is worth whose numbers break down."""
 
-class Interval(Group, frozen=True):
+
+class Interval(train_settings.Group, frozen=True):
     """Numbers between two; whole ones if both ends are written as whole numbers."""
 
     low: int | float
@@ -48,7 +52,7 @@ class Interval(Group, frozen=True):
         return self
 
 
-class Choices(Group, frozen=True):
+class Choices(train_settings.Group, frozen=True):
     """One of some values of any kind."""
 
     choices: Annotated[tuple[Any, ...], Field(min_length=2)]
@@ -83,7 +87,7 @@ Domain = Annotated[
 Objective = Literal["score", "success_rate"]
 
 
-class TuneSettings(Group, frozen=True):
+class TuneSettings(train_settings.Group, frozen=True):
     """A search."""
 
     name: Annotated[str, Field(pattern=r"^[\w.-]+$")]
@@ -96,14 +100,14 @@ class TuneSettings(Group, frozen=True):
     """What is drawn for each trial, by dotted key."""
     objective: Objective = "score"
     """Which result of a trial's last validation shall be high."""
-    trials: Count = 50
+    trials: train_settings.Count = 50
     """Number of trials in all, those of earlier calls and of other processes included."""
     pruner: Literal["median", "hyperband", "none"] = "median"
     """What breaks off trials that do worse than others did after as many validations: those below
     the median of all, or all but the best third at each of a few stages."""
-    startup_trials: Count = 10
+    startup_trials: train_settings.Count = 10
     """Trials that are drawn evenly, before what was found guides the draws and the median."""
-    least_validations: Count = 2
+    least_validations: train_settings.Count = 2
     """Validations that every trial is given."""
 
 
@@ -120,7 +124,7 @@ class Search:
     """
 
     settings: TuneSettings
-    base: TrainSettings
+    base: train_settings.TrainSettings
 
     @property
     def key(self) -> dict[str, Any]:
@@ -133,11 +137,13 @@ class Search:
         """Number of validations of a trial that is not broken off."""
         return max(self.base.timesteps // self.base.validate_every, 1)
 
-    def run_settings(self, drawn: Mapping[str, Drawn], trial: str) -> TrainSettings:
+    def run_settings(self, drawn: Mapping[str, Drawn], trial: str) -> train_settings.TrainSettings:
         """Return the training settings of a trial, from what was drawn for it and its name."""
         space = self.settings.space
         values = {key: space[key].read(value) for key, value in drawn.items()}
-        return changed_settings(self.base, {**values, "name": f"{self.settings.name}-{trial}"})
+        return train_settings.changed_settings(
+            self.base, {**values, "name": f"{self.settings.name}-{trial}"}
+        )
 
 
 def load_search(path: str, assignments: Sequence[str] = (), trials: int | None = None) -> Search:
@@ -158,35 +164,93 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
         If there is no such file, or something is not allowed: in the search, in the settings it
         varies, or in those that a trial would have at either end of a range.
     """
-    file = find_config(path, "tuning")
-    content = read_mapping(file)
+    file = train_settings.find_config(path, "tuning")
+    content = train_settings.read_mapping(file)
     if trials is not None:
         content["trials"] = trials
     try:
         settings = TuneSettings.model_validate(content)
-    except ValidationError as error:
-        lines = [f"{file}: {problem}" for problem in problems_of(error, TuneSettings)]
-        raise SettingsError("\n".join(lines)) from None
-    with _told_of(file, "settings"):
-        given = settings.settings | dict(map(parse_assignment, assignments))
-        base = changed_settings(load_settings(settings.config), given)
-        check_envs(base)
-    with _told_of(file, "space"):
+    except pydantic.ValidationError as error:
+        lines = [f"{file}: {problem}" for problem in errors.problems_of(error, TuneSettings)]
+        raise train_settings.SettingsError("\n".join(lines)) from None
+    with _named_source(file, "settings"):
+        given = settings.settings | dict(map(train_settings.parse_assignment, assignments))
+        base = train_settings.changed_settings(train_settings.load_settings(settings.config), given)
+        envs.check_envs(base)
+    with _named_source(file, "space"):
         for key, domain in settings.space.items():
             for value in domain.ends:
-                check_envs(changed_settings(base, {key: value}))
+                envs.check_envs(train_settings.changed_settings(base, {key: value}))
     search = Search(settings, base)
     if settings.least_validations > search.validations:
         allowed = f"must be at most {search.validations}, the validations of a trial"
         problem = Problem("least_validations", settings.least_validations, allowed)
-        raise SettingsError(f"{file}: {problem}")
+        raise train_settings.SettingsError(f"{file}: {problem}")
     return search
 
 
 @contextmanager
-def _told_of(file: Path, group: str) -> Generator[None]:
+def _named_source(file: Path, group: str) -> Generator[None]:
     """Name the file and the group of settings that wrong training settings come from."""
     try:
         yield
-    except SettingsError as error:
-        raise SettingsError(f"{file}: {group}: {error}") from None
+    except train_settings.SettingsError as error:
+        raise train_settings.SettingsError(f"{file}: {group}: {error}") from None
+
+
+class Trial(NamedTuple):
+    """A trial that came to its end."""
+
+    folder: Path
+    value: float
+    drawn: dict[str, Drawn]
+
+
+def run_trial(
+    settings: train_settings.TrainSettings, folder: Path, watch: run.Watch
+) -> dict[str, float]:
+    """Train in `folder`, or go on there; return the result of the last validation."""
+    try:
+        run.train(settings, folder, watch=watch)
+    except run.DivergedError as error:
+        Console(stderr=True).print(f"{folder.name}: {error}", highlight=False)
+        return NOTHING
+    info = RunInfo.read(folder)
+    assert info is not None
+    assert info.validation is not None, "every run ends with a validation"
+    return info.validation
+
+
+def report_best(search: Search, trials: Sequence[Trial], output: Path) -> None:
+    """Print the best trials; write the settings of the best as those of a run of its own."""
+    console = Console()
+    if not trials:
+        console.print("no trial has come to its end")
+        return
+    console.print(best_table(search, trials))
+    best = train_settings.load_settings(max(trials, key=_value).folder / "settings.yaml")
+    file = output / "best.yaml"
+    train_settings.save_settings(
+        train_settings.changed_settings(best, {"name": f"{search.settings.name}-best"}), file
+    )
+    console.print(f"the best settings, for python -m agents.train: {file}", soft_wrap=True)
+
+
+def best_table(search: Search, trials: Sequence[Trial], count: int = 10) -> Table:
+    """Return a table of the best trials, the best first."""
+    settings = search.settings
+    table = Table(title=f"{settings.name}: the best of {len(trials)} trials that ended")
+    for name in ("trial", settings.objective, *(key.split(".")[-1] for key in settings.space)):
+        table.add_column(name, overflow="fold")
+    for trial in sorted(trials, key=_value, reverse=True)[:count]:
+        values = (_text(trial.drawn[key]) for key in settings.space)
+        table.add_row(trial.folder.name, f"{trial.value:.3f}", *values)
+    return table
+
+
+def _value(trial: Trial) -> float:
+    return trial.value
+
+
+def _text(drawn: Drawn) -> str:
+    return f"{drawn:.3g}" if isinstance(drawn, float) else str(drawn)

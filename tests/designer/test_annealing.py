@@ -8,10 +8,9 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.designer import gap_designs
-from magfold_env.designer.anneal import anneal
-from magfold_env.designer.annealing import anneal_sequence, sequence_of_signs
+from magfold_env.designer.annealing import anneal, anneal_sequence, sequence_of_signs
+from magfold_env.designer.evidence import Rivals
 from magfold_env.designer.exhaustive import Exhaustive
-from magfold_env.designer.rivals import Rivals
 from magfold_env.shapes import words
 
 SCENE = mf.load_scene("design").replace(sequence=("NNNN",) * 3)
@@ -80,7 +79,7 @@ def test_tolerances_are_near_the_largest() -> None:
     scene = SCENE.replace(sequence=("NNNN",) * 4)
     every = Exhaustive(scene, "LLR").tolerances()
     rng = np.random.default_rng(0)
-    found = anneal_sequence(scene, "LLR", rng, Counter(), tolerant=True, holding=True)
+    found = anneal_sequence(scene, "LLR", rng, Counter(), tolerant=True, stable=True)
     assert 0.9 * every.max() <= found.score <= every.max() * (1 + 1e-6)
 
 

@@ -1,31 +1,36 @@
-"""From a wanted shape to magnets and a feed speed: `design`."""
+"""From a wanted shape to magnets and a feed speed: `design`.
 
-from __future__ import annotations
+Sequences that speak for themselves by energy come first; under `probability` they are released.
+"""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.designer.candidates import best_by_energy, candidates, held
-from magfold_env.designer.choice import Choice
-from magfold_env.designer.cross_entropy import cross_entropy
+from magfold_env.designer import annealing, exhaustive, trials
 from magfold_env.designer.evidence import weigh
-from magfold_env.designer.holding import holding_groups
-from magfold_env.designer.race import Standing, race, ranked
 from magfold_env.designer.result import Design, Objective, Search
-from magfold_env.designer.task import Task, task_for
-from magfold_env.designer.trials import Trials, hurried
+from magfold_env.designer.task import Choice, Task, task_for
 from magfold_env.ensembles import ensemble
 from magfold_env.files import physics_digest
-from magfold_env.minimiser.result import Mode
+from magfold_env.minimiser import Mode, energies
 from magfold_env.parallel import Backend, Workers, connected
 from magfold_env.scene import Scene
+from magfold_env.shapes import is_fully_folded
 
 Progress = Callable[[str, float], object]
+Report = Callable[[float], object]
+Sequences = list[tuple[str, ...]]
+
+_APART = 4  # faces by which two candidates differ at least
+_COUNT = 6  # of short chains
+_STARTS = 3  # of annealing
+_STABLE = 24  # drawn without annealing
 
 
 def design(  # noqa: PLR0913 - what a search depends on, and who does it
@@ -80,7 +85,7 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
         Probability that is enough. The search wants half of what is then left to certainty as
         well: what was selected does a little worse on other releases.
     runs
-        Releases by which the result is judged, none of which the search has seen; 0 for none.
+        Releases by which the result is assessed, none of which the search has seen; 0 for none.
     workers, backend, address
         See `ensemble`.
     state
@@ -106,19 +111,19 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
         task,
         Workers(workers, backend, address),
         None if state is None else Path(state),
-        progress or _ignore,
+        progress or (lambda what, done: None),
         Counter(),
     )
     if task.impossible:
         return run.refused(task.impossible)
-    with connected(run.team):
+    with connected(run.workers):
         if objective == "probability":
-            return run.judged(run.most_probable().choice, score=None, bound=1.0)
+            return run.assessed(run.most_probable().choice, score=None, bound=1.0)
         found = best_by_energy(task, run.calls, lambda done: run.report("energies", done))
         if found.sequence is None:
             return run.refused(found.certificate)
         # Energies know no speed: the scene's is left as it is.
-        return run.judged(Choice(found.sequence, None), found.score, found.bound)
+        return run.assessed(Choice(found.sequence, None), found.score, found.bound)
 
 
 @dataclass(frozen=True)
@@ -126,31 +131,31 @@ class _Run:
     """A task, who works on it, and what was asked so far."""
 
     task: Task
-    team: Workers
+    workers: Workers
     folder: Path | None
     report: Progress
     calls: Counter[str]
 
-    def most_probable(self) -> Standing:
+    def most_probable(self) -> trials.Standing:
         """Search for the choice that most often settles as the target."""
         task = self.task
-        scene = hurried(task.scene)
+        scene = trials.hurried(task.scene)
         kept = None if self.folder is None else Checkpoint(self.folder / "search", self._key(scene))
-        trials = Trials(
-            scene, task.target, task.searching_seed, self.team, kept,
+        releases = trials.Trials(
+            scene, task.target, task.searching_seed, self.workers, kept,
             lambda made: self.report("releases", min(1.0, made / task.budget)),
         )  # fmt: skip
-        standings: list[Standing] = []
+        standings: list[trials.Standing] = []
         if task.search != "cross-entropy":
             found = candidates(task, self.calls, lambda done: self.report("energies", done))
-            drawn = held(task) if task.search == "annealing" else []
-            standings = _raced(task, trials, found, drawn)
+            drawn = stable_sequences(task) if task.search == "annealing" else []
+            standings = _raced(task, releases, found, drawn)
         if not standings or standings[0].rate < task.enough:
-            standings = _refined(task, trials, standings)
-        self.calls["releases"] = trials.count
+            standings = _refined(task, releases, standings)
+        self.calls["releases"] = releases.count
         return standings[0]
 
-    def judged(self, choice: Choice, score: float | None, bound: float | None) -> Design:
+    def assessed(self, choice: Choice, score: float | None, bound: float | None) -> Design:
         """Weigh a choice by energy, and release it on draws that the search has not seen."""
         task = self.task
         scene = choice.applied(task.scene)
@@ -159,7 +164,8 @@ class _Run:
         if task.runs:
             made = ensemble(
                 scene, task.runs, task.releases_seed,
-                workers=self.team.count, backend=self.team.backend, address=self.team.address,
+                workers=self.workers.count, backend=self.workers.backend,
+                address=self.workers.address,
                 state=None if self.folder is None else self.folder / "judgement",
                 progress=lambda done, total: self.report("judgement", done / total),
             )  # fmt: skip
@@ -192,32 +198,124 @@ class _Run:
 
 
 def _raced(
-    task: Task, trials: Trials, few: list[tuple[str, ...]], many: list[tuple[str, ...]]
-) -> list[Standing]:
+    task: Task, releases: trials.Trials, few: list[tuple[str, ...]], many: list[tuple[str, ...]]
+) -> list[trials.Standing]:
     """Try few sequences at the first speed, then more of them and more speeds, until one does."""
     speeds = task.speeds or (None,)
     stages = [(few, 1), *(([*few, *many], count) for count in range(1, len(speeds) + 1))]
-    standings: list[Standing] = []
+    standings: list[trials.Standing] = []
     for sequences, count in stages:
         choices = [Choice(each, speed) for speed in speeds[:count] for each in sequences]
-        standings = race(choices, trials, task.enough)
+        standings = trials.race(choices, releases, task.enough)
         if not standings or standings[0].rate >= task.enough:
             break
     return standings
 
 
-def _refined(task: Task, trials: Trials, standings: list[Standing]) -> list[Standing]:
+def _refined(
+    task: Task, releases: trials.Trials, standings: list[trials.Standing]
+) -> list[trials.Standing]:
     """Go on from the best choice so far, if there is one, and keep what was better."""
     rng = np.random.default_rng([task.searching_seed, 1])
     first = standings[0].choice if standings else None
-    # What annealing proposes holds its target; so shall what is made of it.
-    groups = holding_groups(task.target)[1] if task.search == "annealing" else None
-    others = cross_entropy(
-        trials, 4 * task.scene.n, task.speeds, rng, task.budget,
+    # Of what annealing proposes the target is the only stable word; so it shall stay.
+    groups = annealing.stable_groups(task.target)[1] if task.search == "annealing" else None
+    others = trials.cross_entropy(
+        releases, 4 * task.scene.n, task.speeds, rng, task.budget,
         goal=task.enough, first=first, groups=groups,
     )  # fmt: skip
-    return ranked([*standings, *others])
+    return trials.ranked([*standings, *others])
 
 
-def _ignore(what: str, done: float) -> None:
-    pass
+class Found(NamedTuple):
+    """The best sequence of a search by energy."""
+
+    sequence: tuple[str, ...] | None
+    score: float | None
+    """Its gap [J]; its tolerance if that was sought."""
+    bound: float | None
+    """What no sequence exceeds, proved; None if unknown."""
+    certificate: str = ""
+
+
+def best_by_energy(task: Task, calls: Counter[str], report: Report) -> Found:
+    """Search for the best sequence under one of the objectives of energy."""
+    if task.search == "exhaustive":
+        return _best_of_all(task, calls)
+    rng = np.random.default_rng(task.searching_seed)
+    enough = energies.tie(task.scene) if task.objective == "ground" else np.inf
+    kinds = [True, True, False, False] if is_fully_folded(task.target) else [False] * 4
+    best: annealing.Annealed | None = None
+    for done, stable in enumerate([True] if task.objective == "unique" else kinds):
+        found = annealing.anneal_sequence(
+            task.scene, task.target, rng, calls,
+            tolerant=task.objective == "sensitivity", stable=stable, good_enough=enough,
+        )  # fmt: skip
+        best = found if best is None or found.score > best.score else best
+        report((done + 1) / len(kinds))
+        if best.score > enough:
+            break
+    assert best is not None
+    return Found(best.sequence, best.score, bound=None)
+
+
+def candidates(task: Task, calls: Counter[str], report: Report) -> Sequences:
+    """Return sequences that differ and of which each is good by energy, for the dearer test.
+
+    The target must be fully folded.
+    """
+    if task.search == "exhaustive":
+        every = exhaustive.Exhaustive(task.scene, task.target)
+        calls["energies"] += every.calls
+        report(0.5)
+        gaps, only = every.gaps(), every.only_stable()
+        firsts = [every.best(gaps, only), every.best(every.tolerances()), every.best(gaps)]
+        numbers = [number for number in firsts if number is not None]
+        numbers += every.spread_out(gaps, _COUNT - len(numbers), _APART)
+        return list(dict.fromkeys(every.sequence(number) for number in numbers))
+    rng = np.random.default_rng(task.searching_seed)
+    found: Sequences = []
+    for done in range(_STARTS):
+        annealed = annealing.anneal_sequence(task.scene, task.target, rng, calls, stable=True)
+        found.append(annealed.sequence)
+        report((done + 1) / _STARTS)
+    return list(dict.fromkeys(found))
+
+
+def stable_sequences(task: Task) -> Sequences:
+    """Return sequences of which the target is the only stable word, drawn evenly."""
+    rng = np.random.default_rng([task.searching_seed, 2])
+    drawn = [
+        annealing.sequence_of_signs(annealing.stable_signs(task.target, rng)[0])
+        for _ in range(_STABLE)
+    ]
+    return list(dict.fromkeys(drawn))
+
+
+def _best_of_all(task: Task, calls: Counter[str]) -> Found:
+    every = exhaustive.Exhaustive(task.scene, task.target)
+    calls["energies"] += every.calls
+    gaps = every.gaps()
+    scores = gaps
+    if task.objective == "sensitivity":
+        scores = every.tolerances()
+    elif task.objective == "unique":
+        # The only stable word need not be the ground state.
+        scores = np.where(every.only_stable(), 1.0 + gaps - gaps.min(), 0.0)
+    number = every.best(scores)
+    if number is None:
+        return Found(None, None, None, _certificate(task.objective, every))
+    score = float(scores[number] if task.objective == "sensitivity" else gaps[number])
+    bound = score if task.objective in ("gap", "sensitivity") else None
+    return Found(every.sequence(number), score, bound)
+
+
+def _certificate(objective: Objective, every: exhaustive.Exhaustive) -> str:
+    count = every.gaps().size
+    if objective == "unique":
+        return f"of none of all {count} sequences is it the only stable word"
+    least = -every.gaps().max()
+    lower = f"at least {least:.3g} J lower" if least > 0.0 else "as low"
+    return (
+        f"of none of all {count} sequences is it the only ground state; another word lies {lower}"
+    )

@@ -1,0 +1,520 @@
+"""What is trained, where and how: settings typed, checked and read from YAML."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import pydantic
+import yaml
+from pydantic import BaseModel, Discriminator, Field, Tag, model_validator
+
+from magfold_env.envs.spaces.action_table import ActionKind
+from magfold_env.envs.tasks.goals import Match
+from magfold_env.envs.tasks.options import Fidelity
+from magfold_env.envs.tasks.randomisation import Randomisation
+from magfold_env.envs.tasks.reward import RewardKind, Shaping
+from magfold_env.files import configs_dir, write_text
+from magfold_env.scene import Problem, SceneError, errors
+
+MAX_TRAINING_SEED = 2**31 - 1
+"""Training seeds are small numbers given by hand, up to this one; those of other purposes are in
+`magfold_env.envs.tasks.draws`."""
+
+Count = Annotated[int, Field(ge=1)]
+Unit = Annotated[float, Field(ge=0, le=1)]
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+
+
+def word_or_other(value: Any) -> str:
+    """Tell the branches of a union apart: a word, or the one other kind that is allowed."""
+    return "<word>" if isinstance(value, str) else "<other>"
+
+
+AutoOr = Annotated[
+    Annotated[Literal["auto"], Tag("<word>")] | Annotated[float, Tag("<other>")],
+    Discriminator(word_or_other),
+]
+"""A number, or ``auto`` to let the learner find it."""
+
+
+class SettingsError(ValueError):
+    """Settings that cannot be used: one line per problem, each naming key, value and remedy."""
+
+
+class Group(BaseModel, frozen=True):
+    """Settings that belong together; unknown keys are errors."""
+
+    model_config = pydantic.ConfigDict(allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known(cls, given: Any) -> Any:
+        """Refuse unknown keys, and say which ones this group has."""
+        if isinstance(given, dict):
+            allowed = f"unknown key, must be one of {', '.join(cls.model_fields)}"
+            unknown = [key for key in given if key not in cls.model_fields]
+            if unknown:
+                raise SceneError([Problem(str(key), given[key], allowed) for key in unknown])
+        return given
+
+
+EnvId = Literal[
+    "MagFold/TubeFeed-v0",
+    "MagFold/SequenceDesign-v0",
+    "MagFold/TubeFeedGoal-v0",
+    "MagFold/FeedControl-v0",
+]
+TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
+GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
+CONTROL_ENV: EnvId = "MagFold/FeedControl-v0"
+
+Targets = Annotated[
+    Annotated[str, Tag("<word>")] | Annotated[tuple[str, ...], Tag("<other>")],
+    Discriminator(word_or_other),
+]
+ShapingOption = Annotated[
+    Annotated[Shaping, Tag("<word>")] | Annotated[bool, Tag("<other>")],
+    Discriminator(word_or_other),
+]
+
+
+class EnvOptions(Group, frozen=True):
+    """Options of an environment, `magfold_env.envs.tasks.options`; None is what holds without.
+
+    Which environment takes which option is for the environment to say.
+    """
+
+    scene: str | None = None
+    """Name of a shipped scene, or a path."""
+    components: Annotated[int, Field(ge=2)] | None = None
+    """Chain length."""
+    targets: Targets | None = None
+    """Words to draw from, or the name or path of a target suite."""
+    match: Match | None = None
+    """Whether a fold must be the target, or cover its cells."""
+    difficulty: Annotated[float, Field(gt=0, le=1)] | None = None
+    """Share of the targets to draw from, the easiest ones first."""
+    fidelity: Fidelity | None = None
+    """Whether the chain is simulated or folds by energy alone."""
+    randomisation: Randomisation | None = None
+    """Which physics is drawn at reset."""
+    speeds: Annotated[int, Field(ge=2)] | None = None
+    """Number of speed levels."""
+    actions: ActionKind | None = None
+    """How actions are written."""
+    catalogue: tuple[str, ...] | None = None
+    """Components that can be built."""
+    reward: RewardKind | None = None
+    """How an episode is rewarded at its end."""
+    shaping: ShapingOption | None = None
+    """Whether every step is rewarded with its gain in similarity, or in energy."""
+    baseline: bool | None = None
+    """False: nothing is subtracted from the score."""
+    tasks: str | None = None
+    """Name of a list of feed control's tasks."""
+
+
+class EnvSettings(EnvOptions, frozen=True):
+    """The environment to train in."""
+
+    id: EnvId = TUBE_FEED
+    """Its name with Gymnasium."""
+
+    def options(self, gamma: float | None = None) -> dict[str, Any]:
+        """Return the keyword arguments that the environment is made with.
+
+        The discount `gamma` is that of its shaping, which the goal environment does not have.
+        """
+        given = self.model_dump(exclude={"id"}, exclude_none=True)
+        if given.pop("baseline", True) is False:
+            given["baseline"] = None
+        if gamma is not None and self.id != GOAL_ENV:
+            given["gamma"] = gamma
+        return given
+
+    def changed(self, options: EnvOptions) -> Self:
+        """Return these settings with the `options` that are not None."""
+        return self.model_copy(update=options.model_dump(exclude_none=True))
+
+    def unshaped(self) -> Self:
+        """Return these settings without shaping, which changes rewards and no fold."""
+        return self.model_copy(update={"shaping": None})
+
+
+class CurriculumSettings(Group, frozen=True):
+    """Easier variants to begin with; see `magfold_env.envs.wrappers.curriculum.Curriculum`."""
+
+    stages: Annotated[tuple[EnvOptions, ...], Field(min_length=1)]
+    """What is different in each stage before the environment itself, the easiest first."""
+    threshold: Unit = 0.8
+    """Share of successes that leads to the next stage."""
+    window: Count = 100
+    """Number of episodes that the share is taken over."""
+
+
+class _Learner(Group, frozen=True):
+    """What all learners have."""
+
+    learning_rate: Positive = 3e-4
+    """Step size of Adam at the start."""
+    anneal: bool = False
+    """Whether the learning rate falls linearly to zero over each phase of the run."""
+    gamma: Unit = 1.0
+    """Discount, of the agent and of the shaping."""
+    batch_size: Annotated[int, Field(ge=2)] = 256
+    """Steps in a minibatch."""
+    hidden: tuple[Count, ...] = (64, 64)
+    """Widths of the hidden layers of every network."""
+    features: Literal["chain", "mouth", "symmetric"] = "chain"
+    """Whether networks see the chain from its first component to its last, or from the tube's mouth
+    outward, see `agents.features.FromTheMouth`, or so and always from one side, see
+    `agents.symmetry`; the latter two for tube feed alone, the last for PPO and MaskablePPO."""
+
+
+class PPOSettings(_Learner, frozen=True):
+    """Hyper-parameters of Stable-Baselines3's PPO."""
+
+    algorithm: Literal["ppo"] = "ppo"
+    """Proximal policy optimisation."""
+    n_steps: Annotated[int, Field(ge=2)] = 512
+    """Steps of each environment between two updates."""
+    n_epochs: Count = 10
+    """Passes over the steps in an update."""
+    gae_lambda: Unit = 0.95
+    """Trade-off of bias and variance in the advantages."""
+    clip_range: Positive = 0.2
+    """How far an update may change the probability of an action, as a ratio."""
+    ent_coef: NonNegative = 0.01
+    """Weight of the entropy bonus."""
+    vf_coef: NonNegative = 0.5
+    """Weight of the value loss."""
+
+
+class MaskablePPOSettings(PPOSettings, frozen=True):
+    """Hyper-parameters of sb3-contrib's MaskablePPO."""
+
+    algorithm: Literal["maskable-ppo"] = "maskable-ppo"  # pyright: ignore[reportIncompatibleVariableOverride]
+    """PPO that never takes an action that the environment masks."""
+
+
+class HindsightSettings(Group, frozen=True):
+    """Replay with the goals that were achieved in place of those that were wanted."""
+
+    n_sampled_goal: Count = 4
+    """Relabelled steps for every true one."""
+    goal_selection_strategy: Literal["future", "final", "episode"] = "future"
+    """Which moment of the episode gives the goal."""
+
+
+class SACSettings(_Learner, frozen=True):
+    """Hyper-parameters of Stable-Baselines3's SAC."""
+
+    algorithm: Literal["sac"] = "sac"
+    """Soft actor-critic."""
+    buffer_size: Count = 200_000
+    """Steps that the replay buffer holds."""
+    learning_starts: Count = 1_000
+    """Steps with random actions before learning begins."""
+    train_freq: Count = 1
+    """Steps of each environment between two updates."""
+    gradient_steps: Annotated[int, Field(ge=-1)] = 1
+    """Minibatches in an update; −1: as many as steps were made since the last, all environments
+    together."""
+    tau: Annotated[float, Field(gt=0, le=1)] = 0.005
+    """Share of the critics that the target critics take over in an update."""
+    ent_coef: AutoOr = "auto"
+    """Weight of the entropy."""
+    target_entropy: AutoOr = "auto"
+    """The entropy that ``ent_coef: auto`` steers to; ``auto`` is minus the number of actions."""
+    hindsight: HindsightSettings | None = None
+    """Hindsight replay, for the goal environment; None replays what was."""
+
+
+class TQCSettings(SACSettings, frozen=True):
+    """Hyper-parameters of sb3-contrib's TQC."""
+
+    algorithm: Literal["tqc"] = "tqc"  # pyright: ignore[reportIncompatibleVariableOverride]
+    """Truncated quantile critics."""
+    top_quantiles_to_drop_per_net: Annotated[int, Field(ge=0)] = 2
+    """Highest quantiles of each critic, of 25, that the target leaves out."""
+
+
+ALGORITHMS = ("ppo", "maskable-ppo", "sac", "tqc")
+
+
+def _branch(value: Any) -> str | None:
+    """Return the tag of the learner that `value` describes; None if it names no known one."""
+    name = value.algorithm if isinstance(value, BaseModel) else None  # pyright: ignore[reportAttributeAccessIssue]
+    if isinstance(value, dict):
+        name = value.get("algorithm")
+    return f"<{name}>" if name in ALGORITHMS else None
+
+
+LearnerSettings = Annotated[
+    Annotated[PPOSettings, Tag("<ppo>")]
+    | Annotated[MaskablePPOSettings, Tag("<maskable-ppo>")]
+    | Annotated[SACSettings, Tag("<sac>")]
+    | Annotated[TQCSettings, Tag("<tqc>")],
+    Discriminator(
+        _branch,
+        custom_error_type="learner",
+        custom_error_message=f"its algorithm must be one of {', '.join(ALGORITHMS)}",
+    ),
+]
+"""The learner and its hyper-parameters."""
+
+
+class StopSettings(Group, frozen=True):
+    """When a phase ends before its steps are made, as the validations say; None: not for that."""
+
+    success: Unit | None = None
+    """Rate of success that is enough."""
+    patience: Count | None = None
+    """Number of validations in a row without a new best one."""
+
+
+class PhaseSettings(Group, frozen=True):
+    """A phase of training before the main one."""
+
+    timesteps: Count
+    """Environment steps in all."""
+    env: EnvOptions = EnvOptions()
+    """What is different in the environment."""
+    stop: StopSettings = StopSettings()
+    """When the phase ends early."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A part of the run, with its own environment and its own end."""
+
+    timesteps: int
+    env: EnvSettings
+    stop: StopSettings
+
+
+class TrainSettings(Group, frozen=True):
+    """One training run."""
+
+    name: Annotated[str, Field(pattern=r"^[\w.-]+$")]
+    """Name of the run and of its folder under ``runs/``."""
+    env: EnvSettings = EnvSettings()
+    """The environment."""
+    curriculum: CurriculumSettings | None = None
+    """Easier variants of the environment, each left when enough episodes succeed."""
+    pretraining: tuple[PhaseSettings, ...] = ()
+    """Phases before the main one, such as one without dynamics."""
+    learner: LearnerSettings = PPOSettings()
+    """The learner."""
+    timesteps: Count = 200_000
+    """Environment steps in all, of the main phase."""
+    stop: StopSettings = StopSettings()
+    """When the main phase ends early."""
+    minutes: Positive | None = None
+    """Time limit; the run ends at whichever limit comes first. None sets none."""
+    seed: Annotated[int, Field(ge=0, le=MAX_TRAINING_SEED)] = 0
+    """Seed of networks, actions and episodes."""
+    device: Literal["cpu", "cuda", "auto"] = "cpu"
+    """Where the networks live; small ones are fastest on the processor."""
+    envs: Count = 2
+    """Number of environments that are stepped together."""
+    stepping: Literal["native", "processes", "serial"] | None = None
+    """How they are: by one compiled call, each in a process of its own, or one after another;
+    None: the first of these that can be. Results do not depend on it."""
+    checkpoint_every: Count = 20_000
+    """Steps between checkpoints."""
+    validate_every: Count = 20_000
+    """Steps between validations."""
+    validation_episodes: Count = 52
+    """Episodes of a validation, spread over the targets."""
+
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        """What is trained on, in this order."""
+        before = [Phase(p.timesteps, self.env.changed(p.env), p.stop) for p in self.pretraining]
+        return (*before, Phase(self.timesteps, self.env, self.stop))
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        """Refuse a learner that cannot take the environment."""
+        problems: list[Problem] = []
+        learner, env = self.learner, self.env
+        if isinstance(learner, SACSettings):
+            if env.actions != "box":
+                allowed = f"must be 'box' with {learner.algorithm}"
+                problems.append(Problem("env.actions", env.actions, allowed))
+            if learner.hindsight is not None and env.id != GOAL_ENV:
+                problems.append(Problem("env.id", env.id, f"must be {GOAL_ENV!r} with hindsight"))
+        elif learner.algorithm == "maskable-ppo" and env.actions in ("box", "dict"):
+            allowed = "must be 'multidiscrete' or 'discrete' with maskable-ppo"
+            problems.append(Problem("env.actions", env.actions, allowed))
+        if learner.features != "chain":
+            if env.id not in (TUBE_FEED, GOAL_ENV):
+                allowed = (
+                    f"must be {TUBE_FEED!r} or {GOAL_ENV!r} with features {learner.features!r}"
+                )
+                problems.append(Problem("env.id", env.id, allowed))
+            if learner.features == "symmetric" and (
+                isinstance(learner, SACSettings) or env.actions not in (None, "multidiscrete")
+            ):
+                allowed = "must be 'chain' or 'mouth' but for PPO with actions 'multidiscrete'"
+                problems.append(Problem("learner.features", learner.features, allowed))
+            if self.curriculum is not None:
+                # Chains of other lengths are filled up, which moves their entries.
+                value, allowed = learner.features, "must be 'chain' with a curriculum"
+                problems.append(Problem("learner.features", value, allowed))
+        if problems:
+            raise SceneError(problems)
+        return self
+
+
+def load_settings(
+    path: str | Path, assignments: Sequence[str] = (), **overrides: Any
+) -> TrainSettings:
+    """Read the settings in the YAML file `path`.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file, or the name of one in ``configs/agents``, with or without its suffix.
+    assignments : sequence of str
+        Settings at any depth to replace, such as ``learner.gamma=0.9``; the values are YAML.
+    **overrides
+        Top-level settings to replace; None leaves the file's value.
+
+    Raises
+    ------
+    SettingsError
+        If there is no such file or something in it is not allowed.
+    """
+    file = find_config(path, "agents")
+    content = read_mapping(file)
+    content |= {key: value for key, value in overrides.items() if value is not None}
+    for assignment in assignments:
+        put(content, *parse_assignment(assignment))
+    return _checked(content, str(file))
+
+
+def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
+    """Return the environment of training settings with changes, each ``KEY=VALUE`` in YAML.
+
+    Rewards are its own, whatever the training's were: they say what a policy adds to the minimiser.
+
+    Raises
+    ------
+    ValueError
+        If there are no such settings, a change is not allowed, or magnets are not chosen there.
+    """
+    own = ["reward=null", "shaping=null"]
+    settings = load_settings(config, [f"env.{change}" for change in own + list(changes)]).env
+    if settings.id == CONTROL_ENV:
+        raise ValueError(
+            f"env.id: {settings.id!r} is not allowed; must be one in which magnets are chosen"
+        )
+    return settings
+
+
+def changed_settings(settings: TrainSettings, changes: Mapping[str, Any]) -> TrainSettings:
+    """Return `settings` with other values.
+
+    Parameters
+    ----------
+    settings : TrainSettings
+        What is changed.
+    changes : mapping
+        Values by dotted key, such as ``learner.gamma``.
+
+    Raises
+    ------
+    SettingsError
+        If there is no such key, or the value is not allowed.
+    """
+    content = settings.model_dump(mode="json")
+    for key, value in changes.items():
+        put(content, key, value)
+    return _checked(content, settings.name)
+
+
+def save_settings(settings: TrainSettings, path: Path) -> None:
+    """Write `settings` as YAML to `path`, every field spelt out."""
+    write_text(path, yaml.safe_dump(settings.model_dump(mode="json"), sort_keys=False))
+
+
+def _checked(content: dict[str, Any], source: str) -> TrainSettings:
+    """Return the settings that `content` holds, which comes from `source`."""
+    try:
+        return TrainSettings.model_validate(content)
+    except pydantic.ValidationError as error:
+        lines = [f"{source}: {problem}" for problem in errors.problems_of(error, TrainSettings)]
+        raise SettingsError("\n".join(lines)) from None
+
+
+def find_config(path: str | Path, kind: str) -> Path:
+    """Return the file at `path`, or the shipped one of that name in the folder `kind`.
+
+    Raises
+    ------
+    SettingsError
+        If there is neither.
+    """
+    folder = configs_dir() / kind
+    for candidate in (Path(path), folder / path, folder / f"{path}.yaml"):
+        if candidate.is_file():
+            return candidate
+    shipped = ", ".join(sorted(file.stem for file in folder.glob("*.yaml")))
+    raise SettingsError(f"{path}: no such file; shipped settings: {shipped}")
+
+
+def read_mapping(file: Path) -> dict[str, Any]:
+    """Read a YAML file that holds keys and values.
+
+    Raises
+    ------
+    SettingsError
+        If it holds anything else.
+    """
+    try:
+        content = yaml.safe_load(file.read_text(encoding="utf-8"))
+    except yaml.YAMLError as error:
+        raise SettingsError(f"{file}: not YAML: {error}") from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise SettingsError(f"{file}: cannot be read: {error}") from None
+    if not isinstance(content, dict):
+        raise SettingsError(f"{file}: {content!r} is not allowed; must be a mapping of keys")
+    return content
+
+
+def parse_assignment(assignment: str) -> tuple[str, Any]:
+    """Return the key and the value of ``key.key=value``; the value is YAML.
+
+    Raises
+    ------
+    SettingsError
+        If it is no such thing.
+    """
+    key, separator, text = assignment.partition("=")
+    if not separator:
+        raise SettingsError(f"{assignment!r} is not allowed; must be a key and a value, key=value")
+    try:
+        return key.strip(), yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise SettingsError(f"{assignment!r} is not allowed; not YAML: {error}") from None
+
+
+def put(content: dict[str, Any], key: str, value: Any) -> None:
+    """Put `value` where the dotted `key` belongs in `content`.
+
+    Raises
+    ------
+    SettingsError
+        If something else than a group of settings is in its way.
+    """
+    *groups, last = key.split(".")
+    for depth, group in enumerate(groups):
+        content = content.setdefault(group, {})
+        if not isinstance(content, dict):
+            outer = ".".join(groups[: depth + 1])
+            raise SettingsError(f"{key}={value} is not allowed; {outer} is not a group of settings")
+    content[last] = value

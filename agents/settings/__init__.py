@@ -1,1 +1,0 @@
-"""What is trained, where and how: settings from YAML, typed and checked."""

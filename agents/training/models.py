@@ -1,0 +1,420 @@
+"""The models of Stable-Baselines3 and sb3-contrib: made, read from files, and taken up again.
+
+Everything that decides how a training run goes on lies in a file that holds it whole or not at all,
+and is of one run only.
+"""
+
+import hashlib
+import io
+import json
+import pickle
+import random
+import struct
+import warnings
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import torch
+from sb3_contrib import TQC, MaskablePPO
+from stable_baselines3 import PPO, SAC, HerReplayBuffer
+from stable_baselines3.common import base_class, logger, off_policy_algorithm, vec_env
+
+from agents import features, learning_rate, symmetry, symmetry_masked
+from agents.settings import LearnerSettings, SACSettings, StopSettings
+from agents.training.envs import EnvsState, envs_state, set_envs_state
+from magfold_env.checkpoint import CheckpointError, difference
+from magfold_env.files import replacing
+from magfold_env.scene import Scene
+
+CLASSES: dict[str, type[base_class.BaseAlgorithm]] = {
+    "ppo": PPO,
+    "maskable-ppo": MaskablePPO,
+    "sac": SAC,
+    "tqc": TQC,
+}
+"""The class of each algorithm."""
+
+_BY_POLICY: dict[str, type[base_class.BaseAlgorithm]] = {
+    "stable_baselines3.common.policies": PPO,
+    "agents.symmetry": PPO,
+    "agents.symmetry_masked": MaskablePPO,
+    "sb3_contrib.common.maskable.policies": MaskablePPO,
+    "stable_baselines3.sac.policies": SAC,
+    "sb3_contrib.tqc.policies": TQC,
+}
+"""The class that wrote a model, by the module of its policy."""
+
+UNREADABLE = (
+    OSError,
+    ValueError,  # among them are wrong text and wrong JSON
+    AttributeError,
+    KeyError,
+    TypeError,
+    RuntimeError,  # encrypted, of an unknown method, or nested too deeply
+    EOFError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+"""What reading a file that is no zip file, or a damaged one, may raise."""
+
+MODEL, REPLAY, REST = "model.zip", "replay_buffer.pkl", "state.pkl"
+_RECORDS = ("name_to_value", "name_to_count", "name_to_excluded")
+MANIFEST = "manifest.json"
+_REMEDY = "train afresh, or in another folder"
+
+
+def make_model(
+    settings: LearnerSettings, env: vec_env.VecEnv, seed: int, device: str = "cpu"
+) -> base_class.BaseAlgorithm:
+    """Return an untrained model.
+
+    Parameters
+    ----------
+    settings : LearnerSettings
+        The learner.
+    env : VecEnv
+        The environments to train in.
+    seed : int
+        Seed of networks and actions.
+    device : str
+        Where the networks live.
+
+    Raises
+    ------
+    ValueError
+        If the features are to be symmetric and the scene is not.
+    """
+    own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
+    options: dict[str, Any] = settings.model_dump(exclude=own)
+    if isinstance(settings, SACSettings) and settings.hindsight is not None:
+        options["replay_buffer_class"] = HerReplayBuffer
+        options["replay_buffer_kwargs"] = settings.hindsight.model_dump()
+    policy: dict[str, Any] = {"net_arch": list(settings.hidden)}
+    dictionary = isinstance(env.observation_space, gymnasium.spaces.Dict)
+    kind: Any = "MultiInputPolicy" if dictionary else "MlpPolicy"
+    if settings.features != "chain":
+        scene: Scene = env.get_attr("scene")[0]
+        policy["features_extractor_class"] = features.FromTheMouth
+        policy["features_extractor_kwargs"] = {"backward": scene.feed.direction == "backward"}
+        if settings.features == "symmetric":
+            if not symmetry.is_symmetric(scene):
+                raise ValueError(
+                    "learner.features: 'symmetric' is not allowed for a scene with a field, a "
+                    "slope or magnets that differ from left to right; must be chain or mouth"
+                )
+            masked = settings.algorithm == "maskable-ppo"
+            kind = symmetry_masked.MaskableSymmetricPolicy if masked else symmetry.SymmetricPolicy
+            policy["features_extractor_class"] = symmetry.FromOneSide
+    return CLASSES[settings.algorithm](
+        kind,
+        env,
+        learning_rate=learning_rate.LearningRate(settings.learning_rate, settings.anneal),
+        policy_kwargs=policy,
+        seed=seed,
+        device=device,
+        **options,
+    )
+
+
+def save_policy(model: base_class.BaseAlgorithm, path: Path) -> None:
+    """Write `model` to `path` (``.zip``) under a temporary name and move it into place."""
+    with replacing(path) as temporary:
+        model.save(temporary)
+
+
+def load_model(path: str | Path, device: str = "cpu") -> base_class.BaseAlgorithm:
+    """Read a model of any of the algorithms, to choose actions with.
+
+    Such files hold pickles, which can run code: load only your own.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file, or it is damaged or no model of an algorithm that is known.
+    """
+    written_by = _class_of(Path(path))
+    # A replay buffer is large, and hindsight's wants an environment.
+    without: dict[str, Any] = {}
+    if issubclass(written_by, off_policy_algorithm.OffPolicyAlgorithm):
+        without = {"buffer_size": 1, "replay_buffer_class": None, "replay_buffer_kwargs": {}}
+    try:
+        return written_by.load(path, device=device, **without)
+    except (*UNREADABLE, AssertionError, ImportError, pickle.UnpicklingError) as error:
+        raise ValueError(f"{path}: is not a model, or is damaged: {error}") from None
+
+
+def _class_of(path: Path) -> type[base_class.BaseAlgorithm]:
+    """Return the class that wrote a model, without unpickling anything."""
+    if not path.is_file():
+        raise ValueError(f"{path}: no such file; must be a model (.zip)")
+    try:
+        with zipfile.ZipFile(path) as archive:
+            module = json.loads(archive.read("data"))["policy_class"]["__module__"]
+    except UNREADABLE as error:
+        raise ValueError(f"{path}: is not a model, or is damaged: {error}") from None
+    if module not in _BY_POLICY:
+        known = ", ".join(CLASSES)
+        raise ValueError(f"{path}: its policy is from {module!r}; must be of one of {known}")
+    return _BY_POLICY[module]
+
+
+def enter(model: base_class.BaseAlgorithm, envs: vec_env.VecEnv) -> None:
+    """Let `model` go on in other environments of the same spaces, in new episodes."""
+    model.set_env(envs)
+    buffer = getattr(model, "replay_buffer", None)
+    if isinstance(buffer, HerReplayBuffer):
+        buffer.env = envs
+        with warnings.catch_warnings():
+            # It says that it does what it is asked to.
+            warnings.filterwarnings("ignore", "The last trajectory in the replay buffer")
+            buffer.truncate_last_trajectory()
+
+
+@dataclass
+class Progress:
+    """What decides, beside the model, how a run goes on.
+
+    Attributes
+    ----------
+    phase : int
+        Number of the phase under way, from 0.
+    phase_start : int
+        Environment steps made before it.
+    seconds : float
+        Training time [s], that of earlier processes included.
+    validated_at, saved_at : int
+        Steps at the last validation and at the last checkpoint.
+    last, best : dict or None
+        Results of the last validation of the phase, and of its best.
+    validations : int
+        Validations of the phase.
+    stale : int
+        Validations since the best one.
+    stopping : bool
+        Whether the phase ends with the next step.
+    """
+
+    phase: int = 0
+    phase_start: int = 0
+    seconds: float = 0.0
+    validated_at: int = 0
+    saved_at: int = 0
+    last: dict[str, float] | None = None
+    best: dict[str, float] | None = None
+    validations: int = 0
+    stale: int = 0
+    stopping: bool = False
+
+    def note(self, result: dict[str, float], stop: StopSettings) -> bool:
+        """Take in the result of a validation; return whether it is the best of the phase.
+
+        More successes are better; among equally many the higher score is.
+        """
+        self.last = result
+        self.validations += 1
+        best = self.best is None or _rank(result) > _rank(self.best)
+        if best:
+            self.best, self.stale = result, 0
+        else:
+            self.stale += 1
+        enough = stop.success is not None and result["success_rate"] >= stop.success
+        tired = stop.patience is not None and self.stale >= stop.patience
+        self.stopping = enough or tired
+        return best
+
+    def next_phase(self, steps: int) -> None:
+        """Begin the next phase, with `steps` made so far."""
+        self.phase += 1
+        self.phase_start = steps
+        self.validations = 0
+        self.best, self.stale, self.stopping = None, 0, False
+
+
+def due(steps: int, last: int, every: int) -> bool:
+    """Return whether a multiple of `every` was passed since `last` steps."""
+    return steps // every > last // every
+
+
+def _rank(result: dict[str, float]) -> tuple[float, float]:
+    return result["success_rate"], result["score"]
+
+
+@dataclass(frozen=True)
+class RandomState:
+    """What Python's, NumPy's and torch's random numbers to come depend on."""
+
+    python: Any
+    numpy: Any
+    torch: Any
+    cuda: list[Any]
+
+
+def random_state() -> RandomState:
+    """Return the state of now."""
+    return RandomState(
+        random.getstate(),
+        np.random.get_state(),  # noqa: NPY002 (what Stable-Baselines3 draws from)
+        torch.get_rng_state(),
+        torch.cuda.get_rng_state_all() if torch.cuda.is_available() else [],
+    )
+
+
+def set_random_state(state: RandomState) -> None:
+    """Go back to `state`."""
+    random.setstate(state.python)
+    np.random.set_state(state.numpy)  # noqa: NPY002
+    torch.set_rng_state(state.torch)
+    if state.cuda:
+        torch.cuda.set_rng_state_all(state.cuda)
+
+
+@dataclass(frozen=True)
+class RunState:
+    """What is not in the model's own file.
+
+    Attributes
+    ----------
+    progress : Progress
+        How far the run has come.
+    random : RandomState
+        Random numbers of the process.
+    actions : gymnasium.Space
+        The space that random actions are drawn from, with its random numbers.
+    envs : EnvsState
+        Where the environments are.
+    records : dict
+        What the logger's attributes hold and has not written yet, by their name.
+    events : dict
+        Sizes of TensorBoard's files.
+    """
+
+    progress: Progress
+    random: RandomState
+    actions: gymnasium.Space[Any]
+    envs: EnvsState
+    records: dict[str, dict[str, Any]]
+    events: dict[str, int]
+
+
+def pack(
+    model: base_class.BaseAlgorithm,
+    envs: vec_env.VecMonitor,
+    progress: Progress,
+    events: dict[str, int],
+) -> dict[str, bytes]:
+    """Return the state of a run between two rollouts, as named parts."""
+    state = RunState(
+        progress,
+        random_state(),
+        model.action_space,
+        envs_state(envs),
+        {name: dict(getattr(model.logger, name)) for name in _RECORDS},
+        events,
+    )
+    parts = {MODEL: _written(model.save), REST: pickle.dumps(state)}
+    if isinstance(model, off_policy_algorithm.OffPolicyAlgorithm):
+        parts[REPLAY] = _written(model.save_replay_buffer)
+    return parts
+
+
+def unpack_rest(parts: dict[str, bytes]) -> RunState:
+    """Return the part of the state that is not in the model's own files."""
+    return pickle.loads(parts[REST])
+
+
+def unpack_model(
+    parts: dict[str, bytes], state: RunState, algorithm: str, envs: vec_env.VecMonitor, device: str
+) -> base_class.BaseAlgorithm:
+    """Return the model as it was, in `envs`, which are taken to where they were.
+
+    Parameters
+    ----------
+    parts : dict
+        What `pack` returned.
+    state : RunState
+        The rest of them.
+    algorithm : str
+        Name of the learner.
+    envs : VecMonitor
+        Environments of the same phase of the same run.
+    device : str
+        Where the networks live.
+    """
+    model = CLASSES[algorithm].load(
+        io.BytesIO(parts[MODEL]), env=envs, device=device, force_reset=False
+    )
+    if isinstance(model, off_policy_algorithm.OffPolicyAlgorithm):
+        model.load_replay_buffer(io.BytesIO(parts[REPLAY]), truncate_last_traj=False)
+    # Last, since making a model seeds all of these.
+    model.action_space = state.actions
+    set_envs_state(envs, state.envs)
+    set_random_state(state.random)
+    return model
+
+
+def set_records(logger: logger.Logger, state: RunState) -> None:
+    """Give `logger` what another had not written yet."""
+    for name in _RECORDS:
+        getattr(logger, name).update(state.records[name])
+
+
+def _written(save: Any) -> bytes:
+    buffer = io.BytesIO()
+    save(buffer)
+    return buffer.getvalue()
+
+
+def write_archive(path: Path, key: Mapping[str, Any], members: Mapping[str, bytes]) -> None:
+    """Write `members` to a zip file at `path`, under a temporary name until it is whole.
+
+    Parameters
+    ----------
+    path : Path
+        Where; a file that is there is replaced.
+    key : mapping
+        Everything that the members depend on, as values that JSON can hold.
+    members : mapping
+        Contents by name.
+    """
+    manifest = {
+        "key": key,
+        "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in members.items()},
+    }
+    with replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
+        archive.writestr(MANIFEST, json.dumps(manifest, indent=1))
+        for name, content in members.items():
+            archive.writestr(name, content)
+
+
+def read_archive(path: Path, key: Mapping[str, Any]) -> dict[str, bytes]:
+    """Return the members of the file at `path`.
+
+    Raises
+    ------
+    CheckpointError
+        If the file is damaged, or has another key.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            manifest = json.loads(archive.read(MANIFEST))
+            members = {name: archive.read(name) for name in manifest["sha256"]}
+            found = manifest["key"]
+        wrong = [n for n in members if _sha256(members[n]) != manifest["sha256"][n]]
+    except UNREADABLE as e:
+        raise CheckpointError(f"{path}: is damaged ({e}); {_REMEDY}") from None
+    if wrong:
+        raise CheckpointError(f"{path}: is damaged ({wrong[0]} is not what was saved); {_REMEDY}")
+    if where := difference(found, json.loads(json.dumps(key))):
+        raise CheckpointError(f"{path}: was written by another run, {where}; {_REMEDY}")
+    return members
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

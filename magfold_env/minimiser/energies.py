@@ -1,0 +1,207 @@
+"""The magnetic energy of words: a quadratic form in the signs of the faces.
+
+What magnets do to each other is all there is: scenes with an external field are refused, since
+the energy in it depends on where a fold lies, which a word does not say.
+
+The paper's Coulomb score also has the pairs inside each component in. A component's own energy is
+computed once a scene and does not change with its shape, so that is plain NumPy, with as many nodes
+as the scene gives, or as are worth it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from magfold_env.engine.state import Array
+from magfold_env.minimiser.couplings import FACES, couplings
+from magfold_env.minimiser.lattice import Lattice
+from magfold_env.scene import SIGNS, Magnets, Scene
+from magfold_env.scene.parts import MU0
+
+TIE = 1e-9
+"""Energies this close, relative to `energy_unit`, are equal: symmetries differ by rounding."""
+
+NODES = 32  # along a pole face where the scene gives no number
+POINTS = 3  # the paper's, likewise
+
+_NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # of the faces, from the heading
+
+
+def signs(sequence: Sequence[str]) -> Array:
+    """Return +1 for N, -1 for S and 0 for a face without magnet, shape (n, 4)."""
+    return np.array([[SIGNS[face] for face in faces] for faces in sequence])
+
+
+def strengths(scene: Scene) -> Array:
+    """Return what a face's pole charge would be, N or S, in `Magnets.charge`s, shape (n, 4)."""
+    if scene.magnets is None:
+        return np.zeros((scene.n, FACES))
+    return scene.magnets.charges(scene.n) / scene.magnets.charge
+
+
+def poles(scene: Scene) -> Array:
+    """Return the faces' pole charges in `Magnets.charge`s, N positive, shape (n, 4)."""
+    return signs(scene.sequence) * strengths(scene)
+
+
+def refuse_field(scene: Scene) -> None:
+    """Refuse a scene in an external field.
+
+    Raises
+    ------
+    ValueError
+        If it has one.
+    """
+    if scene.field is not None and scene.field.any:
+        raise ValueError(
+            f"field: {scene.field!r} is not allowed; energy minimisation does not know of "
+            "external fields, must be None"
+        )
+
+
+def energy_unit(scene: Scene) -> float:
+    """Return a scene's natural scale of energy [J]: two pole charges one side apart."""
+    charge = 0.0 if scene.magnets is None else scene.magnets.charge
+    return 1e-7 * charge**2 / scene.casing.side
+
+
+def tie(scene: Scene) -> float:
+    """Return up to which difference two energies of a scene's words are equal [J]."""
+    return TIE * energy_unit(scene)
+
+
+def word_energies(scene: Scene, lattice: Lattice) -> Array:
+    """Return the energy of each word with the scene's sequence [J], shape (m,).
+
+    Each pair of components counts once, pairs inside a component are left out: `mf.energy`.
+
+    Raises
+    ------
+    ValueError
+        If the scene has an external field.
+    """
+    refuse_field(scene)
+    table = couplings(scene)
+    pole = poles(scene)
+    total = np.zeros(len(lattice))
+    for i, j, poses in lattice.pairs():
+        total += np.einsum("a,mab,b->m", pole[i], table.at(poses), pole[j])
+    return total
+
+
+def quadratic_forms(scene: Scene, lattice: Lattice) -> Array:
+    """Return J of each word: its energy is sᵀ J s for signs s of all 4n faces, 0 for empty ones.
+
+    Returns
+    -------
+    (m, 4n, 4n) array
+        Symmetric [J]; zero where both faces belong to one component. How strong each face's
+        magnet is counts, the scene's sequence does not.
+
+    Raises
+    ------
+    ValueError
+        If the scene has an external field.
+    """
+    refuse_field(scene)
+    strength = strengths(scene)
+    table = couplings(scene)
+    n = lattice.n
+    form = np.zeros((len(lattice), n, FACES, n, FACES))
+    for i, j, poses in lattice.pairs():
+        half = 0.5 * strength[i][:, None] * table.at(poses) * strength[j]
+        form[:, i, :, j] = half
+        form[:, j, :, i] = half.transpose(0, 2, 1)
+    return form.reshape(len(lattice), n * FACES, n * FACES)
+
+
+def internal_energy(scene: Scene) -> float:
+    """Return the energy of all pairs of charges inside each component [J].
+
+    It includes the pairs within one pole face and depends on the sequence, not on the shape:
+    added to `mf.energy` it gives the paper's score (equation 6, each pair once).
+    """
+    magnets = scene.magnets
+    if magnets is None:
+        return 0.0
+    between = _between_faces(magnets, scene.casing.side)
+    own = np.tile(_within_faces(magnets), 2)
+    poles = np.concatenate([scene.charges, -scene.charges], axis=1)
+    pairs = 0.5 * np.einsum("ia,ab,ib->", poles, between, poles) + np.sum(poles**2 * own)
+    return float(MU0 / (4.0 * math.pi) * pairs)
+
+
+def _nodes(magnets: Magnets) -> tuple[Array, Array]:
+    """Return offsets from a pole face's centre, in widths, and the shares of its charge."""
+    if magnets.model == "points":
+        count = magnets.nodes or POINTS
+        return np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1), np.full(
+            count, 1.0 / count
+        )
+    node, weight = np.polynomial.legendre.leggauss(magnets.nodes or NODES)
+    return node / 2.0, weight / 2.0
+
+
+def _between_faces(magnets: Magnets, side: float) -> Array:
+    """Energies of two pole faces of one component for unit charges, without µ0/4π, (8, 8) [1/m].
+
+    The four outer ones come first, then their inner counterparts.
+    """
+    offset, share = _nodes(magnets)
+    outer = side / 2.0 - magnets.by_face("inset")
+    depth = np.concatenate([outer, outer - magnets.by_face("thickness")])
+    width, height = (np.tile(magnets.by_face(name), 2) for name in ("width", "height"))
+    normal = np.exp(1j * np.tile(_NORMALS, 2))  # the plane as complex numbers
+    place = depth[:, None] * normal[:, None] + 1j * normal[:, None] * np.outer(width, offset)
+    found = np.zeros((depth.size, depth.size))
+    for a in range(depth.size):
+        for b in range(a):
+            rho = np.abs(place[a, :, None] - place[b])
+            law = 1.0 / rho if magnets.model == "points" else _lines(rho, height[a], height[b])
+            found[a, b] = found[b, a] = share @ law @ share
+    return found
+
+
+def _lines(rho: Array, one: float, other: float) -> Array:
+    """Return the mean of 1/r between two upright lines [1/m], centred on the plane.
+
+    Parameters
+    ----------
+    rho
+        Their distance [m].
+    one, other
+        Their heights [m].
+    """
+
+    def antiderivative(u: float) -> Array:
+        return u * np.arcsinh(u / rho) - np.sqrt(u * u + rho * rho)
+
+    twice = antiderivative((one + other) / 2.0) - antiderivative((one - other) / 2.0)
+    return 2.0 / (one * other) * twice
+
+
+def _within_faces(magnets: Magnets) -> Array:
+    """Energy of a unit charge on each face's magnet, every pair of its charges once (4,) [1/m]."""
+    width, height = magnets.by_face("width"), magnets.by_face("height")
+    if magnets.model == "strips":
+        pairs = zip(width.tolist(), height.tolist(), strict=True)
+        return np.array([_within_rectangle(a, b) for a, b in pairs])
+    offset, share = _nodes(magnets)
+    k, m = np.triu_indices(offset.size, 1)
+    return np.sum(share[k] * share[m] / np.abs(offset[k] - offset[m])) / width
+
+
+def _within_rectangle(a: float, b: float) -> float:
+    """Energy of a unit charge spread evenly over a rectangle of sides a and b [m], in 1/m.
+
+    Half the mean of 1/r over all pairs of points of a rectangle, which is closed.
+    """
+    integral = (
+        2.0 * a * a * b * math.asinh(b / a)
+        + 2.0 * a * b * b * math.asinh(a / b)
+        + 2.0 / 3.0 * (a**3 + b**3 - math.hypot(a, b) ** 3)
+    )
+    return 0.5 * integral / (a * b) ** 2

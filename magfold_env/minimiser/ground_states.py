@@ -1,0 +1,259 @@
+"""Exact ground states of long chains, with a certificate: `ground_state`."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, get_args
+
+import numpy as np
+
+from magfold_env.engine.state import Array
+from magfold_env.minimiser import arms, energies, states
+from magfold_env.minimiser.lattice import ORDER, Ints, from_words
+from magfold_env.minimiser.states import Among, Ranking, State
+from magfold_env.scene import Scene
+
+MOST_ENTRIES: Final = 40_000_000
+"""Most words of half a chain, shorter ones included: 20 bytes each."""
+
+_FIRST = 100  # words of the near arm that are completed where there is no time to order them
+_STRETCH = 20_000  # entries bounded, and
+_BATCH = 50  # words completed, between two looks at the clock
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class GroundStates(Ranking):
+    """The result of `ground_state`.
+
+    Attributes
+    ----------
+    states : tuple of State
+        Lowest energy first.
+    lower_bound : float
+        No state that is not listed lies lower [J]; infinite if every state is listed.
+    nodes : int
+        Words of half the chain, shorter ones included, that were bounded or completed.
+    """
+
+    states: tuple[State, ...]
+    lower_bound: float
+    nodes: int
+
+    @property
+    def gap(self) -> float:
+        """How far below the best state another could still lie [J]; 0 if none can."""
+        return max(0.0, self.best.energy - self.lower_bound)
+
+    @property
+    def proved(self) -> bool:
+        """Whether the best state is proved to be a ground state."""
+        return self.gap == 0.0
+
+    @property
+    def complete(self) -> bool:
+        """Whether all states listed are proved to be the lowest that there are."""
+        highest = self.states[-1].energy if self.states else math.inf
+        return highest <= self.lower_bound
+
+
+def ground_state(
+    scene: Scene,
+    top: int = 1,
+    among: Among = "all",
+    *,
+    time_limit: float | None = None,
+    node_limit: int | None = None,
+    progress: Progress | None = None,
+) -> GroundStates:
+    """Find the states of least energy of a long chain and prove that they are.
+
+    Branch and bound: the chain is cut in the middle, the words of one half are ordered by a lower
+    bound on the energy of the states that they belong to, and completed in that order until the
+    bound exceeds what was found. Where states tie with the last one listed, some are left out.
+
+    Parameters
+    ----------
+    scene
+        Its sequence, casing and magnets count; mount, friction and contact do not.
+    top
+        How many states to find.
+    among
+        Which words to rank: `all` that do not overlap, only the `folded` ones (no S), or only the
+        `stable` ones (folded, and no equal poles touch).
+    time_limit
+        Stop after this time [s], None for never, with what was found and the bound that was
+        reached. Listing the words of both halves comes first and is not stopped.
+    node_limit
+        Stop after so many words of half the chain, bounded or completed: unlike time, they are
+        the same on every machine.
+    progress
+        Called with the share of the work that is done, from 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range, or half the chain has too many words to list.
+    """
+    states.check_one_of("among", among, get_args(Among))
+    states.check_top(top)
+    for key, limit in (("time_limit", time_limit), ("node_limit", node_limit)):
+        if limit is not None and not limit >= 0:
+            raise ValueError(f"{key}: {limit!r} is not allowed; must be None or at least 0")
+    energies.refuse_field(scene)
+    if scene.n == 1:
+        return GroundStates((states.state_of(scene, ""),), math.inf, nodes=1)
+    limits = Limit(time_limit, node_limit)
+    search = BranchAndBound(
+        scene, ORDER if among == "all" else "LR", stable=among == "stable", top=top
+    )
+    bound = search.run(limits, progress or (lambda done: None))
+    # Ties in the order S, L, R, as in the full search.
+    words = sorted(search.words(), key=lambda word: [ORDER.index(letter) for letter in word])
+    lowest: tuple[State, ...] = ()
+    if words:
+        lowest = states.lowest_states(scene, from_words(words), top)
+    bound = min([bound, *(state.energy for state in lowest[top - 1 :])])
+    return GroundStates(lowest, bound, search.nodes)
+
+
+class Limit:
+    """When to stop: after some seconds or nodes, None for never."""
+
+    def __init__(self, seconds: float | None, nodes: int | None) -> None:
+        self._end = math.inf if seconds is None else time.monotonic() + seconds
+        self._nodes = math.inf if nodes is None else nodes
+
+    def reached(self, nodes: int) -> bool:
+        """Whether this is the time, so many nodes having been visited."""
+        return nodes >= self._nodes or time.monotonic() >= self._end
+
+
+class BranchAndBound:
+    """A chain cut in the middle, and the best states found of it.
+
+    Parameters
+    ----------
+    scene
+        A chain of at least two components.
+    letters
+        Those that words may have.
+    stable
+        Whether equal poles must not touch.
+    top
+        How many states to find. They are sought where they lie lower than the worst one found by
+        more than equal energies may differ.
+
+    Attributes
+    ----------
+    nodes : int
+        Words of half the chain, shorter ones included, that were bounded or completed.
+    """
+
+    def __init__(self, scene: Scene, letters: str, *, stable: bool, top: int) -> None:
+        root = scene.n // 2 - 1
+        self._near, self._far = arms.near_arm(root, letters), arms.far_arm(root, scene.n, letters)
+        near_count, far_count = (_counted(scene.n, arm) for arm in (self._near, self._far))
+        table = arms.pair_table(scene, energies.poles(scene), clashes_excluded=stable)
+        self._near_words = arms.arm_words(table, self._near, 0, near_count)
+        self._far_words = arms.arm_words(table, self._far, 1, far_count)
+        self._cross = arms.cross_energies(table, self._near, self._far)
+        self._tolerance = energies.tie(scene)
+        nothing = np.full(top, -1, dtype=np.int64)
+        self._found = arms.BestStates(np.full(top, np.inf), nothing, nothing.copy())
+        self.nodes = 0
+
+    def run(self, limit: Limit, progress: Progress) -> float:
+        """Find the best states.
+
+        Returns
+        -------
+        float
+            What all states that were not found have at least [J]; infinite if nothing that is
+            better than the worst one found was left out.
+        """
+        whole = self._near.joints[self._near_words.node] == self._near.joints[-1]
+        prefixes: Ints = np.flatnonzero(whole & np.isfinite(self._near_words.least))
+        far_least = float(self._far_words.least[0])
+        if not prefixes.size or not math.isfinite(far_least):
+            return math.inf
+        bound = self._bounds(limit, progress)
+        if bound is None:
+            own = self._near_words.least[prefixes]
+            self._complete(prefixes[np.argsort(own, kind="stable")[:_FIRST]])
+            crossing = arms.least_cross_energy(self._cross, self._near, self._far)
+            return float(own.min()) + far_least + crossing
+        bound = bound[prefixes] + far_least
+        order = np.argsort(bound, kind="stable")
+        return self._best_first(prefixes[order], bound[order], limit, progress)
+
+    def words(self) -> list[str]:
+        """Return the words found, lowest energy first."""
+        found = self._found
+        return [
+            _letters(self._near, self._near_words, int(near))[::-1]
+            + _letters(self._far, self._far_words, int(far))
+            for energy, near, far in zip(*found, strict=True)
+            if energy < np.inf
+        ]
+
+    def _bounds(self, limit: Limit, progress: Progress) -> Array | None:
+        """Bound every word of the near arm [J], the far arm's own energy left out."""
+        bound = np.empty(self._near_words.node.size)
+        for begin in range(0, bound.size, _STRETCH):
+            if limit.reached(self.nodes):
+                return None
+            end = min(begin + _STRETCH, bound.size)
+            arms.bound_prefixes(
+                self._cross, self._near, self._far, self._near_words, begin, end, bound
+            )
+            self.nodes += end - begin
+            progress(0.5 * end / bound.size)
+        return bound
+
+    def _best_first(self, prefixes: Ints, bound: Array, limit: Limit, progress: Progress) -> float:
+        """Complete words of the near arm, ordered by their bounds, until none can improve."""
+        begin = 0
+        while True:
+            worst = float(self._found.energy[-1]) - self._tolerance
+            needed = int(np.searchsorted(bound, worst))
+            if begin >= needed:
+                progress(1.0)
+                return math.inf
+            if begin > 0 and limit.reached(self.nodes):
+                return float(bound[begin])
+            end = min(begin + _BATCH, needed)
+            self._complete(prefixes[begin:end])
+            begin = end
+            progress(0.5 + 0.5 * begin / needed)
+
+    def _complete(self, prefixes: Ints) -> None:
+        self.nodes += arms.search_prefixes(
+            self._cross, self._near, self._far, self._near_words, self._far_words,
+            prefixes, self._tolerance, self._found,
+        )  # fmt: skip
+
+
+def _letters(arm: arms.Arm, words: arms.ArmWords, entry: int) -> str:
+    """Return the letters of an entry, away from the cut."""
+    letters: list[str] = []
+    while entry > 0:
+        above = int(words.parent[entry])
+        following = arm.following[words.node[above]]
+        letters.append(ORDER[following.tolist().index(int(words.node[entry]))])
+        entry = above
+    return "".join(reversed(letters))
+
+
+def _counted(n: int, arm: arms.Arm) -> int:
+    count = arms.count_entries(arm, MOST_ENTRIES)
+    if count >= MOST_ENTRIES:
+        raise ValueError(
+            f"sequence: {n} components are not allowed; the halves of a chain may have at most "
+            f"{MOST_ENTRIES:,} words, shorter ones included"
+        )
+    return count
