@@ -1,30 +1,36 @@
-"""Self-folding chains of magnets: simulation, prediction by energy, and learning."""
+"""Self-folding chains of magnets: simulation, prediction by energy, and learning.
 
-from magfold_env.designer import Design, design
-from magfold_env.ensembles import Ensemble, ensemble
+What is public is loaded when it is first used: importing the package registers its environments
+with Gymnasium and loads neither numba nor the engine.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from magfold_env.envs import register_envs
-from magfold_env.fold import Fold, FoldStatus, Trajectory
-from magfold_env.minimiser import Landscape, descend, ground_state, minimise, sequence_of
-from magfold_env.scene import (
-    Casing,
-    Feed,
-    Field,
-    FixedMagnet,
-    Gravity,
-    Magnets,
-    Scene,
-    SceneError,
-    Solver,
-    Spreads,
-    load_scene,
-    save_scene,
-    scene_names,
-)
-from magfold_env.simulation.batch import simulate_batch
 
-# After magfold_env.minimiser, the package, so that `energy` names the function: importing a
-# submodule binds its name here, but only the first time.
-from magfold_env.simulation.simulate import accelerations, energy, forces, simulate
+if TYPE_CHECKING:
+    from magfold_env.designer import Design, design
+    from magfold_env.ensembles import Ensemble, ensemble
+    from magfold_env.fold import Fold, FoldStatus, Trajectory
+    from magfold_env.minimiser import Landscape, descend, ground_state, minimise, sequence_of
+    from magfold_env.scene import (
+        Casing,
+        Feed,
+        Field,
+        FixedMagnet,
+        Gravity,
+        Magnets,
+        Scene,
+        SceneError,
+        Solver,
+        Spreads,
+        load_scene,
+        save_scene,
+        scene_names,
+    )
+    from magfold_env.simulation.batch import simulate_batch
+    from magfold_env.simulation.simulate import accelerations, energy, forces, simulate
 
 __all__ = [
     "Casing",
@@ -58,5 +64,33 @@ __all__ = [
     "simulate",
     "simulate_batch",
 ]
+
+_NAMES = {
+    "designer": "Design design",
+    "ensembles": "Ensemble ensemble",
+    "fold": "Fold FoldStatus Trajectory",
+    "minimiser": "Landscape descend ground_state minimise sequence_of",
+    "scene": "Casing Feed Field FixedMagnet Gravity Magnets Scene SceneError Solver Spreads "
+    "load_scene save_scene scene_names",
+    "simulation.batch": "simulate_batch",
+    "simulation.simulate": "accelerations energy forces simulate",
+}
+_MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
+
+
+def __getattr__(name: str) -> Any:
+    """Load what is public, or a package that holds some of it."""
+    if name in _MODULES:
+        value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+        globals()[name] = value
+        return value
+    if any(name == module.partition(".")[0] for module in _NAMES):
+        return import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
 
 register_envs()

@@ -22,7 +22,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from magfold_env.engine.compile.kernel_cache import source_fingerprint
+from magfold_env.files import physics_digest
 from magfold_env.laws.outcomes import Outcome, moved_starts, reference_of
 from magfold_env.laws.random_scenes import is_designed, random_scene
 from magfold_env.reporting.statistics import share
@@ -54,7 +54,7 @@ def compare(seed: int) -> Row:
                 break
     return {
         "seed": seed,
-        "engine": source_fingerprint(),
+        "engine": physics_digest(),
         "n": scene.n,
         "mount": scene.mount,
         "speed": float(scene.speeds[0]) if scene.mount == "tube" else None,
@@ -76,7 +76,7 @@ def read_rows(path: Path) -> list[Row]:
     """
     if not path.is_file():
         return []
-    engine, rows = source_fingerprint(), list[Row]()
+    engine, rows = physics_digest(), list[Row]()
     for line in path.read_text(encoding="utf-8").splitlines():
         with suppress(json.JSONDecodeError):
             row = json.loads(line)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.engine.compile.by_address import code_of
+from magfold_env.engine.compile.by_pointer import POINTERS, code_of, reference
 from magfold_env.engine.outcomes import REACHED
 from magfold_env.engine.state import (
     EVALUATIONS,
@@ -112,8 +112,8 @@ class Chains:
             Longest time to settle [s].
         """
         arguments = (
-            self._code, self._models.addresses, self._states.addresses, self._works.addresses,
-            self._record.address, self._counters, self._clocks, self.charge, self.waiting,
+            self._code, self._models.references, self._states.references, self._works.references,
+            reference(self._record), self._counters, self._clocks, self.charge, self.waiting,
             self.speeds, duration, all_of_it, rows, self.outcomes, self.energies,
             np.zeros(1, dtype=np.int64),
         )  # fmt: skip
@@ -122,7 +122,7 @@ class Chains:
     def find_energies(self, rows: IntArray) -> None:
         """Fill `energies` in for some chains as they are."""
         runs.energies_of(
-            self._code, self._models.addresses, self._states.addresses, self._works.addresses,
+            self._code, self._models.references, self._states.references, self._works.references,
             rows, self.energies,
         )  # fmt: skip
 
@@ -146,5 +146,5 @@ def _code(model: Model, state: State, work: Work, record: Record) -> IntArray:
             code_of(runs.end, *chain, 0.0),
             code_of(runs.energy, *chain, 0.0),
         ],
-        dtype=np.int64,
+        dtype=np.int64 if POINTERS else object,
     )

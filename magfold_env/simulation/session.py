@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed
-from magfold_env.engine.compile.by_address import code_of
-from magfold_env.engine.compile.by_pointer import write_down
-from magfold_env.engine.compile.jit import numba_config
+from magfold_env.engine.compile.by_pointer import code_of, reference, write_down
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.magnets.energies import magnet_energy, potential_energy
 from magfold_env.engine.state import EVALUATIONS, LO, STEPS, TIME, Array, Model, Record, State, Work
@@ -25,7 +23,7 @@ from magfold_env.simulation.frames import Frames, magnetic_energy
 from magfold_env.simulation.orientation import Orientation
 from magfold_env.simulation.pack import component_charges, pack, reversed_inside
 
-_CODE: list[int] = []  # where that of the integrator lies, once it is compiled
+_CODE: list[Any] = []  # where that of the integrator lies, once it is compiled
 
 
 class Session:
@@ -290,9 +288,7 @@ class Session:
 
 def _integrate(chain: tuple[Model, State, Work, Record], until: float) -> int:
     """Call the integrator by its address, which spares finding out what its arguments hold."""
-    if numba_config.DISABLE_JIT:
-        return integrator.advance(*chain, until)
     if not _CODE:
         _CODE.append(code_of(integrator.advance, *chain, until))
-    model, state, work, record = (cast("int", cast("Any", each).address) for each in chain)
+    model, state, work, record = (reference(each) for each in chain)
     return runs.advance_at(_CODE[0], model, state, work, record, until)

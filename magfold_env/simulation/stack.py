@@ -8,11 +8,12 @@ from typing import Any, Generic, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.engine.compile.by_pointer import WORD, place_of, words_of
+from magfold_env.engine.compile.by_pointer import POINTERS, pointer_types
 from magfold_env.engine.state import Array, IntArray
 
 T = TypeVar("T", bound=tuple[Any, ...])
 
+WORD = 8  # bytes
 LINE = 8  # words of a cache line: arrays begin with one
 
 
@@ -43,14 +44,23 @@ class Stack(Generic[T]):
             self._image[start : start + array.size] = array.ravel().view(np.float64)
         self._block = _aligned(count, size)
         self._block[:] = self._image
+        self.references: Any = self._words_of_rows() if POINTERS else Rows(self, count)
+        """By what kernels know each copy, see `by_pointer.reference`."""
+
+    def _words_of_rows(self) -> IntArray:
+        """Write down all copies, and return where the words of each begin."""
+        words_of = pointer_types.words_of
         # Words that differ from the original's are addresses in the first row; those of the next
         # rows lie a row further on.
-        words = words_of(_with_arrays(original, {name: self[name][0] for name in self._places}))
-        moved = words != words_of(original)
-        rows = np.arange(count)
+        words = words_of(self.row(0))
+        moved = words != words_of(self._original)
+        rows = np.arange(self._count)
         self._words = words + rows[:, None] * (moved * self._block.strides[0])
-        self.addresses: IntArray = self._words.ctypes.data + rows * self._words.strides[0]
-        """Where the words of each copy begin."""
+        return self._words.ctypes.data + rows * self._words.strides[0]
+
+    def row(self, k: int) -> T:
+        """Return one of the copies."""
+        return _with_arrays(self._original, {name: self[name][k] for name in self._places})
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return an array of all copies, shape (count, …)."""
@@ -63,11 +73,39 @@ class Stack(Generic[T]):
 
     def number(self, name: str) -> Array:
         """Return a number of all copies, (count,), to be set between two calls of kernels."""
-        return self._words[:, place_of(self._original, name)].view(np.float64)
+        if POINTERS:
+            return self._words[:, pointer_types.place_of(self._original, name)].view(np.float64)
+        return self.references.number(name, getattr(self._original, name))
 
     def restore(self, rows: IntArray) -> None:
         """Give the arrays of some copies the original's values again."""
         self._block[rows] = self._image
+
+
+class Rows:
+    """The copies of a stack as tuples, where kernels take no addresses.
+
+    Parameters
+    ----------
+    stack
+        What they are copies in.
+    count
+        How many.
+    """
+
+    def __init__(self, stack: Stack[Any], count: int) -> None:
+        self._rows = [stack.row(k) for k in range(count)]
+        self._numbers: dict[str, Array] = {}
+
+    def __getitem__(self, k: int) -> Any:
+        """Return a copy with its numbers as they are now."""
+        return self._rows[k]._replace(
+            **{name: float(values[k]) for name, values in self._numbers.items()}
+        )
+
+    def number(self, name: str, value: float) -> Array:
+        """Return a number of all copies, (count,), to be set between two calls of kernels."""
+        return self._numbers.setdefault(name, np.full(len(self._rows), value))
 
 
 def _arrays(packed: tuple[Any, ...], prefix: str = "") -> list[tuple[str, NDArray[Any]]]:

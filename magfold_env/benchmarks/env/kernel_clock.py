@@ -9,9 +9,8 @@ from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
 
-from numba.core import dispatcher
+from magfold_env.engine.compile.jit import is_kernel
 
-DISPATCHER: Any = dispatcher.Dispatcher
 PACKAGE = "magfold_env."
 
 
@@ -36,7 +35,7 @@ class KernelClock:
             for key, module in list(sys.modules.items())
             if key.startswith(PACKAGE)
             for name, value in list(vars(module).items())
-            if isinstance(value, DISPATCHER)
+            if is_kernel(value)
         ]
         for module, name, kernel in found:
             setattr(module, name, self._watched(kernel))

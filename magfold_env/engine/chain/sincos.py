@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-from numba import types
-from numba.extending import intrinsic
 
-from magfold_env.engine.compile.jit import inlined, numba_config
+from magfold_env.engine.compile import insides
+from magfold_env.engine.compile.jit import inlined
 
 # Adding and taking away 1.5·2⁵² rounds a float to an integer and leaves that integer in the
 # low bits of the sum.
@@ -18,6 +17,8 @@ _ROUND = 1.5 * 2.0**52
 _TWO_OVER_PI = 2.0 / math.pi
 _HALF_PI = math.pi / 2.0
 _HALF_PI_REST = 6.123233995736766e-17  # π/2 = _HALF_PI + _HALF_PI_REST, to 107 bits
+
+_SPLIT = 2.0**27 + 1.0  # halves of a float's digits: their products are exact
 
 # The polynomials of fdlibm's k_sin.c and k_cos.c for |r| ≤ π/4.
 _S1 = -1.66666666666666324348e-01
@@ -34,21 +35,52 @@ _C5 = 2.08757232129817482790e-09
 _C6 = -1.13596475577881948265e-11
 
 
-@intrinsic
-def _fused(context: Any, a: Any, b: Any, c: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.fma(*arguments)
+@inlined
+def fma_in_parts(a: float, b: float, c: float) -> float:
+    """Return a·b + c, rounded once, for |a|, |b| < 2⁹⁹⁶, in operations that each round.
 
-    return types.float64(types.float64, types.float64, types.float64), generate
+    The product and the sums are found with their rounding errors. What is left of them is added
+    rounded to odd, so that the last sum rounds as if it were the first [1]_.
+
+    References
+    ----------
+    .. [1] S. Boldo and G. Melquiond, "Emulation of FMA and correctly rounded sums: proved
+       algorithms using rounding to odd", IEEE Transactions on Computers 57 (2008).
+    """
+    high, low = _product(a, b)
+    rest, lower = _sum(c, low)
+    total, last = _sum(high, rest)
+    odd, error = _sum(lower, last)
+    if error != 0.0:
+        bits = np.float64(odd).view(np.int64)
+        if bits & 1 == 0:
+            odd = np.int64(bits + (1 if (error > 0.0) == (odd > 0.0) else -1)).view(np.float64)
+    return total + odd
 
 
-def _separate(a: float, b: float, c: float) -> float:
-    return a * b + c
+@inlined
+def _sum(a: float, b: float) -> tuple[float, float]:
+    """Return a + b, and what its rounding loses."""
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
 
 
-# a·b + c, rounded once, wherever the kernel is inlined: not the flag that lets the compiler choose.
-# The interpreter has no such operation.
-fma: Any = _separate if numba_config.DISABLE_JIT else cast("Any", _fused)
+@inlined
+def _product(a: float, b: float) -> tuple[float, float]:
+    """Return a·b, and what its rounding loses."""
+    scaled_a, scaled_b = _SPLIT * a, _SPLIT * b
+    a_high, b_high = scaled_a - (scaled_a - a), scaled_b - (scaled_b - b)
+    a_low, b_low = a - a_high, b - b_high
+    product = a * b
+    return product, a_low * b_low - (
+        ((product - a_high * b_high) - a_low * b_high) - a_high * b_low
+    )
+
+
+# a·b + c, rounded once, wherever the kernel is inlined.
+_fused = insides.load("fused", "so that sines and cosines cost several times as much")
+fma: Any = fma_in_parts if _fused is None else _fused.fma
 
 
 @inlined

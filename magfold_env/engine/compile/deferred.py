@@ -1,13 +1,13 @@
 # Numba's own modules know no types.
 # pyright: basic
 
-"""Kernels that kernels call, compiled once, within what Python calls.
+"""Deferred compilation: kernels that kernels call are compiled once, within what Python calls.
 
 Numba compiles every function to the end, and every caller again with all that it calls: in a deep
 tree of calls the leaves are optimised once a level, and most of what that yields is never run. So
-a kernel that calls another is given a *draft* of it: types inferred and code written down, but
-neither linked nor optimised. What Python calls links all drafts below it and optimises them
-together.
+the code of a kernel that another calls is only *lowered* for it: types inferred and code written
+down, but neither linked nor optimised. What Python calls links all lowered code below it and
+optimises it together.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _njit = cast("Any", numba.njit)
 _dynfunc = cast("Any", numba)._dynfunc
 
 
-class _Draft(JITCodeLibrary):
+class _LoweredCode(JITCodeLibrary):
     """Code of one kernel that is left to its callers to link and to optimise."""
 
     def finalize(self) -> None:
@@ -41,44 +41,43 @@ class _Draft(JITCodeLibrary):
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
-class _DraftLowering(NativeLowering):
+class _LoweringOnly(NativeLowering):
     """Write the code down, but do not compile it."""
 
-    _name = "draft_lowering"
+    _name = "lowering_only"
 
     def run_pass(self, state: Any) -> Any:
         context = state.targetctx
-        draft = _Draft(context.codegen(), state.func_id.func_qualname)
-        state.library, state.flags.no_compile = draft, True
+        lowered = _LoweredCode(context.codegen(), state.func_id.func_qualname)
+        state.library, state.flags.no_compile = lowered, True
         super().run_pass(state)
-        draft.finalize()
+        lowered.finalize()
         written = state["cr"]
         # Numba looks code up by the function that Python would call. This one has no address.
         code = written.fndesc
         name = _dynfunc.make_function(
-            code.lookup_module(), code.qualname, "draft", 0, written.env, (draft,)
+            code.lookup_module(), code.qualname, "lowered", 0, written.env, (lowered,)
         )
-        context.insert_user_function(name, code, draft.needed)
+        context.insert_user_function(name, code, lowered.needed)
         state["cr"] = written._replace(cfunc=name)
         return True
 
 
-class _DraftCompiler(CompilerBase):
+class _LoweringCompiler(CompilerBase):
     def define_pipelines(self) -> list[PassManager]:
-        """Return numba's passes, with drafts for compiled code."""
+        """Return numba's passes, the last of them without compilation."""
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager.passes = [
-            (_DraftLowering if each is NativeLowering else each, why)
-            for each, why in manager.passes
+            (_LoweringOnly if each is NativeLowering else each, why) for each, why in manager.passes
         ]
         manager.finalize()
         return [manager]
 
 
-def hand_drafts(kernel: Any, **options: Any) -> None:
-    """Let kernels that call this one have drafts of it.
+def defer(kernel: Any, **options: Any) -> None:
+    """Let kernels that call this one have its code lowered, and compile it themselves.
 
-    Constants among the arguments count as numbers: each would make for another draft.
+    Constants among the arguments count as numbers: each would make for other code.
 
     Parameters
     ----------
@@ -87,13 +86,36 @@ def hand_drafts(kernel: Any, **options: Any) -> None:
     options
         With which it was compiled, but for caching.
     """
-    drafts = _njit(
-        pipeline_class=_DraftCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options
+    lowered = _njit(
+        pipeline_class=_LoweringCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options
     )(kernel.py_func)
 
     def template(args: Any, kws: Any) -> Any:
         plain = tuple(types.unliteral(each) for each in args)
-        return drafts.get_call_template(plain, {k: types.unliteral(v) for k, v in kws.items()})
+        return lowered.get_call_template(plain, {k: types.unliteral(v) for k, v in kws.items()})
 
     kernel.get_call_template = template
-    kernel.get_overload = drafts.get_overload
+    kernel.get_overload = lowered.get_overload
+
+
+def check() -> None:
+    """Raise an error unless a kernel that calls two levels of others does what it should."""
+
+    @_njit
+    def leaf(x: float, k: int) -> float:
+        return x + k
+
+    @_njit
+    def branch(x: float) -> float:
+        return leaf(x, 1) * leaf(x, 2)
+
+    @_njit
+    def root(x: float) -> float:
+        return branch(x) + leaf(x, 3)
+
+    defer(leaf)
+    defer(branch)
+    if root(0.5) != 1.5 * 2.5 + 3.5:
+        raise RuntimeError("a kernel compiled with what it calls gives another result")
+    if leaf.signatures or branch.signatures:
+        raise RuntimeError("what a kernel calls is compiled by itself")

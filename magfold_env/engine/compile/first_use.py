@@ -6,9 +6,12 @@ import logging
 import multiprocessing
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 from numba.core import event
+
+# Numba's own modules know no types.
+_register = cast("Any", event).register
 
 PATIENCE = 1.0  # [s] what takes less goes without saying
 
@@ -52,3 +55,13 @@ class FirstUse(event.Listener):
             self._depth -= 1
             if self._depth == 0:
                 self._compiled()
+
+
+def check() -> None:
+    """Raise an error unless numba tells of what it compiles."""
+    FirstUse(lambda: None)
+
+
+def listen(compiled: Callable[[], None]) -> None:
+    """Have numba tell of what it compiles from now on; see `FirstUse`."""
+    _register("numba:compile", FirstUse(compiled))

@@ -10,25 +10,28 @@ and lets arrays be passed on without counting references.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
-from numba.core import config, event
 
-from magfold_env.engine.compile.deferred import hand_drafts
-from magfold_env.engine.compile.first_use import FirstUse
-from magfold_env.engine.compile.kernel_cache import cache_directory, mark_used, remove_unused
+from magfold_env.engine.compile import insides
+from magfold_env.engine.compile.kernel_cache import cache_directory, remove_unused
 
 # Type checkers see neither the settings, which numba fills in at run time, nor some options.
-numba_config, njit, events = (cast("Any", each) for each in (config, numba.njit, event))
+numba_config, njit, extending = (
+    cast("Any", each) for each in (numba.config, numba.njit, numba.extending)
+)
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_CACHE_DIRECTORY = cache_directory()
-mark_used(_CACHE_DIRECTORY)
-events.register("numba:compile", FirstUse(partial(remove_unused, _CACHE_DIRECTORY)))
+_deferred = insides.load("deferred", "so that kernels compile two to three times as long")
+_kernel_cache = insides.load(
+    "kernel_cache", "so that damaged files of compiled kernels are errors, and must be removed"
+)
+_first_use = insides.load("first_use", "so that nothing is said while kernels are compiled")
+if _first_use is not None:
+    _first_use.listen(remove_unused)
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -60,15 +63,33 @@ def _compile(
         "nogil": True,
         "_nrt": parallel or allocates,
     }
+    if numba_config.DISABLE_JIT:  # for a debugger
+        return function
+    flags = {**options, "parallel": parallel, "no_cfunc_wrapper": True}
+    if _kernel_cache is not None:
+        compiled = njit(**flags)(function)
+        _kernel_cache.keep(compiled)
+    else:
+        compiled = _kept_by_numba(function, flags)
+    if not parallel and _deferred is not None:
+        _deferred.defer(compiled, **options)
+    return compiled
+
+
+def _kept_by_numba(function: Callable[P, R], flags: dict[str, Any]) -> Any:
+    """Compile with numba's own cache, in the directory that is ours."""
+    directory = cache_directory(function.__code__.co_filename)
+    if directory is None:
+        return njit(**flags)(function)
     # The setting is read when the decorator runs; it is put back so that other users of numba
     # in the same process keep their own.
-    previous = numba_config.CACHE_DIR
-    numba_config.CACHE_DIR = str(_CACHE_DIRECTORY)
+    previous, numba_config.CACHE_DIR = numba_config.CACHE_DIR, str(directory)
     try:
-        compiled = njit(cache=True, parallel=parallel, no_cfunc_wrapper=True, **options)(function)
+        return njit(cache=True, **flags)(function)
     finally:
         numba_config.CACHE_DIR = previous
-    # With NUMBA_DISABLE_JIT=1, for a debugger, `compiled` is the function itself.
-    if not parallel and not numba_config.DISABLE_JIT:
-        hand_drafts(compiled, **options)
-    return compiled
+
+
+def is_kernel(value: Any) -> bool:
+    """Return whether a value is a compiled function, rather than a Python one."""
+    return bool(extending.is_jitted(value))

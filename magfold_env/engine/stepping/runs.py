@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from magfold_env.engine.chain import feed
-from magfold_env.engine.compile.by_address import call_float, call_int, take
+from magfold_env.engine.compile.by_pointer import call_float, call_int, calls_by_address, take
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets import pairs
 from magfold_env.engine.magnets.outer_field import field_energy
@@ -46,13 +46,13 @@ def energy(model: Model, state: State, work: Work, x: float) -> float:
     return total
 
 
-@kernel
+@calls_by_address
 def advance_at(code: int, model: int, state: int, work: int, record: int, until: float) -> int:
     """`integrator.advance`, for the addresses of its code and of its arguments."""
     return call_int(code, model, state, work, record, until)
 
 
-@kernel
+@calls_by_address
 def feed_chains(
     code: IntArray,
     models: IntArray,
@@ -130,7 +130,7 @@ def feed_chains(
             energies[k] = call_float(code[ENERGY], model, state, work, 0.0)
 
 
-@kernel
+@calls_by_address
 def energies_of(
     code: IntArray, models: IntArray, states: IntArray, works: IntArray, rows: IntArray, out: Array
 ) -> None:

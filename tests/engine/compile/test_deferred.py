@@ -56,7 +56,7 @@ def test_only_what_python_calls_is_compiled():
     assert inner(1.0) == 2.0
 
 
-def test_constants_make_for_no_other_draft():
+def test_constants_make_for_no_other_code():
     seen: list[str] = []
 
     class Names(Listener):

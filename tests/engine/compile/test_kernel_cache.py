@@ -1,9 +1,26 @@
-"""Directories of compiled kernels: one for every version of the sources, none kept for ever."""
+"""What is kept of kernels on disk: under the right names, none for ever, and no harm if damaged."""
 
+import ast
 import os
+import shutil
+import subprocess
+import sys
 import time
+from pathlib import Path
 
-from magfold_env.engine.compile.kernel_cache import KEPT, cache_directory, mark_used, remove_unused
+import numba
+import pytest
+
+from magfold_env.engine.compile import insides, kernel_cache
+from magfold_env.engine.compile.kernel_cache import KEPT, cache_root, mark_used, remove_unused
+
+pytestmark = pytest.mark.skipif(
+    bool(numba.config.DISABLE_JIT),  # pyright: ignore[reportAttributeAccessIssue]
+    reason="nothing is compiled",
+)
+
+
+# --- directories ---------------------------------------------------------------------------
 
 
 def aged(path, seconds):
@@ -14,24 +31,224 @@ def aged(path, seconds):
 
 
 def test_the_environment_moves_the_root(tmp_path, monkeypatch):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    assert cache_directory().parent == tmp_path
-    assert cache_directory().name.startswith("kernels-")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "here"))
+    cache_root.cache_clear()
+    try:
+        assert cache_root() == tmp_path / "here"
+    finally:
+        cache_root.cache_clear()
 
 
 def test_only_directories_of_kernels_long_unused_are_removed(tmp_path):
-    mine = aged(tmp_path / f"kernels-{'0' * 16}", 2.0 * KEPT)
     old = aged(tmp_path / f"kernels-{'a' * 16}", 1.1 * KEPT)
     recent = aged(tmp_path / f"kernels-{'b' * 16}", 0.9 * KEPT)
     other = aged(tmp_path / "kernels-of-others", 2.0 * KEPT)
-    remove_unused(mine)
+    remove_unused(tmp_path)
     assert not old.exists()
-    assert all(path.exists() for path in (mine, recent, other))
+    assert all(path.exists() for path in (recent, other))
 
 
 def test_use_keeps_a_directory(tmp_path):
     old = aged(tmp_path / f"kernels-{'a' * 16}", 2.0 * KEPT)
     mark_used(old)
-    remove_unused(tmp_path / f"kernels-{'0' * 16}")
+    remove_unused(tmp_path)
     assert old.exists()
     mark_used(tmp_path / "not there")
+
+
+# --- names ---------------------------------------------------------------------------------
+
+
+def imported(tree: ast.Module) -> set[str]:
+    """What `kernel_cache.imports` should find, from the syntax tree."""
+    found: set[str] = set()
+    for node in tree.body:
+        if isinstance(node, ast.Import):
+            found.update(each.name for each in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            assert node.level == 0
+            found.update((node.module, *(f"{node.module}.{each.name}" for each in node.names)))
+    return {each for each in found if each.partition(".")[0] == "magfold_env"}
+
+
+def test_imports_are_those_of_the_syntax():
+    for path in sorted(kernel_cache.FOLDER.rglob("*.py")):
+        source = path.read_text(encoding="utf-8")
+        assert kernel_cache.imports(source) >= imported(ast.parse(source)), path
+
+
+def test_objects_are_not_taken_for_modules():
+    names = kernel_cache.imports(
+        "from magfold_env.engine.state import (\n    Array,\n    Model,\n)\n"
+    )
+    assert "magfold_env.engine.state.Model" in names
+    found = kernel_cache.all_imports(names)
+    assert "magfold_env.engine.state" in found
+    assert "magfold_env.engine.compile.jit" in found
+    assert not any(name.rpartition(".")[2] in {"Array", "Model"} for name in found)
+
+
+# --- in a package of its own ---------------------------------------------------------------
+
+SMALL = {
+    "__init__.py": "",
+    "numbers.py": "FACTOR = 2.0\n",
+    "leaf.py": """
+from magfold_env.engine.compile.jit import kernel
+from magfold_env import numbers
+@kernel
+def leaf(x: float) -> float:
+    return x * numbers.FACTOR
+""",
+    "root.py": """
+from magfold_env.engine.compile.jit import kernel
+from magfold_env.leaf import leaf
+@kernel
+def root(x: float) -> float:
+    return leaf(x) + 1.0
+""",
+    "other.py": """
+from magfold_env.engine.compile.jit import kernel
+@kernel
+def other(x: float) -> float:
+    return x
+""",
+}
+RUN = """
+from magfold_env.root import root
+from magfold_env.other import other
+print(root(3.0), other(3.0))
+"""
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """A package of the same name with what compiles, and a few small kernels."""
+    package = tmp_path / "sources" / "magfold_env"
+    shutil.copytree(kernel_cache.FOLDER / "engine" / "compile", package / "engine" / "compile")
+    (package / "engine" / "__init__.py").touch()
+    for name, source in SMALL.items():
+        (package / name).write_text(source)
+    # What is tried out of numba once a version need not be tried here.
+    tried = kernel_cache.cache_directory(insides.__file__)
+    if tried is not None:
+        shutil.copytree(tried, tmp_path / "cache" / tried.name)
+    return package
+
+
+def run(copy: Path, code: str = RUN) -> list[float]:
+    """Run code in a process that finds only the copy, and return the numbers it prints."""
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(copy.parent),
+        "NUMBA_CACHE_DIR": str(copy.parent.parent / "cache"),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+    printed = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        env=environment, cwd=copy.parent, check=True, capture_output=True, text=True,
+    ).stdout  # fmt: skip
+    return [float(each) for each in printed.split()]
+
+
+def kept(copy: Path, name: str = "") -> dict[Path, int]:
+    """Files of machine code of a kernel, or all, and when they were written."""
+    files = (copy.parent.parent / "cache").rglob(f"{name}*.nbc")
+    return {path: path.stat().st_mtime_ns for path in files}
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    source = path.read_text(encoding="utf-8")
+    assert old in source
+    path.write_text(source.replace(old, new), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "expected"),
+    [
+        ("leaf.py", "x * numbers", "x + 10.0 * numbers", 24.0),
+        ("numbers.py", "2.0", "5.0", 16.0),
+        ("root.py", "+ 1.0", "- 1.0", 5.0),
+    ],
+    ids=["a kernel called", "a constant", "the kernel"],
+)
+def test_an_edit_is_seen_and_compiles_only_what_is_made_from_it(copy, file, old, new, expected):
+    assert run(copy) == run(copy) == [7.0, 3.0]
+    before = kept(copy)
+    edit(copy / file, old, new)
+    assert run(copy) == [expected, 3.0]
+    after = kept(copy)
+    assert before.items() < after.items()
+    assert {path.name.partition(".")[0] for path in after.keys() - before.keys()} == {"root"}
+
+
+DAMAGES = {
+    "emptied": lambda content: b"",
+    "truncated": lambda content: content[: len(content) // 2],
+    "garbled at the beginning": lambda content: bytes(40) + content[40:],
+    "garbled within": lambda content: content[:-100] + bytes(100),
+    "something else": lambda content: b"not machine code",
+}
+
+
+def test_what_is_damaged_is_compiled_again(copy):
+    assert run(copy) == [7.0, 3.0]
+    sound = {path: path.read_bytes() for path in kept(copy)}
+    for damage in DAMAGES.values():
+        for path, content in sound.items():
+            path.write_bytes(damage(content))
+        damaged = kept(copy)
+        assert run(copy) == [7.0, 3.0]
+        again = kept(copy)
+        assert again.keys() == sound.keys()
+        assert all(again[path] != damaged[path] for path in again)
+    assert run(copy) == [7.0, 3.0]
+    assert kept(copy) == again
+
+
+def test_nothing_is_kept_where_nothing_can_be_written(copy):
+    cache, package = copy.parent.parent / "cache", copy / "__pycache__"
+    shutil.rmtree(cache)
+    for file in (cache, package):
+        file.write_text("a file where the folder would be")
+    assert run(copy) == [7.0, 3.0]
+    assert not kept(copy)
+
+
+def test_sources_in_an_archive_are_found(copy):
+    archive = shutil.make_archive(str(copy.parent), "zip", copy.parent)
+    code = f"import sys; sys.path.insert(0, {archive!r})\n{RUN}"
+    edit(copy / "leaf.py", "numbers.FACTOR", "0.0")  # not what the archive holds
+    assert run(copy, code) == run(copy, code) == [7.0, 3.0]
+    assert {path.name.partition(".")[0] for path in kept(copy)} == {"root", "other"}
+
+
+# --- in a copy of the whole ----------------------------------------------------------------
+
+CALLER = """
+from magfold_env.engine.compile.jit import kernel
+from magfold_env.envs.spaces.observation import squash
+@kernel
+def twice(x: float) -> float:
+    return 2.0 * squash(x)
+"""
+OBSERVED = """
+import magfold_env.envs.spaces.observation as observation
+import magfold_env.engine.stepping.integrator as integrator
+from magfold_env.engine.compile.kernel_cache import fingerprint
+from caller import twice
+print(twice(1.0), *(int(fingerprint(each.__file__)[:12], 16) for each in (observation, integrator)))
+"""
+
+
+def test_an_edited_observation_is_seen_and_compiles_no_integrator_again(copy):
+    shutil.copytree(kernel_cache.FOLDER, copy, dirs_exist_ok=True)
+    (copy.parent / "caller.py").write_text(CALLER)
+    seen, observation, integrator = run(copy, OBSERVED)
+    edit(copy / "envs" / "spaces" / "observation.py", "(1.0 + abs(value))", "(3.0 + abs(value))")
+    other, edited, same = run(copy, OBSERVED)
+    assert (seen, other) == (1.0, 0.5)
+    assert edited != observation
+    assert same == integrator
+    edit(copy / "engine" / "state.py", "import annotations\n", "import annotations  # edited\n")
+    assert run(copy, OBSERVED)[2] != integrator

@@ -1,0 +1,295 @@
+# Numba's own modules know no types.
+# pyright: basic
+
+"""NamedTuples that kernels see through one pointer, and kernels that others call by their address.
+
+Numba passes a tuple on field by field, and an array as seven numbers: with a model and its scratch
+space, more than a thousand arguments at every call, which take seconds to compile, a kernel. So
+what a class marked with `by_pointer` holds is written down once in words of eight bytes, and its
+address is what kernels pass on. A word is a number, the address of an array's data or one of its
+dimensions; tuples within are written in place. The words never change, only what is in the arrays
+does.
+
+A kernel that calls another contains it. The integrator takes most of the time that the engine needs
+to compile, so that what runs many chains calls it where it lies: it is compiled once, and one chain
+and many run the same machine code. A call by name from Python, on the other hand, first finds out
+the types of all that its arguments hold, which takes 40 µs for a chain. Addresses are integers.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from ctypes import addressof, c_char
+from functools import cached_property
+from typing import Any, NamedTuple, cast
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    intrinsic,
+    lower_getattr_generic,
+    models,
+    register_model,
+    typeof_impl,
+    unbox,
+)
+from numba.np.arrayobj import populate_array
+
+WORD = 8  # bytes
+CODES = ("q", "qq", "qqq", "qqqq")  # of an array's words, by its dimensions
+NUMBERS = (types.boolean, types.int64, types.float64)
+ADDRESS = ir.IntType(8).as_pointer()
+
+# With the types that kernels see, not those of what generates their code.
+_intrinsic = cast("Any", intrinsic)
+
+
+class Packed:
+    """What a marked class gets besides its fields."""
+
+    @cached_property
+    def words(self) -> bytearray:
+        """Numbers, addresses and dimensions, one after the other."""
+        codes: list[str] = []
+        values: list[Any] = []
+        for value in cast("tuple[Any, ...]", self):
+            if isinstance(value, np.ndarray):
+                codes.append(CODES[value.ndim])
+                values += (address_of(value), *value.shape)
+            elif isinstance(value, Packed):
+                # Those of what chains share, such as their magnets, are written only once.
+                codes.append(f"{len(value.words)}s")
+                values.append(value.words)
+            elif isinstance(value, float):
+                codes.append("d")
+                values.append(value)
+            else:
+                codes.append("q")
+                values.append(int(value))
+        return bytearray(struct.pack("".join(codes), *values))
+
+    @cached_property
+    def address(self) -> int:
+        """Where the words begin; they stay there as long as this object exists."""
+        return address_of(self.words)
+
+    def __getstate__(self) -> None:
+        """Leave the words out of copies, which have other arrays."""
+
+
+def address_of(buffer: Any) -> int:
+    """Return where the data of an array, or a bytearray, begin."""
+    try:
+        # A third of the time of the other, which counts where there are hundreds.
+        return addressof(c_char.from_buffer(buffer))
+    except (TypeError, ValueError):  # read-only, or empty
+        return buffer.ctypes.data
+
+
+def words_of(packed: Any) -> np.ndarray[Any, Any]:
+    """Return the words of a marked NamedTuple, as integers."""
+    return np.frombuffer(packed.words, dtype=np.int64)
+
+
+def place_of(packed: Any, name: str) -> int:
+    """Return which word a field of a marked NamedTuple is, or begins with."""
+    return cast("PackedType", typeof_impl(packed, None)).places[name][0]
+
+
+class PackedType(types.Type):
+    """What the compiler knows of a marked class: names and types of the fields, and their places.
+
+    Parameters
+    ----------
+    title
+        Of the class.
+    fields
+        Names and types, in order.
+    """
+
+    def __init__(self, title: str, fields: tuple[tuple[str, types.Type], ...]) -> None:
+        self.title, self.fields = title, fields
+        self.places: dict[str, tuple[int, types.Type]] = {}
+        self.size = 0
+        for name, field in fields:
+            self.places[name] = self.size, field
+            self.size += _size(field)
+        # Names of types are in the names of all kernels: this one is kept short.
+        super().__init__(f"{title}_{zlib.crc32(repr(fields).encode()):08x}")
+
+
+def _size(field: Any) -> int:
+    """Words that a field takes."""
+    if isinstance(field, PackedType):
+        return field.size
+    return 1 + field.ndim if isinstance(field, types.Array) else 1
+
+
+@register_model(PackedType)
+class _Model(models.OpaqueModel):
+    pass
+
+
+@typeof_impl.register(Packed)
+def _typeof(value: Any, context: Any) -> PackedType:
+    fields = tuple(
+        (name, _typeof_field(name, field, context))
+        for name, field in zip(value._fields, value, strict=True)
+    )
+    return PackedType(type(value).__name__, fields)
+
+
+def _typeof_field(name: str, value: Any, context: Any) -> types.Type:
+    found: Any = typeof_impl(value, context)
+    if isinstance(found, types.Array):
+        if found.layout != "C":
+            msg = f"{name}: kernels take C-contiguous arrays only"
+            raise TypeError(msg)
+        return types.Array(found.dtype, found.ndim, "C")
+    if found not in NUMBERS and not isinstance(found, PackedType):
+        msg = f"{name}: must be a bool, an int, a float, an array or by_pointer, not {found}"
+        raise TypeError(msg)
+    return found
+
+
+@unbox(PackedType)
+def _unbox(_typ: PackedType, value: ir.Value, c: Any) -> NativeValue:
+    pointer = cgutils.alloca_once_value(c.builder, c.context.get_constant_null(types.voidptr))
+    address = c.pyapi.object_getattr_string(value, "address")
+    with cgutils.if_likely(c.builder, cgutils.is_not_null(c.builder, address)):
+        c.builder.store(c.pyapi.long_as_voidptr(address), pointer)
+        c.pyapi.decref(address)
+    return NativeValue(c.builder.load(pointer), is_error=c.pyapi.c_api_error())
+
+
+@infer_getattr
+class _Attributes(AttributeTemplate):
+    key = PackedType
+
+    def generic_resolve(self, value: PackedType, attr: str) -> types.Type | None:
+        return dict(value.fields).get(attr)
+
+
+@lower_getattr_generic(PackedType)
+def _getattr(context: Any, builder: ir.IRBuilder, typ: PackedType, value: Any, attr: str) -> Any:
+    begin, field = typ.places[attr]
+    if isinstance(field, PackedType):
+        return builder.gep(value, [ir.IntType(64)(WORD * begin)])
+    if not isinstance(field, types.Array):
+        word = context.get_value_type(field) if field != types.boolean else ir.IntType(64)
+        loaded = _load(builder, value, begin, word)
+        return builder.trunc(loaded, ir.IntType(1)) if field == types.boolean else loaded
+    made = context.make_array(field)(context, builder)
+    item = context.get_abi_sizeof(context.get_data_type(field.dtype))
+    shape = [_load(builder, value, begin + 1 + k, ir.IntType(64)) for k in range(field.ndim)]
+    strides: list[Any] = [ir.IntType(64)(item)]
+    for extent in reversed(shape[1:]):
+        strides.insert(0, builder.mul(strides[0], extent))
+    populate_array(
+        made,
+        data=_load(builder, value, begin, context.get_data_type(field.dtype).as_pointer()),
+        shape=shape,
+        strides=strides,
+        itemsize=item,
+        meminfo=None,
+    )
+    return made._getvalue()
+
+
+def _load(builder: ir.IRBuilder, pointer: Any, place: int, word: ir.Type) -> Any:
+    """Load a word, and tell the compiler that it never changes."""
+    at = builder.gep(pointer, [ir.IntType(64)(WORD * place)])
+    loaded = builder.load(builder.bitcast(at, word.as_pointer()))
+    loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return loaded
+
+
+def code_of(kernel: Any, *arguments: Any) -> int:
+    """Return the address of a kernel's code for arguments of these types; compiles it if need be.
+
+    It stays valid as long as the process lives.
+    """
+    signature = tuple(numba.typeof(each) for each in arguments)
+    kernel.compile(signature)
+    compiled = kernel.overloads[signature]
+    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+
+
+def _call(result: types.Type, places: tuple[types.Type, ...], number: types.Type) -> Any:
+    """How to call code that takes NamedTuples by pointer, then a number."""
+    signature = result(types.int64, *places, number)
+
+    def generate(context: Any, builder: ir.IRBuilder, _signature: Any, args: Any) -> Any:
+        pointers = [types.voidptr] * len(places)
+        convention = context.call_conv
+        function = convention.get_function_type(result, (*pointers, number))
+        code = builder.inttoptr(args[0], function.as_pointer())
+        passed = [builder.inttoptr(each, ADDRESS) for each in args[1:-1]]
+        _, found = convention.call_function(
+            builder, code, result, (*pointers, number), [*passed, args[-1]]
+        )
+        return found
+
+    return signature, generate
+
+
+@_intrinsic
+def call_int(
+    _typing: Any, code: Any, model: Any, state: Any, work: Any, record: Any, x: Any
+) -> Any:
+    """Call code ``(Model, State, Work, Record, float) -> int`` by its address and theirs."""
+    return _call(types.int64, (types.int64,) * 4, types.float64)
+
+
+@_intrinsic
+def call_float(_typing: Any, code: Any, model: Any, state: Any, work: Any, x: Any) -> Any:
+    """Call code ``(Model, State, Work, float) -> float`` by its address and theirs."""
+    return _call(types.float64, (types.int64,) * 3, types.float64)
+
+
+@_intrinsic
+def take(_typing: Any, counter: Any) -> Any:
+    """Return the entry of a counter, an array of one integer, and add one to it in one go."""
+
+    def generate(context: Any, builder: ir.IRBuilder, _signature: Any, args: Any) -> Any:
+        array = context.make_array(counter)(context, builder, args[0])
+        return builder.atomic_rmw("add", array.data, ir.IntType(64)(1), "monotonic")
+
+    return types.int64(counter), generate
+
+
+class _Inner(Packed, NamedTuple("_Inner", [("scale", float), ("row", np.ndarray)])):
+    pass
+
+
+class _Outer(Packed, NamedTuple("_Outer", [("on", bool), ("inner", _Inner), ("cube", np.ndarray)])):
+    pass
+
+
+def check() -> None:
+    """Raise an error unless kernels read such a tuple, and call each other by their addresses."""
+
+    @numba.njit
+    def read(outer: Any, other: Any, again: Any, x: float) -> float:
+        outer.inner.row[0] += 1.0
+        total = outer.inner.scale * outer.inner.row[1] + other.cube[1, 0, 2] * again.cube.shape[2]
+        return total + x if outer.on else x
+
+    @numba.njit
+    def call(code: int, address: int, counter: Any) -> float:
+        return call_float(code, address, address, address, 0.5) + take(counter) + take(counter)
+
+    cube, row, counter = np.arange(6.0).reshape(2, 1, 3), np.array([3.0, 7.0]), np.array([4])
+    outer = _Outer(True, _Inner(0.25, row), cube)
+    expected = 0.25 * 7.0 + 5.0 * 3 + 0.5
+    if read(outer, outer, outer, 0.5) != expected or row.tolist() != [4.0, 7.0]:
+        raise RuntimeError("a kernel reads other numbers than a tuple holds")
+    code = code_of(read, outer, outer, outer, 0.5)
+    if call(code, outer.address, counter) != expected + 4 + 5 or counter.tolist() != [6]:
+        raise RuntimeError("a kernel called by its address gives another result")

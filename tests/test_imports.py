@@ -1,0 +1,104 @@
+"""What importing the package loads, and what its first use does."""
+
+import pickle
+import subprocess
+import sys
+
+import gymnasium
+import pytest
+
+import magfold_env as mf
+from magfold_env.envs import ENTRY_POINTS, register_envs
+
+PACKAGE = "import magfold_env"
+PUBLIC = "from magfold_env import *"
+DEPENDENCIES = "import gymnasium, numba, pydantic"
+NEVER = "torch stable_baselines3 pygame matplotlib moviepy PIL joblib ray scipy.stats"
+AT_FIRST_USE = "numba llvmlite scipy pydantic magfold_env.engine magfold_env.scene"
+
+CODE = """
+import sys, time
+begun = time.process_time()
+{statement}
+seconds = time.process_time() - begun
+print(seconds, *(name for name in {names!r}.split() if name in sys.modules))
+"""
+
+
+def _in_a_new_process(code: str) -> str:
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
+    return run.stdout
+
+
+def _loaded(statement: str, names: str) -> tuple[float, list[str]]:
+    """Return the processor time [s] that a statement takes, and which modules came with it."""
+    seconds, *loaded = _in_a_new_process(CODE.format(statement=statement, names=names)).split()
+    return float(seconds), loaded
+
+
+@pytest.mark.parametrize(
+    ("statement", "names"), [(PACKAGE, f"{NEVER} {AT_FIRST_USE}"), (PUBLIC, NEVER)]
+)
+def test_nothing_heavy_is_loaded(statement: str, names: str) -> None:
+    assert _loaded(statement, names)[1] == []
+
+
+@pytest.mark.parametrize(
+    ("statement", "most", "reference"),
+    # Ratios, for a busy machine is not the package's fault; they are about 1.1 and 2.
+    [(PACKAGE, 2.0, "import gymnasium"), (PUBLIC, 4.0, DEPENDENCIES)],
+)
+def test_importing_is_quick(statement: str, most: float, reference: str) -> None:
+    _loaded(statement, "")  # may compile
+    ours, theirs = (min(_loaded(each, "")[0] for _ in range(2)) for each in (statement, reference))
+    assert ours < most * theirs
+
+
+def test_every_public_name_is_there_and_listed() -> None:
+    assert mf.__all__ == sorted(mf.__all__)
+    for name in mf.__all__:
+        assert getattr(mf, name).__name__ == name
+    assert set(mf.__all__) <= set(dir(mf))
+    with pytest.raises(AttributeError, match="module 'magfold_env' has no attribute 'Scenes'"):
+        mf.Scenes  # noqa: B018  # pyright: ignore
+
+
+@pytest.mark.parametrize(
+    ("code", "printed"),
+    [
+        ("import magfold_env.minimiser as e; print(e.__name__)", "magfold_env.minimiser"),
+        ("import magfold_env as mf; print(mf.scene.__name__)", "magfold_env.scene"),
+        (
+            "import magfold_env.simulation.simulate, magfold_env as mf; print(mf.energy.__name__)",
+            "energy",
+        ),
+        ("from magfold_env import files; print(files.__name__)", "magfold_env.files"),
+    ],
+)
+def test_packages_and_functions_keep_their_names(code: str, printed: str) -> None:
+    assert _in_a_new_process(code).strip() == printed
+
+
+def test_environments_are_registered_once() -> None:
+    before = dict(gymnasium.registry)
+    register_envs()
+    assert gymnasium.registry == before
+    assert ENTRY_POINTS.keys() <= before.keys()
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import magfold_env, gymnasium; made = gymnasium.make('MagFold/TubeFeed-v0')",
+        "import gymnasium; made = gymnasium.make('magfold_env:MagFold/TubeFeed-v0')",
+        "import magfold_env, gymnasium; made = gymnasium.make_vec('MagFold/TubeFeed-v0', 2)",
+    ],
+)
+def test_environments_are_found_by_their_ids(code: str) -> None:
+    assert _in_a_new_process(f"{code}; print(made.spec.id)").strip() == "MagFold/TubeFeed-v0"
+
+
+def test_pickles_are_read_where_only_the_package_is_imported() -> None:
+    data = pickle.dumps(mf.Scene(sequence=("NSNS", "SN-N")))
+    code = f"import pickle, magfold_env; print(pickle.loads({data!r}).sequence)"
+    assert _in_a_new_process(code).strip() == "('NSNS', 'SN-N')"
