@@ -18,6 +18,7 @@ from agents.evaluation import episodes, intervals, report
 from agents.settings import EnvSettings
 from agents.training.folder import provenance
 from magfold_env.files import write_text
+from magfold_env.fold import recording
 from magfold_env.render import save_gif
 from magfold_env.replay import page, page_data
 from magfold_env.reporting.plotting import COLOURS, GRID, INK, figure_class, save_figure

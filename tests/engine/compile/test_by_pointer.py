@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from magfold_env.engine.compile.by_pointer import POINTERS, by_pointer
-from magfold_env.engine.compile.pointer_types import address_of
 from magfold_env.engine.compile.jit import allocating_kernel, kernel
+from magfold_env.engine.compile.pointer_types import address_of
 from magfold_env.engine.state import Array, IntArray
-
 
 by_address = pytest.mark.skipif(not POINTERS, reason="tuples are passed on field by field")
 
