@@ -1,4 +1,9 @@
-"""How a step, and an integration, can end."""
+"""How a step, and an integration, can end; and the limits on work that end one."""
+
+from __future__ import annotations
+
+from magfold_env.engine.compile.jit import inlined
+from magfold_env.engine.state import SECOND, SECOND_STEPS, STEPS, TIME, Model, State
 
 # One step.
 ACCEPTED, TOUCHED, RATTLED, TOO_SHORT, BROKEN, UNSOLVABLE = range(6)
@@ -8,3 +13,13 @@ REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, FULL, 
 
 # A chain that had its time to settle and still moves.
 TIMED_OUT = 9
+
+
+@inlined
+def out_of_work(model: Model, state: State) -> bool:
+    """Whether the run, or its present second of simulated time, has had all the steps it may."""
+    if state.clock[TIME] >= state.clock[SECOND] + 1.0:
+        state.clock[SECOND] = state.clock[TIME]
+        state.counter[SECOND_STEPS] = state.counter[STEPS]
+    in_second = state.counter[STEPS] - state.counter[SECOND_STEPS]
+    return state.counter[STEPS] >= model.max_steps or in_second >= model.max_steps_per_second

@@ -1,20 +1,32 @@
 """What the kernels see: NamedTuples of arrays and scalars, in SI units.
 
 Inside the engine a chain is indexed from its inner end, the one that is pinned or held in the
-tube, and a straight chain points along +x. ``engine.pack`` turns a scene into this form.
+tube, and a straight chain points along +x. ``simulation.pack`` turns a scene into this form.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.engine.compile.by_pointer import by_pointer
+from magfold_env.engine.compile.jit import inlined, kernel
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+# Of how many dimensions, and how long; `engine.workspace.zeros` makes them.
+PerBody = Annotated[Array, "n"]
+IntPerBody = Annotated[IntArray, "n"]
+Coordinates = Annotated[Array, "n + 2"]
+PerBox = Annotated[Array, "n + 3"]
+PerRow = Annotated[Array, "rows"]
+IntPerRow = Annotated[IntArray, "rows"]
+PerNode = Annotated[Array, "ranks", "n", "nodes a casing"]
+PerLane = Annotated[Array, "lanes"]
+WideMoments = Annotated[Array, "n", 2, "terms"]  # see `engine.magnets.expansions`
 
 
 @by_pointer
@@ -31,10 +43,10 @@ class Bodies(NamedTuple):
 class Pose(NamedTuple):
     """Where the components are: heading cosines and centres [m], each of shape (n,)."""
 
-    cos: Array
-    sin: Array
-    x: Array
-    y: Array
+    cos: PerBody
+    sin: PerBody
+    x: PerBody
+    y: PerBody
 
 
 @by_pointer
@@ -44,7 +56,7 @@ class Magnets(NamedTuple):
     A casing has eight pole faces, numbered 0-3 (the outer ones, front-left first) and 4-7 (their
     inner counterparts, with the opposite sign). *Ranks* are sets of nodes for whole casings, the
     coarsest first, *levels* those for single pole faces; level 0 is the last rank. See
-    ``engine.magnets`` for how they act together, and ``engine.pair_tables`` for the tables.
+    ``engine.magnets`` for how they act together, and `simulation.pair_tables` for the tables.
     """
 
     strips: bool  # charged rectangles standing on the plane; else point charges
@@ -52,12 +64,12 @@ class Magnets(NamedTuple):
     height2: float  # H² of the first face [m²]
     rank_count: IntArray  # nodes a pole face at every rank, (ranks,)
     rank_radius: Array  # distances of casings within which a rank is in full force, (ranks,) [m]
-    far_radius: float  # casings farther apart are expanded, see ``engine.expansions`` [m]
+    far_radius: float  # casings farther apart are expanded, see `magnets.expansions` [m]
     far_order: int
     group_radius: float  # segments of k components farther apart than k times this are, too [m]
-    group_terms: int  # of their expansion, see ``engine.multipoles``
+    group_terms: int  # of their expansion, see `magnets.multipoles`
     face_moment: Array  # of a magnet with unit charge in the casing's frame, (4, 9) [√(µ0/4π) m^k]
-    face_wide: Array  # those of ``engine.expansions``, (4, 2, terms)
+    face_wide: Array  # those of `magnets.expansions`, (4, 2, terms)
     node_x: Array  # nodes in the casing's frame, (ranks, most nodes a casing) [m]
     node_y: Array
     node_weight: Array  # share of the face's charge, signed for inner faces
@@ -99,7 +111,7 @@ class Field(NamedTuple):
 
 @by_pointer
 class Tables(NamedTuple):
-    """Splines, see ``engine.pair_tables``: face pairs (4 i + j) of unit charge [J/(A·m)²]."""
+    """Splines, see `simulation.pair_tables`: face pairs (4 i + j) of unit charge [J/(A·m)²]."""
 
     end: float  # joint angles from −end to end are covered [rad]; 0: there are none
     one: Array  # (knots + 4, 16)
@@ -140,21 +152,22 @@ class Model(NamedTuple):
 class State(NamedTuple):
     """The moving part; every array is updated in place.
 
-    In ``counter``, `FRESH` (1) has the accelerations found anew, `TOUCHY` counts steps still to be
-    taken by Moreau's scheme, `IN_VAIN` touches in a row with next to no time between; in ``clock``,
-    `BRAKE` is how long the next step may be before a component stops, `LAST_STEP` 0 if there is
-    none to compare with. `SECOND` and `SECOND_STEPS` are of when the present second began.
+    In ``counter``, `FRESH` (1) has the accelerations found anew, `MOREAU_LEFT` counts steps still
+    to be taken by Moreau's scheme, `QUICK_TOUCHES` touches in a row with next to no time between;
+    in ``clock``, `BRAKE` is how long the next step may be before a component stops, `LAST_STEP` 0
+    if there is none to compare with. `SECOND` and `SECOND_STEPS` are of when the present second
+    began.
     """
 
-    q: Array  # headings, then the base, (n + 2,) [rad, m]
-    v: Array  # their rates, (n + 2,) [rad/s, m/s]
-    lock: IntArray  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not; (n,)
-    stuck: IntArray  # 1: held by friction; (n,)
-    counter: IntArray  # (9,)
-    clock: Array  # (7,) [s]
+    q: Coordinates  # headings, then the base [rad, m]
+    v: Coordinates  # their rates [rad/s, m/s]
+    lock: IntPerBody  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not
+    stuck: IntPerBody  # 1: held by friction
+    counter: Annotated[IntArray, 9]
+    clock: Annotated[Array, 7]  # [s]
 
 
-LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, TOUCHY, SECOND_STEPS, IN_VAIN = range(9)
+LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, MOREAU_LEFT, SECOND_STEPS, QUICK_TOUCHES = range(9)
 TIME, STEP, FRAME_TIME, BRAKE, SECOND, LAST_STEP, LAST_ERROR = range(7)
 
 
@@ -163,137 +176,214 @@ class Record(NamedTuple):
     """Frames of a run, taken every ``interval`` seconds; an interval of 0 records nothing."""
 
     interval: float
-    time: Array  # (capacity,)
-    q: Array  # (capacity, n + 2)
-    v: Array  # (capacity, n + 2)
-    lo: IntArray  # (capacity,)
+    time: Annotated[Array, "capacity"]
+    q: Annotated[Array, "capacity", "n + 2"]
+    v: Annotated[Array, "capacity", "n + 2"]
+    lo: Annotated[IntArray, "capacity"]
 
 
 @by_pointer
 class Segments(NamedTuple):
-    """Runs of 1, 2, 4, … components and what they feel from each other, see ``engine.segments``.
+    """Runs of 1, 2, 4, … components and what they feel from each other, see `magnets.segments`.
 
     Row i is component i, row ``start[l] + s`` segment s of level l.
     """
 
-    start: IntArray  # first row of every level, (levels,)
-    charged: IntArray  # 1: has magnets, (rows,)
-    x: Array  # centres, (rows,) [m]
-    y: Array
-    body: Array  # moments in the components' own frames, (n, 9)
-    moment: Array  # and in the world, (rows, 9)
-    local: Array  # derivatives of the others' potential at the centres, (rows, 9)
-    push: Array  # forces on the centres, (rows, 2) [N]
-    stack: IntArray  # levels and segments of pairs yet to be looked at, (depth, 3)
-    top: IntArray  # how many those are, (1,)
-    pair: IntArray  # casings to be summed one by one, (batch, 2)
-    turned: Array  # (4, 10), see `engine.multipoles.act_on_each_other`
+    start: Annotated[IntArray, "levels"]  # first row of every level
+    charged: IntPerRow  # 1: has magnets
+    x: PerRow  # centres [m]
+    y: PerRow
+    body: Annotated[Array, "n", "parts"]  # moments in the components' own frames
+    moment: Annotated[Array, "rows", "parts"]  # and in the world
+    local: Annotated[Array, "rows", "parts"]  # of the others' potential at the centres
+    push: Annotated[Array, "rows", 2]  # forces on the centres [N]
+    stack: Annotated[IntArray, "depth", 3]  # levels and segments of pairs yet to be looked at
+    top: Annotated[IntArray, 1]  # how many those are
+    pair: Annotated[IntArray, "batch", 2]  # casings to be summed one by one
+    turned: Annotated[Array, 4, "pair"]  # see `act_on_each_other`
 
 
 @by_pointer
 class Nodes(NamedTuple):
     """Scratch space of the magnets' sums and splines."""
 
-    faces: IntArray  # charged faces a casing, (n,)
-    along: Array  # nodes of charged faces in their casing's frame, (ranks, n, most a casing) [m]
-    across: Array
-    x: Array  # and in the world
-    y: Array
-    q: Array  # their charges [A·m]
-    half: Array  # half the height of what they stand for [m]
-    body: Array  # moments of ``engine.expansions`` in the casing's frame, (n, 2, terms)
-    moment: Array  # and turned into the world's
-    expanded: Array  # of the shape `engine.expansions.SCRATCH`
+    faces: IntPerBody  # charged faces a casing
+    along: PerNode  # those of charged faces in their casing's frame [m]
+    across: PerNode
+    x: PerNode  # and in the world
+    y: PerNode
+    q: PerNode  # their charges [A·m]
+    half: PerNode  # half the height of what they stand for [m]
+    body: WideMoments  # in the casing's frame
+    moment: WideMoments  # and turned into the world's
+    expanded: Annotated[Array, 9, "terms"]  # of `engine.magnets.expansions`
     segments: Segments
-    lane_x: Array  # sums of the vectorised loops
-    lane_y: Array
-    lane_u: Array
-    spline: Array  # (4, 6) weights of two splines and their slopes
-    row: Array  # (96,) rows of a table, combined
+    lane_x: PerLane  # sums of the vectorised loops
+    lane_y: PerLane
+    lane_u: PerLane
+    spline: Annotated[Array, 4, "spline"]  # weights of two splines and their slopes
+    row: Annotated[Array, "row"]  # rows of a table, combined
 
 
 @by_pointer
 class Rigid(NamedTuple):
     """What pairs do to each other while all joints between them are at their stops."""
 
-    charge: Array  # for which the rest is valid, (n, 4) [A·m]
-    stop: IntArray  # joint k is at its left (1) or right (2) stop, or at none (0); (n,)
-    reach: IntArray  # the last component to which each is rigidly joined, (n,)
-    code: IntArray  # stops between i and i + 1 + k, to base 3; 0: nothing is kept; (n, spans)
-    force: Array  # on i in its own frame [N], torque about its centre [N·m]; (n, spans, 3)
+    charge: Annotated[Array, "n", 4]  # for which the rest is valid [A·m]
+    stop: IntPerBody  # joint k is at its left (1) or right (2) stop, or at none (0)
+    reach: IntPerBody  # the last component to which each is rigidly joined
+    code: Annotated[IntArray, "n", "spans"]  # see `engine.magnets.rigid_pairs`; 0: none kept
+    force: Annotated[Array, "n", "spans", 3]  # on i in its frame [N], torque about its centre
     pose: Pose  # of the two casings for which they are being found
-    charges: Array  # (2, 4)
+    charges: Annotated[Array, 2, 4]
     nodes: Nodes
+
+
+@by_pointer
+class Loads(NamedTuple):
+    """What acts on the components: forces at their centres, torques about them, each (n,)."""
+
+    fx: PerBody  # [N]
+    fy: PerBody
+    torque: PerBody  # [N·m]
+
+
+@by_pointer
+class Centres(NamedTuple):
+    """How the components' centres move, each of shape (n,)."""
+
+    vx: PerBody  # [m/s]
+    vy: PerBody
+    ax: PerBody  # accelerations that remain when those of the coordinates are zero [m/s²]
+    ay: PerBody
+
+
+@by_pointer
+class Recursion(NamedTuple):
+    """Scratch space of the chain's recursions, see `engine.chain`."""
+
+    articulated: Annotated[Array, "n", 7]  # inertias, see `articulated.factor`
+    sweep: Annotated[Array, "sweep", "n"]  # of `recursion.accelerate`
+    hold: PerBody  # torques that keep locked joints [N·m]
+    unlocked: IntPerBody  # zeros: the locks of a chain whose joints all turn
+    force: Coordinates  # generalised, without constraints
+
+
+@by_pointer
+class Stages(NamedTuple):
+    """Scratch space of a Runge-Kutta step, see `engine.stepping.stages`."""
+
+    q: Coordinates  # within the step
+    v: Coordinates
+    new_q: Coordinates  # at its end
+    new_v: Coordinates
+    slope_q: Annotated[Array, "stages", "n + 2"]
+    slope_v: Annotated[Array, "stages", "n + 2"]
+
+
+@by_pointer
+class Boxes(NamedTuple):
+    """Squares, walls and the fixed magnet, each of shape (n + 3,), see `engine.contact.boxes`."""
+
+    x: PerBox  # centres [m]
+    y: PerBox
+    c: PerBox  # axes
+    s: PerBox
+    a: PerBox  # half sizes along them and across [m]
+    b: PerBox
+
+
+@by_pointer
+class Rows(NamedTuple):
+    """Constraints: joint stops, then contacts, then three a component that friction may hold."""
+
+    counts: Annotated[IntArray, 4]  # stops, stops and contacts, all; contacts just let go
+    id: Annotated[IntArray, "rows", 4]  # joint and sign; box, other and its corner; component
+    jacobian: Annotated[Array, "rows", "n + 2"]
+    response: Annotated[Array, "rows", "n + 2"]  # M⁻¹Jᵀ
+    delassus: Annotated[Array, "rows", "rows"]
+    bias: PerRow
+    gap: PerRow  # of contacts, when the step begins [m]
+    multiplier: PerRow
+    passive: IntPerRow
+    equality: IntPerRow
+    order: IntPerRow  # in which passive rows are eliminated
+    trial: PerRow
+    update: PerRow
+    cholesky: Annotated[Array, "rows", "rows"]
+    hopping: IntPerBody  # joints that left their stops for next to no time
 
 
 @by_pointer
 class Newton(NamedTuple):
-    """Scratch space of `engine.friction_solver`, where the names are explained."""
+    """Scratch space of `engine.friction.solver`, where the names are explained."""
 
-    factor: Array  # G, (rows, n + 2)
-    hessian: Array  # (n + 2, n + 2)
-    point: Array  # y, (n + 2,)
-    gradient: Array  # (n + 2,)
-    step: Array  # (n + 2,)
-    scale: Array  # (rows,), as all that follow
-    offset: Array  # w where y is 0
-    rate: Array  # w
-    force: Array  # λ
-    projected: Array  # p
-    normal: Array  # direction of t
-    along: Array  # G step
+    factor: Annotated[Array, "rows", "n + 2"]  # G
+    hessian: Annotated[Array, "n + 2", "n + 2"]
+    point: Coordinates  # y
+    gradient: Coordinates
+    step: Coordinates
+    scale: PerRow
+    offset: PerRow  # w where y is 0
+    rate: PerRow  # w
+    force: PerRow  # λ
+    projected: PerRow  # p
+    normal: PerRow  # direction of t
+    along: PerRow  # G step
+
+
+@by_pointer
+class Friction(NamedTuple):
+    """Scratch space of what friction stops and holds, see `engine.friction`."""
+
+    motion: IntPerBody  # of a component: what becomes of it, see `engine.friction.stopping`
+    braking: PerBody  # when components may stop [s]
+    slow: IntPerBody  # 1: friction is not among the smooth forces, but solved for
+    before: Coordinates  # velocities before components were put to rest
+    change: Coordinates  # of accelerations, by friction that tears loose
+    newton: Newton
+
+
+@by_pointer
+class Moreau(NamedTuple):
+    """Scratch space of a step of Moreau's, see `engine.stepping.moreau`, each (n + 2,)."""
+
+    smooth: Coordinates  # accelerations without constraints, when the step begins
+    middle_q: Coordinates
+    middle_v: Coordinates
+    middle_smooth: Coordinates  # accelerations without constraints, in the middle
+    new_q: Coordinates
+    new_v: Coordinates
 
 
 @by_pointer
 class Work(NamedTuple):
-    """Scratch space of one run, so that steps allocate nothing.
-
-    Rows are constraints: joint stops, then contacts, then three a component that friction may hold.
-    """
+    """Scratch space of one run, so that steps allocate nothing."""
 
     pose: Pose
     nodes: Nodes
     rigid: Rigid
-    fx: Array  # (n,) forces and torques on the components
-    fy: Array
-    torque: Array
-    vx: Array  # (n,) velocities and velocity-dependent accelerations of the centres
-    vy: Array
-    ax: Array
-    ay: Array
-    art: Array  # (n, 7) articulated inertias
-    sweep: Array  # (ROWS, n) of `engine.recursion`
-    hold: Array  # (n,) torques that keep locked joints
-    open: IntArray  # (n,) zeros: the locks of a chain whose joints all turn
-    force: Array  # (n + 2,) generalised, without constraints
-    smooth: Array  # (n + 2,) accelerations without constraints
-    stage_q: Array  # (n + 2,)
-    stage_v: Array
-    new_q: Array
-    new_v: Array
-    slope_q: Array  # (7, n + 2) Runge-Kutta stages
-    slope_v: Array
-    box_x: Array  # (n + 3,) squares, walls, fixed magnet: centre, axis and half sizes
-    box_y: Array
-    box_c: Array
-    box_s: Array
-    box_a: Array
-    box_b: Array
-    row_count: IntArray  # (4,) stops, stops and contacts, all; contacts just let go
-    row_id: IntArray  # (rows, 4)
-    jacobian: Array  # (rows, n + 2)
-    response: Array  # (rows, n + 2) M⁻¹Jᵀ
-    delassus: Array  # (rows, rows)
-    bias: Array  # (rows,)
-    gap: Array  # (rows,) of contacts, when the step begins [m]
-    multiplier: Array  # (rows,)
-    passive: IntArray  # (rows,)
-    equality: IntArray  # (rows,)
-    order: IntArray  # (rows,)
-    mark: IntArray  # (n,)
-    braking: Array  # (n,) when components may stop [s]
-    slow: IntArray  # (n,) 1: friction is not among the smooth forces, but solved for
-    trial: Array  # (rows,)
-    update: Array  # (rows,)
-    cholesky: Array  # (rows, rows)
-    newton: Newton
+    loads: Loads
+    centres: Centres
+    chain: Recursion
+    stages: Stages
+    boxes: Boxes
+    rows: Rows
+    friction: Friction
+    moreau: Moreau
+
+
+@inlined
+def copy(source: Array, target: Array, first: int) -> None:
+    """Copy the entries from ``first`` on: an assignment of whole arrays would allocate."""
+    for k in range(first, source.size):
+        target[k] = source[k]
+
+
+@kernel
+def is_finite(values: Array) -> bool:
+    """Whether every number is."""
+    for value in values:
+        if not math.isfinite(value):
+            return False
+    return True

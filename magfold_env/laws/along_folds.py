@@ -75,7 +75,7 @@ class SteppedSession(Session):
     def _advance(self, until: float) -> bool:
         counter, clock = self._state.counter, self._state.clock
         while True:
-            # The engine's own rule, see `engine.work_cap`.
+            # The engine's own rule, see `engine.outcomes`.
             if clock[TIME] >= self._second + 1.0:
                 self._second, self._second_steps = float(clock[TIME]), int(counter[STEPS])
             if counter[STEPS] - self._second_steps >= self._whole.max_steps_per_second:

@@ -19,7 +19,7 @@ from typing import Self
 
 import numpy as np
 
-from magfold_env.engine.magnets.near_faces import level_pair
+from magfold_env.engine.magnets.pairs import FacePair, level_sum
 from magfold_env.engine.state import Array, IntArray, Nodes
 from magfold_env.engine.state import Magnets as Packed
 from magfold_env.engine.workspace import new_nodes
@@ -234,7 +234,9 @@ def _points_force(magnets: Packed, gap: float, nodes: Nodes) -> float:
     Both have the nodes of level 0: all there are if their number is given.
     """
     width = math.hypot(magnets.face_tx[0], magnets.face_ty[0])
-    return level_pair(magnets, 0, 0, 0, 0.0, gap, width, 0.0, 0.0, 0.0, width, 0.0, False, nodes)[2]
+    half = magnets.face_half[0]
+    faces = FacePair(magnets.even, half, half, 0.0, gap, width, 0.0, width, 0.0)
+    return level_sum(magnets, 0, faces, False, nodes)[2]
 
 
 def rows_at(rows: list[Row], gap: float) -> list[Row]:

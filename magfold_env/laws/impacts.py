@@ -177,15 +177,15 @@ def impact_error(seed: int) -> float | None:
     at_stop = np.flatnonzero(rng.random(n - 1) < share)
     row = 0
     for joint in at_stop:
-        work.row_id[row, :2] = joint + 1, 1 if joints[joint] > 0.0 else -1
+        work.rows.id[row, :2] = joint + 1, 1 if joints[joint] > 0.0 else -1
         row += 1
-    work.row_count[0] = row
+    work.rows.counts[0] = row
     for _ in range(int(rng.integers(0, MOST_CONTACTS + 1))):
         # Rows are linear: for the projection it does not matter how wide the gaps are.
         i = int(rng.integers(0, n - boxes.APART)) if n > boxes.APART else 0
-        work.row_id[row, :3] = i, rng.integers(i + boxes.APART, n), rng.integers(4)
+        work.rows.id[row, :3] = i, rng.integers(i + boxes.APART, n), rng.integers(4)
         row += 1
-    work.row_count[1:] = row
+    work.rows.counts[1:] = row
     free = n + 2 if mount == "free" else n
     before = np.append(rng.normal(0.0, 10.0, n), rng.normal(0.0, 0.3, 2))
     before[free:] = 0.0
@@ -193,7 +193,7 @@ def impact_error(seed: int) -> float | None:
     if not dynamics.project(model, state, after, work, NEVER_SLOW):
         raise ArithmeticError(f"no velocity after the impact of seed {seed}")
     mass = mass_matrix(scene, state.q[:n])[:free, :free]
-    expected, doubt = nearest_admissible(mass, work.jacobian[:row, :free], before[:free])
+    expected, doubt = nearest_admissible(mass, work.rows.jacobian[:row, :free], before[:free])
     if doubt > CERTAIN:
         return None
     off = after[:free] - expected

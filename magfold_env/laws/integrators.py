@@ -17,7 +17,7 @@ import numpy as np
 
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array, Model, Work
-from magfold_env.engine.stepping import dormand_prince
+from magfold_env.engine.stepping import stages as dormand_prince
 from magfold_env.engine.stepping.dynamics import smooth_accelerations
 
 MIDPOINT_ITERATIONS = 100

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.engine.chain import lanes as batch
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array, Bodies
@@ -83,7 +82,7 @@ def random_problem(n: int, seed: int = 0) -> ChainProblem:
 
 
 SCALAR = "magfold, one chain"
-LANES = f"magfold, {batch.LANES} chains at once"
+LANES = f"magfold, {recursion.LANES} chains at once"
 DENSE = "eq. 39 dense, NumPy"
 PINOCCHIO = "Pinocchio aba"
 MUJOCO = "MuJoCo mj_step"
@@ -133,7 +132,7 @@ def repeat_scalar(
 def repeat_lanes(times: int, bodies: Bodies, base: tuple[float, float], lanes: Array) -> None:
     """Do the same for a block of chains."""
     for _ in range(times):
-        batch.accelerate_lanes(bodies, base[0], base[1], lanes)
+        recursion.accelerate_lanes(bodies, base[0], base[1], lanes)
 
 
 def scalar(problem: ChainProblem) -> Contender:
@@ -146,17 +145,18 @@ def scalar(problem: ChainProblem) -> Contender:
 
 
 def lanes(problem: ChainProblem) -> Contender:
-    """`batch.LANES` chains side by side; the first is the problem's, the others move slower."""
+    """`recursion.LANES` chains side by side; the first is the problem's, the others move slower."""
     n, bodies = problem.n, problem.bodies
-    block = batch.new_lanes(batch.LANES, n)[0]
-    slower = 1.0 - np.arange(batch.LANES) / batch.LANES
-    block[:n, batch.HEADING] = np.outer(problem.angles, slower)
-    block[:n, batch.RATE] = np.outer(problem.rates, slower)
-    block[:n, batch.FORCE] = problem.forces[:, None]
+    block = recursion.new_lanes(recursion.LANES, n)[0]
+    slower = 1.0 - np.arange(recursion.LANES) / recursion.LANES
+    block[:n, recursion.HEADING] = np.outer(problem.angles, slower)
+    block[:n, recursion.RATE] = np.outer(problem.rates, slower)
+    block[:n, recursion.FORCE] = problem.forces[:, None]
     times = _times(n, 5_000)
     repeat_lanes(1, bodies, BASE, block)
-    found = block[1:, batch.ACCELERATION, 0].copy()
-    return Contender(found, lambda: repeat_lanes(times, bodies, BASE, block), times * batch.LANES)
+    found = block[1:, recursion.ACCELERATION, 0].copy()
+    runs = times * recursion.LANES
+    return Contender(found, lambda: repeat_lanes(times, bodies, BASE, block), runs)
 
 
 def dense(problem: ChainProblem) -> Contender:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from magfold_env import scene as parts
 from magfold_env.engine.compile.jit import allocating_kernel, inlined
 from magfold_env.engine.magnets import pairs
-from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
+from magfold_env.engine.state import Array, IntArray, Loads, Magnets, Nodes, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.minimiser.lattice import HEADINGS, Ints, Lattice
 from magfold_env.simulation.pack import pack_magnets
@@ -167,6 +167,7 @@ def _fill_energies(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, 
 def _fill_wrenches(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, out: Array) -> None:
     """Fill ``out`` (m, 3, 4, 4); see `_pair_places` and `_pair_charges`."""
     force_x, force_y, torque = np.empty(2), np.empty(2), np.empty(2)
+    loads = Loads(force_x, force_y, torque)
     for p in range(out.shape[0]):
         pose = Pose(places.cos[p], places.sin[p], places.x[p], places.y[p])
         for a in range(FACES):
@@ -174,7 +175,7 @@ def _fill_wrenches(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, 
                 force_x[:] = 0.0
                 force_y[:] = 0.0
                 torque[:] = 0.0
-                pairs.add_forces(0, magnets, charge[a, b], pose, nodes, force_x, force_y, torque)
+                pairs.add_forces(0, magnets, charge[a, b], pose, nodes, loads)
                 out[p, 0, a, b] = force_x[1]
                 out[p, 1, a, b] = force_y[1]
                 out[p, 2, a, b] = torque[1]

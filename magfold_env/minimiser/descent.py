@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from magfold_env.engine.magnets import pairs
-from magfold_env.engine.state import Array, Pose
+from magfold_env.engine.state import Array, Loads, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.minimiser.energies import energy_unit, refuse_field
 from magfold_env.scene import Problem, Scene, SceneError
@@ -188,9 +188,8 @@ class _Potential:
         x, y = np.ascontiguousarray(places.T)
         pose = Pose(np.cos(headings), np.sin(headings), x, y)
         force_x, force_y = np.zeros(n), np.zeros(n)
-        pairs.add_forces(
-            0, self._magnets, self._charge, pose, self._nodes, force_x, force_y, moment
-        )
+        loads = Loads(force_x, force_y, moment)
+        pairs.add_forces(0, self._magnets, self._charge, pose, self._nodes, loads)
         energy = 0.0
         if with_energy:
             energy = float(pairs.energy(0, self._magnets, self._charge, pose, self._nodes))

@@ -111,19 +111,20 @@ class Chains:
         duration
             Longest time to settle [s].
         """
-        arguments = (
-            self._code, self._models.references, self._states.references, self._works.references,
-            reference(self._record), self._counters, self._clocks, self.charge, self.waiting,
-            self.speeds, duration, all_of_it, rows, self.outcomes, self.energies,
-            np.zeros(1, dtype=np.int64),
-        )  # fmt: skip
+        next_row = np.zeros(1, dtype=np.int64)
+        arguments = self._batch(), rows, duration, all_of_it, next_row
         self.team.run(runs.feed_chains, arguments, len(rows))
 
     def find_energies(self, rows: IntArray) -> None:
         """Fill `energies` in for some chains as they are."""
-        runs.energies_of(
+        runs.find_energies(self._batch(), rows)
+
+    def _batch(self) -> runs.Batch:
+        """Return all chains as kernels see them."""
+        return runs.Batch(
             self._code, self._models.references, self._states.references, self._works.references,
-            rows, self.energies,
+            reference(self._record), self._counters, self._clocks, self.charge, self.waiting,
+            self.speeds, self.outcomes, self.energies,
         )  # fmt: skip
 
     def look(

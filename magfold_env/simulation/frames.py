@@ -56,7 +56,7 @@ class Frames:
 
     def take_straight(self, until: float) -> None:
         """Take the frames up to a time [s] of a chain that is all in the tube."""
-        while not recorder.record_rest(self.record, self._model, self._state, until):
+        while not recorder.record_rest(self.record, self._state, until):
             self.empty()
 
     def trajectory(self, view: Orientation) -> Trajectory | None:

@@ -1,4 +1,4 @@
-"""Scene -> arrays. The only room of the engine, with ``session``, that knows what a scene is."""
+"""Scene -> arrays: what the kernels see of a chain, its magnets and the field around it."""
 
 from __future__ import annotations
 
@@ -11,15 +11,13 @@ import numpy as np
 
 from magfold_env.engine.magnets import expansions, multipoles
 from magfold_env.engine.magnets.multipoles import ComplexArray
-from magfold_env.engine.magnets.near_faces import BLEND, LANES
-from magfold_env.engine.state import Array, Bodies, Magnets, Model, Tables
-from magfold_env.scene import SIGNS, Casing, Scene
+from magfold_env.engine.magnets.pairs import BLEND, LANES
+from magfold_env.engine.state import Array, Bodies, Field, Magnets, Model, Tables
+from magfold_env.scene import SIGNS, Casing, FixedMagnet, Scene
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
-from magfold_env.simulation.pack_field import pack_field
-from magfold_env.simulation.pack_rates import typical_rate
 from magfold_env.simulation.pair_tables import build_tables
-from magfold_env.simulation.quadrature import Rule, choose_rule, table_rule
+from magfold_env.simulation.quadrature import Rule, choose_rule, table_rule, widest
 
 # c of the friction ellipsoid, as a share of the side: mean distance of a square's points from
 # its centre, so that pure spin of an evenly pressed square feels its exact friction torque.
@@ -29,6 +27,12 @@ FRICTION_ARM = 0.3826
 TABLE_SHARE = 0.05
 PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to meet
 
+SLOWEST = 1.0  # [rad/s]
+
+_NONE = np.zeros(0)
+NO_FIELD = Field(
+    False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0, False, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
+)
 NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)))
 TURNED = [2, 3, 0, 1]  # faces of a casing that is turned by half a turn
 FACE_ANGLES = np.array([0.25, 0.75, -0.75, -0.25]) * math.pi
@@ -148,16 +152,16 @@ def joint_tables(scene: Scene) -> Tables:
         or scene.solver.method == "paper"
     ):
         return NO_TABLES
-    shape = Shape.of(magnets, reversed_inside(scene))
-    tables, error = _tables_of(scene.casing.side, shape)
+    sizes = MagnetSizes.of(magnets, reversed_inside(scene))
+    tables, error = _tables_of(scene.casing.side, sizes)
     return tables if error <= TABLE_SHARE * magnets.accuracy else NO_TABLES
 
 
 @lru_cache(maxsize=16)
-def _tables_of(side: float, shape: Shape) -> tuple[Tables, float]:
+def _tables_of(side: float, sizes: MagnetSizes) -> tuple[Tables, float]:
     casing = Casing(side=side)
-    rule = table_rule(MagnetsPart(**shape._asdict()))
-    return build_tables(_build(rule, True, side, shape), casing.diagonal)
+    rule = table_rule(MagnetsPart(**sizes._asdict()))
+    return build_tables(_build(rule, True, side, sizes), casing.diagonal)
 
 
 def quadrature_of(
@@ -167,10 +171,10 @@ def quadrature_of(
 
     They are those of a casing that is ``turned`` by half a turn, if asked.
     """
-    return _build(rule, magnets.model == "strips", casing.side, Shape.of(magnets, turned))
+    return _build(rule, magnets.model == "strips", casing.side, MagnetSizes.of(magnets, turned))
 
 
-class Shape(NamedTuple):
+class MagnetSizes(NamedTuple):
     """Sizes of a casing's magnets, four numbers each in the engine's order of faces [m]."""
 
     width: tuple[float, ...]
@@ -179,7 +183,7 @@ class Shape(NamedTuple):
     inset: tuple[float, ...]
 
     @classmethod
-    def of(cls, magnets: MagnetsPart, turned: bool) -> Shape:
+    def of(cls, magnets: MagnetsPart, turned: bool) -> MagnetSizes:
         """Return the sizes of a scene's magnets, maybe those of a casing turned by half a turn."""
         order = TURNED if turned else [0, 1, 2, 3]
         names: tuple[Length, ...] = ("width", "height", "thickness", "inset")
@@ -187,16 +191,16 @@ class Shape(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _build(rule: Rule, strips: bool, side: float, shape: Shape) -> Magnets:
+def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets:
     levels = len(rule.counts)
     most = -(-max(rule.counts) // LANES) * LANES
     node, weight = np.zeros((levels, most)), np.zeros((levels, most))
     for level, count in enumerate(rule.counts):
         node[level, :count], weight[level, :count] = _width_rule(strips, count)
-    outer = side / 2.0 - np.array(shape.inset)
-    distance = np.concatenate([outer, outer - np.array(shape.thickness)])
+    outer = side / 2.0 - np.array(sizes.inset)
+    distance = np.concatenate([outer, outer - np.array(sizes.thickness)])
     angle = np.tile(FACE_ANGLES, 2)
-    width = np.tile(shape.width, 2)
+    width = np.tile(sizes.width, 2)
     face_x, face_y = distance * np.cos(angle), distance * np.sin(angle)
     tangent_x, tangent_y = -np.sin(angle) * width, np.cos(angle) * width
     sign = np.repeat([1.0, -1.0], 4)
@@ -211,16 +215,16 @@ def _build(rule: Rule, strips: bool, side: float, shape: Shape) -> Magnets:
     faces = face_x + 1j * face_y, tangent_x + 1j * tangent_y
     return Magnets(
         strips=strips,
-        even=min(shape.height) == max(shape.height),
-        height2=shape.height[0] ** 2,
+        even=min(sizes.height) == max(sizes.height),
+        height2=sizes.height[0] ** 2,
         rank_count=np.array(rule.ranks, dtype=np.int64),
         rank_radius=np.array(rule.rank_radii),
         far_radius=rule.far * side * math.sqrt(2.0),
         far_order=rule.far_order,
         group_radius=rule.groups * side * math.sqrt(2.0),
         group_terms=multipoles.COUNTS[min(rule.far_order, multipoles.OCTUPOLE)],
-        face_moment=_moments(multipoles.moments, faces, shape),
-        face_wide=_moments(expansions.wide_moments, faces, shape),
+        face_moment=_moments(multipoles.moments, faces, sizes),
+        face_wide=_moments(expansions.wide_moments, faces, sizes),
         node_x=node_x,
         node_y=node_y,
         node_weight=share,
@@ -229,7 +233,7 @@ def _build(rule: Rule, strips: bool, side: float, shape: Shape) -> Magnets:
         face_y=face_y,
         face_tx=tangent_x,
         face_ty=tangent_y,
-        face_half=np.tile(shape.height, 2) / 2.0,
+        face_half=np.tile(sizes.height, 2) / 2.0,
         level_count=np.array(rule.counts, dtype=np.int64),
         level_node=node,
         level_weight=weight,
@@ -242,7 +246,7 @@ def _build(rule: Rule, strips: bool, side: float, shape: Shape) -> Magnets:
 def _moments(
     found: Callable[[ComplexArray, Array, float], Array],
     faces: tuple[ComplexArray, ComplexArray],
-    shape: Shape,
+    sizes: MagnetSizes,
 ) -> Array:
     """Moments of the magnet behind each outer face, that face having unit charge."""
     centre, along = faces
@@ -250,7 +254,7 @@ def _moments(
     offset, part = _width_rule(True, 4)
     share = np.concatenate([part, -part])
     poles = [np.concatenate([centre[g] + offset * along[g] for g in (f, f + 4)]) for f in range(4)]
-    return np.array([found(poles[f], share, shape.height[f]) for f in range(4)])
+    return np.array([found(poles[f], share, sizes.height[f]) for f in range(4)])
 
 
 def _width_rule(strips: bool, count: int) -> tuple[Array, Array]:
@@ -259,3 +263,80 @@ def _width_rule(strips: bool, count: int) -> tuple[Array, Array]:
         x, w = np.polynomial.legendre.leggauss(count)
         return x / 2.0, w / 2.0
     return np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1), np.full(count, 1.0 / count)
+
+
+def pack_field(scene: Scene, magnetic: bool) -> Field:
+    """Return what acts on a chain from outside, if it is ``magnetic``, and may stand in its way."""
+    field, part = scene.field, scene.magnets
+    if field is None or not field.any:
+        return NO_FIELD
+    found = NO_FIELD
+    if part is not None:
+        found = found._replace(present=magnetic, x=field.uniform[0], y=field.uniform[1])
+    magnet = field.magnet
+    if magnet is None:
+        return found
+    if part is not None:
+        found = _with_poles(found, magnet, widest(part))
+    return found._replace(
+        solid=True,
+        centre_x=magnet.position[0],
+        centre_y=magnet.position[1],
+        cos=math.cos(magnet.heading),
+        sin=math.sin(magnet.heading),
+        half_length=magnet.thickness / 2.0,
+        half_width=magnet.width / 2.0,
+    )
+
+
+def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
+    """Return a field with a fixed magnet's pole faces, in strips no wider than the chain's.
+
+    The same nodes then serve both.
+    """
+    strips = math.ceil(magnet.width / widest_face)
+    along = np.array([-math.sin(magnet.heading), math.cos(magnet.heading)]) * magnet.width / strips
+    place = (np.arange(strips) - 0.5 * (strips - 1))[:, None] * along
+    centre = np.concatenate([pole + place for pole in magnet.poles])
+    return field._replace(
+        strip_x=np.ascontiguousarray(centre[:, 0]),
+        strip_y=np.ascontiguousarray(centre[:, 1]),
+        strip_tx=float(along[0]),
+        strip_ty=float(along[1]),
+        strip_q=np.repeat([1.0, -1.0], strips) * magnet.charge / strips,
+        strip_half=magnet.height / 2.0,
+    )
+
+
+def typical_rate(scene: Scene, charge: Array, mass: Array) -> Array:
+    """Return the rate that the strongest force gives one component, the scale of errors [rad/s].
+
+    Parameters
+    ----------
+    scene
+        Its sizes, gravity and field.
+    charge
+        Largest of a pole face [A·m], of any shape.
+    mass
+        Of the component [kg], of the same shape.
+    """
+    acceleration = np.full(mass.shape, math.hypot(*scene.gravity.in_plane))
+    if scene.magnets is not None:
+        # Two charges a magnet's width apart: the order of the force between touching faces.
+        density = charge / widest(scene.magnets)
+        # Beyond the largest number: infinite, not an error.
+        with np.errstate(over="ignore"):
+            force = 1e-7 * density * density
+            if scene.field is not None:
+                force = force + charge * _outer_flux_density(scene)
+            acceleration += force / mass
+    return np.maximum(np.sqrt(acceleration / scene.casing.diagonal), SLOWEST)
+
+
+def _outer_flux_density(scene: Scene) -> float:
+    """Return the order of what acts from outside [T]."""
+    assert scene.field is not None
+    found = math.hypot(*scene.field.uniform)
+    if (magnet := scene.field.magnet) is not None:
+        found += 1e-7 * magnet.charge / magnet.width**2
+    return found

@@ -1,4 +1,4 @@
-"""Build the splines of ``engine.pair_lookup``, once a geometry.
+"""Build the splines of ``engine.magnets.lookup``, once a geometry.
 
 The energy of neighbours depends on the angle of one joint, that of components two apart on two,
 and both are bilinear in the charges of the faces. So the sixteen energies of pairs of faces of
@@ -18,7 +18,7 @@ import numpy as np
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.laws import COULOMB
 from magfold_env.engine.magnets.lookup import DEGREE, PAIRS
-from magfold_env.engine.magnets.near_faces import BLEND, level_pair, refine
+from magfold_env.engine.magnets.pairs import BLEND, FacePair, level_sum, refine
 from magfold_env.engine.state import Array, Magnets, Nodes, Tables
 from magfold_env.engine.workspace import new_nodes
 
@@ -40,21 +40,18 @@ def face_energies(magnets: Magnets, places: Array, nodes: Nodes, out: Array) -> 
         x, y, c, s = places[p, 0], places[p, 1], places[p, 2], places[p, 3]
         for f in range(8):
             ax, ay = magnets.face_x[f], magnets.face_y[f]
-            atx, aty = magnets.face_tx[f], magnets.face_ty[f]
             for g in range(8):
                 bx = x + c * magnets.face_x[g] - s * magnets.face_y[g]
                 by = y + s * magnets.face_x[g] + c * magnets.face_y[g]
-                btx = c * magnets.face_tx[g] - s * magnets.face_ty[g]
-                bty = s * magnets.face_tx[g] + c * magnets.face_ty[g]
-                u = level_pair(magnets, 0, f, g, ax, ay, atx, aty, bx, by, btx, bty, True, nodes)[0]
-                ex, ey = ax - bx, ay - by
-                if math.hypot(ex, ey) < BLEND * magnets.level_radius[1]:
-                    u += refine(
-                        magnets.strips, magnets.even, magnets.face_half[f], magnets.face_half[g],
-                        magnets.level_count, magnets.level_radius,
-                        magnets.level_node, magnets.level_weight, ex, ey, atx, aty, btx, bty, True,
-                        nodes.lane_x, nodes.lane_y, nodes.lane_u,
-                    )[0]  # fmt: skip
+                faces = FacePair(
+                    magnets.even, magnets.face_half[f], magnets.face_half[g],
+                    ax - bx, ay - by, magnets.face_tx[f], magnets.face_ty[f],
+                    c * magnets.face_tx[g] - s * magnets.face_ty[g],
+                    s * magnets.face_tx[g] + c * magnets.face_ty[g],
+                )  # fmt: skip
+                u = level_sum(magnets, 0, faces, True, nodes)[0]
+                if math.hypot(faces.x, faces.y) < BLEND * magnets.level_radius[1]:
+                    u += refine(magnets, faces, True, nodes)[0]
                 sign = COULOMB if (f < 4) == (g < 4) else -COULOMB
                 out[p, 4 * (f % 4) + g % 4] += sign * u
 

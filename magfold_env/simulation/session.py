@@ -10,7 +10,7 @@ from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import code_of, reference, write_down
 from magfold_env.engine.contact import boxes
-from magfold_env.engine.magnets.energies import magnet_energy, potential_energy
+from magfold_env.engine.magnets.chain import magnet_energy, potential_energy
 from magfold_env.engine.state import EVALUATIONS, LO, STEPS, TIME, Array, Model, Record, State, Work
 from magfold_env.engine.stepping import integrator, paper_scheme, runs
 from magfold_env.engine.workspace import new_state, new_work

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.engine.chain import articulated, lanes
-from magfold_env.engine.magnets.energies import magnet_energy
-from magfold_env.engine.magnets.loads import magnet_loads
+from magfold_env.engine.chain import articulated, recursion
+from magfold_env.engine.magnets.chain import magnet_energy, magnet_loads
 from magfold_env.engine.magnets.outer_field import add_magnet_forces
 from magfold_env.engine.workspace import new_work
 from magfold_env.fold import Fold
@@ -77,7 +76,7 @@ def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> 
         magnet_loads(model, flat, new_work(model), loads)
     # A hinge that accelerates upwards is a hinge at rest in a field that pulls down.
     base = (-model.gravity_x, -model.gravity_y)
-    out = lanes.accelerate(model.bodies, base, flat, speeds.reshape(flat.shape), loads)
+    out = recursion.accelerate_many(model.bodies, base, flat, speeds.reshape(flat.shape), loads)
     return out.reshape(headings.shape)
 
 
@@ -124,8 +123,8 @@ def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, Floats,
     q = np.append(np.asarray(angles, dtype=np.float64), [0.0, 0.0])
     articulated.place(0, model.bodies, q, work.pose)
     if model.magnetic:
-        add_magnet_forces(0, model, work.pose, work.nodes, work.fx, work.fy, work.torque)
+        add_magnet_forces(0, model, work.pose, work.nodes, work.loads)
     energy = magnet_energy(0, model, work)
-    force = np.stack([work.fx, work.fy], axis=1)
+    force = np.stack([work.loads.fx, work.loads.fy], axis=1)
     centres = np.stack([work.pose.x, work.pose.y], axis=1)
-    return force, work.torque, centres, energy
+    return force, work.loads.torque, centres, energy

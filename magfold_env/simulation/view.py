@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine.arrays import is_finite
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.engine.state import LO, Array, IntArray
+from magfold_env.engine.state import LO, Array, IntArray, is_finite
 
 
 @kernel

@@ -36,7 +36,6 @@ from magfold_env.benchmarks.magnets.chains import pinned_states
 from magfold_env.benchmarks.magnets.kernels import chain_forces
 from magfold_env.benchmarks.magnets.poses import random_scene
 from magfold_env.benchmarks.magnets.scaling import FOLDED, shapes
-from magfold_env.engine.chain import lanes as batch
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.workspace import new_nodes, new_rigid, new_work
 from magfold_env.files import write_text
@@ -89,9 +88,9 @@ def chain(times: int = 1500) -> Work:
 def lanes() -> Work:
     """The same for many chains side by side."""
     problem = random_problem(COMPONENTS)
-    block = batch.new_lanes(batch.LANES, COMPONENTS)[0]
-    block[:COMPONENTS, batch.HEADING] = problem.angles[:, None]
-    block[:COMPONENTS, batch.RATE] = problem.rates[:, None]
+    block = recursion.new_lanes(recursion.LANES, COMPONENTS)[0]
+    block[:COMPONENTS, recursion.HEADING] = problem.angles[:, None]
+    block[:COMPONENTS, recursion.RATE] = problem.rates[:, None]
     return lambda: repeat_lanes(400, problem.bodies, BASE, block)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed
 from magfold_env.engine.state import LO, STEPS, TIME
 from magfold_env.engine.stepping import integrator
@@ -28,9 +29,9 @@ def states(session: Session) -> Iterator[Session]:
 
 def _advance(session: Session, until: float) -> Iterator[Session]:
     state = session._state
-    outcome = integrator.CAPPED
-    while outcome in {integrator.CAPPED, integrator.FULL}:
+    outcome = outcomes.CAPPED
+    while outcome in {outcomes.CAPPED, outcomes.FULL}:
         model = session._model._replace(max_steps=int(state.counter[STEPS]) + 1)
         outcome = integrator.advance(model, state, session._work, session._frames.record, until)
         yield session
-    assert outcome in {integrator.REACHED, integrator.RESTED}, outcome
+    assert outcome in {outcomes.REACHED, outcomes.RESTED}, outcome

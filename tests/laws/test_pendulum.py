@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from magfold_env.engine.outcomes import REACHED
 from magfold_env.engine.state import STEP, STEPS
-from magfold_env.engine.stepping import dormand_prince, integrator
+from magfold_env.engine.stepping import integrator, stages
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import load_scene
 from magfold_env.simulation.session import Session
@@ -50,8 +50,8 @@ def test_the_fixed_step_converges_with_fifth_order():
     steps = np.array([40, 80, 160])
     errors = np.array([np.abs(fixed_steps(scene, 0.1, int(n)) - exact).max() for n in steps])
     orders = np.log2(errors[:-1] / errors[1:])
-    assert (orders > dormand_prince.ORDER - 0.4).all()
-    assert (orders < dormand_prince.ORDER + 1.0).all()
+    assert (orders > stages.ORDER - 0.4).all()
+    assert (orders < stages.ORDER + 1.0).all()
 
 
 def test_it_agrees_with_scipy_on_the_dense_equation():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.engine.magnets import near_faces
-from magfold_env.engine.magnets import pairs as magnets
+from magfold_env.engine.magnets import pairs
+from magfold_env.engine.magnets.segments import SPREAD
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import folded_words, word_to_angles
@@ -27,10 +27,10 @@ def strip_force(nodes, offset, turn):
     rule = pack_magnets(Scene(sequence=("NNNN",), magnets=Magnets(nodes=nodes)))
     x, y = float(offset[0]), float(offset[1])
     c, s = np.cos(turn), np.sin(turn)
-    _, fx, fy, moment = near_faces.level_pair(
-        rule, 0, 0, 0, x, y, WIDTH * c, WIDTH * s, 0.0, 0.0, WIDTH, 0.0, False, new_nodes(rule, 1)
-    )
-    return np.array([fx, fy]), moment - (x * fy - y * fx)
+    along = WIDTH * c, WIDTH * s
+    faces = pairs.FacePair(True, HEIGHT / 2.0, HEIGHT / 2.0, x, y, *along, WIDTH, 0.0)
+    _, fx, fy, torque = pairs.level_sum(rule, 0, faces, False, new_nodes(rule, 1))
+    return np.array([fx, fy]), torque
 
 
 @pytest.mark.parametrize("aside", [0.0, 0.0015, 0.004, 0.009])
@@ -220,7 +220,7 @@ def test_a_tighter_bound_never_takes_fewer_nodes():
 @pytest.mark.parametrize("bound", [*BOUNDS, 1e-6, 1e-8])
 def test_one_blend_of_ranks_ends_before_the_next_begins(bound):
     radii = choose_rule(Magnets(accuracy=bound)).rank_radii
-    assert all(near * magnets.SPREAD <= far for far, near in pairwise(radii))
+    assert all(near * SPREAD <= far for far, near in pairwise(radii))
 
 
 def test_magnets_nearer_to_each_other_take_more_nodes():

@@ -11,15 +11,7 @@ from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.magnets.chain import add_chain_forces
 from magfold_env.engine.magnets.outer_field import add_field
 from magfold_env.engine.magnets.pairs import add_forces
-from magfold_env.engine.state import Array, IntArray, Magnets, Model, Nodes, Pose, Rigid
-
-
-class Loads(NamedTuple):
-    """Forces [N] and torques about the centres [N·m], each (states, n)."""
-
-    fx: Array
-    fy: Array
-    torque: Array
+from magfold_env.engine.state import Array, IntArray, Loads, Magnets, Model, Nodes, Pose, Rigid
 
 
 class States(NamedTuple):
@@ -50,7 +42,8 @@ def sum_forces(
         for k in range(charge.shape[0]):
             clear(k, out)
             pose = Pose(poses.cos[k], poses.sin[k], poses.x[k], poses.y[k])
-            add_forces(0, magnets, charge[k], pose, nodes, out.fx[k], out.fy[k], out.torque[k])
+            loads = Loads(out.fx[k], out.fy[k], out.torque[k])
+            add_forces(0, magnets, charge[k], pose, nodes, loads)
 
 
 @allocating_kernel
@@ -68,14 +61,12 @@ def chain_forces(
             if not model.magnetic:
                 continue
             pose = Pose(poses.cos[k], poses.sin[k], poses.x[k], poses.y[k])
+            loads, lo = Loads(out.fx[k], out.fy[k], out.torque[k]), states.lo[k]
             add_chain_forces(
-                states.first[k], states.lo[k], model, states.q[k], pose, nodes, rigid,
-                out.fx[k], out.fy[k], out.torque[k],
+                states.first[k], lo, model, states.q[k], pose, nodes, rigid, loads
             )  # fmt: skip
             if model.field.present:
-                add_field(
-                    states.lo[k], model, pose, nodes, out.fx[k], out.fy[k], out.torque[k]
-                )  # fmt: skip
+                add_field(lo, model, pose, nodes, loads)
 
 
 @allocating_kernel

@@ -3,7 +3,7 @@
 It takes the engine's own steps: Dormand and Prince's pair, the same estimate of the error, the same
 rule for the next step, and so the same number of evaluations. What it leaves out is what it cannot
 need, from magnets to contact, friction and recording, and every question whether they are there.
-Accelerations come from `engine.recursion`, the shortest form of the recursion that there is here.
+Accelerations come from `recursion`, the shortest form of the recursion that there is here.
 """
 
 from __future__ import annotations
@@ -13,13 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.engine.arrays import copy
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.compile.by_pointer import by_pointer, write_down
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.state import Array, Bodies
-from magfold_env.engine.stepping.dormand_prince import ERROR, ORDER, STAGES, WEIGHT
-from magfold_env.engine.stepping.stages import LOCAL, SLOW
+from magfold_env.engine.state import Array, Bodies, copy
+from magfold_env.engine.stepping.stages import ERROR, LOCAL, ORDER, SLOW, STAGES, WEIGHT
 from magfold_env.engine.stepping.step_limits import EASY, LONGEST_STEP
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings

@@ -12,8 +12,8 @@ the *base*.
 from __future__ import annotations
 
 from magfold_env.engine.chain.sincos import sincos
-from magfold_env.engine.compile.jit import kernel
-from magfold_env.engine.state import Array, Bodies, IntArray, Pose
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.state import Array, Bodies, Centres, IntArray, Loads, Pose, Recursion
 
 
 @kernel
@@ -56,17 +56,22 @@ def centripetal(lo: int, bodies: Bodies, pose: Pose, v: Array, ax: Array, ay: Ar
         y -= w2 * bodies.length[i] * pose.sin[i]
 
 
+@inlined
+def centre_motion(lo: int, bodies: Bodies, pose: Pose, v: Array, centres: Centres) -> None:
+    """Velocities of the centres, and accelerations that remain when those of ``v`` are zero."""
+    centre_velocities(lo, bodies, pose, v, centres.vx, centres.vy)
+    centripetal(lo, bodies, pose, v, centres.ax, centres.ay)
+
+
 @kernel
-def generalise(
-    lo: int, bodies: Bodies, pose: Pose, fx: Array, fy: Array, torque: Array, out: Array
-) -> None:
+def generalise(lo: int, bodies: Bodies, pose: Pose, loads: Loads, out: Array) -> None:
     """Generalised forces (n + 2,) of forces at the centres [N] and torques about them [N·m]."""
-    n = bodies.mass.size
+    n, fx, fy = bodies.mass.size, loads.fx, loads.fy
     sx, sy = 0.0, 0.0
     for i in range(n - 1, lo - 1, -1):
         c, s = pose.cos[i], pose.sin[i]
         out[i] = (
-            torque[i]
+            loads.torque[i]
             + bodies.reach[i] * (c * fy[i] - s * fx[i])
             + bodies.length[i] * (c * sy - s * sx)
         )
@@ -77,13 +82,14 @@ def generalise(
 
 
 @kernel
-def factor(lo: int, bodies: Bodies, pose: Pose, lock: IntArray, art: Array) -> None:
-    """Sweep from tip to root; ``art`` (n, 7) keeps 1/D, h (2), D and P (xx, xy, yy).
+def factor(lo: int, bodies: Bodies, pose: Pose, lock: IntArray, chain: Recursion) -> None:
+    """Sweep from tip to root; ``chain.articulated`` keeps 1/D, h (2), D and P (xx, xy, yy).
 
     Row i holds them as seen from the inner hinge of component i. A component whose ``lock`` is
     not 0 turns with the one before it, or not at all if it is the first: it is not eliminated
     but carried along, so that locked components move as one rigid body.
     """
+    art = chain.articulated
     pxx, pxy, pyy = 0.0, 0.0, 0.0
     carried, carried_x, carried_y = 0.0, 0.0, 0.0
     for i in range(bodies.mass.size - 1, lo - 1, -1):
@@ -118,16 +124,16 @@ def factor(lo: int, bodies: Bodies, pose: Pose, lock: IntArray, art: Array) -> N
 
 @kernel
 def solve(
-    lo: int, bodies: Bodies, pose: Pose, lock: IntArray, art: Array, free: bool, force: Array,
-    out: Array, hold: Array,
+    lo: int, bodies: Bodies, pose: Pose, lock: IntArray, free: bool, force: Array, out: Array,
+    chain: Recursion,
 ) -> None:  # fmt: skip
     """Solve M(φ) a = Q for generalised forces ``force`` (n + 2,); ``out`` may be ``force``.
 
     Unless ``free``, the base follows its own law and does not accelerate here. The same solve
-    turns impulses into changes of velocity. ``hold`` (n,) gets the torques that keep locked
+    turns impulses into changes of velocity. ``chain.hold`` gets the torques that keep locked
     components, on the outer side of their inner hinges; 0 for the others.
     """
-    n = bodies.mass.size
+    n, art, hold = bodies.mass.size, chain.articulated, chain.hold
     px, py, carried = 0.0, 0.0, 0.0
     for i in range(n - 1, lo - 1, -1):
         d = bodies.length[i]

@@ -103,14 +103,12 @@ def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
         return
     place_all(lo, model, state.q, work.pose)
     for i in range(lo, n):
-        work.fx[i] = -model.bodies.mass[i] * jump
-        work.fy[i] = 0.0
-        work.torque[i] = 0.0
-    articulated.generalise(lo, model.bodies, work.pose, work.fx, work.fy, work.torque, work.force)
-    locks = work.open
-    articulated.factor(lo, model.bodies, work.pose, locks, work.art)
-    articulated.solve(
-        lo, model.bodies, work.pose, locks, work.art, False, work.force, work.force, work.hold
-    )
+        work.loads.fx[i] = -model.bodies.mass[i] * jump
+        work.loads.fy[i] = 0.0
+        work.loads.torque[i] = 0.0
+    bodies, pose, chain, force = model.bodies, work.pose, work.chain, work.chain.force
+    articulated.generalise(lo, bodies, pose, work.loads, force)
+    articulated.factor(lo, bodies, pose, chain.unlocked, chain)
+    articulated.solve(lo, bodies, pose, chain.unlocked, False, force, force, chain)
     for i in range(lo, n):
-        state.v[i] += work.force[i]
+        state.v[i] += force[i]

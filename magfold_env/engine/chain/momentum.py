@@ -19,12 +19,12 @@ def outer_force(lo: int, model: Model, work: Work) -> tuple[float, float, float]
     centre_x, centre_y, _ = centre_of_mass(lo, model, work)
     for i in range(lo, model.n):
         # The loads include inertial forces, which are none.
-        fx = work.fx[i] + model.bodies.mass[i] * work.ax[i]
-        fy = work.fy[i] + model.bodies.mass[i] * work.ay[i]
+        fx = work.loads.fx[i] + model.bodies.mass[i] * work.centres.ax[i]
+        fy = work.loads.fy[i] + model.bodies.mass[i] * work.centres.ay[i]
         x += fx
         y += fy
         twist += (work.pose.x[i] - centre_x) * fy - (work.pose.y[i] - centre_y) * fx
-        twist += work.torque[i]
+        twist += work.loads.torque[i]
     return x, y, twist
 
 
@@ -44,16 +44,18 @@ def centre_of_mass(lo: int, model: Model, work: Work) -> tuple[float, float, flo
 def held_or_walled(model: Model, work: Work) -> bool:
     """Whether something else from outside acts: friction that is solved for, or a wall."""
     for i in range(model.n):
-        if work.slow[i] == 1:
+        if work.friction.slow[i] == 1:
             return True
-    for r in range(work.row_count[0], work.row_count[1]):
-        if work.row_id[r, 1] >= model.n or work.row_id[r, 0] >= model.n:
+    for r in range(work.rows.counts[0], work.rows.counts[1]):
+        if work.rows.id[r, 1] >= model.n or work.rows.id[r, 0] >= model.n:
             return True
     return False
 
 
 @inlined
-def keep_if_left_alone(model: Model, state: State, work: Work, end: Array, time: float) -> None:
+def keep_if_left_alone(
+    model: Model, state: State, work: Work, end: Array, velocity: Array, time: float
+) -> None:
     """As `keep_momentum` if nothing from outside acts but gravity, for so long."""
     lo = state.counter[LO]
     if model.frictional or model.field.present or not is_free(lo, model):
@@ -63,15 +65,16 @@ def keep_if_left_alone(model: Model, state: State, work: Work, end: Array, time:
     push = 0.0
     for i in range(lo, model.n):
         push += model.bodies.mass[i] * time
-    keep_momentum(model, state, work, end, push * model.gravity_x, push * model.gravity_y, 0.0)
+    push_x, push_y = push * model.gravity_x, push * model.gravity_y
+    keep_momentum(model, state, work, end, velocity, push_x, push_y, 0.0)
 
 
 @kernel
 def keep_momentum(
-    model: Model, state: State, work: Work, end: Array,
+    model: Model, state: State, work: Work, end: Array, velocity: Array,
     push_x: float, push_y: float, twist: float,
 ) -> None:  # fmt: skip
-    """Move the new velocity so that only the outer impulses [N·s, N·m·s] changed the momenta.
+    """Move the new ``velocity`` so that only the outer impulses [N·s, N·m·s] changed the momenta.
 
     All else in the step acts between components, and ``end`` is where it ends. The base may be a
     light component that moves fast: the least of its errors carries a heavy one away. Where
@@ -80,13 +83,13 @@ def keep_momentum(
     """
     n, lo = model.n, state.counter[LO]
     before_x, before_y, before, _ = momentum(lo, model, state.q, state.v, work)
-    after_x, after_y, after, inertia = momentum(lo, model, end, work.new_v, work)
+    after_x, after_y, after, inertia = momentum(lo, model, end, velocity, work)
     x, y, mass = centre_of_mass(lo, model, work)
     spin = (before + twist - after) / inertia
     for k in range(lo, n):
-        work.new_v[k] += spin
-    work.new_v[n] += (before_x + push_x - after_x) / mass - spin * (end[n + 1] - y)
-    work.new_v[n + 1] += (before_y + push_y - after_y) / mass + spin * (end[n] - x)
+        velocity[k] += spin
+    velocity[n] += (before_x + push_x - after_x) / mass - spin * (end[n + 1] - y)
+    velocity[n + 1] += (before_y + push_y - after_y) / mass + spin * (end[n] - x)
 
 
 @kernel
@@ -99,13 +102,15 @@ def momentum(
     """
     bodies, pose = model.bodies, work.pose
     articulated.place(lo, bodies, q, pose)
-    articulated.centre_velocities(lo, bodies, pose, v, work.vx, work.vy)
+    articulated.centre_velocities(lo, bodies, pose, v, work.centres.vx, work.centres.vy)
     centre_x, centre_y, _ = centre_of_mass(lo, model, work)
     x, y, angular, inertia = 0.0, 0.0, 0.0, 0.0
     for i in range(lo, model.n):
         m, dx, dy = bodies.mass[i], pose.x[i] - centre_x, pose.y[i] - centre_y
-        x += m * work.vx[i]
-        y += m * work.vy[i]
-        angular += m * (dx * work.vy[i] - dy * work.vx[i]) + bodies.inertia[i] * v[i]
+        x += m * work.centres.vx[i]
+        y += m * work.centres.vy[i]
+        angular += (
+            m * (dx * work.centres.vy[i] - dy * work.centres.vx[i]) + bodies.inertia[i] * v[i]
+        )
         inertia += m * (dx * dx + dy * dy) + bodies.inertia[i]
     return x, y, angular, inertia

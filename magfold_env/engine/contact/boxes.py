@@ -43,31 +43,31 @@ def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
     n = model.n
     half = 0.5 * (1.0 - SHRINK) * model.side - model.rounding
     for i in range(first, n):
-        work.box_x[i] = pose.x[i]
-        work.box_y[i] = pose.y[i]
-        work.box_c[i] = FACE_C * (pose.cos[i] - pose.sin[i])
-        work.box_s[i] = FACE_C * (pose.sin[i] + pose.cos[i])
-        work.box_a[i] = half
-        work.box_b[i] = half
+        work.boxes.x[i] = pose.x[i]
+        work.boxes.y[i] = pose.y[i]
+        work.boxes.c[i] = FACE_C * (pose.cos[i] - pose.sin[i])
+        work.boxes.s[i] = FACE_C * (pose.sin[i] + pose.cos[i])
+        work.boxes.a[i] = half
+        work.boxes.b[i] = half
     if model.tube:
         length = 2.0 * n * model.bodies.length[0]
         radius = wall_rounding(model)
         for k in range(2):
             sign = 1.0 - 2.0 * k
-            work.box_x[n + k] = -0.5 * length
-            work.box_y[n + k] = sign * 0.5 * (model.bore + model.wall)
-            work.box_c[n + k] = 1.0
-            work.box_s[n + k] = 0.0
-            work.box_a[n + k] = 0.5 * length - radius
-            work.box_b[n + k] = 0.5 * model.wall - radius
+            work.boxes.x[n + k] = -0.5 * length
+            work.boxes.y[n + k] = sign * 0.5 * (model.bore + model.wall)
+            work.boxes.c[n + k] = 1.0
+            work.boxes.s[n + k] = 0.0
+            work.boxes.a[n + k] = 0.5 * length - radius
+            work.boxes.b[n + k] = 0.5 * model.wall - radius
     if model.field.solid:
         radius = magnet_rounding(model)
-        work.box_x[n + 2] = model.field.centre_x
-        work.box_y[n + 2] = model.field.centre_y
-        work.box_c[n + 2] = model.field.cos
-        work.box_s[n + 2] = model.field.sin
-        work.box_a[n + 2] = model.field.half_length - radius
-        work.box_b[n + 2] = model.field.half_width - radius
+        work.boxes.x[n + 2] = model.field.centre_x
+        work.boxes.y[n + 2] = model.field.centre_y
+        work.boxes.c[n + 2] = model.field.cos
+        work.boxes.s[n + 2] = model.field.sin
+        work.boxes.a[n + 2] = model.field.half_length - radius
+        work.boxes.b[n + 2] = model.field.half_width - radius
 
 
 @inlined
@@ -96,9 +96,9 @@ def clearance(model: Model, box: int, other: int) -> float:
 @inlined
 def corner(work: Work, box: int, k: int) -> tuple[float, float]:
     """Corner k of a box's core relative to its centre [m]."""
-    a = work.box_a[box] if k in (0, 3) else -work.box_a[box]
-    b = work.box_b[box] if k in (0, 1) else -work.box_b[box]
-    c, s = work.box_c[box], work.box_s[box]
+    a = work.boxes.a[box] if k in (0, 3) else -work.boxes.a[box]
+    b = work.boxes.b[box] if k in (0, 1) else -work.boxes.b[box]
+    c, s = work.boxes.c[box], work.boxes.s[box]
     return c * a - s * b, s * a + c * b
 
 
@@ -110,11 +110,11 @@ def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, floa
     that is inside lies behind the nearest side, and its distance is negative.
     """
     px, py = corner(work, other, k)
-    x = work.box_x[other] + px - work.box_x[box]
-    y = work.box_y[other] + py - work.box_y[box]
-    c, s = work.box_c[box], work.box_s[box]
+    x = work.boxes.x[other] + px - work.boxes.x[box]
+    y = work.boxes.y[other] + py - work.boxes.y[box]
+    c, s = work.boxes.c[box], work.boxes.s[box]
     along, across = c * x + s * y, c * y - s * x
-    a, b = work.box_a[box], work.box_b[box]
+    a, b = work.boxes.a[box], work.boxes.b[box]
     dx = along - min(max(along, -a), a)
     dy = across - min(max(across, -b), b)
     if dx == 0.0 and dy == 0.0:
@@ -144,31 +144,31 @@ def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> floa
     left a thin wall on its far side, where its gap says nothing.
     """
     px, py = corner(work, other, k)
-    x, y = work.box_x[other] - work.box_x[wall], work.box_y[other] - work.box_y[wall]
-    half = work.box_b[wall]
+    x, y = work.boxes.x[other] - work.boxes.x[wall], work.boxes.y[other] - work.boxes.y[wall]
+    half = work.boxes.b[wall]
     side = 1.0 if y > 0.0 else -1.0
     before, behind = side * y - half, half - side * (y + py)
     if before <= 0.0 or behind <= 0.0:
         return -1.0
     where = x + px * before / (before + behind)
-    return behind + clearance(model, wall, other) if abs(where) <= work.box_a[wall] else -1.0
+    return behind + clearance(model, wall, other) if abs(where) <= work.boxes.a[wall] else -1.0
 
 
 @inlined
 def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
     """Cheap test that drops pairs too far apart to touch; ``j >= n`` is an obstacle."""
     reach = model.bodies.length[0] * 1.01
-    dx = work.box_x[i] - work.box_x[j]
-    dy = work.box_y[i] - work.box_y[j]
+    dx = work.boxes.x[i] - work.boxes.x[j]
+    dy = work.boxes.y[i] - work.boxes.y[j]
     if j < model.n:
         return dx * dx + dy * dy < reach * reach
     if j == model.n + 2:
-        c, s = work.box_c[j], work.box_s[j]
+        c, s = work.boxes.c[j], work.boxes.s[j]
         along, across = abs(c * dx + s * dy), abs(c * dy - s * dx)
-        return along < 0.6 * reach + work.box_a[j] and across < 0.6 * reach + work.box_b[j]
+        return along < 0.6 * reach + work.boxes.a[j] and across < 0.6 * reach + work.boxes.b[j]
     return (
-        work.box_x[i] < 0.6 * reach
-        and abs(work.box_y[i] - work.box_y[j]) < 0.6 * reach + work.box_b[j]
+        work.boxes.x[i] < 0.6 * reach
+        and abs(work.boxes.y[i] - work.boxes.y[j]) < 0.6 * reach + work.boxes.b[j]
     )
 
 
@@ -196,13 +196,13 @@ def separation(work: Work, i: int, j: int) -> float:
     widest = -math.inf
     for k in range(2):
         box, other = (i, j) if k == 0 else (j, i)
-        c, s = work.box_c[box], work.box_s[box]
-        x, y = work.box_x[other] - work.box_x[box], work.box_y[other] - work.box_y[box]
-        cos = abs(c * work.box_c[other] + s * work.box_s[other])
-        sin = abs(c * work.box_s[other] - s * work.box_c[other])
-        a, b = work.box_a[other], work.box_b[other]
-        widest = max(widest, abs(c * x + s * y) - work.box_a[box] - (a * cos + b * sin))
-        widest = max(widest, abs(c * y - s * x) - work.box_b[box] - (a * sin + b * cos))
+        c, s = work.boxes.c[box], work.boxes.s[box]
+        x, y = work.boxes.x[other] - work.boxes.x[box], work.boxes.y[other] - work.boxes.y[box]
+        cos = abs(c * work.boxes.c[other] + s * work.boxes.s[other])
+        sin = abs(c * work.boxes.s[other] - s * work.boxes.c[other])
+        a, b = work.boxes.a[other], work.boxes.b[other]
+        widest = max(widest, abs(c * x + s * y) - work.boxes.a[box] - (a * cos + b * sin))
+        widest = max(widest, abs(c * y - s * x) - work.boxes.b[box] - (a * sin + b * cos))
     return widest
 
 

@@ -11,7 +11,7 @@ import math
 
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.friction.solver import solve_with_friction
-from magfold_env.engine.state import Array, IntArray, Work
+from magfold_env.engine.state import Array, Rows, Work
 
 # Rows may repeat each other; a share of the diagonal added to it picks one λ of the many and
 # changes the velocities by as little.
@@ -21,11 +21,10 @@ CANCELLED = 1e-13
 
 
 @kernel
-def solve_passive(
-    count: int, delassus: Array, bias: Array, passive: IntArray, index: IntArray,
-    cholesky: Array, trial: Array, update: Array,
-) -> None:  # fmt: skip
-    """Solve W λ = −b on the passive rows by Cholesky; λ of the others is zero."""
+def solve_passive(count: int, rows: Rows, trial: Array) -> None:
+    """Solve W λ = −b on the passive rows by Cholesky, into ``trial``; λ of the others is zero."""
+    delassus, bias, passive, index = rows.delassus, rows.bias, rows.passive, rows.order
+    cholesky, update = rows.cholesky, rows.update
     size = 0
     for r in range(count):
         trial[r] = 0.0
@@ -65,31 +64,28 @@ def solve_passive(
 
 @kernel
 def solve_equalities(count: int, work: Work) -> None:
-    """Multipliers for w = 0 in the rows marked in ``work.passive``; those of the others are 0."""
-    solve_passive(
-        count, work.delassus, work.bias, work.passive, work.order, work.cholesky,
-        work.multiplier, work.update,
-    )  # fmt: skip
+    """Multipliers for w = 0 in the rows marked as passive; those of the others are 0."""
+    solve_passive(count, work.rows, work.rows.multiplier)
 
 
 @kernel
 def active_sets(count: int, work: Work) -> bool:
-    """Lawson and Hanson's active sets, begun from ``work.passive``."""
-    delassus, bias, lam = work.delassus, work.bias, work.multiplier
-    passive, trial = work.passive, work.trial
+    """Lawson and Hanson's active sets, begun from the rows marked as passive."""
+    delassus, bias, lam = work.rows.delassus, work.rows.bias, work.rows.multiplier
+    passive, trial = work.rows.passive, work.rows.trial
     scale = 0.0
     for r in range(count):
         lam[r] = 0.0
         scale = max(scale, abs(bias[r]))
-        if work.equality[r] == 1:
+        if work.rows.equality[r] == 1:
             passive[r] = 1
     for _ in range(10 * count + 10):
-        solve_passive(count, delassus, bias, passive, work.order, work.cholesky, trial, work.update)
+        solve_passive(count, work.rows, trial)
         # Walk from the feasible λ towards the trial until a row would turn negative.
         fraction = 1.0
         blocking = -1
         for r in range(count):
-            if passive[r] == 1 and work.equality[r] == 0 and trial[r] < 0.0:
+            if passive[r] == 1 and work.rows.equality[r] == 0 and trial[r] < 0.0:
                 f = lam[r] / (lam[r] - trial[r])
                 if f < fraction:
                     fraction = f
@@ -98,7 +94,11 @@ def active_sets(count: int, work: Work) -> bool:
             for r in range(count):
                 lam[r] += fraction * (trial[r] - lam[r])
             for r in range(count):
-                if passive[r] == 1 and work.equality[r] == 0 and (r == blocking or lam[r] < 0.0):
+                if (
+                    passive[r] == 1
+                    and work.rows.equality[r] == 0
+                    and (r == blocking or lam[r] < 0.0)
+                ):
                     lam[r] = 0.0
                     passive[r] = 0
             continue
@@ -125,18 +125,19 @@ def active_sets(count: int, work: Work) -> bool:
 
 @kernel
 def solve_nonnegative(count: int, work: Work) -> bool:
-    """Find λ with λ ≥ 0, w ≥ 0, λ w = 0; rows marked in ``work.equality`` have w = 0, any λ.
+    """Find λ with λ ≥ 0, w ≥ 0, λ w = 0; rows marked as equalities have w = 0, any λ.
 
-    Active sets, begun from ``work.passive``, the guess that is nearly always right; if rounding
-    makes them cycle, begun from nothing, and then by another method. Returns whether it converged.
+    Active sets, begun from those marked as passive, the guess that is nearly always right; if
+    rounding makes them cycle, begun from nothing, and then by another method. Returns whether it
+    converged.
     """
     if active_sets(count, work):
         return True
     for r in range(count):
-        work.passive[r] = 0
+        work.rows.passive[r] = 0
     if active_sets(count, work):
         return True
-    solved = solve_with_friction(count, count, work, work.bias)
+    solved = solve_with_friction(count, count, work, work.rows.bias)
     for r in range(count):
-        work.passive[r] = int(work.equality[r] == 1 or work.multiplier[r] > 0.0)
+        work.rows.passive[r] = int(work.rows.equality[r] == 1 or work.rows.multiplier[r] > 0.0)
     return solved

@@ -1,4 +1,7 @@
-"""Which constraints act in the coming step: found, entered by impact, left, kept from drifting."""
+"""Which constraints act in the coming step: found, entered by impact, left, kept from drifting.
+
+And, for a step of Moreau's, the gaps that may close within it and how fast each may.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.contact.complementarity import solve_equalities
 from magfold_env.engine.state import EVENTS, LO, Array, IntArray, Model, State, Work
-from magfold_env.engine.stepping.dynamics import apply_multipliers, fill_rows, project, rate_of
+from magfold_env.engine.stepping import dynamics
 
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
 SHUT = 1e-10  # [m/s] rates this small are none
@@ -20,6 +23,9 @@ ATTEMPTS = 3  # at the velocities after an impact
 NEAR = 0.25  # of the distance within which contacts act: drifts up to this are none
 ASTRAY = 4.0  # times as far: a correction so far off is none
 SUNK = 1e-4  # share of the side: overlaps that a step's error does not explain
+PUSH_OUT = 0.2  # share of an overlap that one step takes back
+GENTLE = 30.0  # tolerances of a typical rate: overlaps are taken back no faster, since that heats
+REACH = 1.0  # how much faster than the trial velocity a joint may turn after the projection
 OK, IMPACT, CROWDED, UNSOLVED = range(4)
 
 
@@ -29,14 +35,27 @@ def first_joint(lo: int) -> int:
     return max(lo, 1)
 
 
+@inlined
+def joint_rate(lo: int, v: Array, k: int) -> float:
+    """Rate of the angle of joint k, behind component k [rad/s]; what is before ``lo`` is still."""
+    return v[k] - (v[k - 1] if k > lo else 0.0)
+
+
+@inlined
+def place_touching(lo: int, model: Model, q: Array, work: Work) -> None:
+    """Find the pose and the boxes of all that may touch."""
+    place_all(lo, model, q, work.pose)
+    boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
+
+
 @kernel
 def begin_step(model: Model, state: State, work: Work) -> int:
     """Collect the rows of the coming step; impacts happen here.
 
     Returns OK, IMPACT (velocities jumped), CROWDED (more contacts than rows) or UNSOLVED.
     """
-    for kind in range(work.row_count.size):
-        work.row_count[kind] = 0
+    for kind in range(work.rows.counts.size):
+        work.rows.counts[kind] = 0
     if not model.contact:
         return OK
     lo = state.counter[LO]
@@ -44,14 +63,13 @@ def begin_step(model: Model, state: State, work: Work) -> int:
     if rows < 0:
         return CROWDED
     closing = False
-    for r in range(work.row_count[0]):
-        k = work.row_id[r, 0]
-        behind = state.v[k - 1] if k > lo else 0.0
-        closing = closing or (state.v[k] - behind) * work.row_id[r, 1] > 0.0
-    if rows > work.row_count[0]:
+    for r in range(work.rows.counts[0]):
+        k = work.rows.id[r, 0]
+        closing = closing or joint_rate(lo, state.v, k) * work.rows.id[r, 1] > 0.0
+    if rows > work.rows.counts[0]:
         prepare(lo, model, state.v, work)
-        for r in range(work.row_count[0], rows):
-            closing = closing or rate_of(lo, work, r, state.v) < -SHUT
+        for r in range(work.rows.counts[0], rows):
+            closing = closing or dynamics.rate_of(lo, work, r, state.v) < -SHUT
     result = OK
     if closing:
         slow = model.tolerance * model.rate_scale * model.side
@@ -59,7 +77,7 @@ def begin_step(model: Model, state: State, work: Work) -> int:
         attempts = 0
         # An attempt that fails leaves far slower approaches than it found.
         while not solved and attempts < ATTEMPTS:
-            solved = project(model, state, state.v, work, slow)
+            solved = dynamics.project(model, state, state.v, work, slow)
             attempts += 1
         # Where rows all but repeat each other rounding may hide that nothing is left to do.
         if not solved and approaches(lo, rows, state.v, work):
@@ -74,7 +92,7 @@ def begin_step(model: Model, state: State, work: Work) -> int:
 def approaches(lo: int, rows: int, v: Array, work: Work) -> bool:
     """Whether anything that touches still comes nearer."""
     for r in range(rows):
-        if rate_of(lo, work, r, v) < -SHUT:
+        if dynamics.rate_of(lo, work, r, v) < -SHUT:
             return True
     return False
 
@@ -86,14 +104,15 @@ def note_gaps(model: Model, state: State, work: Work) -> bool:
     There they will be kept, so that normals at corners, which turn within a far shorter way than
     `contact.TOUCH`, stay as they are.
     """
-    if work.row_count[1] == work.row_count[0]:
+    if work.rows.counts[1] == work.rows.counts[0]:
         return False
     lo, touch = state.counter[LO], jacobian.TOUCH * model.side
-    place_all(lo, model, state.q, work.pose)
-    boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
-    for r in range(work.row_count[0], work.row_count[1]):
-        gap = boxes.corner_gap(model, work, work.row_id[r, 0], work.row_id[r, 1], work.row_id[r, 2])
-        work.gap[r] = min(max(gap, 0.0), touch)
+    place_touching(lo, model, state.q, work)
+    for r in range(work.rows.counts[0], work.rows.counts[1]):
+        gap = boxes.corner_gap(
+            model, work, work.rows.id[r, 0], work.rows.id[r, 1], work.rows.id[r, 2]
+        )
+        work.rows.gap[r] = min(max(gap, 0.0), touch)
     return True
 
 
@@ -106,44 +125,43 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
     touch. Returns False if a gap is so wrong that something happened within the step.
     """
     lo = state.counter[LO]
-    stops, rows = work.row_count[0], work.row_count[1]
+    stops, rows = work.rows.counts[0], work.rows.counts[1]
     near = NEAR * jacobian.TOUCH * model.side
     for r in range(rows):
         # What pressed at the end of the step; the rest may part.
-        work.passive[r] = int(work.multiplier[r] > 0.0)
+        work.rows.passive[r] = int(work.rows.multiplier[r] > 0.0)
     off = math.inf
     for correction in range(CORRECTIONS + 1):
         for r in range(stops):
             # Exactly at its stop, as it will be left: that moves the squares behind it.
-            k = work.row_id[r, 0]
-            if work.passive[r] == 1:
-                q[k] = q[k - 1] + work.row_id[r, 1] * jacobian.HALF_PI
-        place_all(lo, model, q, work.pose)
-        boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
-        work.row_count[2] = rows
+            k = work.rows.id[r, 0]
+            if work.rows.passive[r] == 1:
+                q[k] = q[k - 1] + work.rows.id[r, 1] * jacobian.HALF_PI
+        place_touching(lo, model, q, work)
+        work.rows.counts[2] = rows
         prepare(lo, model, v, work)
         off = 0.0
         for r in range(rows):
-            work.bias[r] = 0.0
+            work.rows.bias[r] = 0.0
             if r >= stops:
-                box, other, k = work.row_id[r, 0], work.row_id[r, 1], work.row_id[r, 2]
+                box, other, k = work.rows.id[r, 0], work.rows.id[r, 1], work.rows.id[r, 2]
                 gap = boxes.corner_gap(model, work, box, other, k)
                 if gap < -SUNK * model.side:
                     return False
-                if work.passive[r] == 1:
-                    work.bias[r] = gap - work.gap[r]
-                    off = max(off, abs(work.bias[r]))
+                if work.rows.passive[r] == 1:
+                    work.rows.bias[r] = gap - work.rows.gap[r]
+                    off = max(off, abs(work.rows.bias[r]))
         if off < near or correction == CORRECTIONS:
             break
         solve_equalities(rows, work)
-        apply_multipliers(lo, rows, work, q)
+        dynamics.apply_multipliers(lo, rows, work, q)
     # Where constraints all but contradict each other corrections may lead away.
     if off > ASTRAY * near:
         return False
     for r in range(rows):
-        work.bias[r] = rate_of(lo, work, r, v)
+        work.rows.bias[r] = dynamics.rate_of(lo, work, r, v)
     solve_equalities(rows, work)
-    apply_multipliers(lo, rows, work, v)
+    dynamics.apply_multipliers(lo, rows, work, v)
     return True
 
 
@@ -151,10 +169,9 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
 def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
     """Rows of all that touches, stops first; returns their number, −1 if there is no room."""
     collect_stops(lo, model, state, work)
-    place_all(lo, model, state.q, work.pose)
-    boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
-    rows = jacobian.collect_contacts(lo, model, work, work.row_count[0])
-    work.row_count[1] = rows
+    place_touching(lo, model, state.q, work)
+    rows = jacobian.collect_contacts(lo, model, work, work.rows.counts[0])
+    work.rows.counts[1] = rows
     return rows
 
 
@@ -167,63 +184,60 @@ def collect_stops(lo: int, model: Model, state: State, work: Work) -> None:
         if sign == 0:
             angle = state.q[k] - state.q[k - 1]
             side = 1 if angle > 0.0 else -1
-            behind = state.v[k - 1] if k > lo else 0.0
-            inward = (state.v[k] - behind) * side >= 0.0
+            inward = joint_rate(lo, state.v, k) * side >= 0.0
             if inward and abs(angle) >= jacobian.HALF_PI - AT_STOP:
                 sign = side
                 state.lock[k] = sign
                 state.q[k] = state.q[k - 1] + sign * jacobian.HALF_PI
         if sign != 0:
-            work.row_id[row, 0] = k
-            work.row_id[row, 1] = sign
+            work.rows.id[row, 0] = k
+            work.rows.id[row, 1] = sign
             row += 1
-    work.row_count[0] = row
+    work.rows.counts[0] = row
 
 
 @kernel
 def prepare(lo: int, model: Model, v: Array, work: Work) -> None:
     """Jacobians of all rows at the current pose and velocity."""
-    articulated.centre_velocities(lo, model.bodies, work.pose, v, work.vx, work.vy)
-    articulated.centripetal(lo, model.bodies, work.pose, v, work.ax, work.ay)
-    articulated.factor(lo, model.bodies, work.pose, work.open, work.art)
-    fill_rows(lo, model, v, work)
+    articulated.centre_motion(lo, model.bodies, work.pose, v, work.centres)
+    articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
+    dynamics.fill_rows(lo, model, v, work)
 
 
 @kernel
 def leave(lo: int, model: Model, state: State, work: Work) -> None:
     """Drop the rows that are coming apart, and make the rates of kept joints exactly equal."""
-    stops, rows = work.row_count[0], work.row_count[1]
+    stops, rows = work.rows.counts[0], work.rows.counts[1]
     keep = 0
     for r in range(stops):
-        k, sign = work.row_id[r, 0], work.row_id[r, 1]
-        behind = state.v[k - 1] if k > lo else 0.0
-        if (behind - state.v[k]) * sign > OPENING:
+        k, sign = work.rows.id[r, 0], work.rows.id[r, 1]
+        if -joint_rate(lo, state.v, k) * sign > OPENING:
             state.lock[k] = 0
         else:
             move_row(work, r, keep)
             keep += 1
-    work.row_count[0] = keep
+    work.rows.counts[0] = keep
     # What is let go is remembered at the other end of the rows, behind room for friction's.
     dropped = 0
     for r in range(stops, rows):
-        if rate_of(lo, work, r, state.v) <= SHUT:
+        if dynamics.rate_of(lo, work, r, state.v) <= SHUT:
             move_row(work, r, keep)
             keep += 1
-        elif rows + 3 * model.n + dropped < work.bias.size:
-            move_row(work, r, work.bias.size - 1 - dropped)
+        elif rows + 3 * model.n + dropped < work.rows.bias.size:
+            move_row(work, r, work.rows.bias.size - 1 - dropped)
             dropped += 1
-    work.row_count[3] = dropped
-    work.row_count[1] = keep
-    work.row_count[2] = keep
-    work.passive[:keep] = 1
+    work.rows.counts[3] = dropped
+    work.rows.counts[1] = keep
+    work.rows.counts[2] = keep
+    work.rows.passive[:keep] = 1
     hold_joints(lo, model, state.lock, state.q, state.v)
 
 
 @inlined
 def move_row(work: Work, old: int, new: int) -> None:
     """Copy a row's id, entry by entry: an array assignment would allocate."""
-    for k in range(work.row_id.shape[1]):
-        work.row_id[new, k] = work.row_id[old, k]
+    for k in range(work.rows.id.shape[1]):
+        work.rows.id[new, k] = work.rows.id[old, k]
 
 
 @kernel
@@ -248,10 +262,63 @@ def open_joints(lo: int, model: Model, state: State) -> None:
             if abs(angle) > jacobian.HALF_PI:
                 state.q[k] = state.q[k - 1] + math.copysign(jacobian.HALF_PI, angle)
             continue
-        behind = state.v[k - 1] if k > lo else 0.0
         # One that shuts parted within a Moreau step and comes back: a matter for an impact.
-        if abs(behind - state.v[k]) > OPENING:
+        if abs(joint_rate(lo, state.v, k)) > OPENING:
             state.lock[k] = 0
             if (state.q[k] - state.q[k - 1]) * sign > jacobian.HALF_PI:
                 state.q[k] = state.q[k - 1] + sign * jacobian.HALF_PI
     hold_joints(lo, model, state.lock, state.q, state.v)
+
+
+@inlined
+def allowance(model: Model, gap: float, time: float, size: float) -> float:
+    """Return the closing velocity that a gap allows; overlaps are taken back gently.
+
+    ``size`` is that of what closes it: the side of a square [m], 1 for an angle.
+    """
+    if gap >= 0.0:
+        return gap / time
+    return max(PUSH_OUT * gap / time, -GENTLE * model.tolerance * model.rate_scale * size)
+
+
+@kernel
+def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: float) -> int:
+    """Rows of all gaps that could close within the step, their allowances in ``work.rows.bias``.
+
+    Returns their number, −1 if there is no room.
+    """
+    row = 0
+    for k in range(first_joint(lo), model.n):
+        angle = q[k] - q[k - 1]
+        rate = joint_rate(lo, v, k)
+        for sign in (-1, 1):
+            gap = jacobian.HALF_PI - sign * angle
+            if gap - sign * rate * h < REACH * abs(rate) * h + 1e-6:
+                jacobian.stop_row(lo, model, work, row, k, sign)
+                work.rows.bias[row] = allowance(model, gap, h, 1.0)
+                row += 1
+    work.rows.counts[0] = row
+    boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
+    fastest = 0.0
+    for i in range(lo, model.n):
+        fastest = max(fastest, math.sqrt(work.centres.vx[i] ** 2 + work.centres.vy[i] ** 2))
+        fastest = max(fastest, abs(v[i]) * model.side)
+    near = 4.0 * fastest * h + jacobian.TOUCH * model.side
+    for i in range(boxes.first_box(lo), model.n):
+        j = boxes.next_partner(model, lo, i, i)
+        while j < model.n + boxes.OBSTACLES:
+            if boxes.may_touch(model, work, i, j):
+                for c in range(8):
+                    box, other = (i, j) if c < 4 else (j, i)
+                    gap = boxes.corner_gap(model, work, box, other, c % 4)
+                    if gap < near:
+                        if row >= work.rows.bias.size:
+                            return -1
+                        work.rows.id[row, 0] = box
+                        work.rows.id[row, 1] = other
+                        work.rows.id[row, 2] = c % 4
+                        jacobian.contact_row(lo, model, work.pose, work, row, v)
+                        work.rows.bias[row] = allowance(model, gap, h, model.side)
+                        row += 1
+            j = boxes.next_partner(model, lo, i, j)
+    return row

@@ -1,31 +1,19 @@
-"""The moment, inside a step, when something new touches."""
+"""The moment, inside a step, when something new touches; and hops too small to be followed."""
 
 from __future__ import annotations
 
-from magfold_env.engine.chain.feed import place_all
-from magfold_env.engine.compile.jit import kernel
-from magfold_env.engine.contact import boxes, jacobian
-from magfold_env.engine.contact.constraints import first_joint
+from magfold_env.engine.chain import articulated
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact import boxes, constraints, jacobian
+from magfold_env.engine.contact.complementarity import solve_nonnegative
 from magfold_env.engine.state import LO, Array, Model, State, Work
-from magfold_env.engine.stepping.dormand_prince import DENSE, STAGES
+from magfold_env.engine.stepping.dynamics import apply_multipliers, rate_of
+from magfold_env.engine.stepping.stages import interpolate
 
 STALLED = -1.0
 NEAR_ENOUGH = 1e-10  # [rad, or of the side]
 ROUNDING = 1e-14
-
-
-@kernel
-def interpolate(y: Array, slopes: Array, step: float, fraction: float, out: Array) -> None:
-    """Dense output of the step at ``fraction`` of it."""
-    for k in range(y.size):
-        out[k] = y[k]
-    for s in range(STAGES):
-        w = 0.0
-        for j in range(3, -1, -1):
-            w = (w + DENSE[s, j]) * fraction
-        w *= step
-        for k in range(y.size):
-            out[k] += w * slopes[s, k]
+HOP = 0.05  # share of the tolerance by which something may part and touch again unseen
 
 
 @kernel
@@ -37,13 +25,12 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
     """
     lo = state.counter[LO]
     worst = 1.0
-    for k in range(first_joint(lo), model.n):
+    for k in range(constraints.first_joint(lo), model.n):
         if state.lock[k] == 0:
             worst = min(worst, jacobian.HALF_PI - abs(q[k] - q[k - 1]))
     if model.n <= boxes.APART and not (model.tube or model.field.solid):
         return worst
-    place_all(lo, model, q, work.pose)
-    boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
+    constraints.place_touching(lo, model, q, work)
     for i in range(boxes.first_box(lo), model.n):
         j = boxes.next_partner(model, lo, i, i)
         while j < model.n + boxes.OBSTACLES:
@@ -75,8 +62,8 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
     at_high = 1.0
     for k in range(1, 3):
         high = 0.5 * k
-        interpolate(state.q, work.slope_q, step, high, work.stage_q)
-        at_high = margin(model, state, work.stage_q, work)
+        interpolate(state.q, work.stages.slope_q, step, high, work.stages.q)
+        at_high = margin(model, state, work.stages.q, work)
         if at_high < 0.0:
             break
         low, at_low = high, at_high
@@ -95,8 +82,8 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
         middle = high - at_high * (high - low) / (at_high - at_low)
         if not low < middle < high:
             middle = 0.5 * (low + high)
-        interpolate(state.q, work.slope_q, step, middle, work.stage_q)
-        value = margin(model, state, work.stage_q, work)
+        interpolate(state.q, work.stages.slope_q, step, middle, work.stages.q)
+        value = margin(model, state, work.stages.q, work)
         if value >= 0.0:
             low, at_low, left = middle, value, value
             at_high = at_high * 0.5 if kept == 1 else at_high
@@ -106,3 +93,84 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
             at_low = at_low * 0.5 if kept == -1 else at_low
             kept = -1
     return low
+
+
+@kernel
+def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int:
+    """Hold what left its stop, or a square it touched, but would be back before anyone could see.
+
+    An impact throws joints and corners elsewhere off what they touch, and the magnets or the feed
+    then press them shut again: ever smaller hops, each with an impact. Those of less than `HOP` of
+    the tolerance are left out: the velocity becomes the nearest one at which these stay in touch,
+    and what stayed anyway. ``acceleration`` is that of the state. Returns OK, IMPACT
+    (velocities changed) or UNSOLVED: no such velocity was found, they are left to hop, and rows
+    must be filled anew.
+    """
+    lo = state.counter[LO]
+    work.rows.hopping[:] = 0
+    found = False
+    for k in range(constraints.first_joint(lo), model.n):
+        angle = state.q[k] - state.q[k - 1]
+        if state.lock[k] != 0 or abs(angle) < jacobian.HALF_PI - constraints.AT_STOP:
+            continue
+        side = 1 if angle > 0.0 else -1
+        rate = side * constraints.joint_rate(lo, state.v, k)
+        pull = side * constraints.joint_rate(lo, acceleration, k)
+        if pull > 0.0 and rate * rate < 2.0 * pull * HOP * model.tolerance:
+            state.lock[k] = side
+            work.rows.hopping[k] = 1
+            found = True
+    found = mark_hopping_contacts(lo, model, state, work, acceleration) or found
+    if not found:
+        return constraints.OK
+    dropped = work.rows.counts[3]
+    rows = constraints.collect_rows(lo, model, state, work)
+    constraints.prepare(lo, model, state.v, work)
+    for r in range(rows):
+        work.rows.bias[r] = rate_of(lo, work, r, state.v)
+        work.rows.equality[r] = int(r < work.rows.counts[0] or stays(work, r, dropped))
+        work.rows.passive[r] = 1
+    solved = solve_nonnegative(rows, work)
+    if solved:
+        apply_multipliers(lo, rows, work, state.v)
+    else:
+        for k in range(model.n):
+            if work.rows.hopping[k] == 1:
+                state.lock[k] = 0
+        constraints.collect_rows(lo, model, state, work)
+    constraints.leave(lo, model, state, work)
+    return constraints.IMPACT if solved else constraints.UNSOLVED
+
+
+@kernel
+def mark_hopping_contacts(
+    lo: int, model: Model, state: State, work: Work, acceleration: Array
+) -> bool:
+    """Mark the contacts let go that will be back after an unseen hop; whether there are any."""
+    if work.rows.counts[3] == 0:
+        return False
+    found = False
+    constraints.place_touching(lo, model, state.q, work)
+    articulated.centre_motion(lo, model.bodies, work.pose, state.v, work.centres)
+    for d in range(work.rows.counts[3]):
+        r = work.rows.bias.size - 1 - d
+        jacobian.contact_row(lo, model, work.pose, work, r, state.v)
+        rate = rate_of(lo, work, r, state.v)
+        pull = -work.rows.bias[r] - rate_of(lo, work, r, acceleration)
+        hop = pull > 0.0 and rate * rate < 2.0 * pull * HOP * model.tolerance * model.side
+        work.rows.id[r, 3] = int(hop)
+        found = found or hop
+    return found
+
+
+@inlined
+def stays(work: Work, r: int, dropped: int) -> bool:
+    """Whether row r was not let go, or is one that `mark_hopping_contacts` marked."""
+    for d in range(dropped):
+        s = work.rows.bias.size - 1 - d
+        same = work.rows.id[s, 3] == 0
+        for k in range(3):
+            same = same and work.rows.id[s, k] == work.rows.id[r, k]
+        if same:
+            return False
+    return True

@@ -1,6 +1,6 @@
 """Rows for joint stops, and for squares that touch squares or the tube's walls.
 
-A row is a corner of a box that touches another, see ``engine.boxes``; its normal turns
+A row is a corner of a box that touches another, see `boxes`; its normal turns
 continuously when the corner slides off the end of a face, or over another corner.
 """
 
@@ -9,15 +9,7 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.contact.boxes import (
-    OBSTACLES,
-    corner,
-    corner_gap,
-    corner_offset,
-    first_box,
-    may_touch,
-    next_partner,
-)
+from magfold_env.engine.contact import boxes
 from magfold_env.engine.state import Array, Model, Pose, Work
 
 HALF_PI = math.pi / 2.0
@@ -31,28 +23,32 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
     Returns the number of rows, −1 if there is no room for them.
     """
     touch = TOUCH * model.side
-    for i in range(first_box(lo), model.n):
-        j = next_partner(model, lo, i, i)
-        while j < model.n + OBSTACLES:
-            if may_touch(model, work, i, j):
+    for i in range(boxes.first_box(lo), model.n):
+        j = boxes.next_partner(model, lo, i, i)
+        while j < model.n + boxes.OBSTACLES:
+            if boxes.may_touch(model, work, i, j):
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)
-                    if corner_gap(model, work, box, other, c % 4) < touch:
-                        if row >= work.bias.size:
+                    if boxes.corner_gap(model, work, box, other, c % 4) < touch:
+                        if row >= work.rows.bias.size:
                             return -1
-                        work.row_id[row, 0] = box
-                        work.row_id[row, 1] = other
-                        work.row_id[row, 2] = c % 4
+                        work.rows.id[row, 0] = box
+                        work.rows.id[row, 1] = other
+                        work.rows.id[row, 2] = c % 4
                         row += 1
-            j = next_partner(model, lo, i, j)
+            j = boxes.next_partner(model, lo, i, j)
     return row
 
 
 @inlined
 def is_row(work: Work, box: int, other: int, corner: int) -> bool:
     """Whether this corner is one of the step's contacts."""
-    for r in range(work.row_count[0], work.row_count[1]):
-        if work.row_id[r, 0] == box and work.row_id[r, 1] == other and work.row_id[r, 2] == corner:
+    for r in range(work.rows.counts[0], work.rows.counts[1]):
+        if (
+            work.rows.id[r, 0] == box
+            and work.rows.id[r, 1] == other
+            and work.rows.id[r, 2] == corner
+        ):
             return True
     return False
 
@@ -93,13 +89,13 @@ def corner_velocity(
     if other < n:
         vx, vy = v[n], v[n + 1]
         if other >= lo:
-            vx = work.vx[other] - v[other] * oy
-            vy = work.vy[other] + v[other] * ox
+            vx = work.centres.vx[other] - v[other] * oy
+            vy = work.centres.vy[other] + v[other] * ox
     if box < n:
         if box >= lo:
             w = v[box]
-            vx -= work.vx[box]
-            vy -= work.vy[box]
+            vx -= work.centres.vx[box]
+            vy -= work.centres.vy[box]
         else:
             vx -= v[n]
             vy -= v[n + 1]
@@ -111,38 +107,38 @@ def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array)
     """Fill Jacobian and bias of contact row r.
 
     The bias is what of the gap's second derivative is left when all accelerations are zero. Needs
-    `place_boxes`, and `centripetal` accelerations in ``work.ax``, ``work.ay``.
+    `place_boxes`, and `centripetal` accelerations in ``work.centres.ax``, ``work.centres.ay``.
     """
     n = model.n
-    box, other = int(work.row_id[r, 0]), int(work.row_id[r, 1])
-    k = int(work.row_id[r, 2])
-    ux, uy, distance, round_corner = corner_offset(work, box, other, k)
-    c, s = work.box_c[box], work.box_s[box]
+    box, other = int(work.rows.id[r, 0]), int(work.rows.id[r, 1])
+    k = int(work.rows.id[r, 2])
+    ux, uy, distance, round_corner = boxes.corner_offset(work, box, other, k)
+    c, s = work.boxes.c[box], work.boxes.s[box]
     nx, ny = c * ux - s * uy, s * ux + c * uy
-    ox, oy = corner(work, other, k)
-    px, py = work.box_x[other] + ox, work.box_y[other] + oy
-    row = work.jacobian[r]
+    ox, oy = boxes.corner(work, other, k)
+    px, py = work.boxes.x[other] + ox, work.boxes.y[other] + oy
+    row = work.rows.jacobian[r]
     row[:] = 0.0
     add_point(lo, model, pose, row, other, px, py, nx, ny)
     # The same point taken as part of the box: the gap's rate is the point's, seen from the box.
     add_point(lo, model, pose, row, box, px, py, -nx, -ny)
     # n·ẍ seen from the box, x = p − c, with ω̇ = 0: n·(p̈ − c̈) + 2 ω n⊥·ẋ − ω² n·x.
-    x, y = px - work.box_x[box], py - work.box_y[box]
+    x, y = px - work.boxes.x[box], py - work.boxes.y[box]
     vx, vy, w = corner_velocity(lo, model, work, box, other, ox, oy, v)
     ax, ay = 0.0, 0.0
     if lo <= other < n:
         u = v[other]
-        ax = work.ax[other] - u * u * ox
-        ay = work.ay[other] - u * u * oy
+        ax = work.centres.ax[other] - u * u * ox
+        ay = work.centres.ay[other] - u * u * oy
     if lo <= box < n:
-        ax -= work.ax[box]
-        ay -= work.ay[box]
+        ax -= work.centres.ax[box]
+        ay -= work.centres.ay[box]
     bias = nx * ax + ny * ay + 2.0 * w * (nx * vy - ny * vx) - w * w * (nx * x + ny * y)
     if round_corner:
         # Around a corner the normal turns with the point.
         slip = nx * (vy - w * x) - ny * (vx + w * y)
         bias += slip * slip / distance
-    work.bias[r] = bias
+    work.rows.bias[r] = bias
 
 
 @kernel
@@ -151,11 +147,11 @@ def stop_row(lo: int, model: Model, work: Work, r: int, joint: int, sign: int) -
 
     The gap is π/2 − sign·(φ_joint − φ_{joint−1}).
     """
-    row = work.jacobian[r]
+    row = work.rows.jacobian[r]
     row[:] = 0.0
     row[joint] = -sign
     if joint > lo:
         row[joint - 1] = sign
-    work.bias[r] = 0.0
-    work.row_id[r, 0] = joint
-    work.row_id[r, 1] = sign
+    work.rows.bias[r] = 0.0
+    work.rows.id[r, 0] = joint
+    work.rows.id[r, 1] = sign

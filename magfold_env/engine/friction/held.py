@@ -1,11 +1,13 @@
-"""Which resting components friction holds, and when it no longer can."""
+"""Which resting components friction holds, when it no longer can, and when a chain is at rest."""
 
 from __future__ import annotations
 
 import math
 
 from magfold_env.engine.chain import articulated
+from magfold_env.engine.chain.feed import is_free
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact.constraints import first_joint
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.solver import solve_with_friction
 from magfold_env.engine.state import LO, Array, Model, State, Work
@@ -13,6 +15,7 @@ from magfold_env.engine.stepping.dynamics import accelerations, apply_multiplier
 
 SLACK = 0.01  # share of µ g by which a step may end beyond what friction can do
 SLIPPED = 0.03  # and tolerances of a typical rate that it may miss by then
+ROUNDING = 1e-9  # of accelerations, as a share of typical ones
 HELD = 1e-6  # share of µ g: a component that accelerates less is held
 
 
@@ -23,34 +26,36 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     Marks them in ``state.stuck`` and leaves only their rows for the stages to come.
     """
     lo, n = state.counter[LO], model.n
-    rows = work.row_count[1]
+    rows = work.rows.counts[1]
     count = rows
     if model.frictional:
         articulated.place(lo, model.bodies, state.q, work.pose)
-        articulated.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
+        articulated.centre_velocities(
+            lo, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
+        )
         for i in range(lo, n):
             state.stuck[i] = 0
             if law.speed(model, work, state.v, i) <= law.AT_REST:
-                work.row_id[count, 0] = i
+                work.rows.id[count, 0] = i
                 count += 3
-    work.row_count[2] = count
+    work.rows.counts[2] = count
     solved = accelerations(model, state, state.q, state.v, work, out)
     if count == rows:
         return solved
     if not (solved and within_grip(model, work)):
         for r in range(count):
             for k in range(lo, n + 2):
-                out[k] -= work.response[r, k] * work.multiplier[r]
+                out[k] -= work.rows.response[r, k] * work.rows.multiplier[r]
         solved = solve_with_friction(rows, count, work, model.grip)
         apply_multipliers(lo, count, work, out)
     keep = rows
     for r in range(rows, count, 3):
-        i = work.row_id[r, 0]
+        i = work.rows.id[r, 0]
         if acceleration_left(count, work, r) < HELD * model.grip[i] / model.bodies.mass[i]:
             state.stuck[i] = 1
-            work.row_id[keep, 0] = i
+            work.rows.id[keep, 0] = i
             keep += 3
-    work.row_count[2] = keep
+    work.rows.counts[2] = keep
     return solved
 
 
@@ -59,9 +64,9 @@ def acceleration_left(count: int, work: Work, r: int) -> float:
     """Return the acceleration that the multipliers leave in rows r to r + 2 [m/s²]."""
     total = 0.0
     for k in range(3):
-        w = work.bias[r + k]
+        w = work.rows.bias[r + k]
         for c in range(count):
-            w += work.delassus[r + k, c] * work.multiplier[c]
+            w += work.rows.delassus[r + k, c] * work.rows.multiplier[c]
         total += w * w
     return math.sqrt(total)
 
@@ -69,10 +74,10 @@ def acceleration_left(count: int, work: Work, r: int) -> float:
 @kernel
 def within_grip(model: Model, work: Work) -> bool:
     """Whether friction can supply all the forces that would hold the candidates."""
-    lam = work.multiplier
-    for r in range(work.row_count[1], work.row_count[2], 3):
+    lam = work.rows.multiplier
+    for r in range(work.rows.counts[1], work.rows.counts[2], 3):
         size = math.sqrt(lam[r] ** 2 + lam[r + 1] ** 2 + lam[r + 2] ** 2)
-        if size > model.grip[work.row_id[r, 0]]:
+        if size > model.grip[work.rows.id[r, 0]]:
             return False
     return True
 
@@ -85,10 +90,10 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
     much of one, where others would do. So accelerations are compared. What hardly moves within the
     step may be let go after it.
     """
-    rows, count = work.row_count[1], work.row_count[2]
+    rows, count = work.rows.counts[1], work.rows.counts[2]
     if count == rows or within_grip(model, work):
         return False
-    change, bodies = work.stage_v, model.bodies
+    change, bodies = work.friction.change, model.bodies
     for k in range(model.n + 2):
         change[k] = 0.0
     apply_multipliers(lo, count, work, change)
@@ -96,11 +101,101 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
     for k in range(model.n + 2):
         change[k] = -change[k]
     apply_multipliers(lo, count, work, change)
-    articulated.centre_velocities(lo, bodies, work.pose, change, work.fx, work.fy)
+    articulated.centre_velocities(lo, bodies, work.pose, change, work.loads.fx, work.loads.fy)
     missed = SLIPPED * model.tolerance * model.rate_scale * model.side / h
     for i in range(lo, model.n):
-        size = math.sqrt(work.fx[i] ** 2 + work.fy[i] ** 2 + (model.arm * change[i]) ** 2)
+        size = math.sqrt(
+            work.loads.fx[i] ** 2 + work.loads.fy[i] ** 2 + (model.arm * change[i]) ** 2
+        )
         most = model.grip[i] / bodies.mass[i]
         if size > max(HELD * most, min(SLACK * most, missed)):
             return True
     return False
+
+
+@kernel
+def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> bool:
+    """Whether nothing will move again, relative to the base while the tube feeds.
+
+    Either friction holds every component; or no joint turns and none will, because stops press
+    with more than friction could lift, or because rates and accelerations are far below the
+    tolerance and the base does not move by itself. In a field from outside the whole chain must
+    be at rest.
+    """
+    lo, n = state.counter[LO], model.n
+    free = is_free(lo, model)
+    if model.frictional:
+        held = True
+        for i in range(lo, n):
+            held = held and state.stuck[i] == 1
+        if held:
+            state.v[lo:] = 0.0
+            return True
+    # A pinned chain that nothing holds or pulls turns about its pin as a free one turns in space.
+    spins = free or (model.pinned and not model.frictional and not pulled(model))
+    spins = spins and (n > 1 or free) and not model.field.present
+    slow = 1e-3 * model.tolerance
+    turning, speeding_up = relative_motion(lo, n, spins, state.v, acceleration, slow)
+    if free and model.field.present:
+        # Where a field from outside acts, a chain that moves on as one body may bend again.
+        for k in range(n, n + 2):
+            turning = max(turning, abs(state.v[k]) / model.side)
+            speeding_up = max(speeding_up, abs(acceleration[k]) / model.side)
+    rounding = ROUNDING * model.rate_scale**2
+    quiet = turning <= slow
+    quiet = quiet and speeding_up <= max(0.1 * model.tolerance, rounding)
+    if not quiet:
+        return False
+    if not free:
+        # Contacts with the walls end as the base moves on.
+        return lo == 0 or work.rows.counts[1] == work.rows.counts[0]
+    if not model.frictional:
+        return True
+    return stops_press(lo, model, state, work)
+
+
+@inlined
+def pulled(model: Model) -> bool:
+    """Whether gravity acts in the plane."""
+    return model.gravity_x != 0.0 or model.gravity_y != 0.0
+
+
+@kernel
+def relative_motion(
+    lo: int, n: int, spins: bool, v: Array, a: Array, slow: float
+) -> tuple[float, float]:
+    """Largest relative rate [rad/s] and relative angular acceleration [rad/s²] of a joint.
+
+    The first component counts as a joint too unless it ``spins`` freely. No more joints are looked
+    at once one is not ``slow`` [rad/s].
+    """
+    rate, acceleration = 0.0, 0.0
+    for k in range(lo, n):
+        if k > lo:
+            rate = max(rate, abs(v[k] - v[k - 1]))
+            acceleration = max(acceleration, abs(a[k] - a[k - 1]))
+        elif not spins:
+            rate = abs(v[k])
+            acceleration = abs(a[k])
+        if rate > slow:
+            break
+    return rate, acceleration
+
+
+@kernel
+def stops_press(lo: int, model: Model, state: State, work: Work) -> bool:
+    """Whether all joints are at stops that press harder than friction on the floor could lift.
+
+    What slides on as one rigid body then stays one.
+    """
+    grip = 0.0
+    for i in range(lo, model.n):
+        grip += model.grip[i]
+    lift = grip * model.bodies.length[0] * (model.n - lo)
+    for k in range(first_joint(lo), model.n):
+        if state.lock[k] == 0:
+            return False
+    for r in range(work.rows.counts[0]):
+        if work.rows.multiplier[r] < lift:
+            return False
+    return True

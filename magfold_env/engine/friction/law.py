@@ -19,22 +19,22 @@ AT_REST = 1e-13  # [m/s] slower is rounding error
 def speed(model: Model, work: Work, v: Array, i: int) -> float:
     """S of component i [m/s], from the centres' velocities in ``work``."""
     spin = model.arm * v[i]
-    return math.sqrt(work.vx[i] ** 2 + work.vy[i] ** 2 + spin * spin)
+    return math.sqrt(work.centres.vx[i] ** 2 + work.centres.vy[i] ** 2 + spin * spin)
 
 
 @inlined
 def add_sliding(lo: int, model: Model, v: Array, work: Work) -> None:
-    """Add the friction of the moving components to ``work.fx``, ``work.fy``, ``work.torque``.
+    """Add the friction of the moving components to ``work.loads``.
 
-    But for those in ``work.slow``, whose friction is solved for.
+    But for those in ``work.friction.slow``, whose friction is solved for.
     """
     for i in range(lo, model.n):
         s = speed(model, work, v, i)
-        if s > AT_REST and work.slow[i] == 0:
+        if s > AT_REST and work.friction.slow[i] == 0:
             f = model.grip[i] / s
-            work.fx[i] -= f * work.vx[i]
-            work.fy[i] -= f * work.vy[i]
-            work.torque[i] -= f * model.arm * model.arm * v[i]
+            work.loads.fx[i] -= f * work.centres.vx[i]
+            work.loads.fy[i] -= f * work.centres.vy[i]
+            work.loads.torque[i] -= f * model.arm * model.arm * v[i]
 
 
 @inlined
@@ -49,15 +49,15 @@ def friction_rows(lo: int, model: Model, pose: Pose, work: Work, r: int, i: int)
     """Fill rows r to r + 2 with (vx, vy, c ω) of component i; the bias as in `contact_row`."""
     n = model.n
     for k in range(3):
-        work.jacobian[r + k, :] = 0.0
-        work.row_id[r + k, 0] = i
+        work.rows.jacobian[r + k, :] = 0.0
+        work.rows.id[r + k, 0] = i
     for k in range(lo, i + 1):
         d = model.bodies.reach[k] if k == i else model.bodies.length[k]
-        work.jacobian[r, k] = -d * pose.sin[k]
-        work.jacobian[r + 1, k] = d * pose.cos[k]
-    work.jacobian[r, n] = 1.0
-    work.jacobian[r + 1, n + 1] = 1.0
-    work.jacobian[r + 2, i] = model.arm
-    work.bias[r] = work.ax[i]
-    work.bias[r + 1] = work.ay[i]
-    work.bias[r + 2] = 0.0
+        work.rows.jacobian[r, k] = -d * pose.sin[k]
+        work.rows.jacobian[r + 1, k] = d * pose.cos[k]
+    work.rows.jacobian[r, n] = 1.0
+    work.rows.jacobian[r + 1, n + 1] = 1.0
+    work.rows.jacobian[r + 2, i] = model.arm
+    work.rows.bias[r] = work.centres.ax[i]
+    work.rows.bias[r + 1] = work.centres.ay[i]
+    work.rows.bias[r + 2] = 0.0

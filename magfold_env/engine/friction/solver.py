@@ -11,7 +11,10 @@ method finds it. y has as many entries as the chain has coordinates, however man
 and the function stays strictly convex where λ is not unique. Sources: Rockafellar, Math. Oper.
 Res. 1 (1976) 97, for the outer loop; Qi and Sun, Math. Program. 58 (1993) 353, for the inner.
 
-All rows are scaled, see `engine.scaled_rows`.
+All rows are scaled: W gets a unit diagonal, with one factor for the three rows of a component, so
+that projections and tolerances mean the same for angles and lengths; a force is λ / scale. Of the
+forces that can act a contact's pushes, an equality's does either, and the friction of a component
+is in a ball.
 """
 
 from __future__ import annotations
@@ -19,8 +22,6 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.friction.feasible_forces import friction_slope, move_forces, project_forces
-from magfold_env.engine.friction.scaled_rows import factorise, scale_rows
 from magfold_env.engine.state import Array, Work
 
 # What may be left of the accelerations, as a share of the largest bias: usually, and if that is out
@@ -36,16 +37,118 @@ PROGRESS = 0.1
 ROUNDS = 40
 ENOUGH_ROUNDS = 20  # after which what is acceptable will do
 STEPS = 40  # of Newton's method in a round
+RANK = 1e-14  # share of its diagonal to which W is factorised
 HALVINGS = 30
 INEXACT = 0.1  # largest gradient at the end of a round, as a share of what is left
+
+
+@kernel
+def scale_rows(rows: int, count: int, work: Work) -> None:
+    """Factors that bring W to unit diagonal; 0 for rows that no force accelerates."""
+    delassus, scale = work.rows.delassus, work.friction.newton.scale
+    for r in range(rows):
+        scale[r] = 1.0 / math.sqrt(delassus[r, r]) if delassus[r, r] > 0.0 else 0.0
+    for r in range(rows, count, 3):
+        trace = delassus[r, r] + delassus[r + 1, r + 1] + delassus[r + 2, r + 2]
+        for k in range(3):
+            scale[r + k] = 1.0 / math.sqrt(trace) if trace > 0.0 else 0.0
+
+
+@kernel
+def factorise(count: int, work: Work) -> int:
+    """Scaled W = G Gᵀ by Cholesky's method with complete pivoting; return the rank."""
+    delassus, scale, factor = (
+        work.rows.delassus,
+        work.friction.newton.scale,
+        work.friction.newton.factor,
+    )
+    left = work.friction.newton.along
+    for r in range(count):
+        left[r] = delassus[r, r] * scale[r] * scale[r]
+    for k in range(factor.shape[1]):
+        pivot = 0
+        for r in range(count):
+            if left[r] > left[pivot]:
+                pivot = r
+        if left[pivot] <= RANK:
+            return k
+        root = math.sqrt(left[pivot])
+        for r in range(count):
+            total = delassus[r, pivot] * scale[r] * scale[pivot]
+            for m in range(k):
+                total -= factor[r, m] * factor[pivot, m]
+            factor[r, k] = total / root
+            left[r] -= factor[r, k] * factor[r, k]
+        left[pivot] = 0.0
+    return factor.shape[1]
+
+
+@kernel
+def project_forces(rows: int, count: int, work: Work, grip: Array, force: Array) -> None:
+    """Replace ``force`` (count,) by the nearest that can act."""
+    scale = work.friction.newton.scale
+    for r in range(rows):
+        if work.rows.equality[r] == 0 and force[r] < 0.0:
+            force[r] = 0.0
+    for r in range(rows, count, 3):
+        size = math.sqrt(force[r] ** 2 + force[r + 1] ** 2 + force[r + 2] ** 2) * scale[r]
+        radius = grip[work.rows.id[r, 0]]
+        if size > radius:
+            for k in range(r, r + 3):
+                force[k] *= radius / size
+
+
+@kernel
+def friction_slope(r: int, penalty: float, work: Work, grip: Array) -> float:
+    """Share s and direction u: near t the ball of rows r to r + 2 keeps s (1 − u uᵀ) of a change.
+
+    Within the ball s is 1 and u is 0. Returns s and leaves u in ``work.friction.newton.normal``.
+    """
+    newton = work.friction.newton
+    square = 0.0
+    for k in range(r, r + 3):
+        newton.normal[k] = newton.force[k] - penalty * newton.rate[k]
+        square += newton.normal[k] ** 2
+    length = math.sqrt(square)
+    size, radius = length * newton.scale[r], grip[work.rows.id[r, 0]]
+    outside = size > 0.0 and size >= radius
+    for k in range(r, r + 3):
+        newton.normal[k] = newton.normal[k] / length if outside else 0.0
+    if outside:
+        return radius / size
+    return 1.0 if radius > 0.0 else 0.0
+
+
+@kernel
+def move_forces(
+    rows: int, count: int, penalty: float, work: Work, grip: Array, change: Array
+) -> None:  # fmt: skip
+    """Set the forces to the projection of t + ``change`` (count,), to first order.
+
+    The projection of t is in ``projected``.
+    """
+    newton = work.friction.newton
+    for r in range(rows):
+        if work.rows.equality[r] == 1 or newton.projected[r] > 0.0:
+            newton.projected[r] += change[r]
+    for r in range(rows, count, 3):
+        share = friction_slope(r, penalty, work, grip)
+        across = 0.0
+        for k in range(r, r + 3):
+            across += newton.normal[k] * change[k]
+        for k in range(r, r + 3):
+            newton.projected[k] += share * (change[k] - across * newton.normal[k])
+    for r in range(count):
+        newton.force[r] = newton.projected[r]
+    project_forces(rows, count, work, grip, newton.force)
 
 
 @kernel
 def evaluate(
     rows: int, count: int, rank: int, penalty: float, work: Work, grip: Array
 ) -> float:  # fmt: skip
-    """Find w, p and the gradient at ``work.newton.point``; return the size of the gradient."""
-    newton = work.newton
+    """Find w, p and the gradient at y; return the size of the gradient."""
+    newton = work.friction.newton
     factor, point, gradient = newton.factor, newton.point, newton.gradient
     for r in range(count):
         w = newton.offset[r]
@@ -81,14 +184,14 @@ def fill_hessian(
     rows: int, count: int, rank: int, penalty: float, work: Work, grip: Array
 ) -> None:  # fmt: skip
     """1 + σ Gᵀ P G, with P the derivative of the projection at t."""
-    newton = work.newton
+    newton = work.friction.newton
     factor, hessian, mean = newton.factor, newton.hessian, newton.step
     for m in range(rank):
         for k in range(m):
             hessian[m, k] = 0.0
         hessian[m, m] = 1.0
     for r in range(rows):
-        if work.equality[r] == 1 or newton.projected[r] > 0.0:
+        if work.rows.equality[r] == 1 or newton.projected[r] > 0.0:
             add_square(rank, penalty, factor[r], hessian)
     for r in range(rows, count, 3):
         share = friction_slope(r, penalty, work, grip)
@@ -104,7 +207,7 @@ def fill_hessian(
 @kernel
 def newton_step(count: int, rank: int, work: Work) -> None:
     """Solve hessian · step = −gradient by Cholesky's method, and find ``along`` = G step."""
-    newton = work.newton
+    newton = work.friction.newton
     matrix, step = newton.hessian, newton.step
     for m in range(rank):
         for k in range(m + 1):
@@ -135,7 +238,7 @@ def slope_at(
     share: float, rows: int, count: int, rank: int, penalty: float, work: Work, grip: Array
 ) -> float:
     """Find the derivative along the step, after ``share`` of it."""
-    newton = work.newton
+    newton = work.friction.newton
     for r in range(count):
         rate = newton.rate[r] + share * newton.along[r]
         newton.projected[r] = newton.force[r] - penalty * rate
@@ -158,7 +261,7 @@ def step_length(
     """
     start = 0.0
     for m in range(rank):
-        start += work.newton.step[m] * work.newton.gradient[m]
+        start += work.friction.newton.step[m] * work.friction.newton.gradient[m]
     low, low_slope = 0.0, start
     high, high_slope = 1.0, slope_at(1.0, rows, count, rank, penalty, work, grip)
     if high_slope <= -1e-3 * start:
@@ -181,7 +284,7 @@ def begin_round(count: int, rank: int, work: Work) -> None:
 
     So neither the rounding errors of G nor those of σ w stay in the result.
     """
-    newton, lam = work.newton, work.multiplier
+    newton, lam = work.friction.newton, work.rows.multiplier
     for r in range(count):
         lam[r] = newton.scale[r] * newton.force[r]
     for m in range(rank):
@@ -190,9 +293,9 @@ def begin_round(count: int, rank: int, work: Work) -> None:
             total += newton.factor[r, m] * newton.force[r]
         newton.point[m] = total
     for r in range(count):
-        w = work.bias[r]
+        w = work.rows.bias[r]
         for c in range(count):
-            w += work.delassus[r, c] * lam[c]
+            w += work.rows.delassus[r, c] * lam[c]
         newton.rate[r] = w * newton.scale[r]
         newton.offset[r] = newton.rate[r]
         for m in range(rank):
@@ -202,7 +305,7 @@ def begin_round(count: int, rank: int, work: Work) -> None:
 @kernel
 def error_left(rows: int, count: int, work: Work, grip: Array) -> float:
     """Size of the change of the forces by one step of projected gradient descent, 0 at the end."""
-    newton = work.newton
+    newton = work.friction.newton
     for r in range(count):
         newton.projected[r] = newton.force[r] - newton.rate[r]
     project_forces(rows, count, work, grip, newton.projected)
@@ -217,7 +320,7 @@ def minimise(
     rows: int, count: int, rank: int, penalty: float, largest: float, work: Work, grip: Array
 ) -> bool:
     """Find the forces at the smooth function's minimum; False and none if Newton's steps fail."""
-    newton = work.newton
+    newton = work.friction.newton
     for _ in range(STEPS):
         size = evaluate(rows, count, rank, penalty, work, grip)
         moved = 0.0
@@ -242,16 +345,16 @@ def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
     """Find λ with λ ≥ 0, w ≥ 0, λ w = 0 in the first ``rows``, and friction in the others.
 
     Rows from ``rows`` on come in threes, each a friction force in the ball of radius ``grip`` of
-    its component (named in ``work.row_id``), opposed to the acceleration it leaves. Of the first,
-    those marked in ``work.equality`` have w = 0 and any λ. Rows that no force accelerates are left
-    alone. Returns whether the accelerations were found; λ is in ``work.multiplier``.
+    its component (named in ``work.rows.id``), opposed to the acceleration it leaves. Of the first,
+    those marked as equalities have w = 0 and any λ. Rows that no force accelerates are left alone.
+    Returns whether the accelerations were found; λ is in ``work.rows.multiplier``.
     """
-    newton = work.newton
+    newton = work.friction.newton
     scale_rows(rows, count, work)
     rank = factorise(count, work)
     largest = 0.0
     for r in range(count):
-        largest = max(largest, abs(work.bias[r]) * newton.scale[r])
+        largest = max(largest, abs(work.rows.bias[r]) * newton.scale[r])
         newton.force[r] = 0.0
     penalty, left, found = FIRST_PENALTY, math.inf, True
     for done in range(ROUNDS):

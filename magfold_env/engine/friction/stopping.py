@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine.arrays import copy
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -12,7 +11,7 @@ from magfold_env.engine.contact.complementarity import solve_equalities
 from magfold_env.engine.contact.constraints import prepare
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.held import first_accelerations
-from magfold_env.engine.state import BRAKE, LO, Array, Model, State, Work
+from magfold_env.engine.state import BRAKE, LO, Array, Model, State, Work, copy
 from magfold_env.engine.stepping.dynamics import apply_multipliers, rate_of, respond
 
 # Shares of tolerance times side that a component may still slide by: to be put to rest, and to
@@ -37,24 +36,26 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> None:
     of the state, before and after. Steps must not jump over the moment when a component stops:
     ``state.clock[BRAKE]`` bounds the next one.
     """
-    lo, rows = state.counter[LO], work.row_count[1]
+    lo, rows = state.counter[LO], work.rows.counts[1]
     find_motion(lo, model, state, work, out)
     find_braking(lo, model, state, work, out)
-    copy(state.v, work.stage_v, 0)
+    copy(state.v, work.friction.before, 0)
     state.clock[BRAKE] = first_stop(lo, model, work)
     while some_move(lo, model, work):
         if put_to_rest(model, state, work, rows):
             first_accelerations(model, state, work, out)
             dropped = drop_unheld(lo, model, state, work, out)
-            articulated.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
+            articulated.centre_velocities(
+                lo, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
+            )
             if not dropped:
                 state.clock[BRAKE] = first_stop(lo, model, work)
                 return
         else:
             for i in range(lo, model.n):
-                work.mark[i] = GOES_ON
-        copy(work.stage_v, state.v, 0)
-        work.row_count[2] = rows
+                work.friction.motion[i] = GOES_ON
+        copy(work.friction.before, state.v, 0)
+        work.rows.counts[2] = rows
         if not some_move(lo, model, work):
             state.clock[BRAKE] = first_stop(lo, model, work)
             first_accelerations(model, state, work, out)
@@ -62,24 +63,24 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> None:
 
 @kernel
 def find_braking(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
-    """Sort the components into `work.mark`, and when each would stop into `work.braking` [s]."""
+    """Find what becomes of the components, and when each would stop [s]."""
     for i in range(lo, model.n):
-        work.mark[i] = GOES_ON
-        work.braking[i] = math.inf
+        work.friction.motion[i] = GOES_ON
+        work.friction.braking[i] = math.inf
         s = law.speed(model, work, state.v, i)
         slide = law.slide_of(model, work, state.v, i)
         if slide > BRAKING * model.tolerance * model.side:
             continue
         if s <= law.AT_REST:
-            work.mark[i] = RESTS
+            work.friction.motion[i] = RESTS
             continue
         slowing = half_rate(model, work, state.v, acceleration, i)
         if slowing < 0.0:
-            work.braking[i] = -0.9 * s * s / slowing
+            work.friction.braking[i] = -0.9 * s * s / slowing
             if slide < TURNING * model.tolerance * model.side:
-                work.mark[i] = TURNS
+                work.friction.motion[i] = TURNS
             elif slide < STOPPED * model.tolerance * model.side:
-                work.mark[i] = STOPS
+                work.friction.motion[i] = STOPS
 
 
 @inlined
@@ -87,8 +88,8 @@ def first_stop(lo: int, model: Model, work: Work) -> float:
     """Time until the first component that goes on may stop [s]."""
     soonest = math.inf
     for i in range(lo, model.n):
-        if work.mark[i] == GOES_ON:
-            soonest = min(soonest, work.braking[i])
+        if work.friction.motion[i] == GOES_ON:
+            soonest = min(soonest, work.friction.braking[i])
     return soonest
 
 
@@ -96,7 +97,7 @@ def first_stop(lo: int, model: Model, work: Work) -> float:
 def some_move(lo: int, model: Model, work: Work) -> bool:
     """Whether any of the components to be put to rest still moves."""
     for i in range(lo, model.n):
-        if work.mark[i] == STOPS or work.mark[i] == TURNS:
+        if work.friction.motion[i] == STOPS or work.friction.motion[i] == TURNS:
             return True
     return False
 
@@ -106,18 +107,27 @@ def drop_unheld(lo: int, model: Model, state: State, work: Work, acceleration: A
     """Let those go on that friction does not hold, but for those that turn back; whether any.
 
     A component turns back if from rest it accelerates against its velocity before, which is in
-    ``work.stage_v``.
+    ``work.friction.before``.
     """
     bodies, pose = model.bodies, work.pose
-    articulated.centre_velocities(lo, bodies, pose, work.stage_v, work.vx, work.vy)
-    articulated.centre_velocities(lo, bodies, pose, acceleration, work.fx, work.fy)
-    articulated.centripetal(lo, bodies, pose, state.v, work.ax, work.ay)
+    articulated.centre_velocities(
+        lo, bodies, pose, work.friction.before, work.centres.vx, work.centres.vy
+    )
+    articulated.centre_velocities(lo, bodies, pose, acceleration, work.loads.fx, work.loads.fy)
+    articulated.centripetal(lo, bodies, pose, state.v, work.centres.ax, work.centres.ay)
     dropped = False
     for i in range(lo, model.n):
-        if state.stuck[i] == 1 or work.mark[i] == GOES_ON or work.mark[i] == RESTS:
+        if (
+            state.stuck[i] == 1
+            or work.friction.motion[i] == GOES_ON
+            or work.friction.motion[i] == RESTS
+        ):
             continue
-        if work.mark[i] == STOPS or half_rate(model, work, work.stage_v, acceleration, i) > 0.0:
-            work.mark[i] = GOES_ON
+        if (
+            work.friction.motion[i] == STOPS
+            or half_rate(model, work, work.friction.before, acceleration, i) > 0.0
+        ):
+            work.friction.motion[i] = GOES_ON
             dropped = True
     return dropped
 
@@ -135,7 +145,7 @@ def creeps(model: Model, state: State, work: Work, acceleration: Array) -> bool:
     find_motion(lo, model, state, work, acceleration)
     for i in range(lo, model.n):
         if is_creeper(model, state, work, i):
-            ax, ay = work.fx[i] + work.ax[i], work.fy[i] + work.ay[i]
+            ax, ay = work.loads.fx[i] + work.centres.ax[i], work.loads.fy[i] + work.centres.ay[i]
             spin = model.arm * acceleration[i]
             drive = math.sqrt(ax * ax + ay * ay + spin * spin)
             if drive * model.bodies.mass[i] < GENTLE * model.grip[i]:
@@ -170,27 +180,27 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
     lo = state.counter[LO]
     count = rows
     for i in range(lo, model.n):
-        if work.mark[i] != GOES_ON:
-            work.row_id[count, 0] = i
+        if work.friction.motion[i] != GOES_ON:
+            work.rows.id[count, 0] = i
             count += 3
-    work.row_count[2] = count
+    work.rows.counts[2] = count
     prepare(lo, model, state.v, work)
     for r in range(rows, count, 3):
-        law.friction_rows(lo, model, work.pose, work, r, work.row_id[r, 0])
+        law.friction_rows(lo, model, work.pose, work, r, work.rows.id[r, 0])
     respond(lo, model, work, rows, count)
     for r in range(count):
-        work.bias[r] = rate_of(lo, work, r, state.v)
-        work.passive[r] = 1
+        work.rows.bias[r] = rate_of(lo, work, r, state.v)
+        work.rows.passive[r] = 1
     solve_equalities(count, work)
     if drags_along(lo, model, state, work, count):
         return False
     apply_multipliers(lo, count, work, state.v)
     for r in range(count):
         # A chain held both in the tube and by the floor may leave no such velocity.
-        if abs(rate_of(lo, work, r, state.v)) > UNMET * (1.0 if r < work.row_count[0] else 0.01):
+        if abs(rate_of(lo, work, r, state.v)) > UNMET * (1.0 if r < work.rows.counts[0] else 0.01):
             return False
     for i in range(lo, model.n):
-        if work.mark[i] != GOES_ON:
+        if work.friction.motion[i] != GOES_ON:
             state.v[i] = 0.0
     return True
 
@@ -203,11 +213,11 @@ def drags_along(lo: int, model: Model, state: State, work: Work, count: int) -> 
     """
     own, lost = 0.0, 0.0
     for i in range(lo, model.n):
-        if work.mark[i] != GOES_ON:
+        if work.friction.motion[i] != GOES_ON:
             own += model.bodies.mass[i] * law.speed(model, work, state.v, i) ** 2
     for r in range(count):
         for c in range(count):
-            lost += work.multiplier[r] * work.delassus[r, c] * work.multiplier[c]
+            lost += work.rows.multiplier[r] * work.rows.delassus[r, c] * work.rows.multiplier[c]
     return lost > DRAGGED * own
 
 
@@ -215,16 +225,17 @@ def drags_along(lo: int, model: Model, state: State, work: Work, count: int) -> 
 def find_motion(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
     """Velocities and accelerations of the centres, the latter in two parts: ``fx`` and ``ax``."""
     place_all(lo, model, state.q, work.pose)
-    articulated.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
-    articulated.centripetal(lo, model.bodies, work.pose, state.v, work.ax, work.ay)
-    articulated.centre_velocities(lo, model.bodies, work.pose, acceleration, work.fx, work.fy)
+    articulated.centre_motion(lo, model.bodies, work.pose, state.v, work.centres)
+    articulated.centre_velocities(
+        lo, model.bodies, work.pose, acceleration, work.loads.fx, work.loads.fy
+    )
 
 
 @inlined
 def half_rate(model: Model, work: Work, v: Array, acceleration: Array, i: int) -> float:
     """Half the rate of change of component i's squared speed [m²/s³], see `stop_slow`."""
     return (
-        work.vx[i] * (work.fx[i] + work.ax[i])
-        + work.vy[i] * (work.fy[i] + work.ay[i])
+        work.centres.vx[i] * (work.loads.fx[i] + work.centres.ax[i])
+        + work.centres.vy[i] * (work.loads.fy[i] + work.centres.ay[i])
         + model.arm * model.arm * v[i] * acceleration[i]
     )

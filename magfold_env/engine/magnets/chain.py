@@ -3,39 +3,27 @@
 Neighbours and components two apart are looked up in splines of their joints' angles; all other
 pairs are summed. Where every joint between two components is at its stop their relative pose is
 fixed, and what they do to each other is found once and kept. The forces are the gradient of
-`chain_energy`, which is that of ``engine.magnets`` to within the splines' error.
-
-What runs at every evaluation takes arrays one by one: fields of tuples may be loaded anew within
-loops.
+`chain_energy`, which is that of ``pairs`` to within the splines' error.
 """
 
 from __future__ import annotations
 
 import math
 
+from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.magnets.lookup import one_energy, one_slope, two_energy, two_slopes
-from magfold_env.engine.magnets.pairs import (
-    act,
-    add_forces,
-    casing_pair,
-    energy,
-    far_pair,
-    near_pair,
-    spread_charges,
-    spread_nodes,
-)
+from magfold_env.engine.magnets import lookup, outer_field, pairs
 from magfold_env.engine.magnets.rigid_pairs import find_stops, is_rigid, renew
 from magfold_env.engine.magnets.segments import begin, finish, list_pairs
-from magfold_env.engine.state import Array, IntArray, Model, Nodes, Pose, Rigid
+from magfold_env.engine.state import Array, Loads, Model, Nodes, Pose, Rigid, Work, copy
 
 TABLED = 2  # components at most so far apart are looked up
 
 
 @kernel
 def add_chain_forces(
-    first: int, lo: int, model: Model, q: Array, pose: Pose,
-    nodes: Nodes, rigid: Rigid, fx: Array, fy: Array, torque: Array,
+    first: int, lo: int, model: Model, q: Array, pose: Pose, nodes: Nodes, rigid: Rigid,
+    loads: Loads,
 ) -> None:  # fmt: skip
     """Add the magnets' forces [N] and torques [N·m] on components ``lo`` on.
 
@@ -44,12 +32,12 @@ def add_chain_forces(
     the headings ``q``.
     """
     if not (model.contact and model.magnets.tables.end > 0.0):
-        add_forces(first, model.magnets, model.charge, pose, nodes, fx, fy, torque)
+        pairs.add_forces(first, model.magnets, model.charge, pose, nodes, loads)
         return
     if find_stops(first, q, model.charge, rigid.charge, rigid.stop, rigid.reach, rigid.code):
         renew(first, model, nodes, rigid)
-    magnets, tables, segments = model.magnets, model.magnets.tables, nodes.segments
-    spread_nodes(first, magnets, pose.cos, pose.sin, pose.x, pose.y, nodes)
+    magnets, segments = model.magnets, nodes.segments
+    pairs.spread_nodes(first, magnets, pose, nodes)
     begin(first, pose.x, pose.y, segments)
     while True:
         count, _ = list_pairs(
@@ -57,36 +45,26 @@ def add_chain_forces(
         )
         if count == 0:
             break
-        near = add_pairs(
-            count, segments.pair, magnets.strips, magnets.even, magnets.height2, magnets.depth,
-            magnets.reach, magnets.rank_count, magnets.rank_radius, magnets.far_radius,
-            magnets.far_order, tables.end, tables.one, tables.two,
-            model.charge, q, pose.cos, pose.sin, pose.x, pose.y, nodes.faces,
-            nodes.x, nodes.y, nodes.q, nodes.half, nodes.moment, nodes.expanded,
-            nodes.lane_x, nodes.lane_y, nodes.lane_u, nodes.spline, nodes.row,
-            rigid.code, rigid.reach, rigid.force, fx, fy, torque,
-        )  # fmt: skip
+        near = add_pairs(count, model, q, pose, nodes, rigid, loads)
         for p in range(near):
             i, j = segments.pair[p, 0], segments.pair[p, 1]
-            _, u, v, t = near_pair(magnets, model.charge, pose, i, j, False, nodes)
-            act(pose.x, pose.y, i, j, u, v, t, fx, fy, torque)
-    finish(first, model.n, segments, fx, fy, torque)
+            _, u, v, t = pairs.near_pair(magnets, model.charge, pose, nodes, i, j, False)
+            pairs.act(pose, i, j, u, v, t, loads)
+    finish(first, model.n, segments, loads)
 
 
 @kernel
 def add_pairs(
-    count: int, pair: IntArray, strips: bool, even: bool, height2: float, depth: float,
-    reach: float, rank_count: IntArray, rank_radius: Array, far_radius: float, far_order: int,
-    end: float, one: Array, two: Array,
-    charge: Array, q: Array, cos: Array, sin: Array, x: Array, y: Array, faces: IntArray,
-    node_x: Array, node_y: Array, node_q: Array, half: Array, moment: Array, expanded: Array,
-    lane_x: Array, lane_y: Array, lane_u: Array, spline: Array, row: Array,
-    code: IntArray, joined: IntArray, force: Array, fx: Array, fy: Array, torque: Array,
-) -> int:  # fmt: skip
+    count: int, model: Model, q: Array, pose: Pose, nodes: Nodes, rigid: Rigid, loads: Loads
+) -> int:
     """Add the forces of pairs, but not near faces' corrections: how many need them.
 
     Those are left in front.
     """
+    magnets, pair, charge = model.magnets, nodes.segments.pair, model.charge
+    tables, reach = magnets.tables, magnets.reach
+    cos, sin, x, y = pose.cos, pose.sin, pose.x, pose.y
+    code, joined, force, torque = rigid.code, rigid.reach, rigid.force, loads.torque
     near = 0
     for p in range(count):
         i, j = int(pair[p, 0]), int(pair[p, 1])
@@ -97,22 +75,18 @@ def add_pairs(
                 bend(i, j, u, v, torque)
             else:
                 c, s = cos[i], sin[i]
-                act(x, y, i, j, c * u - s * v, s * u + c * v, t, fx, fy, torque)
+                pairs.act(pose, i, j, c * u - s * v, s * u + c * v, t, loads)
         elif j - i == 1:
-            bend(i, j, one_slope(one, end, q[j] - q[i], charge, i, spline, row), 0.0, torque)
+            bend(i, j, lookup.one_slope(tables, q[j] - q[i], charge, i, nodes), 0.0, torque)
         elif j - i == TABLED:
-            u, v = two_slopes(two, end, q[i + 1] - q[i], q[j] - q[i + 1], charge, i, spline, row)
+            u, v = lookup.two_slopes(tables, q[i + 1] - q[i], q[j] - q[i + 1], charge, i, nodes)
             bend(i, j, u, v, torque)
         else:
             if math.hypot(x[j] - x[i], y[j] - y[i]) < reach:
                 pair[near, 0], pair[near, 1] = i, j
                 near += 1
-            _, u, v, t = far_pair(
-                strips, even, height2, depth, rank_count, rank_radius, far_radius, far_order,
-                x, y, i, j, False, faces, node_x, node_y, node_q, half, moment, expanded,
-                lane_x, lane_y, lane_u,
-            )  # fmt: skip
-            act(x, y, i, j, u, v, t, fx, fy, torque)
+            _, u, v, t = pairs.far_pair(magnets, pose, nodes, i, j, False)
+            pairs.act(pose, i, j, u, v, t, loads)
     return near
 
 
@@ -130,10 +104,10 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
     """Energy of all pairs of components ``first`` on [J] whose gradient `add_chain_forces` is."""
     magnets, charge = model.magnets, model.charge
     if not (model.contact and magnets.tables.end > 0.0):
-        return energy(first, magnets, charge, pose, nodes)
-    end, one, two = magnets.tables.end, magnets.tables.one, magnets.tables.two
-    spread_charges(magnets, charge, nodes)
-    spread_nodes(first, magnets, pose.cos, pose.sin, pose.x, pose.y, nodes)
+        return pairs.energy(first, magnets, charge, pose, nodes)
+    tables = magnets.tables
+    pairs.spread_charges(magnets, charge, nodes)
+    pairs.spread_nodes(first, magnets, pose, nodes)
     total, segments = 0.0, nodes.segments
     begin(first, pose.x, pose.y, segments)
     while True:
@@ -147,8 +121,58 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
             i, j = int(segments.pair[p, 0]), int(segments.pair[p, 1])
             angle, next_angle = q[i + 1] - q[i], q[j] - q[i + 1]
             if j - i == 1:
-                total += one_energy(one, end, angle, charge, i, nodes.spline, nodes.row)
+                total += lookup.one_energy(tables, angle, charge, i, nodes)
             elif j - i == TABLED:
-                total += two_energy(two, end, angle, next_angle, charge, i, nodes.spline, nodes.row)
+                total += lookup.two_energy(tables, angle, next_angle, charge, i, nodes)
             else:
-                total += casing_pair(magnets, charge, pose, nodes, i, j, True)[0]
+                total += pairs.casing_pair(magnets, charge, pose, nodes, i, j, True)[0]
+
+
+def magnet_energy(first: int, model: Model, work: Work) -> float:
+    """Energy of components ``first`` on at the pose in ``work`` [J]."""
+    if not model.magnetic:
+        return 0.0
+    total = pairs.energy(first, model.magnets, model.charge, work.pose, work.nodes)
+    return float(total) + _outer(first, model, work)
+
+
+def potential_energy(first: int, model: Model, q: Array, work: Work) -> float:
+    """Energy whose exact gradient the simulated magnet forces are [J].
+
+    Within the magnets' accuracy it is `magnet_energy`, which sums where the dynamics looks up.
+    """
+    if not model.magnetic:
+        return 0.0
+    total = chain_energy(first, model, q, work.pose, work.nodes)
+    return float(total) + _outer(first, model, work)
+
+
+def _outer(first: int, model: Model, work: Work) -> float:
+    if not model.field.present:
+        return 0.0
+    return float(outer_field.field_energy(first, model, work.pose, work.nodes))
+
+
+@kernel
+def magnet_loads(model: Model, headings: Array, work: Work, out: Array) -> None:
+    """Fill ``out`` (shapes, n) [N·m] for headings (shapes, n) [rad]."""
+    n = model.n
+    q = work.stages.q
+    q[n] = 0.0
+    q[n + 1] = 0.0
+    for shape in range(headings.shape[0]):
+        copy(headings[shape], q, 0)
+        articulated.place(0, model.bodies, q, work.pose)
+        work.loads.fx[:] = 0.0
+        work.loads.fy[:] = 0.0
+        work.loads.torque[:] = 0.0
+        outer_field.add_magnet_forces(0, model, work.pose, work.nodes, work.loads)
+        articulated.generalise(
+            0,
+            model.bodies,
+            work.pose,
+            work.loads,
+            work.chain.force,
+        )
+        for k in range(n):
+            out[shape, k] = work.chain.force[k]

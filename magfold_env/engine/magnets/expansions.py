@@ -1,4 +1,4 @@
-"""Pairs of casings far from each other: the expansion of ``engine.multipoles``, to higher orders.
+"""Pairs of casings far from each other: the expansion of `magnets.multipoles`, to higher orders.
 
 Casings are small beside their distances from a few neighbours on, so a few more terms take the
 place of sums over nodes there. A charge q that stands on the plane at z from the centre, its height

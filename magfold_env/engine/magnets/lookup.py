@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.state import Array
+from magfold_env.engine.state import Array, Nodes, Tables
 
 DEGREE = 5
 BEYOND = 0.2  # [rad]
@@ -44,36 +44,31 @@ def basis(x: float, last: int, weight: Array, row: int) -> int:
 
 
 @kernel
-def one_slope(
-    table: Array, end: float, angle: float, charge: Array, i: int, spline: Array, row: Array
-) -> float:
-    """Slope of the energy of casings i and i + 1 by their joint's angle [N·m].
-
-    ``spline`` (4, 6) and ``row`` (96,) are scratch.
-    """
-    k, density = place(angle, end, table.shape[0], spline, 0)
+def one_slope(tables: Tables, angle: float, charge: Array, i: int, nodes: Nodes) -> float:
+    """Slope of the energy of casings i and i + 1 by their joint's angle [N·m]."""
+    table, spline, row = tables.one, nodes.spline, nodes.row
+    k, density = place(angle, tables.end, table.shape[0], spline, 0)
     combine(table, k, 0, spline, 1, PAIRS, row)
     return density * weigh(charge, i, i + 1, row, 0)
 
 
 @kernel
-def one_energy(
-    table: Array, end: float, angle: float, charge: Array, i: int, spline: Array, row: Array
-) -> float:
+def one_energy(tables: Tables, angle: float, charge: Array, i: int, nodes: Nodes) -> float:
     """Energy of casings i and i + 1 [J]."""
-    k, _ = place(angle, end, table.shape[0], spline, 0)
+    table, spline, row = tables.one, nodes.spline, nodes.row
+    k, _ = place(angle, tables.end, table.shape[0], spline, 0)
     combine(table, k, 0, spline, 0, PAIRS, row)
     return weigh(charge, i, i + 1, row, 0)
 
 
 @kernel
 def two_slopes(
-    table: Array, end: float, angle: float, next_angle: float,
-    charge: Array, i: int, spline: Array, row: Array,
-) -> tuple[float, float]:  # fmt: skip
+    tables: Tables, angle: float, next_angle: float, charge: Array, i: int, nodes: Nodes
+) -> tuple[float, float]:
     """Slopes of the energy of casings i and i + 2 by their two joints' angles [N·m]."""
-    k, density = place(angle, end, table.shape[0], spline, 0)
-    m, _ = place(next_angle, end, table.shape[0], spline, 2)
+    table, spline, row = tables.two, nodes.spline, nodes.row
+    k, density = place(angle, tables.end, table.shape[0], spline, 0)
+    m, _ = place(next_angle, tables.end, table.shape[0], spline, 2)
     combine(table, k, PAIRS * m, spline, 0, row.size, row)
     next_slope = density * along_row(charge, i, row, spline, 3)
     combine(table, k, PAIRS * m, spline, 1, row.size, row)
@@ -82,12 +77,12 @@ def two_slopes(
 
 @kernel
 def two_energy(
-    table: Array, end: float, angle: float, next_angle: float,
-    charge: Array, i: int, spline: Array, row: Array,
-) -> float:  # fmt: skip
+    tables: Tables, angle: float, next_angle: float, charge: Array, i: int, nodes: Nodes
+) -> float:
     """Energy of casings i and i + 2 [J]."""
-    k, _ = place(angle, end, table.shape[0], spline, 0)
-    m, _ = place(next_angle, end, table.shape[0], spline, 2)
+    table, spline, row = tables.two, nodes.spline, nodes.row
+    k, _ = place(angle, tables.end, table.shape[0], spline, 0)
+    m, _ = place(next_angle, tables.end, table.shape[0], spline, 2)
     combine(table, k, PAIRS * m, spline, 0, row.size, row)
     return along_row(charge, i, row, spline, 2)
 

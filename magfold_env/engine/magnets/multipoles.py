@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.magnets.laws import COULOMB
-from magfold_env.engine.state import Array
+from magfold_env.engine.state import Array, Segments
 
 ComplexArray = NDArray[np.complex128]
 
@@ -96,16 +96,14 @@ def turn_row(body: Array, i: int, c: float, s: float, out: Array) -> None:
 
 
 @kernel
-def expand(
-    terms: int, moment: Array, x: Array, y: Array, a: int, b: int, weight: float,
-    local: Array, push: Array, pair: Array,
-) -> float:  # fmt: skip
+def expand(terms: int, segments: Segments, a: int, b: int, weight: float) -> float:
     """Let rows a and b act on each other, with a weight; returns their energy without it [J].
 
     Adds to the derivatives ``local`` at both, and to the forces ``push`` [N].
     """
+    x, y, local, push, pair = segments.x, segments.y, segments.local, segments.push, segments.turned
     inverse, c, s = direction(x[a] - x[b], y[a] - y[b])
-    energy, fx, fy, _ = act_on_each_other(terms, moment, a, b, inverse, c, s, pair)
+    energy, fx, fy, _ = act_on_each_other(terms, segments.moment, a, b, inverse, c, s, pair)
     c2, s2 = c * c - s * s, 2.0 * c * s
     c3, s3 = c2 * c - s2 * s, c2 * s + s2 * c
     w3 = weight * inverse * inverse * inverse

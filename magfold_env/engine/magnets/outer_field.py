@@ -2,7 +2,7 @@
 
 An even field turns a component by the moment of its magnets and does not pull it. A fixed magnet
 acts by its pole faces, which are cut into strips of the chain's own size: a strip and a casing are
-summed over nodes, strips near a pole face with more of them, as ``engine.magnets`` does with two
+summed over nodes, strips near a pole face with more of them, as `pairs` does with two
 casings.
 """
 
@@ -13,17 +13,14 @@ import math
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.magnets.laws import COULOMB, node_force, node_law
 from magfold_env.engine.magnets.multipoles import X10, Y10
-from magfold_env.engine.magnets.near_faces import BLEND, refine
-from magfold_env.engine.magnets.pairs import add_forces, whole_lanes
-from magfold_env.engine.state import Array, Model, Nodes, Pose
+from magfold_env.engine.magnets.pairs import BLEND, FacePair, add_forces, refine, whole_lanes
+from magfold_env.engine.state import Loads, Model, Nodes, Pose
 
 ROOT = math.sqrt(COULOMB)  # moments contain it
 
 
 @inlined
-def add_field(
-    lo: int, model: Model, pose: Pose, nodes: Nodes, fx: Array, fy: Array, torque: Array
-) -> None:
+def add_field(lo: int, model: Model, pose: Pose, nodes: Nodes, loads: Loads) -> None:
     """Add the field's forces [N] and torques [N·m] on components ``lo`` on.
 
     Needs the magnets' nodes, as any of their forces or energies leaves them.
@@ -31,19 +28,17 @@ def add_field(
     for i in range(lo, model.n):
         if nodes.faces[i] > 0:
             _, px, py, t = in_field(model, pose, nodes, i, False)
-            fx[i] += px
-            fy[i] += py
-            torque[i] += t
+            loads.fx[i] += px
+            loads.fy[i] += py
+            loads.torque[i] += t
 
 
 @inlined
-def add_magnet_forces(
-    lo: int, model: Model, pose: Pose, nodes: Nodes, fx: Array, fy: Array, torque: Array
-) -> None:
+def add_magnet_forces(lo: int, model: Model, pose: Pose, nodes: Nodes, loads: Loads) -> None:
     """Add what components ``lo`` on do to each other, summed, and what the field does to them."""
-    add_forces(lo, model.magnets, model.charge, pose, nodes, fx, fy, torque)
+    add_forces(lo, model.magnets, model.charge, pose, nodes, loads)
     if model.field.present:
-        add_field(lo, model, pose, nodes, fx, fy, torque)
+        add_field(lo, model, pose, nodes, loads)
 
 
 @kernel
@@ -145,15 +140,13 @@ def refine_strips(
             q = COULOMB * field.strip_q[g] * charge[i, f % 4] * (1.0 if f < 4 else -1.0)
             if q == 0.0 or ex * ex + ey * ey >= outermost * outermost:
                 continue
-            u, px, py, t = refine(
-                magnets.strips, False, magnets.face_half[f], field.strip_half,
-                magnets.level_count, magnets.level_radius, magnets.level_node,
-                magnets.level_weight, ex, ey,
+            faces = FacePair(
+                False, magnets.face_half[f], field.strip_half, ex, ey,
                 c * magnets.face_tx[f] - s * magnets.face_ty[f],
                 s * magnets.face_tx[f] + c * magnets.face_ty[f],
                 field.strip_tx, field.strip_ty,
-                with_energy, nodes.lane_x, nodes.lane_y, nodes.lane_u,
             )  # fmt: skip
+            u, px, py, t = refine(magnets, faces, with_energy, nodes)
             energy += q * u
             fx += q * px
             fy += q * py

@@ -2,28 +2,44 @@
 
 A pole face is a rectangle of uniform charge, standing on the plane (``strips``), or a row of
 point charges in the plane (``points``, the paper's). Along the width both are sums over nodes,
-which act on each other as ``engine.magnet_laws`` says.
+which act on each other as ``engine.magnets.laws`` says.
 
 Casings far from each other need few nodes: a pair is summed at the *rank* that its distance asks
 for, all pole faces with equally many nodes; beyond the *far radius* it is expanded in
-``engine.expansions``. Pole faces whose centres are near are then corrected one pair of them at a
-time, *level* by level. All follow one pattern: with U_k the energy by the k-th rule, the pair's
-energy is U_0 + Σ w_k (U_k − U_{k−1}), where w_k is a twice differentiable step from 1 within a
-radius to 0 a little beyond it. Forces are the exact gradient of this energy, so refinement takes
-no energy from the chain and gives it none. ``engine.segments`` picks the pairs.
+``engine.magnets.expansions``. Pole faces whose centres are near are then corrected one pair of them
+at a time, *level* by level. All follow one pattern: with U_k the energy by the k-th rule, the
+pair's energy is U_0 + Σ w_k (U_k − U_{k−1}), where w_k is a twice differentiable step from 1 within
+a radius to 0 a little beyond it. Forces are the exact gradient of this energy, so refinement takes
+no energy from the chain and gives it none. ``engine.magnets.segments`` picks the pairs.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.magnets import laws, segments
 from magfold_env.engine.magnets.expansions import TERMS, expansion, turn_moments
-from magfold_env.engine.magnets.laws import COULOMB, between_rules, node_force, node_law
 from magfold_env.engine.magnets.multipoles import PARTS, turn_row
-from magfold_env.engine.magnets.near_faces import LANES, near_pair
-from magfold_env.engine.magnets.segments import SPREAD, begin, finish, list_pairs
-from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
+from magfold_env.engine.state import Array, Loads, Magnets, Nodes, Pose
+
+BLEND = 1.1  # a level ends at this many radii
+LANES = 8  # doubles in a vector register
+
+
+class FacePair(NamedTuple):
+    """Two pole faces a and b, which stand half their heights above the plane and below it."""
+
+    even: bool  # of one height
+    half_a: float  # half their heights [m]
+    half_b: float
+    x: float  # a's centre from b's [m]
+    y: float
+    ax: float  # vectors along their widths and as long [m]
+    ay: float
+    bx: float
+    by: float
 
 
 @kernel
@@ -81,29 +97,23 @@ def whole_lanes(count: int) -> int:
 
 
 @kernel
-def spread_nodes(
-    lo: int, magnets: Magnets, cos: Array, sin: Array, x: Array, y: Array, nodes: Nodes
-) -> None:
+def spread_nodes(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
     """Fill the nodes' positions [m] and the moments for casings ``lo`` on."""
-    for i in range(lo, x.size):
-        turn_row(nodes.segments.body, i, cos[i], sin[i], nodes.segments.moment)
-        turn_moments(magnets.far_order, nodes.body, i, cos[i], sin[i], nodes.expanded, nodes.moment)
+    for i in range(lo, pose.x.size):
+        c, s = pose.cos[i], pose.sin[i]
+        turn_row(nodes.segments.body, i, c, s, nodes.segments.moment)
+        turn_moments(magnets.far_order, nodes.body, i, c, s, nodes.expanded, nodes.moment)
     for rank in range(magnets.rank_count.size):
-        place_nodes(
-            lo, rank, 2 * magnets.rank_count[rank], nodes.faces, nodes.along, nodes.across,
-            cos, sin, x, y, nodes.x, nodes.y,
-        )  # fmt: skip
+        place_nodes(lo, rank, 2 * magnets.rank_count[rank], pose, nodes)
 
 
 @kernel
-def place_nodes(
-    lo: int, rank: int, count: int, faces: IntArray, along: Array, across: Array,
-    cos: Array, sin: Array, x: Array, y: Array, out_x: Array, out_y: Array,
-) -> None:  # fmt: skip
+def place_nodes(lo: int, rank: int, count: int, pose: Pose, nodes: Nodes) -> None:
     """Do so for the nodes of one rank, ``count`` for each of a casing's charged faces."""
-    for i in range(lo, x.size):
-        c, s, xi, yi = cos[i], sin[i], x[i], y[i]
-        for a in range(whole_lanes(count * faces[i])):
+    along, across, out_x, out_y = nodes.along, nodes.across, nodes.x, nodes.y
+    for i in range(lo, pose.x.size):
+        c, s, xi, yi = pose.cos[i], pose.sin[i], pose.x[i], pose.y[i]
+        for a in range(whole_lanes(count * nodes.faces[i])):
             u, v = along[rank, i, a], across[rank, i, a]
             out_x[rank, i, a] = xi + c * u - s * v
             out_y[rank, i, a] = yi + s * u + c * v
@@ -117,14 +127,9 @@ def casing_pair(
 
     The energy is complete only ``with_energy``.
     """
-    u, fx, fy, t = far_pair(
-        magnets.strips, magnets.even, magnets.height2, magnets.depth,
-        magnets.rank_count, magnets.rank_radius, magnets.far_radius, magnets.far_order,
-        pose.x, pose.y, i, j, with_energy, nodes.faces, nodes.x, nodes.y, nodes.q, nodes.half,
-        nodes.moment, nodes.expanded, nodes.lane_x, nodes.lane_y, nodes.lane_u,
-    )  # fmt: skip
+    u, fx, fy, t = far_pair(magnets, pose, nodes, i, j, with_energy)
     if math.hypot(pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]) < magnets.reach:
-        nu, nx, ny, nt = near_pair(magnets, charge, pose, i, j, with_energy, nodes)
+        nu, nx, ny, nt = near_pair(magnets, charge, pose, nodes, i, j, with_energy)
         u += nu
         fx += nx
         fy += ny
@@ -134,81 +139,65 @@ def casing_pair(
 
 @kernel
 def far_pair(
-    strips: bool, even: bool, height2: float, depth: float,
-    rank_count: IntArray, rank_radius: Array, far_radius: float, far_order: int,
-    x: Array, y: Array, i: int, j: int, with_energy: bool, faces: IntArray,
-    node_x: Array, node_y: Array, node_q: Array, half: Array, moment: Array, expanded: Array,
-    lane_x: Array, lane_y: Array, lane_u: Array,
-) -> tuple[float, float, float, float]:  # fmt: skip
-    """As `casing_pair` without near faces' corrections.
-
-    Hot kernels take the arrays they need: fields of tuples may be loaded anew within loops.
-    """
-    ex, ey = x[i] - x[j], y[i] - y[j]
+    magnets: Magnets, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
+) -> tuple[float, float, float, float]:
+    """As `casing_pair` without near faces' corrections."""
+    far = magnets.far_radius
+    ex, ey = pose.x[i] - pose.x[j], pose.y[i] - pose.y[j]
     distance = math.sqrt(ex * ex + ey * ey)
-    if distance >= SPREAD * far_radius:
-        return expansion(far_order, moment, i, j, ex, ey, expanded)
-    between = distance > far_radius
-    summed = ranked_pair(
-        strips, even, height2, rank_count, rank_radius, distance - 2.0 * depth, ex, ey,
-        x, y, i, j, between or with_energy, faces,
-        node_x, node_y, node_q, half, lane_x, lane_y, lane_u,
-    )  # fmt: skip
+    if distance >= segments.SPREAD * far:
+        return expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
+    between = distance > far
+    room = distance - 2.0 * magnets.depth
+    summed = ranked_pair(magnets, pose, nodes, i, j, room, between or with_energy)
     if not between:
         return summed
-    beyond = expansion(far_order, moment, i, j, ex, ey, expanded)
-    return between_rules(summed, beyond, distance / far_radius, SPREAD, far_radius, ex, ey)
+    beyond = expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
+    return laws.between_rules(summed, beyond, distance / far, segments.SPREAD, far, ex, ey)
 
 
 @kernel
 def ranked_pair(
-    strips: bool, even: bool, height2: float, rank_count: IntArray, rank_radius: Array,
-    room: float, ex: float, ey: float, x: Array, y: Array, i: int, j: int, with_energy: bool,
-    faces: IntArray, node_x: Array, node_y: Array, node_q: Array, half: Array,
-    lane_x: Array, lane_y: Array, lane_u: Array,
-) -> tuple[float, float, float, float]:  # fmt: skip
+    magnets: Magnets, pose: Pose, nodes: Nodes, i: int, j: int, room: float, with_energy: bool
+) -> tuple[float, float, float, float]:
     """As `far_pair`, summed over nodes at any distance.
 
-    ``room`` [m] is the centres' distance less the depths of both casings' outer faces; (ex, ey) [m]
-    points from j to i.
+    ``room`` [m] is the centres' distance less the depths of both casings' outer faces.
     """
-    rank = rank_count.size - 1
-    while rank > 0 and room >= SPREAD * rank_radius[rank]:
+    rank_radius = magnets.rank_radius
+    rank = rank_radius.size - 1
+    while rank > 0 and room >= segments.SPREAD * rank_radius[rank]:
         rank -= 1
     blended = rank > 0 and room > rank_radius[rank]
-    fine = rank_pair(
-        strips, even, height2, rank, 2 * rank_count[rank] * faces[i],
-        2 * rank_count[rank] * faces[j], i, j, x[i], y[i], blended or with_energy,
-        node_x, node_y, node_q, half, lane_x, lane_y, lane_u,
-    )  # fmt: skip
+    fine = rank_pair(magnets, pose, nodes, rank, i, j, blended or with_energy)
     if not blended:
         return fine
-    coarse = rank_pair(
-        strips, even, height2, rank - 1, 2 * rank_count[rank - 1] * faces[i],
-        2 * rank_count[rank - 1] * faces[j], i, j, x[i], y[i], True,
-        node_x, node_y, node_q, half, lane_x, lane_y, lane_u,
-    )  # fmt: skip
+    coarse = rank_pair(magnets, pose, nodes, rank - 1, i, j, True)
+    ex, ey = pose.x[i] - pose.x[j], pose.y[i] - pose.y[j]
     radius = rank_radius[rank]
-    return between_rules(fine, coarse, room / radius, SPREAD, radius, ex, ey)
+    return laws.between_rules(fine, coarse, room / radius, segments.SPREAD, radius, ex, ey)
 
 
 @kernel
 def rank_pair(
-    strips: bool, even: bool, height2: float, rank: int, count_i: int, count_j: int,
-    i: int, j: int, xi: float, yi: float, with_energy: bool,
-    node_x: Array, node_y: Array, node_q: Array, half: Array,
-    lane_x: Array, lane_y: Array, lane_u: Array,
-) -> tuple[float, float, float, float]:  # fmt: skip
-    """Energy, force on casing i and its torque about (xi, yi), over the nodes of one rank.
+    magnets: Magnets, pose: Pose, nodes: Nodes, rank: int, i: int, j: int, with_energy: bool
+) -> tuple[float, float, float, float]:
+    """Energy, force on casing i and its torque about its centre, over the nodes of one rank.
 
     The energy is 0 unless asked for.
     """
+    strips, even = magnets.strips, magnets.even
+    node_x, node_y, node_q, half = nodes.x, nodes.y, nodes.q, nodes.half
+    lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
+    per_face = 2 * magnets.rank_count[rank]
+    count_i, count_j = per_face * nodes.faces[i], per_face * nodes.faces[j]
+    xi, yi = pose.x[i], pose.y[i]
     lanes = whole_lanes(count_i)
     for a in range(lanes):
         lane_x[a] = 0.0
         lane_y[a] = 0.0
         lane_u[a] = 0.0
-    sum2, difference2 = height2, 0.0
+    sum2, difference2 = magnets.height2, 0.0
     for b in range(count_j):
         x, y, q, h = node_x[rank, j, b], node_y[rank, j, b], node_q[rank, j, b], half[rank, j, b]
         if with_energy:
@@ -218,7 +207,7 @@ def rank_pair(
                 if not even:
                     sum2 = (half[rank, i, a] + h) * (half[rank, i, a] + h)
                     difference2 = (half[rank, i, a] - h) * (half[rank, i, a] - h)
-                g, u = node_law(strips, even, sum2, difference2, dx * dx + dy * dy)
+                g, u = laws.node_law(strips, even, sum2, difference2, dx * dx + dy * dy)
                 lane_x[a] += q * g * dx
                 lane_y[a] += q * g * dy
                 lane_u[a] += q * u
@@ -229,12 +218,12 @@ def rank_pair(
                 if not even:
                     sum2 = (half[rank, i, a] + h) * (half[rank, i, a] + h)
                     difference2 = (half[rank, i, a] - h) * (half[rank, i, a] - h)
-                g = q * node_force(strips, sum2, difference2, dx * dx + dy * dy)
+                g = q * laws.node_force(strips, sum2, difference2, dx * dx + dy * dy)
                 lane_x[a] += g * dx
                 lane_y[a] += g * dy
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
     for a in range(count_i):
-        q = COULOMB * node_q[rank, i, a]
+        q = laws.COULOMB * node_q[rank, i, a]
         gx = q * lane_x[a]
         gy = q * lane_y[a]
         energy += q * lane_u[a]
@@ -245,17 +234,140 @@ def rank_pair(
 
 
 @kernel
+def near_pair(
+    magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
+) -> tuple[float, float, float, float]:
+    """Correct the near pole faces of casings i and j: energy [J], force on i [N], torque on i.
+
+    The torque is about the centre of i [N·m]. The energy is complete only ``with_energy``.
+    """
+    face_x, face_y, half = magnets.face_x, magnets.face_y, magnets.face_half
+    face_tx, face_ty = magnets.face_tx, magnets.face_ty
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    ci, si, cj, sj = pose.cos[i], pose.sin[i], pose.cos[j], pose.sin[j]
+    dx, dy = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
+    outermost = magnets.level_radius[1] * BLEND
+    for f in range(8):
+        qa = charge[i, f % 4] * (1.0 if f < 4 else -1.0)
+        ax = ci * face_x[f] - si * face_y[f]
+        ay = si * face_x[f] + ci * face_y[f]
+        for g in range(8):
+            bx = dx + cj * face_x[g] - sj * face_y[g]
+            by = dy + sj * face_x[g] + cj * face_y[g]
+            ex, ey = ax - bx, ay - by
+            distance2 = ex * ex + ey * ey
+            if distance2 >= outermost * outermost:
+                continue
+            q = laws.COULOMB * qa * charge[j, g % 4] * (1.0 if g < 4 else -1.0)
+            if q == 0.0:
+                continue
+            faces = FacePair(
+                magnets.even, half[f], half[g], ex, ey,
+                ci * face_tx[f] - si * face_ty[f], si * face_tx[f] + ci * face_ty[f],
+                cj * face_tx[g] - sj * face_ty[g], sj * face_tx[g] + cj * face_ty[g],
+            )  # fmt: skip
+            u, px, py, t = refine(magnets, faces, with_energy, nodes)
+            energy += q * u
+            fx += q * px
+            fy += q * py
+            torque += q * (t + ax * py - ay * px)
+    return energy, fx, fy, torque
+
+
+@inlined
+def refine(
+    magnets: Magnets, faces: FacePair, with_energy: bool, nodes: Nodes
+) -> tuple[float, float, float, float]:
+    """Sum of w_k (U_k − U_{k−1}) over the levels and its gradient, as `level_sum` gives them."""
+    level_radius = magnets.level_radius
+    distance = math.sqrt(faces.x * faces.x + faces.y * faces.y)
+    last = 1
+    blended = with_energy
+    for level in range(1, level_radius.size):
+        radius = level_radius[level]
+        if distance < radius * BLEND:
+            last = level
+            blended = blended or distance > radius
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    low, lx, ly, lt = 0.0, 0.0, 0.0, 0.0
+    for level in range(last + 1):
+        radius = level_radius[level]
+        if 0 < level < last and distance <= level_radius[level + 1]:
+            continue  # the next level is in full force too: this one cancels
+        u, px, py, t = level_sum(magnets, level, faces, blended, nodes)
+        if level > 0:
+            weight, slope = laws.step_down(distance / radius, BLEND)
+            # −∂w/∂x (U_k − U_{k−1}) acts along the line of the faces' centres.
+            push = -slope / radius * (u - low) / distance
+            energy += weight * (u - low)
+            fx += weight * (px - lx) + push * faces.x
+            fy += weight * (py - ly) + push * faces.y
+            torque += weight * (t - lt)
+        low, lx, ly, lt = u, px, py, t
+    return energy, fx, fy, torque
+
+
+@kernel
+def level_sum(
+    magnets: Magnets, level: int, faces: FacePair, with_energy: bool, scratch: Nodes
+) -> tuple[float, float, float, float]:
+    """Energy, force on face a and its torque about its centre, for faces of unit charge.
+
+    Without µ0/4π. The energy is 0 unless asked for.
+    """
+    strips, even, count = magnets.strips, faces.even, magnets.level_count[level]
+    nodes, weights = magnets.level_node, magnets.level_weight
+    lane_x, lane_y, lane_u = scratch.lane_x, scratch.lane_y, scratch.lane_u
+    atx, aty = faces.ax, faces.ay
+    sum2 = (faces.half_a + faces.half_b) * (faces.half_a + faces.half_b)
+    difference2 = (faces.half_a - faces.half_b) * (faces.half_a - faces.half_b)
+    # The lanes are face a's nodes, padded with weightless ones to the width of a vector.
+    lanes = whole_lanes(count)
+    for k in range(lanes):
+        lane_x[k] = 0.0
+        lane_y[k] = 0.0
+        lane_u[k] = 0.0
+    for m in range(count):
+        fx0 = faces.x - nodes[level, m] * faces.bx
+        fy0 = faces.y - nodes[level, m] * faces.by
+        w = weights[level, m]
+        if with_energy:
+            for k in range(lanes):
+                dx = fx0 + nodes[level, k] * atx
+                dy = fy0 + nodes[level, k] * aty
+                g, u = laws.node_law(strips, even, sum2, difference2, dx * dx + dy * dy)
+                lane_x[k] += w * g * dx
+                lane_y[k] += w * g * dy
+                lane_u[k] += w * u
+        else:
+            for k in range(lanes):
+                dx = fx0 + nodes[level, k] * atx
+                dy = fy0 + nodes[level, k] * aty
+                g = w * laws.node_force(strips, sum2, difference2, dx * dx + dy * dy)
+                lane_x[k] += g * dx
+                lane_y[k] += g * dy
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        w = weights[level, k]
+        px, py = w * lane_x[k], w * lane_y[k]
+        energy += w * lane_u[k]
+        fx += px
+        fy += py
+        torque += nodes[level, k] * (atx * py - aty * px)
+    return energy, fx, fy, torque
+
+
+@kernel
 def add_forces(
-    lo: int, magnets: Magnets, charge: Array, pose: Pose,
-    nodes: Nodes, fx: Array, fy: Array, torque: Array,
-) -> None:  # fmt: skip
+    lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, loads: Loads
+) -> None:
     """Add the magnets' forces [N] and torques about the centres [N·m] of casings ``lo`` on."""
     spread_charges(magnets, charge, nodes)
-    spread_nodes(lo, magnets, pose.cos, pose.sin, pose.x, pose.y, nodes)
+    spread_nodes(lo, magnets, pose, nodes)
     n, pair = pose.x.size, nodes.segments.pair
-    begin(lo, pose.x, pose.y, nodes.segments)
+    segments.begin(lo, pose.x, pose.y, nodes.segments)
     while True:
-        count, _ = list_pairs(
+        count, _ = segments.list_pairs(
             lo, lo, n, magnets.group_radius, magnets.group_terms, False, nodes.segments
         )
         if count == 0:
@@ -263,34 +375,31 @@ def add_forces(
         for p in range(count):
             i, j = pair[p, 0], pair[p, 1]
             _, px, py, t = casing_pair(magnets, charge, pose, nodes, i, j, False)
-            act(pose.x, pose.y, i, j, px, py, t, fx, fy, torque)
-    finish(lo, n, nodes.segments, fx, fy, torque)
+            act(pose, i, j, px, py, t, loads)
+    segments.finish(lo, n, nodes.segments, loads)
 
 
 @inlined
-def act(
-    x: Array, y: Array, i: int, j: int, px: float, py: float, t: float,
-    fx: Array, fy: Array, torque: Array,
-) -> None:  # fmt: skip
+def act(pose: Pose, i: int, j: int, px: float, py: float, t: float, loads: Loads) -> None:
     """Add the force of casing j on casing i, with its torque about i's centre, and the reaction."""
-    fx[i] += px
-    fy[i] += py
-    torque[i] += t
-    fx[j] -= px
-    fy[j] -= py
+    loads.fx[i] += px
+    loads.fy[i] += py
+    loads.torque[i] += t
+    loads.fx[j] -= px
+    loads.fy[j] -= py
     # Both laws act along lines, so the pair's torques balance.
-    torque[j] += (x[j] - x[i]) * py - (y[j] - y[i]) * px - t
+    loads.torque[j] += (pose.x[j] - pose.x[i]) * py - (pose.y[j] - pose.y[i]) * px - t
 
 
 @kernel
 def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> float:
     """Energy of all pairs of casings ``lo`` on [J]; pairs of faces within a casing left out."""
     spread_charges(magnets, charge, nodes)
-    spread_nodes(lo, magnets, pose.cos, pose.sin, pose.x, pose.y, nodes)
+    spread_nodes(lo, magnets, pose, nodes)
     total, pair = 0.0, nodes.segments.pair
-    begin(lo, pose.x, pose.y, nodes.segments)
+    segments.begin(lo, pose.x, pose.y, nodes.segments)
     while True:
-        count, far = list_pairs(
+        count, far = segments.list_pairs(
             lo, lo, pose.x.size, magnets.group_radius, magnets.group_terms, True, nodes.segments
         )
         total += far

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine.arrays import copy
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.magnets.lookup import one_slope, two_slopes
 from magfold_env.engine.magnets.pairs import casing_pair, spread_charges, spread_nodes
-from magfold_env.engine.state import Array, IntArray, Model, Nodes, Rigid
+from magfold_env.engine.state import Array, IntArray, Model, Nodes, Rigid, copy
 
 HALF_PI = math.pi / 2.0
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
@@ -87,13 +86,11 @@ def find_rigid(model: Model, i: int, j: int, rigid: Rigid) -> None:
     tables = model.magnets.tables
     angle, next_angle = stop_angle(rigid.stop[i + 1]), stop_angle(rigid.stop[j])
     if j - i == 1:
-        kept[0] = one_slope(tables.one, tables.end, angle, model.charge, i, nodes.spline, nodes.row)
+        kept[0] = one_slope(tables, angle, model.charge, i, nodes)
         kept[1] = 0.0
         return
     if j - i == 2:
-        kept[0], kept[1] = two_slopes(
-            tables.two, tables.end, angle, next_angle, model.charge, i, nodes.spline, nodes.row
-        )
+        kept[0], kept[1] = two_slopes(tables, angle, next_angle, model.charge, i, nodes)
         return
     pose, bodies = rigid.pose, model.bodies
     pose.cos[0], pose.sin[0], pose.x[0], pose.y[0] = 1.0, 0.0, 0.0, 0.0
@@ -108,7 +105,7 @@ def find_rigid(model: Model, i: int, j: int, rigid: Rigid) -> None:
     copy(model.charge[i], rigid.charges[0], 0)
     copy(model.charge[j], rigid.charges[1], 0)
     spread_charges(model.magnets, rigid.charges, nodes)
-    spread_nodes(0, model.magnets, pose.cos, pose.sin, pose.x, pose.y, nodes)
+    spread_nodes(0, model.magnets, pose, nodes)
     _, kept[0], kept[1], kept[2] = casing_pair(
         model.magnets, rigid.charges, pose, nodes, 0, 1, False
     )

@@ -2,10 +2,10 @@
 
 Level l of a tree holds segments of 2^l consecutive components. Two segments whose centres, the
 means of their components' ones, are farther apart than 2^l times a radius act on each other by
-their `multipoles`; nearer ones do so by their halves. In between, from the radius to `SPREAD`
-times it, both energies are blended, so that the energy is twice differentiable and forces are its
-exact gradient, as with ranks and levels in ``engine.magnets``. Neighbours in a chain are joined,
-so a segment is never longer than when stretched: the radius bounds the error in any shape.
+their `multipoles`; nearer ones do so by their children, segments half as long. In between, from the
+radius to `SPREAD` times it, both energies are blended, so that the energy is twice differentiable
+and forces are its exact gradient, as with ranks and levels in `pairs`. Neighbours in a chain are
+joined, so a segment is never longer than when stretched: the radius bounds the error in any shape.
 
 `begin` finds the segments' moments; `list_pairs` lists pairs of single casings until none are left,
 adding up what segments do to each other on the way; `finish` brings that down to the components.
@@ -17,16 +17,9 @@ from __future__ import annotations
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.magnets import multipoles
 from magfold_env.engine.magnets.laws import step_down
-from magfold_env.engine.magnets.multipoles import (
-    PARTS,
-    add_shifted_derivatives,
-    add_shifted_moments,
-    expand,
-    force_of,
-    torque_of,
-)
-from magfold_env.engine.state import Array, Segments
+from magfold_env.engine.state import Array, Loads, Segments
 
 SPREAD = 1.25  # a radius is blended up to so many times itself
 LONG = 16  # components from which segments pay
@@ -50,7 +43,7 @@ def begin(first: int, x: Array, y: Array, segments: Segments) -> None:
     for level in range(1, levels):
         for s in range(first >> level, ((n - 1) >> level) + 1):
             row, part = int(start[level]) + s, int(start[level - 1]) + 2 * s
-            begins, ends = halves_of(level, s, first, n)
+            begins, ends = children_of(level, s, first, n)
             segments.charged[row] = 0
             segments.x[row], segments.y[row] = 0.0, 0.0
             whole = members(level, s, first, n)
@@ -59,10 +52,10 @@ def begin(first: int, x: Array, y: Array, segments: Segments) -> None:
                 segments.x[row] += share * segments.x[part + child]
                 segments.y[row] += share * segments.y[part + child]
                 segments.charged[row] |= segments.charged[part + child]
-            for p in range(PARTS):
+            for p in range(multipoles.PARTS):
                 segments.moment[row, p] = 0.0
             for child in range(begins, ends):
-                add_shifted_moments(
+                multipoles.add_shifted_moments(
                     segments.moment, part + child, row,
                     segments.x[part + child] - segments.x[row],
                     segments.y[part + child] - segments.y[row],
@@ -71,7 +64,7 @@ def begin(first: int, x: Array, y: Array, segments: Segments) -> None:
         for s in range(first >> level, ((n - 1) >> level) + 1):
             row = int(start[level]) + s
             segments.push[row, 0], segments.push[row, 1] = 0.0, 0.0
-            for p in range(PARTS):
+            for p in range(multipoles.PARTS):
                 segments.local[row, p] = 0.0
 
 
@@ -82,8 +75,8 @@ def members(level: int, s: int, first: int, n: int) -> int:
 
 
 @inlined
-def halves_of(level: int, s: int, first: int, n: int) -> tuple[int, int]:
-    """Which halves of segment s there are, 0 and 1, as the ends of a range."""
+def children_of(level: int, s: int, first: int, n: int) -> tuple[int, int]:
+    """Which children segment s has, of 0 and 1, as the ends of a range."""
     begins = 0 if 2 * s >= first >> (level - 1) else 1
     return begins, 2 if 2 * s + 1 <= (n - 1) >> (level - 1) else 1
 
@@ -117,7 +110,7 @@ def list_pairs(
             dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
             distance = math.sqrt(dx * dx + dy * dy)
             if distance >= SPREAD * near:
-                energy += together(a, b, terms, 1.0, segments)
+                energy += multipoles.expand(terms, segments, a, b, 1.0)
                 continue
             if distance > near:
                 energy += blend(level, s, t, first, n, terms, distance, near, segments)
@@ -149,15 +142,6 @@ def list_all(lo: int, n: int, segments: Segments) -> int:
     return count
 
 
-@inlined
-def together(a: int, b: int, terms: int, weight: float, segments: Segments) -> float:
-    """Let two rows act on each other, with a weight; returns their energy without it [J]."""
-    return expand(
-        terms, segments.moment, segments.x, segments.y, a, b, weight,
-        segments.local, segments.push, segments.turned,
-    )  # fmt: skip
-
-
 @kernel
 def blend(
     level: int, s: int, t: int, first: int, n: int, terms: int,
@@ -165,30 +149,28 @@ def blend(
 ) -> float:  # fmt: skip
     """Let two segments act between their two rules; returns the blended energy [J].
 
-    Their halves are far enough from each other to be expanded.
+    Their children are far enough from each other to be expanded.
     """
     start = segments.start
     a, b = start[level] + s, start[level] + t
     weight, slope = step_down(distance / near, SPREAD)
-    whole = together(a, b, terms, 1.0 - weight, segments)
-    halves, last = 0.0, (n - 1) >> (level - 1)
+    whole = multipoles.expand(terms, segments, a, b, 1.0 - weight)
+    parts, last = 0.0, (n - 1) >> (level - 1)
     for u in range(max(2 * s, first >> (level - 1)), 2 * s + 2):
         for v in range(2 * t, min(2 * t + 1, last) + 1):
             row, other = int(start[level - 1]) + u, int(start[level - 1]) + v
-            halves += together(row, other, terms, weight, segments)
-    push = -slope / near * (halves - whole) / distance
+            parts += multipoles.expand(terms, segments, row, other, weight)
+    push = -slope / near * (parts - whole) / distance
     dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
     segments.push[a, 0] += push * dx
     segments.push[a, 1] += push * dy
     segments.push[b, 0] -= push * dx
     segments.push[b, 1] -= push * dy
-    return whole + weight * (halves - whole)
+    return whole + weight * (parts - whole)
 
 
 @kernel
-def finish(
-    first: int, n: int, segments: Segments, fx: Array, fy: Array, torque: Array
-) -> None:  # fmt: skip
+def finish(first: int, n: int, segments: Segments, loads: Loads) -> None:
     """Add what segments feel to the forces [N] and torques [N·m] on components ``first`` on."""
     start, levels = segments.start, segments.start.size
     moment, local, push = segments.moment, segments.local, segments.push
@@ -197,7 +179,7 @@ def finish(
     for level in range(levels - 1, 0, -1):
         for s in range(first >> level, ((n - 1) >> level) + 1):
             row, part = int(start[level]) + s, int(start[level - 1]) + 2 * s
-            begins, ends = halves_of(level, s, first, n)
+            begins, ends = children_of(level, s, first, n)
             whole = members(level, s, first, n)
             for child in range(begins, ends):
                 k = part + child
@@ -206,19 +188,19 @@ def finish(
                 keep_rest(k, segments)
                 push[k, 0] += share * push[row, 0]
                 push[k, 1] += share * push[row, 1]
-                add_shifted_derivatives(
+                multipoles.add_shifted_derivatives(
                     local, row, k, segments.x[k] - segments.x[row], segments.y[k] - segments.y[row]
                 )
     for i in range(first, n):
-        px, py = force_of(moment, local, i)
-        fx[i] += px + push[i, 0]
-        fy[i] += py + push[i, 1]
-        torque[i] += torque_of(moment, local, i)
+        px, py = multipoles.force_of(moment, local, i)
+        loads.fx[i] += px + push[i, 0]
+        loads.fy[i] += py + push[i, 1]
+        loads.torque[i] += multipoles.torque_of(moment, local, i)
 
 
 @inlined
 def keep_rest(row: int, segments: Segments) -> None:
     """Leave of a row's force what its derivatives do not pass on: it moves all members alike."""
-    px, py = force_of(segments.moment, segments.local, row)
+    px, py = multipoles.force_of(segments.moment, segments.local, row)
     segments.push[row, 0] -= px
     segments.push[row, 1] -= py

@@ -20,7 +20,7 @@ from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
 
 @inlined
 def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None:
-    """Generalised forces of magnets, field, gravity, inertia and friction into ``work.force``.
+    """Find the generalised forces of magnets, field, gravity, inertia and friction.
 
     Leaves pose and centre velocities in ``work``. Charged components that are still in the tube
     act on the others.
@@ -28,33 +28,39 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
     n = model.n
     bodies, pose = model.bodies, work.pose
     first = place_all(lo, model, q, pose)
-    articulated.centre_velocities(lo, bodies, pose, v, work.vx, work.vy)
-    articulated.centripetal(lo, bodies, pose, v, work.ax, work.ay)
+    articulated.centre_motion(lo, bodies, pose, v, work.centres)
     for i in range(n):
-        work.fx[i] = 0.0
-        work.fy[i] = 0.0
-        work.torque[i] = 0.0
+        work.loads.fx[i] = 0.0
+        work.loads.fy[i] = 0.0
+        work.loads.torque[i] = 0.0
     if model.magnetic:
         chain.add_chain_forces(
-            first, lo, model, q, pose, work.nodes, work.rigid, work.fx, work.fy, work.torque
+            first,
+            lo,
+            model,
+            q,
+            pose,
+            work.nodes,
+            work.rigid,
+            work.loads,
         )
         if model.field.present:
-            outer_field.add_field(lo, model, pose, work.nodes, work.fx, work.fy, work.torque)
+            outer_field.add_field(lo, model, pose, work.nodes, work.loads)
     if model.frictional:
         law.add_sliding(lo, model, v, work)
     for i in range(lo, n):
         m = bodies.mass[i]
-        work.fx[i] += m * (model.gravity_x - work.ax[i])
-        work.fy[i] += m * (model.gravity_y - work.ay[i])
-    articulated.generalise(lo, bodies, pose, work.fx, work.fy, work.torque, work.force)
+        work.loads.fx[i] += m * (model.gravity_x - work.centres.ax[i])
+        work.loads.fy[i] += m * (model.gravity_y - work.centres.ay[i])
+    articulated.generalise(lo, bodies, pose, work.loads, work.chain.force)
 
 
 @inlined
 def unconstrained(lo: int, model: Model, work: Work, out: Array) -> None:
-    """Accelerations (n + 2,) under ``work.force`` alone; leaves articulated inertias behind."""
-    bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
-    articulated.factor(lo, bodies, pose, work.open, work.art)
-    articulated.solve(lo, bodies, pose, work.open, work.art, free, work.force, out, work.hold)
+    """Accelerations (n + 2,) under these forces alone; leaves articulated inertias behind."""
+    bodies, pose, scratch, free = model.bodies, work.pose, work.chain, is_free(lo, model)
+    articulated.factor(lo, bodies, pose, scratch.unlocked, scratch)
+    articulated.solve(lo, bodies, pose, scratch.unlocked, free, scratch.force, out, scratch)
 
 
 @kernel
@@ -66,19 +72,19 @@ def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, 
 
 @inlined
 def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> bool:
-    """Accelerations (n + 2,) under ``work.force`` if all joints at their stops stay there.
+    """Accelerations (n + 2,) under these forces if all joints at their stops stay there.
 
     The components between them then move as rigid bodies, and no constraint has to be solved
-    for. Returns whether every stop presses, which is the condition; `work.multiplier` has how much.
+    for. Returns whether every stop presses, which is the condition; the multipliers say how much.
     """
     lo = state.counter[LO]
     bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
-    articulated.factor(lo, bodies, pose, state.lock, work.art)
-    articulated.solve(lo, bodies, pose, state.lock, work.art, free, work.force, out, work.hold)
-    for r in range(work.row_count[0]):
-        k, sign = work.row_id[r, 0], work.row_id[r, 1]
-        work.multiplier[r] = -sign * work.hold[k]
-        if work.multiplier[r] < 0.0:
+    articulated.factor(lo, bodies, pose, state.lock, work.chain)
+    articulated.solve(lo, bodies, pose, state.lock, free, work.chain.force, out, work.chain)
+    for r in range(work.rows.counts[0]):
+        k, sign = work.rows.id[r, 0], work.rows.id[r, 1]
+        work.rows.multiplier[r] = -sign * work.chain.hold[k]
+        if work.rows.multiplier[r] < 0.0:
             return False
     return True
 
@@ -89,25 +95,25 @@ def respond(lo: int, model: Model, work: Work, first: int, last: int) -> None:
     n = model.n
     free = is_free(lo, model)
     for r in range(first, last):
+        row, response = work.rows.jacobian[r], work.rows.response[r]
         articulated.solve(
-            lo, model.bodies, work.pose, work.open, work.art, free,
-            work.jacobian[r], work.response[r], work.hold,
-        )  # fmt: skip
+            lo, model.bodies, work.pose, work.chain.unlocked, free, row, response, work.chain
+        )
     for r in range(first, last):
         for c in range(r + 1):
             total = 0.0
             for k in range(lo, n + 2):
-                total += work.jacobian[c, k] * work.response[r, k]
-            work.delassus[r, c] = total
-            work.delassus[c, r] = total
+                total += work.rows.jacobian[c, k] * work.rows.response[r, k]
+            work.rows.delassus[r, c] = total
+            work.rows.delassus[c, r] = total
 
 
 @kernel
 def fill_rows(lo: int, model: Model, v: Array, work: Work) -> None:
-    """Jacobians, biases and responses of the stops and contacts in ``work.row_id``."""
-    stops, rows = work.row_count[0], work.row_count[1]
+    """Jacobians, biases and responses of the stops and contacts in ``work.rows.id``."""
+    stops, rows = work.rows.counts[0], work.rows.counts[1]
     for r in range(stops):
-        jacobian.stop_row(lo, model, work, r, work.row_id[r, 0], work.row_id[r, 1])
+        jacobian.stop_row(lo, model, work, r, work.rows.id[r, 0], work.rows.id[r, 1])
     if rows > stops:
         boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
         for r in range(stops, rows):
@@ -120,7 +126,7 @@ def rate_of(lo: int, work: Work, r: int, v: Array) -> float:
     """Row r's Jacobian times ``v``."""
     total = 0.0
     for k in range(lo, v.size):
-        total += work.jacobian[r, k] * v[k]
+        total += work.rows.jacobian[r, k] * v[k]
     return total
 
 
@@ -128,10 +134,10 @@ def rate_of(lo: int, work: Work, r: int, v: Array) -> float:
 def apply_multipliers(lo: int, count: int, work: Work, out: Array) -> None:
     """Add the rows' responses to ``out``."""
     for r in range(count):
-        lam = work.multiplier[r]
+        lam = work.rows.multiplier[r]
         if lam != 0.0:
             for k in range(lo, out.size):
-                out[k] += work.response[r, k] * lam
+                out[k] += work.rows.response[r, k] * lam
 
 
 @inlined
@@ -154,17 +160,17 @@ def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out:
     if model.frictional:
         # Rounding moves what is held, and must not be taken for sliding.
         for i in range(lo, model.n):
-            work.slow[i] = state.stuck[i]
+            work.friction.slow[i] = state.stuck[i]
     smooth_forces(lo, model, q, v, work)
-    if work.row_count[2] == work.row_count[0] and rigid_accelerations(model, state, work, out):
+    if work.rows.counts[2] == work.rows.counts[0] and rigid_accelerations(model, state, work, out):
         return True
     unconstrained(lo, model, work, out)
     fill_rows(lo, model, v, work)
-    rows, count = work.row_count[1], work.row_count[2]
+    rows, count = work.rows.counts[1], work.rows.counts[2]
     fill_friction(lo, model, work)
     for r in range(count):
-        work.bias[r] += rate_of(lo, work, r, out)
-        work.equality[r] = 1 if r >= rows else 0
+        work.rows.bias[r] += rate_of(lo, work, r, out)
+        work.rows.equality[r] = 1 if r >= rows else 0
     solved = solve_nonnegative(count, work)
     apply_multipliers(lo, count, work, out)
     return solved
@@ -173,9 +179,9 @@ def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out:
 @kernel
 def fill_friction(lo: int, model: Model, work: Work) -> None:
     """Rows of the components that friction may hold."""
-    rows, count = work.row_count[1], work.row_count[2]
+    rows, count = work.rows.counts[1], work.rows.counts[2]
     for r in range(rows, count, 3):
-        law.friction_rows(lo, model, work.pose, work, r, work.row_id[r, 0])
+        law.friction_rows(lo, model, work.pose, work, r, work.rows.id[r, 0])
     respond(lo, model, work, rows, count)
 
 
@@ -187,25 +193,24 @@ def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bo
     than ``slow`` [m/s] are kept together, which ends rocking. Needs the pose.
     """
     lo = state.counter[LO]
-    rows = work.row_count[1]
+    rows = work.rows.counts[1]
     if rows == 0:
         return True
-    articulated.centre_velocities(lo, model.bodies, work.pose, v, work.vx, work.vy)
-    articulated.centripetal(lo, model.bodies, work.pose, v, work.ax, work.ay)
-    articulated.factor(lo, model.bodies, work.pose, work.open, work.art)
+    articulated.centre_motion(lo, model.bodies, work.pose, v, work.centres)
+    articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
     fill_rows(lo, model, v, work)
     for r in range(rows):
-        work.bias[r] = rate_of(lo, work, r, v)
-        work.equality[r] = 0
-        work.passive[r] = 1
+        work.rows.bias[r] = rate_of(lo, work, r, v)
+        work.rows.equality[r] = 0
+        work.rows.passive[r] = 1
     solved = solve_nonnegative(rows, work)
     again = False
-    for r in range(work.row_count[0], rows):
-        after = work.bias[r]
+    for r in range(work.rows.counts[0], rows):
+        after = work.rows.bias[r]
         for c in range(rows):
-            after += work.delassus[r, c] * work.multiplier[c]
-        if work.passive[r] == 0 and after < slow:
-            work.equality[r] = 1
+            after += work.rows.delassus[r, c] * work.rows.multiplier[c]
+        if work.rows.passive[r] == 0 and after < slow:
+            work.rows.equality[r] = 1
             again = True
     if again:
         solved = solve_nonnegative(rows, work)

@@ -13,18 +13,16 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine.arrays import copy
+from magfold_env.engine import outcomes
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import is_free, place_all
 from magfold_env.engine.chain.momentum import held_or_walled, keep_momentum, outer_force
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.contact.closing_gaps import collect_within
 from magfold_env.engine.contact.complementarity import solve_nonnegative
-from magfold_env.engine.contact.constraints import hold_joints, open_joints
+from magfold_env.engine.contact.constraints import collect_within, hold_joints, open_joints
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.solver import solve_with_friction
 from magfold_env.engine.friction.stopping import STOPPED
-from magfold_env.engine.outcomes import BROKEN, TOUCHED, UNSOLVABLE
 from magfold_env.engine.state import (
     BRAKE,
     EVALUATIONS,
@@ -37,15 +35,9 @@ from magfold_env.engine.state import (
     Record,
     State,
     Work,
+    copy,
 )
-from magfold_env.engine.stepping.dynamics import (
-    apply_multipliers,
-    rate_of,
-    respond,
-    smooth_accelerations,
-    smooth_forces,
-    unconstrained,
-)
+from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.stepping.recorder import record_line
 
 COARSEST = 0.01  # [s]
@@ -69,10 +61,11 @@ def moreau_step(
     else as changing evenly.
     """
     lo, n = state.counter[LO], model.n
+    moreau = work.moreau
     if model.frictional and mark_slow(lo, model, state, work):
-        smooth_forces(lo, model, state.q, state.v, work)
+        dynamics.smooth_forces(lo, model, state.q, state.v, work)
         state.counter[EVALUATIONS] += 1
-    unconstrained(lo, model, work, work.smooth)
+    dynamics.unconstrained(lo, model, work, moreau.smooth)
     state.counter[STEPS] += 1
     remaining = until - state.clock[TIME]
     fastest = model.light_rate
@@ -87,17 +80,17 @@ def moreau_step(
         if not velocity_after(model, state, work, h, 0.0 if rattles else 0.75):
             # Gaps that are about to close may ask for too much; in less time they ask for less.
             if h <= HOPELESS * finest:
-                return UNSOLVABLE
+                return outcomes.UNSOLVABLE
             h *= 0.25
             continue
         moved, bent = 0.0, 0.0
         for k in range(lo, n + 2):
-            turn = 0.5 * h * abs(work.new_v[k] - state.v[k])
+            turn = 0.5 * h * abs(moreau.new_v[k] - state.v[k])
             moved = max(moved, turn if k < n else turn / model.side)
-            turn = 0.5 * h * h * abs(work.slope_v[1, k] - work.smooth[k])
+            turn = 0.5 * h * h * abs(moreau.middle_smooth[k] - moreau.smooth[k])
             bent = max(bent, turn if k < n else turn / model.side)
         if not math.isfinite(moved):
-            return BROKEN
+            return outcomes.BROKEN
         if bent > SHARE * model.tolerance and h > HOPELESS * finest:
             h *= 0.5
             continue
@@ -106,21 +99,21 @@ def moreau_step(
         h = max(0.5 * h, finest)
     state.clock[STEP] = h
     for k in range(n + 2):
-        work.new_q[k] = work.stage_q[k]
+        moreau.new_q[k] = moreau.middle_q[k]
         if k >= lo:
             old = 0.0 if rattles else 0.25
-            work.new_q[k] += 0.5 * h * (work.new_v[k] + old * (state.v[k] - work.new_v[k]))
-    record_line(record, state, work, h)
-    copy(work.new_q, state.q, lo)
-    copy(work.new_v, state.v, lo)
+            moreau.new_q[k] += 0.5 * h * (moreau.new_v[k] + old * (state.v[k] - moreau.new_v[k]))
+    record_line(record, state, h, moreau.new_q, moreau.new_v)
+    copy(moreau.new_q, state.q, lo)
+    copy(moreau.new_v, state.v, lo)
     state.clock[TIME] = until if last else state.clock[TIME] + h
     # A joint that lands on its stop keeps its speed until the next step's impact takes it.
     open_joints(lo, model, state)
     for i in range(lo, n):
-        if work.slow[i] == 1 and abs(state.v[i]) * model.arm < ROUNDING:
+        if work.friction.slow[i] == 1 and abs(state.v[i]) * model.arm < ROUNDING:
             state.v[i] = 0.0
     hold_joints(lo, model, state.lock, state.q, state.v)
-    return TOUCHED
+    return outcomes.TOUCHED
 
 
 @kernel
@@ -132,47 +125,50 @@ def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
     found = False
     brake = math.inf
     articulated.place(lo, model.bodies, state.q, work.pose)
-    articulated.centre_velocities(lo, model.bodies, work.pose, state.v, work.vx, work.vy)
+    articulated.centre_velocities(
+        lo, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
+    )
     for i in range(lo, model.n):
         slide = law.slide_of(model, work, state.v, i)
         slow = state.stuck[i] == 1 or slide < STOPPED * model.tolerance * model.side
-        work.slow[i] = int(slow)
+        work.friction.slow[i] = int(slow)
         found = found or slow
         if not slow:
-            brake = min(brake, work.braking[i])
+            brake = min(brake, work.friction.braking[i])
     state.clock[BRAKE] = brake
     return found
 
 
 @kernel
 def velocity_after(model: Model, state: State, work: Work, h: float, old: float) -> bool:
-    """Middle of a step of length ``h`` into ``work.stage_q``, its new velocity into ``work.new_v``.
+    """Middle of a step of length ``h`` and its new velocity, into ``work.moreau``.
 
     The way to the middle is at the new velocity but for a share ``old`` of the old one. Returns
-    False if it could not be found. Needs the smooth accelerations of the state in ``work.smooth``.
+    False if it could not be found. Needs the smooth accelerations of the state.
     """
     lo, n = state.counter[LO], model.n
+    moreau = work.moreau
     # A repeated step finds the middle's pose and inertias; put the state's back.
     place_all(lo, model, state.q, work.pose)
-    articulated.factor(lo, model.bodies, work.pose, work.open, work.art)
-    if not constrain(model, state, state.q, work.smooth, work, h, h):
+    articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
+    if not constrain(model, state, state.q, moreau.smooth, work, h, h):
         return False
-    copy(state.q, work.stage_q, 0)
-    copy(state.v, work.stage_v, 0)
+    copy(state.q, moreau.middle_q, 0)
+    copy(state.v, moreau.middle_v, 0)
     for k in range(lo, n + 2):
-        work.stage_q[k] += 0.5 * h * (work.new_v[k] + old * (state.v[k] - work.new_v[k]))
-        work.stage_v[k] = 0.5 * (state.v[k] + work.new_v[k])
+        moreau.middle_q[k] += 0.5 * h * (moreau.new_v[k] + old * (state.v[k] - moreau.new_v[k]))
+        moreau.middle_v[k] = 0.5 * (state.v[k] + moreau.new_v[k])
     state.counter[EVALUATIONS] += 1
-    middle = work.slope_v[1]
-    smooth_accelerations(lo, model, work.stage_q, work.stage_v, work, middle)
+    middle = moreau.middle_smooth
+    dynamics.smooth_accelerations(lo, model, moreau.middle_q, moreau.middle_v, work, middle)
     push_x, push_y, twist = outer_force(lo, model, work)
-    if not constrain(model, state, work.stage_q, middle, work, h, 0.5 * h):
+    if not constrain(model, state, moreau.middle_q, middle, work, h, 0.5 * h):
         return False
     if is_free(lo, model) and not held_or_walled(model, work):
-        end = work.slope_q[2]
+        end = moreau.new_q
         for k in range(n + 2):
-            end[k] = work.stage_q[k] + 0.5 * h * work.new_v[k]
-        keep_momentum(model, state, work, end, h * push_x, h * push_y, h * twist)
+            end[k] = moreau.middle_q[k] + 0.5 * h * moreau.new_v[k]
+        keep_momentum(model, state, work, end, moreau.new_v, h * push_x, h * push_y, h * twist)
     return True
 
 
@@ -180,13 +176,13 @@ def velocity_after(model: Model, state: State, work: Work, h: float, old: float)
 def constrain(
     model: Model, state: State, q: Array, acceleration: Array, work: Work, h: float, left: float
 ) -> bool:
-    """Velocity after a step ``h`` into ``work.new_v``: the nearest that closes no gap of ``q``.
+    """Find the velocity after a step ``h``, the nearest that closes no gap of ``q``.
 
     ``left`` is the time that the gaps have to last. Needs pose and inertias of ``q``. Returns
     False if it could not be found.
     """
     lo, n = state.counter[LO], model.n
-    v = work.new_v
+    v = work.moreau.new_v
     copy(state.v, v, 0)
     for k in range(lo, n + 2):
         v[k] += h * acceleration[k]
@@ -194,34 +190,36 @@ def constrain(
     if rows < 0:
         return False
     count = rows
-    work.row_count[1] = rows
-    work.row_count[2] = 0
+    work.rows.counts[1] = rows
+    work.rows.counts[2] = 0
     if model.frictional:
-        articulated.centripetal(lo, model.bodies, work.pose, state.v, work.ax, work.ay)
+        articulated.centripetal(
+            lo, model.bodies, work.pose, state.v, work.centres.ax, work.centres.ay
+        )
     for i in range(lo, n):
-        if work.slow[i] == 1:
-            if count + 3 > work.bias.size:
+        if work.friction.slow[i] == 1:
+            if count + 3 > work.rows.bias.size:
                 return False
             law.friction_rows(lo, model, work.pose, work, count, i)
             count += 3
-    respond(lo, model, work, 0, count)
+    dynamics.respond(lo, model, work, 0, count)
     # Friction is a force: with it, accelerations over the step are solved for, not velocities.
     unit = h if count > rows else 1.0
     for r in range(count):
         # What is said of gaps holds in this pose, what is said of friction at the step's end.
-        rest = work.bias[r] if r < rows else left * work.bias[r]
-        work.bias[r] = (rest + rate_of(lo, work, r, v)) / unit
-        work.equality[r] = 0
-        work.passive[r] = 1
+        rest = work.rows.bias[r] if r < rows else left * work.rows.bias[r]
+        work.rows.bias[r] = (rest + dynamics.rate_of(lo, work, r, v)) / unit
+        work.rows.equality[r] = 0
+        work.rows.passive[r] = 1
     solved = solve(rows, count, work, model)
     if not solved or too_violent(lo, rows, count, model, work, v, unit):
         for r in range(rows):
-            work.bias[r] = max(work.bias[r], rate_of(lo, work, r, v) / unit)
-            work.passive[r] = 1
+            work.rows.bias[r] = max(work.rows.bias[r], dynamics.rate_of(lo, work, r, v) / unit)
+            work.rows.passive[r] = 1
         solved = solve(rows, count, work, model)
     for r in range(count):
-        work.multiplier[r] *= unit
-    apply_multipliers(lo, count, work, v)
+        work.rows.multiplier[r] *= unit
+    dynamics.apply_multipliers(lo, count, work, v)
     return solved
 
 
@@ -244,17 +242,17 @@ def too_violent(
     into each other: of no velocity, or of a boundless one. Their overlaps are left for later.
     """
     bodies = model.bodies
-    articulated.centre_velocities(lo, bodies, work.pose, v, work.fx, work.fy)
+    articulated.centre_velocities(lo, bodies, work.pose, v, work.loads.fx, work.loads.fy)
     energy, mass = 0.0, 0.0
     for i in range(lo, model.n):
-        energy += bodies.mass[i] * (work.fx[i] ** 2 + work.fy[i] ** 2)
+        energy += bodies.mass[i] * (work.loads.fx[i] ** 2 + work.loads.fy[i] ** 2)
         energy += bodies.inertia[i] * v[i] * v[i]
         mass += bodies.mass[i]
     fastest = 0.0
-    for r in range(work.row_count[0], rows):
-        fastest = max(fastest, rate_of(lo, work, r, v) - unit * work.bias[r])
+    for r in range(work.rows.counts[0], rows):
+        fastest = max(fastest, dynamics.rate_of(lo, work, r, v) - unit * work.rows.bias[r])
     change = 0.0
     for r in range(count):
         for c in range(count):
-            change += work.multiplier[r] * work.delassus[r, c] * work.multiplier[c]
+            change += work.rows.multiplier[r] * work.rows.delassus[r, c] * work.rows.multiplier[c]
     return not unit * unit * change <= VIOLENT * (energy + mass * fastest * fastest)

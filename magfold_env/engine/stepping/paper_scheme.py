@@ -9,23 +9,12 @@ from __future__ import annotations
 
 import math
 
-from magfold_env.engine.arrays import copy
+from magfold_env.engine import outcomes
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.outer_field import add_magnet_forces
-from magfold_env.engine.outcomes import CAPPED, FULL, NOT_FINITE, REACHED, RESTED
-from magfold_env.engine.state import (
-    EVALUATIONS,
-    STEPS,
-    TIME,
-    Array,
-    Model,
-    Record,
-    State,
-    Work,
-)
+from magfold_env.engine.state import EVALUATIONS, STEPS, TIME, Model, Record, State, Work, copy
 from magfold_env.engine.stepping.recorder import record_instant
-from magfold_env.engine.work_cap import out_of_work
 
 SNAP = 0.9 * math.pi / 2.0  # equation 40
 QUIET_TIME = 0.1  # [s] a chain that turned by less than QUIET_ANGLE in it is at rest
@@ -44,66 +33,64 @@ def paper_advance(
     n = model.n
     # new_q keeps the headings of the last look, new_v[0] its time.
     if state.counter[STEPS] == 0:
-        copy(state.q, work.new_q, 0)
-        work.new_v[0] = 0.0
+        copy(state.q, work.stages.new_q, 0)
+        work.stages.new_v[0] = 0.0
     while state.clock[TIME] < until:
-        if out_of_work(model, state):
-            return CAPPED
+        if outcomes.out_of_work(model, state):
+            return outcomes.CAPPED
         if not record_instant(record, state):
-            return FULL
+            return outcomes.FULL
         evaluate(model, state, work)
         for i in range(n):
-            rate = state.v[i] + dt * work.force[i]
+            rate = state.v[i] + dt * work.chain.force[i]
             if not math.isfinite(state.q[i] + dt * rate):
-                return NOT_FINITE
+                return outcomes.NOT_FINITE
             state.v[i] = rate
             state.q[i] += dt * rate
-        snapped = snap(n, state.q, state.v)
+        snapped = snap(n, state)
         state.counter[STEPS] += 1
         state.clock[TIME] = state.counter[STEPS] * dt
         if snapped == n - 1 and n > 1:
-            return RESTED
-        if state.clock[TIME] - work.new_v[0] >= QUIET_TIME:
+            return outcomes.RESTED
+        if state.clock[TIME] - work.stages.new_v[0] >= QUIET_TIME:
             turned = 0.0
             for i in range(n):
-                turned = max(turned, abs(state.q[i] - work.new_q[i]))
+                turned = max(turned, abs(state.q[i] - work.stages.new_q[i]))
             if turned < QUIET_ANGLE:
-                return RESTED
-            copy(state.q, work.new_q, 0)
-            work.new_v[0] = state.clock[TIME]
-    return REACHED
+                return outcomes.RESTED
+            copy(state.q, work.stages.new_q, 0)
+            work.stages.new_v[0] = state.clock[TIME]
+    return outcomes.REACHED
 
 
 @kernel
 def evaluate(model: Model, state: State, work: Work) -> None:
-    """Angular accelerations of equation 39 into ``work.force``, friction after equation 41."""
+    """Find the angular accelerations of equation 39, with friction after equation 41."""
     bodies, pose = model.bodies, work.pose
     state.counter[EVALUATIONS] += 1
     articulated.place(0, bodies, state.q, pose)
-    articulated.centre_velocities(0, bodies, pose, state.v, work.vx, work.vy)
-    articulated.centripetal(0, bodies, pose, state.v, work.ax, work.ay)
+    articulated.centre_motion(0, bodies, pose, state.v, work.centres)
     for i in range(model.n):
         m = bodies.mass[i]
-        work.fx[i] = m * (model.gravity_x - work.ax[i])
-        work.fy[i] = m * (model.gravity_y - work.ay[i])
-        work.torque[i] = 0.0
-        speed = math.hypot(work.vx[i], work.vy[i])
+        work.loads.fx[i] = m * (model.gravity_x - work.centres.ax[i])
+        work.loads.fy[i] = m * (model.gravity_y - work.centres.ay[i])
+        work.loads.torque[i] = 0.0
+        speed = math.hypot(work.centres.vx[i], work.centres.vy[i])
         if speed > 0.0:
-            work.fx[i] -= model.grip[i] * work.vx[i] / speed
-            work.fy[i] -= model.grip[i] * work.vy[i] / speed
+            work.loads.fx[i] -= model.grip[i] * work.centres.vx[i] / speed
+            work.loads.fy[i] -= model.grip[i] * work.centres.vy[i] / speed
     if model.magnetic:
-        add_magnet_forces(0, model, pose, work.nodes, work.fx, work.fy, work.torque)
-    articulated.generalise(0, bodies, pose, work.fx, work.fy, work.torque, work.force)
-    articulated.factor(0, bodies, pose, work.open, work.art)
-    articulated.solve(
-        0, bodies, pose, work.open, work.art, False, work.force, work.force, work.hold
-    )
+        add_magnet_forces(0, model, pose, work.nodes, work.loads)
+    chain, force = work.chain, work.chain.force
+    articulated.generalise(0, bodies, pose, work.loads, force)
+    articulated.factor(0, bodies, pose, chain.unlocked, chain)
+    articulated.solve(0, bodies, pose, chain.unlocked, False, force, force, chain)
 
 
 @kernel
-def snap(n: int, q: Array, v: Array) -> int:
+def snap(n: int, state: State) -> int:
     """Set joints past 81° to 90° and average the two rates; returns how many there were."""
-    snapped = 0
+    q, v, snapped = state.q, state.v, 0
     for i in range(1, n):
         angle = q[i] - q[i - 1]
         if abs(angle) > SNAP:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from magfold_env.engine.arrays import copy
-from magfold_env.engine.compile.jit import kernel
-from magfold_env.engine.contact.events import interpolate
-from magfold_env.engine.state import FRAME_TIME, FRAMES, LO, TIME, Model, Record, State, Work
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.state import FRAME_TIME, FRAMES, LO, TIME, Array, Record, State, Work, copy
+from magfold_env.engine.stepping.stages import interpolate
 
 
 @kernel
@@ -16,6 +15,17 @@ def has_room(record: Record, state: State, longest_step: float) -> bool:
     return state.counter[FRAMES] + longest_step / record.interval + 2.0 < record.time.size
 
 
+@inlined
+def next_frame(record: Record, state: State, time: float) -> int:
+    """Begin a frame at a time [s]; return its number."""
+    f = state.counter[FRAMES]
+    record.time[f] = time
+    record.lo[f] = state.counter[LO]
+    state.counter[FRAMES] = f + 1
+    state.clock[FRAME_TIME] += record.interval
+    return f
+
+
 @kernel
 def record_step(record: Record, state: State, work: Work, step: float, fraction: float) -> None:
     """Take the frames that fall into the accepted part of a step."""
@@ -24,52 +34,41 @@ def record_step(record: Record, state: State, work: Work, step: float, fraction:
     begin = state.clock[TIME]
     end = begin + fraction * step
     while state.clock[FRAME_TIME] <= end:
-        f = state.counter[FRAMES]
         at = (state.clock[FRAME_TIME] - begin) / step
-        interpolate(state.q, work.slope_q, step, at, record.q[f])
-        interpolate(state.v, work.slope_v, step, at, record.v[f])
-        record.time[f] = state.clock[FRAME_TIME]
-        record.lo[f] = state.counter[LO]
-        state.counter[FRAMES] = f + 1
-        state.clock[FRAME_TIME] += record.interval
+        f = next_frame(record, state, state.clock[FRAME_TIME])
+        interpolate(state.q, work.stages.slope_q, step, at, record.q[f])
+        interpolate(state.v, work.stages.slope_v, step, at, record.v[f])
 
 
 @kernel
-def record_rest(record: Record, model: Model, state: State, until: float) -> bool:
+def record_rest(record: Record, state: State, until: float) -> bool:
     """Take the frames of a chain that only moves with the base; False if they do not fit."""
     if record.interval <= 0.0:
         return True
-    n = model.n
+    n = state.q.size - 2
     while state.clock[FRAME_TIME] <= until:
-        f = state.counter[FRAMES]
-        if f >= record.time.size:
+        if state.counter[FRAMES] >= record.time.size:
             return False
+        time = state.clock[FRAME_TIME]
+        f = next_frame(record, state, time)
         copy(state.q, record.q[f], 0)
         copy(state.v, record.v[f], 0)
-        record.q[f, n] += state.v[n] * (state.clock[FRAME_TIME] - state.clock[TIME])
-        record.time[f] = state.clock[FRAME_TIME]
-        record.lo[f] = state.counter[LO]
-        state.counter[FRAMES] = f + 1
-        state.clock[FRAME_TIME] += record.interval
+        record.q[f, n] += state.v[n] * (time - state.clock[TIME])
     return True
 
 
 @kernel
-def record_line(record: Record, state: State, work: Work, step: float) -> None:
-    """Take the frames of a step of constant velocity, whose end is in ``work.new_q``, ``new_v``."""
+def record_line(record: Record, state: State, step: float, end: Array, velocity: Array) -> None:
+    """Take the frames of a step of constant ``velocity`` to ``end``."""
     if record.interval <= 0.0:
         return
     begin = state.clock[TIME]
     while state.clock[FRAME_TIME] <= begin + step:
-        f = state.counter[FRAMES]
         share = (state.clock[FRAME_TIME] - begin) / step
+        f = next_frame(record, state, state.clock[FRAME_TIME])
         for k in range(state.q.size):
-            record.q[f, k] = state.q[k] + share * (work.new_q[k] - state.q[k])
-            record.v[f, k] = work.new_v[k]
-        record.time[f] = state.clock[FRAME_TIME]
-        record.lo[f] = state.counter[LO]
-        state.counter[FRAMES] = f + 1
-        state.clock[FRAME_TIME] += record.interval
+            record.q[f, k] = state.q[k] + share * (end[k] - state.q[k])
+            record.v[f, k] = velocity[k]
 
 
 @kernel
@@ -77,13 +76,9 @@ def record_instant(record: Record, state: State) -> bool:
     """Take a frame of the state if one is due; False if it does not fit."""
     if record.interval <= 0.0 or state.clock[TIME] < state.clock[FRAME_TIME]:
         return True
-    f = state.counter[FRAMES]
-    if f >= record.time.size:
+    if state.counter[FRAMES] >= record.time.size:
         return False
+    f = next_frame(record, state, state.clock[TIME])
     copy(state.q, record.q[f], 0)
     copy(state.v, record.v[f], 0)
-    record.time[f] = state.clock[TIME]
-    record.lo[f] = state.counter[LO]
-    state.counter[FRAMES] = f + 1
-    state.clock[FRAME_TIME] += record.interval
     return True

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import call_float, call_int, calls_by_address, take
 from magfold_env.engine.compile.jit import kernel
@@ -11,6 +13,23 @@ from magfold_env.engine.outcomes import REACHED, TIMED_OUT
 from magfold_env.engine.state import LO, TIME, Array, IntArray, Model, State, Work
 
 BEGIN, ADVANCE, RELEASE, ENERGY = range(4)
+
+
+class Batch(NamedTuple):
+    """Chains that are fed together, m of them."""
+
+    code: IntArray  # addresses of the code for BEGIN, ADVANCE, RELEASE and ENERGY
+    models: IntArray  # addresses of what belongs to each chain, (m,)
+    states: IntArray
+    works: IntArray
+    record: int  # address of a record without room, for all of them
+    counters: IntArray  # of their states, (m, …)
+    clocks: Array
+    charges: Array  # of their models
+    waiting: Array  # charges that components get when they are fed, (m, n, 4) [A·m]
+    speeds: Array  # at which they are fed, (m, n) [m/s]
+    outcomes: IntArray  # how each integration ended, (m,); REACHED: it has not
+    energies: Array  # of chains that have ended, (m,) [J]
 
 
 @kernel
@@ -54,22 +73,7 @@ def advance_at(code: int, model: int, state: int, work: int, record: int, until:
 
 @calls_by_address
 def feed_chains(
-    code: IntArray,
-    models: IntArray,
-    states: IntArray,
-    works: IntArray,
-    record: int,
-    counters: IntArray,
-    clocks: Array,
-    charges: Array,
-    waiting: Array,
-    speeds: Array,
-    duration: float,
-    all_of_it: bool,
-    rows: IntArray,
-    outcomes: IntArray,
-    energies: Array,
-    next_row: IntArray,
+    batch: Batch, rows: IntArray, duration: float, all_of_it: bool, next_row: IntArray
 ) -> int:
     """Feed the next component of some chains, or all; chains that are all out settle.
 
@@ -78,29 +82,16 @@ def feed_chains(
 
     Parameters
     ----------
-    code
-        Addresses of the code for BEGIN, ADVANCE, RELEASE and ENERGY.
-    models, states, works
-        Addresses of what belongs to each chain, (m,).
-    record
-        Address of a record without room, for all of them.
-    counters, clocks, charges
-        Those of all chains, (m, …).
-    waiting
-        Charges that components get when they are fed, (m, n, 4) [A·m].
-    speeds
-        Feed speeds, (m, n) [m/s].
-    duration
-        Longest time to settle [s].
+    batch
+        All chains; outcomes and energies are filled in.
     rows
         The chains to feed.
-    outcomes
-        How each chain's integration ended, (m,); REACHED: it has not.
-    energies
-        Filled with the energies of chains that ended, (m,) [J].
+    duration
+        Longest time to settle [s].
     next_row
         The counter, (1,).
     """
+    code, counters, outcomes = batch.code, batch.counters, batch.outcomes
     taken = 0
     while True:
         place = take(next_row)
@@ -108,32 +99,32 @@ def feed_chains(
             return taken
         taken += 1
         k = rows[place]
-        model, state, work = models[k], states[k], works[k]
+        model, state, work = batch.models[k], batch.states[k], batch.works[k]
         outcome = REACHED
         left = counters[k, LO]
         for _ in range(left if all_of_it else 1):
             i = counters[k, LO] - 1
             for face in range(4):
-                charges[k, i, face] = waiting[k, i, face]
-            until = call_float(code[BEGIN], model, state, work, speeds[k, i])
-            outcome = call_int(code[ADVANCE], model, state, work, record, until)
+                batch.charges[k, i, face] = batch.waiting[k, i, face]
+            until = call_float(code[BEGIN], model, state, work, batch.speeds[k, i])
+            outcome = call_int(code[ADVANCE], model, state, work, batch.record, until)
             if outcome != REACHED:
                 break
             call_float(code[RELEASE], model, state, work, 0.0)
         if outcome == REACHED and counters[k, LO] == 0:
-            until = clocks[k, TIME] + duration
-            outcome = call_int(code[ADVANCE], model, state, work, record, until)
+            until = batch.clocks[k, TIME] + duration
+            outcome = call_int(code[ADVANCE], model, state, work, batch.record, until)
             if outcome == REACHED:
                 outcome = TIMED_OUT
         outcomes[k] = outcome
         if outcome != REACHED:
-            energies[k] = call_float(code[ENERGY], model, state, work, 0.0)
+            batch.energies[k] = call_float(code[ENERGY], model, state, work, 0.0)
 
 
 @calls_by_address
-def energies_of(
-    code: IntArray, models: IntArray, states: IntArray, works: IntArray, rows: IntArray, out: Array
-) -> None:
+def find_energies(batch: Batch, rows: IntArray) -> None:
     """Fill in the energies [J] of some chains as they are."""
     for k in rows:
-        out[k] = call_float(code[ENERGY], models[k], states[k], works[k], 0.0)
+        batch.energies[k] = call_float(
+            batch.code[ENERGY], batch.models[k], batch.states[k], batch.works[k], 0.0
+        )

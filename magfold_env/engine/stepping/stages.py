@@ -1,15 +1,51 @@
-"""The stages of a Dormand-Prince step and the estimate of its error."""
+"""Dormand and Prince's step: its stages, the estimate of its error, and its dense output.
+
+Coefficients of the Runge-Kutta pair 5(4): Dormand, Prince (1980); of the dense output: Shampine
+(1986), Math. Comp. 46:135-150.
+"""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import coordinates
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.engine.state import LO, Model, State, Work
-from magfold_env.engine.stepping import dormand_prince as dp
+from magfold_env.engine.state import LO, Array, Model, State, Work
 from magfold_env.engine.stepping.dynamics import accelerations
+
+STAGES = 7
+ORDER = 5
+
+# Row s: weights of the stages before s; the last row is also the step itself.
+WEIGHT = np.array(
+    [
+        [0, 0, 0, 0, 0, 0],
+        [1 / 5, 0, 0, 0, 0, 0],
+        [3 / 40, 9 / 40, 0, 0, 0, 0],
+        [44 / 45, -56 / 15, 32 / 9, 0, 0, 0],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0, 0],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0],
+        [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+    ]
+)
+
+ERROR = np.array([-71 / 57600, 0.0, 71 / 16695, -71 / 1920, 17253 / 339200, -22 / 525, 1 / 40])
+
+# y(t + θh) = y + h Σ_s k_s Σ_j DENSE[s, j] θ^(j+1)
+DENSE = np.array(
+    [
+        [1.0, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432],
+        [0.0, 0.0, 0.0, 0.0],
+        [0.0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799],
+        [0.0, -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072],
+        [0.0, 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632],
+        [0.0, -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844],
+        [0.0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
+    ]
+)
 
 LOCAL = 0.1  # share of the tolerance that one step may use up
 UNEVEN = 2.0  # mean mass over the least, its root, from which masses decide about errors
@@ -18,23 +54,23 @@ SLOW = 0.3  # share of a typical rate below which rates are judged by it
 
 @kernel
 def stages(model: Model, state: State, work: Work, h: float) -> bool:
-    """Fill the slopes of a step and its end in ``work.new_q``, ``work.new_v``."""
+    """Fill the slopes of a step and its end in ``work.stages.new_q``, ``work.stages.new_v``."""
     end = coordinates(model)
     # What the tube holds does not turn. Loops over all components are faster than over the others.
-    for s in range(dp.STAGES):
+    for s in range(STAGES):
         for k in range(state.counter[LO]):
-            work.slope_v[s, k] = 0.0
-    for s in range(1, dp.STAGES):
-        q, v = (work.stage_q, work.stage_v) if s < 6 else (work.new_q, work.new_v)
+            work.stages.slope_v[s, k] = 0.0
+    for s in range(1, STAGES):
+        q, v = (work.stages.q, work.stages.v) if s < 6 else (work.stages.new_q, work.stages.new_v)
         for k in range(end):
             dq, dv = 0.0, 0.0
             for r in range(s):
-                dq += dp.WEIGHT[s, r] * work.slope_q[r, k]
-                dv += dp.WEIGHT[s, r] * work.slope_v[r, k]
+                dq += WEIGHT[s, r] * work.stages.slope_q[r, k]
+                dv += WEIGHT[s, r] * work.stages.slope_v[r, k]
             q[k] = state.q[k] + h * dq
             v[k] = state.v[k] + h * dv
-            work.slope_q[s, k] = v[k]
-        if not accelerations(model, state, q, v, work, work.slope_v[s]):
+            work.stages.slope_q[s, k] = v[k]
+        if not accelerations(model, state, q, v, work, work.stages.slope_v[s]):
             return False
     return True
 
@@ -50,13 +86,13 @@ def step_error(model: Model, state: State, work: Work, h: float) -> float:
     worst, total = 0.0, 0.0
     for k in range(coordinates(model)):
         eq, ev = 0.0, 0.0
-        for s in range(dp.STAGES):
-            eq += dp.ERROR[s] * work.slope_q[s, k]
-            ev += dp.ERROR[s] * work.slope_v[s, k]
+        for s in range(STAGES):
+            eq += ERROR[s] * work.stages.slope_q[s, k]
+            ev += ERROR[s] * work.stages.slope_v[s, k]
         scale = 1.0 if k < n else model.bodies.length[0]
         rate = model.rate_scale * scale
         eq = abs(h * eq) / (LOCAL * model.tolerance * scale)
-        ev = abs(h * ev) / (LOCAL * model.tolerance * max(SLOW * rate, abs(work.new_v[k])))
+        ev = abs(h * ev) / (LOCAL * model.tolerance * max(SLOW * rate, abs(work.stages.new_v[k])))
         total += eq + ev
         worst = max(worst, eq, ev)
     if not math.isfinite(total):
@@ -73,17 +109,33 @@ def kinetic_error(lo: int, model: Model, work: Work, h: float) -> float:
     Where a light component turns fast, the least of its errors carries heavy ones beyond it away.
     Needs pose and centre velocities at the step's end.
     """
-    n, bodies, off = model.n, model.bodies, work.stage_v
+    n, bodies, off = model.n, model.bodies, work.stages.v
     for k in range(n + 2):
         off[k] = 0.0
-        for s in range(dp.STAGES):
-            off[k] += h * dp.ERROR[s] * work.slope_v[s, k]
-    articulated.centre_velocities(lo, bodies, work.pose, off, work.fx, work.fy)
+        for s in range(STAGES):
+            off[k] += h * ERROR[s] * work.stages.slope_v[s, k]
+    articulated.centre_velocities(lo, bodies, work.pose, off, work.loads.fx, work.loads.fy)
     error, energy, mass = 0.0, 0.0, 0.0
     for i in range(lo, n):
         m, j = bodies.mass[i], bodies.inertia[i]
-        error += m * (work.fx[i] ** 2 + work.fy[i] ** 2) + j * off[i] ** 2
-        energy += m * (work.vx[i] ** 2 + work.vy[i] ** 2) + j * work.new_v[i] ** 2
+        error += m * (work.loads.fx[i] ** 2 + work.loads.fy[i] ** 2) + j * off[i] ** 2
+        energy += (
+            m * (work.centres.vx[i] ** 2 + work.centres.vy[i] ** 2) + j * work.stages.new_v[i] ** 2
+        )
         mass += m / n
     slow = SLOW * model.rate_scale * bodies.length[0]
     return math.sqrt(error / max(energy, mass * slow * slow)) / (LOCAL * model.tolerance)
+
+
+@kernel
+def interpolate(y: Array, slopes: Array, step: float, fraction: float, out: Array) -> None:
+    """Dense output of the step at ``fraction`` of it."""
+    for k in range(y.size):
+        out[k] = y[k]
+    for s in range(STAGES):
+        w = 0.0
+        for j in range(3, -1, -1):
+            w = (w + DENSE[s, j]) * fraction
+        w *= step
+        for k in range(y.size):
+            out[k] += w * slopes[s, k]

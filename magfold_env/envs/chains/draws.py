@@ -16,8 +16,7 @@ from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.scene import Scene
 from magfold_env.scene.base import MU0
 from magfold_env.simulation.chains import Chains
-from magfold_env.simulation.pack import TURNED, pack, reversed_inside
-from magfold_env.simulation.pack_rates import typical_rate
+from magfold_env.simulation.pack import TURNED, pack, reversed_inside, typical_rate
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -9,7 +9,7 @@ from magfold_env.engine.chain import feed
 from magfold_env.engine.contact import constraints
 from magfold_env.engine.friction import held
 from magfold_env.engine.magnets import chain
-from magfold_env.engine.state import LO, TIME, Array, Model, State, Work
+from magfold_env.engine.state import LO, TIME, Array, Loads, Model, State, Work
 from magfold_env.engine.workspace import new_work
 from magfold_env.fold import FoldStatus
 from magfold_env.simulation.env_session import EnvSession, copied
@@ -84,13 +84,13 @@ class PushedSession(EnvSession):
         if constraints.begin_step(model, state, work) not in (constraints.OK, constraints.IMPACT):
             return math.nan
         # Rows that are not used have no force then.
-        work.multiplier[:] = 0.0
-        work.jacobian[:] = 0.0
-        out = work.slope_v[0]
+        work.rows.multiplier[:] = 0.0
+        work.rows.jacobian[:] = 0.0
+        out = work.stages.slope_v[0]
         if not held.first_accelerations(model, state, work, out):
             return math.nan
         momentum = _momentum_rate(lo, model, work, out)
-        outside = work.force[n] + float(work.multiplier @ work.jacobian[:, n])
+        outside = work.chain.force[n] + float(work.rows.multiplier @ work.rows.jacobian[:, n])
         return momentum - outside + _pull_of_held(lo, model, state, work)
 
     @cached_property
@@ -112,8 +112,6 @@ def _pull_of_held(lo: int, model: Model, state: State, work: Work) -> float:
     if not model.magnetic:
         return 0.0
     first = feed.place_all(lo, model, state.q, work.pose)
-    fx, fy, torque = (np.zeros(model.n) for _ in range(3))
-    chain.add_chain_forces(
-        first, lo, model, state.q, work.pose, work.nodes, work.rigid, fx, fy, torque
-    )
-    return float(fx[lo:].sum())
+    loads = Loads(*(np.zeros(model.n) for _ in range(3)))
+    chain.add_chain_forces(first, lo, model, state.q, work.pose, work.nodes, work.rigid, loads)
+    return float(loads.fx[lo:].sum())

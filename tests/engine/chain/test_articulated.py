@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 import magfold_env as mf
 from magfold_env.engine.chain import articulated
+from magfold_env.engine.state import Loads
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Casing, Gravity, Magnets
 from magfold_env.simulation.pack import pack
@@ -79,8 +80,8 @@ def test_free_chain_solves_the_dense_mass_matrix(seed, n):
     scene, model, work, q = in_engine(rng, n)
     force = rng.normal(0.0, 1.0, n + 2) * np.append(np.full(n, SIDE), [1.0, 1.0])
     out = np.empty(n + 2)
-    articulated.factor(0, model.bodies, work.pose, work.open, work.art)
-    articulated.solve(0, model.bodies, work.pose, work.open, work.art, True, force, out, work.hold)
+    articulated.factor(0, model.bodies, work.pose, work.chain.unlocked, work.chain)
+    articulated.solve(0, model.bodies, work.pose, work.chain.unlocked, True, force, out, work.chain)
     matrix = reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)
     expected = np.linalg.solve(matrix, force)
     scale = np.append(np.full(n, 1.0), [SIDE, SIDE])
@@ -96,10 +97,9 @@ def test_part_of_a_chain_behind_its_hinge_is_a_shorter_chain(seed, n, share):
     lo = int(share * (n - 1))
     force = np.append(rng.normal(0.0, SIDE, n), [0.0, 0.0])
     out = np.zeros(n + 2)
-    articulated.factor(lo, model.bodies, work.pose, work.open, work.art)
-    articulated.solve(
-        lo, model.bodies, work.pose, work.open, work.art, False, force, out, work.hold
-    )
+    articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
+    unlocked = work.chain.unlocked
+    articulated.solve(lo, model.bodies, work.pose, unlocked, False, force, out, work.chain)
     tail = reference.mass_matrix(q[lo:], SIDE, scene.masses[lo:], scene.inertias[lo:])
     expected = np.linalg.solve(tail[: n - lo, : n - lo], force[lo:n])
     np.testing.assert_allclose(out[lo:n], expected, rtol=0, atol=1e-11 * np.abs(expected).max())
@@ -112,8 +112,7 @@ def test_kinematics_are_the_derivatives_of_the_centres(seed, n):
     rng = np.random.default_rng(seed)
     _, model, work, q = in_engine(rng, n)
     v = np.append(rng.normal(0.0, 5.0, n), rng.normal(0.0, 0.1, 2))
-    articulated.centre_velocities(0, model.bodies, work.pose, v, work.vx, work.vy)
-    articulated.centripetal(0, model.bodies, work.pose, v, work.ax, work.ay)
+    articulated.centre_motion(0, model.bodies, work.pose, v, work.centres)
 
     def path(t):
         return reference.centres(q + t * v, SIDE)
@@ -121,8 +120,12 @@ def test_kinematics_are_the_derivatives_of_the_centres(seed, n):
     np.testing.assert_allclose(np.stack([work.pose.x, work.pose.y], axis=1), path(0.0), atol=1e-15)
     speed = reference.derivative(path, 1e-3)
     bend = reference.second_derivative(path, 3e-3)
-    np.testing.assert_allclose(np.stack([work.vx, work.vy], axis=1), speed, atol=1e-9)
-    np.testing.assert_allclose(np.stack([work.ax, work.ay], axis=1), bend, atol=1e-6)
+    np.testing.assert_allclose(
+        np.stack([work.centres.vx, work.centres.vy], axis=1), speed, atol=1e-9
+    )
+    np.testing.assert_allclose(
+        np.stack([work.centres.ax, work.centres.ay], axis=1), bend, atol=1e-6
+    )
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 60))
@@ -131,9 +134,8 @@ def test_generalised_forces_do_the_work_of_the_forces(seed, n):
     _, model, work, q = in_engine(rng, n)
     force, torque = rng.normal(0.0, 1.0, (n, 2)), rng.normal(0.0, SIDE, n)
     out = np.empty(n + 2)
-    articulated.generalise(
-        0, model.bodies, work.pose, force[:, 0].copy(), force[:, 1].copy(), torque, out
-    )
+    loads = Loads(force[:, 0].copy(), force[:, 1].copy(), torque)
+    articulated.generalise(0, model.bodies, work.pose, loads, out)
     expected = np.einsum("idk,id->k", reference.velocity_map(q, SIDE), force)
     expected[:n] += torque
     np.testing.assert_allclose(out, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
@@ -146,14 +148,14 @@ def test_a_free_chain_keeps_its_momentum(seed, n):
     rng = np.random.default_rng(seed)
     scene, model, work, q = in_engine(rng, n)
     v = np.append(rng.normal(0.0, 5.0, n), rng.normal(0.0, 0.1, 2))
-    articulated.centripetal(0, model.bodies, work.pose, v, work.ax, work.ay)
-    pull_x, pull_y = -scene.masses * work.ax, -scene.masses * work.ay
+    articulated.centripetal(0, model.bodies, work.pose, v, work.centres.ax, work.centres.ay)
+    centres = work.centres
+    loads = Loads(-scene.masses * centres.ax, -scene.masses * centres.ay, np.zeros(n))
     out = np.empty(n + 2)
-    articulated.generalise(0, model.bodies, work.pose, pull_x, pull_y, np.zeros(n), work.force)
-    articulated.factor(0, model.bodies, work.pose, work.open, work.art)
-    articulated.solve(
-        0, model.bodies, work.pose, work.open, work.art, True, work.force, out, work.hold
-    )
+    force, unlocked = work.chain.force, work.chain.unlocked
+    articulated.generalise(0, model.bodies, work.pose, loads, force)
+    articulated.factor(0, model.bodies, work.pose, unlocked, work.chain)
+    articulated.solve(0, model.bodies, work.pose, unlocked, True, force, out, work.chain)
     places = reference.centres(q, SIDE)
     pulls = reference.velocity_map(q, SIDE) @ out
     pulls = scene.masses[:, None] * (pulls + reference.velocity_accelerations(q, v, SIDE))
@@ -173,8 +175,8 @@ def test_locked_joints_move_as_the_constrained_mass_matrix_says(seed, n, held):
     lock[0] = 1 if held and rng.integers(2) else 0
     force = rng.normal(0.0, 1.0, n + 2) * np.append(np.full(n, SIDE), [1.0, 1.0])
     out = np.empty(n + 2)
-    articulated.factor(0, model.bodies, work.pose, lock, work.art)
-    articulated.solve(0, model.bodies, work.pose, lock, work.art, not held, force, out, work.hold)
+    articulated.factor(0, model.bodies, work.pose, lock, work.chain)
+    articulated.solve(0, model.bodies, work.pose, lock, not held, force, out, work.chain)
     matrix = reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)
     relative = np.eye(n, n + 2) - np.eye(n, n + 2, -1)
     rows = relative[lock != 0]
@@ -192,10 +194,10 @@ def test_locked_joints_move_as_the_constrained_mass_matrix_says(seed, n, held):
         out * scale, solution[: n + 2] * scale, rtol=0, atol=1e-10 * np.abs(solution).max()
     )
     assert not np.diff(out[:n])[lock[1:] != 0].any()
-    assert not work.hold[lock == 0].any()
+    assert not work.chain.hold[lock == 0].any()
     # What holds the joints does no net work and makes up for the rest of the equation.
     torque = matrix @ out - force
-    torque[:n] += np.append(work.hold[1:], 0.0) - work.hold
+    torque[:n] += np.append(work.chain.hold[1:], 0.0) - work.chain.hold
     kept = slice(0, n) if held else slice(None)
     np.testing.assert_allclose(
         torque[kept] / scale[kept], 0.0, atol=1e-9 * np.abs(force / scale).max()

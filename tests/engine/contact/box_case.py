@@ -63,7 +63,7 @@ class Boxes:
         self.place(q)
         work = self.work
         corner = np.array(boxes.corner(work, other, k))
-        place = np.array([work.box_x[other], work.box_y[other]]) + corner
+        place = np.array([work.boxes.x[other], work.boxes.y[other]]) + corner
         core = self.polygon(box, q)
         sides = list(zip(core, np.roll(core, -1, axis=0), strict=True))
         away = min(reference.distance_to_segment(place, *ends) for ends in sides)

@@ -63,9 +63,9 @@ def test_a_corner_beside_the_one_in_the_mouth_meets_the_next():
     work = case.work
     for name in ("box_x", "box_y"):
         getattr(work, name)[5] = getattr(work, name)[1]
-    work.box_x[5] += 0.9 * SIDE * np.sqrt(2)
+    work.boxes.x[5] += 0.9 * SIDE * np.sqrt(2)
     rows = jacobian.collect_contacts(3, case.model, work, 0)
-    assert {(1, 5), (5, 1)} & {tuple(row[:2]) for row in work.row_id[:rows].tolist()}
+    assert {(1, 5), (5, 1)} & {tuple(row[:2]) for row in work.rows.id[:rows].tolist()}
 
 
 @given(seed=seeds, layout=layouts)
@@ -100,14 +100,14 @@ def test_a_corner_beyond_a_wall_is_told_from_one_in_front_of_it(seed):
     work, model = case.work, case.model
     wall, k = case.n + int(rng.integers(2)), int(rng.integers(4))
     # Somewhere at the mouth, at either face of the wall.
-    work.box_x[2], work.box_y[2] = rng.uniform(-1.0, 1.0, 2) * SIDE + (0.0, work.box_y[wall])
+    work.boxes.x[2], work.boxes.y[2] = rng.uniform(-1.0, 1.0, 2) * SIDE + (0.0, work.boxes.y[wall])
     turn = rng.uniform(-np.pi, np.pi)
-    work.box_c[2], work.box_s[2] = np.cos(turn), np.sin(turn)
+    work.boxes.c[2], work.boxes.s[2] = np.cos(turn), np.sin(turn)
 
-    centre = np.array([work.box_x[2], work.box_y[2]])
+    centre = np.array([work.boxes.x[2], work.boxes.y[2]])
     corner = centre + boxes.corner(work, 2, k)
-    half_length, half = work.box_a[wall], work.box_b[wall]
-    middle = np.array([work.box_x[wall], work.box_y[wall]])
+    half_length, half = work.boxes.a[wall], work.boxes.b[wall]
+    middle = np.array([work.boxes.x[wall], work.boxes.y[wall]])
     side = np.sign(centre[1] - middle[1])
     face = middle[1] + side * half
     before, behind = side * (centre[1] - face), side * (face - corner[1])

@@ -32,12 +32,12 @@ def workspace(n=8):
 def load(work, rows, bias, equality=()):
     """Pose the problem w = G Gᵀ λ + b for the rows G (m, k)."""
     m = len(rows)
-    work.delassus[:m, :m] = rows @ rows.T
-    work.bias[:m] = bias
-    work.equality[:m] = 0
-    work.equality[list(equality)] = 1
-    work.passive[:m] = 1
-    work.multiplier[:m] = 0.0
+    work.rows.delassus[:m, :m] = rows @ rows.T
+    work.rows.bias[:m] = bias
+    work.rows.equality[:m] = 0
+    work.rows.equality[list(equality)] = 1
+    work.rows.passive[:m] = 1
+    work.rows.multiplier[:m] = 0.0
     return m
 
 
@@ -55,11 +55,11 @@ def test_multipliers_satisfy_their_conditions(seed):
     work, rows = workspace(), draw_rows(rng, 10)
     # b = G u: that some w is possible is what a chain's constraints guarantee.
     m = load(work, rows, rows @ rng.normal(size=rows.shape[1]))
-    work.passive[:m] = rng.integers(0, 2, m)
+    work.rows.passive[:m] = rng.integers(0, 2, m)
     assert solve_nonnegative(m, work)
-    lam = work.multiplier[:m]
-    w = work.delassus[:m, :m] @ lam + work.bias[:m]
-    scale = np.abs(work.bias[:m]).max()
+    lam = work.rows.multiplier[:m]
+    w = work.rows.delassus[:m, :m] @ lam + work.rows.bias[:m]
+    scale = np.abs(work.rows.bias[:m]).max()
     assert lam.min() >= 0.0
     assert w.min() >= -1e-8 * scale
     assert np.abs(lam * w).max() <= 1e-8 * scale * (1.0 + lam.max())
@@ -74,7 +74,7 @@ def test_motion_agrees_with_another_solver(seed):
     m = load(work, rows, rows @ start)
     assert solve_nonnegative(m, work)
     expected = rows.T @ nnls(rows.T, -start)[0]
-    found = rows.T @ work.multiplier[:m]
+    found = rows.T @ work.rows.multiplier[:m]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * np.abs(start).max())
 
 
@@ -84,8 +84,8 @@ def test_equalities_hold_with_either_sign(seed):
     work, rows = workspace(), rng.normal(size=(6, 9))
     m = load(work, rows, rows @ rng.normal(size=9), equality=(1, 4))
     assert solve_nonnegative(m, work)
-    lam = work.multiplier[:m]
-    w = work.delassus[:m, :m] @ lam + work.bias[:m]
+    lam = work.rows.multiplier[:m]
+    w = work.rows.delassus[:m, :m] @ lam + work.rows.bias[:m]
     free = np.array([0, 2, 3, 5])
     assert np.abs(w[[1, 4]]).max() <= 1e-8
     assert lam[free].min() >= 0.0
@@ -106,18 +106,18 @@ class Impact:
         boxes.place_boxes(0, self.model, work.pose, work)
         joints = rng.choice(np.arange(1, n), int(rng.integers(1, n)), replace=False)
         for r, joint in enumerate(joints):
-            work.row_id[r, :2] = joint, rng.choice([-1, 1])
+            work.rows.id[r, :2] = joint, rng.choice([-1, 1])
         self.stops = row = len(joints)
-        work.row_count[0] = row
+        work.rows.counts[0] = row
         # Rows are linear: for the projection it does not matter how large their gaps are.
         for _ in range(int(rng.integers(0, 4))):
             i = int(rng.integers(0, n - 4))
-            work.row_id[row, :3] = i, rng.integers(i + 4, n), rng.integers(4)
+            work.rows.id[row, :3] = i, rng.integers(i + 4, n), rng.integers(4)
             row += 1
         if row < n:  # the same contact twice, as in closed loops
-            work.row_id[row] = work.row_id[row - 1]
+            work.rows.id[row] = work.rows.id[row - 1]
             row += row > len(joints)
-        work.row_count[1:] = row
+        work.rows.counts[1:] = row
         self.rows = row
         self.free = n + 2 if mount == "free" else n
         self.before = np.append(rng.normal(0.0, 10.0, n), rng.normal(0.0, 0.3, 2))
@@ -130,7 +130,7 @@ class Impact:
 
     @property
     def jacobian(self):
-        return self.work.jacobian[: self.rows, : self.free]
+        return self.work.rows.jacobian[: self.rows, : self.free]
 
     @property
     def mass(self):
@@ -161,7 +161,7 @@ def test_impact_is_a_push_of_what_stays_in_touch(seed, mount):
     # multipliers serve as a certificate only: any that are valid would do.
     impact = Impact(np.random.default_rng(seed), mount)
     after, before = impact.project()[: impact.free], impact.before[: impact.free]
-    push = impact.work.multiplier[: impact.rows]
+    push = impact.work.rows.multiplier[: impact.rows]
     momentum = impact.mass @ (after - before)
     size = np.abs(impact.mass @ before).max()
     np.testing.assert_allclose(impact.jacobian.T @ push, momentum, rtol=0, atol=1e-8 * size)

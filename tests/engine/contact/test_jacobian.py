@@ -19,7 +19,7 @@ def test_every_touching_corner_becomes_a_row(seed):
     q = case.random_q(rng)
     case.place(q)
     rows = contact.collect_contacts(0, case.model, case.work, 0)
-    found = {tuple(row[:3]) for row in case.work.row_id[:rows].tolist()}
+    found = {tuple(row[:3]) for row in case.work.rows.id[:rows].tolist()}
     touch = contact.TOUCH * SIDE
     for i, j in pairs(case):
         overlapping = reference.separation(case.polygon(i, q), case.polygon(j, q)) <= 0.0
@@ -34,11 +34,10 @@ def row_of(case, box, other, k, q, v):
     """Jacobian and bias of a contact row at the coordinates and velocities."""
     case.place(q)
     work, model, lo = case.work, case.model, case.lo
-    articulated.centre_velocities(lo, model.bodies, work.pose, v, work.vx, work.vy)
-    articulated.centripetal(lo, model.bodies, work.pose, v, work.ax, work.ay)
-    work.row_id[0, :3] = box, other, k
+    articulated.centre_motion(lo, model.bodies, work.pose, v, work.centres)
+    work.rows.id[0, :3] = box, other, k
     contact.contact_row(lo, model, work.pose, work, 0, v)
-    return work.jacobian[0].copy(), work.bias[0]
+    return work.rows.jacobian[0].copy(), work.rows.bias[0]
 
 
 def turns_a_corner(case, box, other, k, q):
@@ -113,5 +112,5 @@ def test_stop_row_is_the_joints_angle():
         contact.stop_row(0, case.model, case.work, 0, 2, sign)
         expected = np.zeros(6)
         expected[2], expected[1] = -sign, sign
-        np.testing.assert_array_equal(case.work.jacobian[0], expected)
-        assert case.work.bias[0] == 0.0
+        np.testing.assert_array_equal(case.work.rows.jacobian[0], expected)
+        assert case.work.rows.bias[0] == 0.0

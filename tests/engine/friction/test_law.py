@@ -42,8 +42,7 @@ class Floor:
         bodies, work = self.model.bodies, self.work
         self.state.v[:] = v
         place_all(0, self.model, self.state.q, work.pose)
-        articulated.centre_velocities(0, bodies, work.pose, v, work.vx, work.vy)
-        articulated.centripetal(0, bodies, work.pose, v, work.ax, work.ay)
+        articulated.centre_motion(0, bodies, work.pose, v, work.centres)
 
     def accelerations(self):
         out = np.zeros(self.n + 2)
@@ -78,9 +77,9 @@ def test_rows_are_the_velocities_of_the_component(seed, n):
     bend = reference.velocity_accelerations(floor.state.q, v, SIDE)
     for i in range(n):
         law.friction_rows(0, floor.model, floor.work.pose, floor.work, 0, i)
-        np.testing.assert_allclose(floor.work.jacobian[:3], floor.ellipsoid()[i], atol=1e-15)
-        np.testing.assert_allclose(floor.work.bias[:2], bend[i], rtol=1e-12, atol=1e-12)
-        assert floor.work.bias[2] == 0.0
+        np.testing.assert_allclose(floor.work.rows.jacobian[:3], floor.ellipsoid()[i], atol=1e-15)
+        np.testing.assert_allclose(floor.work.rows.bias[:2], bend[i], rtol=1e-12, atol=1e-12)
+        assert floor.work.rows.bias[2] == 0.0
 
 
 @pytest.mark.laws
@@ -94,9 +93,13 @@ def test_sliding_friction_takes_its_grip_times_the_speed(seed, n):
     law.add_sliding(0, floor.model, v, work)
     speeds = floor.ellipsoid() @ v
     size = np.linalg.norm(speeds, axis=1)
-    power = work.fx * work.vx + work.fy * work.vy + work.torque * v[:n]
+    power = (
+        work.loads.fx * work.centres.vx
+        + work.loads.fy * work.centres.vy
+        + work.loads.torque * v[:n]
+    )
     np.testing.assert_allclose(power, -MU * floor.scene.masses * G * size, rtol=1e-12)
-    force = np.stack([work.fx, work.fy, work.torque / floor.model.arm], axis=1)
+    force = np.stack([work.loads.fx, work.loads.fy, work.loads.torque / floor.model.arm], axis=1)
     # Associated law: of all forces in the ellipsoid it takes the most, straight against (v, c ω).
     expected = -MU * floor.scene.masses[:, None] * G * speeds / size[:, None]
     np.testing.assert_allclose(force, expected, rtol=1e-10, atol=1e-15)
@@ -106,8 +109,8 @@ def test_a_component_at_rest_feels_no_sliding_friction():
     floor = Floor(np.random.default_rng(0), 3)
     floor.move(np.zeros(5))
     law.add_sliding(0, floor.model, floor.state.v, floor.work)
-    assert not floor.work.fx.any()
-    assert not floor.work.torque.any()
+    assert not floor.work.loads.fx.any()
+    assert not floor.work.loads.torque.any()
 
 
 @given(seed=seeds, n=st.integers(1, 8), share=st.floats(0.0, 0.99))
@@ -123,11 +126,11 @@ def test_rounding_does_not_make_slide_what_is_held(seed, n, share):
     rng = np.random.default_rng(seed)
     floor = Floor(rng, n, pull=share * MU * G)
     out = floor.accelerations()
-    at_rest = floor.work.force.copy()
+    at_rest = floor.work.chain.force.copy()
     drift = 1e-9 * random_velocity(rng, n)
     assert accelerations(floor.model, floor.state, floor.state.q, drift, floor.work, out)
     scale = [*[floor.model.grip[0] * SIDE] * n, floor.model.grip[0], floor.model.grip[0]]
-    np.testing.assert_allclose((floor.work.force - at_rest) / scale, 0.0, rtol=0, atol=1e-6)
+    np.testing.assert_allclose((floor.work.chain.force - at_rest) / scale, 0.0, rtol=0, atol=1e-6)
 
 
 @given(seed=seeds, n=st.integers(1, 8), share=st.floats(1.01, 5.0))

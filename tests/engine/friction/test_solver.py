@@ -27,10 +27,10 @@ class Problem:
         # A chain with n components has n + 2 coordinates, and W no larger rank.
         n = max(rows.shape[1] - 2, (count - 15) // 6 + 1, 2)
         self.work = work = new_work(pack(Scene(sequence=("NNNN",) * n, magnets=None)))
-        work.delassus[:count, :count] = rows @ rows.T
-        work.bias[:count] = rows @ start
-        work.equality[list(equality)] = 1
-        work.row_id[normals:count, 0] = np.repeat(np.arange((count - normals) // 3), 3)
+        work.rows.delassus[:count, :count] = rows @ rows.T
+        work.rows.bias[:count] = rows @ start
+        work.rows.equality[list(equality)] = 1
+        work.rows.id[normals:count, 0] = np.repeat(np.arange((count - normals) // 3), 3)
 
     def solve(self):
         return solve_with_friction(self.normals, len(self.rows), self.work, self.grip)
@@ -38,7 +38,7 @@ class Problem:
     @property
     def motion(self):
         """What the multipliers do; unlike them it is unique."""
-        return self.start + self.rows.T @ self.work.multiplier[: len(self.rows)]
+        return self.start + self.rows.T @ self.work.rows.multiplier[: len(self.rows)]
 
 
 def draw(rng, most_normals=14, most_balls=15):
@@ -59,10 +59,10 @@ def draw(rng, most_normals=14, most_balls=15):
 
 def assert_optimal(work, normals, count, radius, tolerance=1e-9):
     """Check the conditions of the convex problem, in which ``radius`` is that of each three."""
-    lam = work.multiplier[:count]
-    w = work.delassus[:count, :count] @ lam + work.bias[:count]
-    allowed = tolerance * np.abs(work.bias[:count]).max()
-    held = work.equality[:normals] == 1
+    lam = work.rows.multiplier[:count]
+    w = work.rows.delassus[:count, :count] @ lam + work.rows.bias[:count]
+    allowed = tolerance * np.abs(work.rows.bias[:count]).max()
+    held = work.rows.equality[:normals] == 1
     push, rate = lam[:normals], w[:normals]
     assert np.abs(rate[held]).max(initial=0.0) <= allowed
     assert push[~held].min(initial=0.0) >= 0.0
@@ -91,7 +91,7 @@ def test_motion_agrees_with_another_solver(seed):
     assert problem.solve()
     rows, start, normals = problem.rows, problem.start, problem.normals
     grip = np.minimum(problem.grip, 100.0)
-    held = problem.work.equality[:normals] == 1
+    held = problem.work.rows.equality[:normals] == 1
     bounds = [(None if h else 0.0, None) for h in held] + [(None, None)] * 3 * len(grip)
     within = {
         "type": "ineq",
@@ -128,7 +128,7 @@ def test_no_grip_changes_nothing():
     rng = np.random.default_rng(0)
     problem = Problem(rng.normal(size=(9, 6)), rng.normal(size=6), 0, np.zeros(3))
     assert problem.solve()
-    assert not problem.work.multiplier.any()
+    assert not problem.work.rows.multiplier.any()
 
 
 def test_grip_that_just_suffices_holds():
@@ -144,9 +144,9 @@ def test_grip_that_just_suffices_holds():
 def test_the_impossible_is_not_solved():
     rows = np.array([[1.0, 0.0], [-1.0, 0.0]])
     problem = Problem(rows, np.zeros(2), 2, np.zeros(0))
-    problem.work.bias[:2] = -1.0  # two walls that close in on each other
+    problem.work.rows.bias[:2] = -1.0  # two walls that close in on each other
     assert not problem.solve()
-    problem.work.bias[:2] = np.nan
+    problem.work.rows.bias[:2] = np.nan
     assert not problem.solve()
 
 
@@ -157,5 +157,5 @@ def test_chains_at_rest_whose_forces_relaxation_does_not_find(seed):
     model, state, work = session._model, session._state, session._work
     begin_step(model, state, work)
     assert first_accelerations(model, state, work, np.zeros(model.n + 2))
-    normals = int(work.row_count[1])
+    normals = int(work.rows.counts[1])
     assert_optimal(work, normals, normals + 3 * model.n, model.grip)

@@ -9,6 +9,7 @@ import magfold_env as mf
 from magfold_env.engine.chain import articulated as chain
 from magfold_env.engine.chain import feed
 from magfold_env.engine.magnets.chain import add_chain_forces, chain_energy
+from magfold_env.engine.state import Loads
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import folded_words, word_to_angles
@@ -34,10 +35,10 @@ class Chain:
         model, work = self.model, self.work
         q = np.append(np.cumsum(joints), [0.0, 0.0])
         first = feed.place_all(lo, model, q, work.pose)
-        fx, fy, torque = np.zeros((3, model.n))
-        add_chain_forces(first, lo, model, q, work.pose, work.nodes, work.rigid, fx, fy, torque)
+        loads = Loads(*np.zeros((3, model.n)))
+        add_chain_forces(first, lo, model, q, work.pose, work.nodes, work.rigid, loads)
         out = np.zeros(model.n + 2)
-        chain.generalise(lo, model.bodies, work.pose, fx, fy, torque, out)
+        chain.generalise(lo, model.bodies, work.pose, loads, out)
         return out
 
     def energy(self, joints):

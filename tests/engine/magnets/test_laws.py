@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from magfold_env.engine.magnets import laws, near_faces
+from magfold_env.engine.magnets import laws, pairs
 from tests.engine import reference
 
 
@@ -51,7 +51,7 @@ def test_logarithm_is_exact_to_rounding(exponent):
 
 @pytest.mark.parametrize("ratio", np.linspace(0.98, 1.12, 29))
 def test_blend_has_the_derivative_it_states(ratio):
-    weight, slope = laws.step_down(ratio, near_faces.BLEND)
+    weight, slope = laws.step_down(ratio, pairs.BLEND)
     assert 0.0 <= weight <= 1.0
-    measured = reference.derivative(lambda t: laws.step_down(ratio + t, near_faces.BLEND)[0], 1e-6)
+    measured = reference.derivative(lambda t: laws.step_down(ratio + t, pairs.BLEND)[0], 1e-6)
     assert slope == pytest.approx(measured, abs=1e-6)

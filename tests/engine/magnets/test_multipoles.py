@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 
 from magfold_env.engine.magnets import expansions, multipoles
+from magfold_env.engine.workspace import new_segments
 from tests.engine.magnets.test_expansions import SIZE, Cloud, seeds
 
 
@@ -62,15 +63,16 @@ def test_derivatives_give_the_energy_the_force_and_the_torque_of_a_pair(seed):
     a, b = Cloud(rng), Cloud(rng)
     offset = 20 * SIZE * np.exp(1j * rng.uniform(-np.pi, np.pi))
     rows = np.array([moments(a), moments(b)])
-    scratch, local, push = np.zeros((4, multipoles.PAIR_PARTS)), *np.zeros((2, 2, multipoles.PARTS))
-    x, y = np.array([offset.real, 0.0]), np.array([offset.imag, 0.0])
-    way = multipoles.direction(x[0], y[0])
-    energy, fx, fy, torque = multipoles.act_on_each_other(5, rows, 0, 1, *way, scratch)
-    assert multipoles.expand(5, rows, x, y, 0, 1, 1.0, local, push, scratch) == energy
-    np.testing.assert_array_equal(push[:, :2], [[fx, fy], [-fx, -fy]])
+    pieces = new_segments(2)
+    local = pieces.local
+    pieces.moment[:], pieces.x[0], pieces.y[0] = rows, offset.real, offset.imag
+    way = multipoles.direction(offset.real, offset.imag)
+    energy, fx, fy, torque = multipoles.act_on_each_other(5, rows, 0, 1, *way, pieces.turned)
+    assert multipoles.expand(5, pieces, 0, 1, 1.0) == energy
+    np.testing.assert_array_equal(pieces.push, [[fx, fy], [-fx, -fy]])
     # Pairs of casings take the same terms, but leave out products of too high an order.
     wide, room = np.array([a.moments(), b.moments()]), np.zeros(expansions.SCRATCH)
-    pair = expansions.expansion(3, wide, 0, 1, x[0], y[0], room)
+    pair = expansions.expansion(3, wide, 0, 1, offset.real, offset.imag, room)
     assert energy == pytest.approx(pair[0], abs=2e-2 * np.hypot(fx, fy) * SIZE)
     for k in range(2):
         assert product(rows[k], local[k]) == pytest.approx(energy, rel=1e-11)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import magfold_env as mf
 from magfold_env.engine.magnets import outer_field
 from magfold_env.engine.magnets import pairs as magnets
-from magfold_env.engine.state import Pose
+from magfold_env.engine.state import Loads, Pose
 from magfold_env.engine.workspace import new_work
 from magfold_env.laws import exact_magnets as exact
 from magfold_env.scene import Magnets, Scene
@@ -32,15 +32,15 @@ class Casings:
 
     def prepare(self, places, headings):
         pose = Pose(np.cos(headings), np.sin(headings), places[:, 0].copy(), places[:, 1].copy())
-        loads = np.zeros((3, headings.size))
+        loads = Loads(*np.zeros((3, headings.size)))
         model, nodes = self.model, self.work.nodes
-        magnets.add_forces(0, model.magnets, model.charge, pose, nodes, *loads)
+        magnets.add_forces(0, model.magnets, model.charge, pose, nodes, loads)
         return pose
 
     def forces(self, places, headings):
-        pose, loads = self.prepare(places, headings), np.zeros((3, headings.size))
-        outer_field.add_field(0, self.model, pose, self.work.nodes, *loads)
-        return loads[:2].T, loads[2]
+        pose, loads = self.prepare(places, headings), Loads(*np.zeros((3, headings.size)))
+        outer_field.add_field(0, self.model, pose, self.work.nodes, loads)
+        return np.stack([loads.fx, loads.fy], axis=1), loads.torque
 
     def energy(self, places, headings):
         pose = self.prepare(places, headings)

@@ -6,8 +6,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.engine.magnets import near_faces, pairs
-from magfold_env.engine.state import Pose
+from magfold_env.engine.magnets import pairs, segments
+from magfold_env.engine.state import Loads, Pose
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Magnets, Scene
 from magfold_env.simulation.pack import pack
@@ -41,10 +41,10 @@ class Casings:
 
     def forces(self, places, headings):
         n = headings.size
-        fx, fy, torque = np.zeros(n), np.zeros(n), np.zeros(n)
+        loads = Loads(np.zeros(n), np.zeros(n), np.zeros(n))
         pose = self.pose(places, headings)
-        pairs.add_forces(0, self.model.magnets, self.model.charge, pose, self.nodes, fx, fy, torque)
-        return np.stack([fx, fy], axis=1), torque
+        pairs.add_forces(0, self.model.magnets, self.model.charge, pose, self.nodes, loads)
+        return np.stack([loads.fx, loads.fy], axis=1), loads.torque
 
     def energy(self, places, headings):
         pose = self.pose(places, headings)
@@ -63,14 +63,14 @@ class Casings:
         """How many pairs of pole faces of different casings lie between two levels."""
         near = self.face_distances(places, headings)
         radii = self.model.magnets.level_radius[1:]
-        return sum(int(((near > r) & (near < near_faces.BLEND * r)).sum()) // 2 for r in radii)
+        return sum(int(((near > r) & (near < pairs.BLEND * r)).sum()) // 2 for r in radii)
 
     def crosses_an_edge(self, first, second):
         """Whether a blend, only twice differentiable at its ends, begins or ends on the way."""
         rule = self.model.magnets
-        levels = np.outer(rule.level_radius[1:], [1.0, near_faces.BLEND]).ravel()
-        ranks = 2 * rule.depth + np.outer(rule.rank_radius[1:], [1.0, pairs.SPREAD]).ravel()
-        casings = np.append(ranks, rule.far_radius * np.array([1.0, pairs.SPREAD]))
+        levels = np.outer(rule.level_radius[1:], [1.0, pairs.BLEND]).ravel()
+        ranks = 2 * rule.depth + np.outer(rule.rank_radius[1:], [1.0, segments.SPREAD]).ravel()
+        casings = np.append(ranks, rule.far_radius * np.array([1.0, segments.SPREAD]))
         return _crosses(
             levels, self.face_distances(*first), self.face_distances(*second)
         ) or _crosses(casings, _distances(first[0]), _distances(second[0]))
@@ -171,7 +171,7 @@ def test_gradient_holds_between_two_levels(level, share):
     rng = np.random.default_rng(9)
     casings = Casings(scene_of(rng, 2, "coarse strips"))
     radius = casings.model.magnets.level_radius[level]
-    distance = radius * (1.0 + share * (near_faces.BLEND - 1.0))
+    distance = radius * (1.0 + share * (pairs.BLEND - 1.0))
     places = np.array([[0.0, 0.0], [0.0, SIDE - 0.001 + distance]])
     headings = np.array([np.pi / 4, np.pi / 4])
     assert casings.blended(places, headings) > 0
@@ -185,7 +185,7 @@ def test_gradient_holds_between_two_ranks(rank, share):
     rng = np.random.default_rng(10)
     casings = Casings(scene_of(rng, 2, "fine strips"))
     rule = casings.model.magnets
-    room = rule.rank_radius[rank] * (1.0 + share * (pairs.SPREAD - 1.0))
+    room = rule.rank_radius[rank] * (1.0 + share * (segments.SPREAD - 1.0))
     distance = 2 * rule.depth + room
     while True:
         bearing = rng.uniform(-np.pi, np.pi)
@@ -202,7 +202,7 @@ def test_gradient_holds_between_two_ranks(rank, share):
 def test_gradient_holds_where_casings_begin_to_be_expanded(share):
     rng = np.random.default_rng(12)
     casings = Casings(scene_of(rng, 2, "strips"))
-    distance = casings.model.magnets.far_radius * (1.0 + share * (pairs.SPREAD - 1.0))
+    distance = casings.model.magnets.far_radius * (1.0 + share * (segments.SPREAD - 1.0))
     bearing = rng.uniform(-np.pi, np.pi)
     places = distance * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]])
     headings = rng.uniform(-np.pi, np.pi, 2)

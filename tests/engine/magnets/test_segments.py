@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from magfold_env.benchmarks.magnets.poses import folded, unfolded
 from magfold_env.engine.magnets import pairs as magnets
 from magfold_env.engine.magnets import segments
-from magfold_env.engine.state import Pose
+from magfold_env.engine.state import Loads, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.scene import Magnets, Scene
 from magfold_env.simulation.pack import charges, pack_magnets
@@ -35,11 +35,9 @@ class Long:
 
     def forces(self, headings, first=0):
         n = self.scene.n
-        fx, fy, torque = np.zeros((3, n))
-        magnets.add_forces(
-            first, self.rule, self.charge, self.pose(headings), self.nodes, fx, fy, torque
-        )
-        return np.stack([fx, fy], axis=1), torque
+        loads = Loads(*np.zeros((3, n)))
+        magnets.add_forces(first, self.rule, self.charge, self.pose(headings), self.nodes, loads)
+        return np.stack([loads.fx, loads.fy], axis=1), loads.torque
 
     def energy(self, headings):
         return magnets.energy(0, self.rule, self.charge, self.pose(headings), self.nodes)
@@ -47,8 +45,8 @@ class Long:
     def pairs(self, headings):
         """How many pairs of single casings are listed, and how many times."""
         pose, parts = self.pose(headings), self.nodes.segments
-        loads = np.zeros((3, self.scene.n))
-        magnets.add_forces(0, self.rule, self.charge, pose, self.nodes, *loads)
+        loads = Loads(*np.zeros((3, self.scene.n)))
+        magnets.add_forces(0, self.rule, self.charge, pose, self.nodes, loads)
         segments.begin(0, pose.x, pose.y, parts)
         counts = []
         while not counts or counts[-1]:

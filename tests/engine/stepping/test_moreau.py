@@ -24,9 +24,11 @@ def chain_at(headings):
 def place(model, state, work):
     """Find what `constrain` needs of a state."""
     feed.place_all(0, model, state.q, work.pose)
-    articulated.centre_velocities(0, model.bodies, work.pose, state.v, work.vx, work.vy)
-    articulated.factor(0, model.bodies, work.pose, work.open, work.art)
-    work.slow[:] = 0
+    articulated.centre_velocities(
+        0, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
+    )
+    articulated.factor(0, model.bodies, work.pose, work.chain.unlocked, work.chain)
+    work.friction.slow[:] = 0
 
 
 def energy(model, work, v):
@@ -45,7 +47,7 @@ def test_to_keep_gaps_open_takes_energy(word):
         state.v[:] = rng.normal(0.0, 5.0, model.n + 2) * [*[1.0] * model.n, 0.01, 0.01]
         place(model, state, work)
         assert moreau.constrain(model, state, state.q, np.zeros(model.n + 2), work, STEP, STEP)
-        assert energy(model, work, work.new_v) <= energy(model, work, state.v) * (1.0 + 1e-9)
+        assert energy(model, work, work.stages.new_v) <= energy(model, work, state.v) * (1.0 + 1e-9)
 
 
 def test_squares_that_overlap_on_all_sides_are_not_flung_about():
@@ -58,7 +60,7 @@ def test_squares_that_overlap_on_all_sides_are_not_flung_about():
     state.v[:] = [*rates, -0.028, 0.108]
     place(model, state, work)
     assert moreau.constrain(model, state, state.q, np.zeros(12), work, STEP, STEP)
-    assert energy(model, work, work.new_v) < moreau.VIOLENT * energy(model, work, state.v)
+    assert energy(model, work, work.stages.new_v) < moreau.VIOLENT * energy(model, work, state.v)
 
 
 @pytest.mark.parametrize("step", [4e-4, 2e-4, 1e-4])
@@ -70,13 +72,17 @@ def test_friction_holds_the_far_end_while_the_near_one_turns(step):
     state, work = new_state(model, np.array([0.0, 0.8])), new_work(model)
     state.v[:] = [rate, 0.0, 0.0, -rate * model.bodies.length[0]]
     place(model, state, work)
-    np.testing.assert_allclose([work.vx[1], work.vy[1]], 0.0, atol=1e-15)
-    work.slow[1] = 1
+    np.testing.assert_allclose([work.centres.vx[1], work.centres.vy[1]], 0.0, atol=1e-15)
+    work.friction.slow[1] = 1
     dynamics.smooth_forces(0, model, state.q, state.v, work)
-    dynamics.unconstrained(0, model, work, work.smooth)
+    dynamics.unconstrained(0, model, work, work.moreau.smooth)
     assert moreau.velocity_after(model, state, work, step, 0.75)
-    end = work.stage_q + 0.5 * step * work.new_v
+    end = work.stages.q + 0.5 * step * work.stages.new_v
     feed.place_all(0, model, end, work.pose)
-    articulated.centre_velocities(0, model.bodies, work.pose, work.new_v, work.vx, work.vy)
-    slipped = max(abs(work.vx[1]), abs(work.vy[1]), abs(model.arm * work.new_v[1]))
+    articulated.centre_velocities(
+        0, model.bodies, work.pose, work.stages.new_v, work.centres.vx, work.centres.vy
+    )
+    slipped = max(
+        abs(work.centres.vx[1]), abs(work.centres.vy[1]), abs(model.arm * work.stages.new_v[1])
+    )
     assert slipped < 10.0 * rate**3 * model.side * step**2

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from magfold_env.engine.chain import articulated, feed
-from magfold_env.engine.stepping import dormand_prince as dp
 from magfold_env.engine.stepping import stages
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import Casing, Scene
@@ -23,10 +22,12 @@ def stepped(seed, masses):
     scene = Scene(sequence=("NNSS",) * n, casing=Casing(mass=tuple(masses)), friction=0.0)
     model = pack(scene)
     state, work = new_state(model, rng.uniform(-3.0, 3.0, n)), new_work(model)
-    work.new_v[:] = rng.normal(0.0, 50.0, n + 2)
-    work.slope_v[:] = rng.normal(0.0, 1e4, work.slope_v.shape)
+    work.stages.new_v[:] = rng.normal(0.0, 50.0, n + 2)
+    work.stages.slope_v[:] = rng.normal(0.0, 1e4, work.stages.slope_v.shape)
     feed.place_all(0, model, state.q, work.pose)
-    articulated.centre_velocities(0, model.bodies, work.pose, work.new_v, work.vx, work.vy)
+    articulated.centre_velocities(
+        0, model.bodies, work.pose, work.stages.new_v, work.centres.vx, work.centres.vy
+    )
     return scene, model, state, work
 
 
@@ -35,9 +36,9 @@ def test_errors_are_measured_by_the_kinetic_energy(seed, n):
     masses = (10.0 ** np.random.default_rng(seed).uniform(-6.0, 0.0, n)).tolist()
     scene, model, state, work = stepped(seed, masses)
     matrix = reference.mass_matrix(state.q, scene.casing.side, scene.masses, scene.inertias)
-    off = STEP * dp.ERROR @ work.slope_v
+    off = STEP * stages.ERROR @ work.stages.slope_v
     slow = stages.SLOW * model.rate_scale * scene.casing.diagonal
-    usual = max(work.new_v @ matrix @ work.new_v, scene.masses.mean() * slow**2)
+    usual = max(work.stages.new_v @ matrix @ work.stages.new_v, scene.masses.mean() * slow**2)
     expected = np.sqrt(off @ matrix @ off / usual) / (stages.LOCAL * model.tolerance)
     assert stages.kinetic_error(0, model, work, STEP) == pytest.approx(expected, rel=1e-6)
 
@@ -46,9 +47,15 @@ def test_only_uneven_chains_are_judged_by_it():
     for masses, judged in (([0.01, 0.01, 0.01], False), ([1.0, 1e-5, 1.0], True)):
         _, model, state, work = stepped(1, masses)
         # The whole chain at rest is wrong by one velocity: all masses together by more than one.
-        for wrong in (work.slope_q, work.slope_v, work.new_v, work.vx, work.vy):
+        for wrong in (
+            work.stages.slope_q,
+            work.stages.slope_v,
+            work.stages.new_v,
+            work.centres.vx,
+            work.centres.vy,
+        ):
             wrong[:] = 0.0
-        work.slope_v[0, model.n] = 1.0
+        work.stages.slope_v[0, model.n] = 1.0
         kinetic = stages.kinetic_error(0, model, work, STEP)
         error = stages.step_error(model, state, work, STEP)
         assert error == kinetic if judged else error < kinetic

@@ -43,8 +43,8 @@ def swept(scene: Scene) -> bool:
     model, state, work = moving(scene)
     assert held.first_accelerations(model, state, work, np.zeros(scene.n + 2))
     # The other way leaves articulated inertias behind.
-    assert work.sweep.any() != work.art.any()
-    return bool(work.sweep.any())
+    assert work.chain.sweep.any() != work.chain.articulated.any()
+    return bool(work.chain.sweep.any())
 
 
 def test_a_chain_on_which_only_gravity_acts_takes_the_shortest_way() -> None:
@@ -79,10 +79,10 @@ def test_what_a_scene_lacks_has_no_scratch_space() -> None:
     work = new_work(pack(SWINGING))
     assert work.nodes is NO_NODES
     assert work.rigid is NO_RIGID
-    assert work.newton is NO_NEWTON
+    assert work.friction.newton is NO_NEWTON
     rubbing = new_work(pack(SWINGING.replace(friction=0.2)))
     assert rubbing.nodes is NO_NODES
-    assert rubbing.newton is not NO_NEWTON
+    assert rubbing.friction.newton is not NO_NEWTON
 
 
 def test_a_run_by_address_is_one_by_name() -> None:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.engine.chain import lanes, recursion
+from magfold_env.engine.chain import recursion
 from magfold_env.engine.chain.sincos import sincos
 from magfold_env.engine.compile.jit import kernel, numba_config
 from magfold_env.engine.state import Bodies
@@ -92,7 +92,7 @@ def test_the_scalar_kernel_and_the_lanes_agree(seed, n):
     bodies, base = random_bodies(rng, n), tuple(rng.normal(0.0, 10.0, 2))
     angles, rates = random_states(rng, 3, n)
     force = rng.normal(0.0, 1e-4, (3, n))
-    found = lanes.accelerate(bodies, base, angles, rates, force)
+    found = recursion.accelerate_many(bodies, base, angles, rates, force)
     for k in range(3):
         expected = scalar(bodies, base, angles[k], rates[k], force[k])
         assert_agree(found[k], expected, rates)
@@ -105,7 +105,7 @@ def test_accuracy_does_not_fade_with_the_inertia(inertia):
     n = 20
     bodies = Bodies(*(np.full(n, x) for x in (0.0037, inertia, 0.0088, 0.0176)))
     angles, rates = random_state(rng, n)
-    found = lanes.accelerate(bodies, (0.0, 9.81), angles[None], rates[None])[0]
+    found = recursion.accelerate_many(bodies, (0.0, 9.81), angles[None], rates[None])[0]
     q, v = np.append(angles, [0.0, 0.0]), np.append(rates, [0.0, 0.0])
     side = 0.0176 / np.sqrt(2)
     jacobian = reference.velocity_map(q, side)[:, :, :n]
@@ -139,7 +139,7 @@ def test_threads_do_not_change_a_bit():
     results = []
     for threads in {1, most}:
         numba.set_num_threads(threads)
-        results.append(lanes.accelerate(bodies, (0.0, 0.0), angles, rates).tobytes())
+        results.append(recursion.accelerate_many(bodies, (0.0, 0.0), angles, rates).tobytes())
     numba.set_num_threads(most)
     assert len(set(results)) == 1
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from magfold_env.engine.contact.closing_gaps import GENTLE, PUSH_OUT, allowance
+from magfold_env.engine.contact.constraints import GENTLE, PUSH_OUT, allowance
 from magfold_env.scene import Scene
 from magfold_env.simulation.pack import pack
 

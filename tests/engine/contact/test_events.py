@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.contact import boxes, constraints, hops
+from magfold_env.engine.contact import boxes, constraints, events
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import Scene
 from magfold_env.simulation.pack import pack
@@ -32,27 +32,29 @@ def hopping(rate, joint=1, tolerance=1e-3):
 def momentum(model, state, work):
     """Linear momentum [kg m/s]."""
     articulated.place(0, model.bodies, state.q, work.pose)
-    articulated.centre_velocities(0, model.bodies, work.pose, state.v, work.vx, work.vy)
-    return np.array([model.bodies.mass @ work.vx, model.bodies.mass @ work.vy])
+    articulated.centre_velocities(
+        0, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
+    )
+    return np.array([model.bodies.mass @ work.centres.vx, model.bodies.mass @ work.centres.vy])
 
 
 def energy(model, state, work):
     """Kinetic energy [J]."""
     momentum(model, state, work)
-    moving = model.bodies.mass @ (work.vx**2 + work.vy**2)
+    moving = model.bodies.mass @ (work.centres.vx**2 + work.centres.vy**2)
     return 0.5 * (moving + model.bodies.inertia @ state.v[: model.n] ** 2)
 
 
 @pytest.mark.parametrize("joint", [1, 2])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-5])
 def test_a_hop_too_small_to_see_is_left_out(joint, tolerance):
-    seen = math.sqrt(2.0 * PULL * hops.HOP * tolerance)
+    seen = math.sqrt(2.0 * PULL * events.HOP * tolerance)
     model, state, work, acceleration = hopping(0.9 * seen, joint, tolerance)
     before, power = momentum(model, state, work), energy(model, state, work)
-    assert hops.end_hops(model, state, work, acceleration) == constraints.IMPACT
+    assert events.end_hops(model, state, work, acceleration) == constraints.IMPACT
     assert state.lock[joint] == 1
     assert state.v[joint] == state.v[joint - 1]
-    assert work.row_count[0] == 1
+    assert work.rows.counts[0] == 1
     # The joint is held from within the chain, and by a projection.
     np.testing.assert_allclose(momentum(model, state, work), before, rtol=1e-12)
     assert energy(model, state, work) < power
@@ -60,17 +62,17 @@ def test_a_hop_too_small_to_see_is_left_out(joint, tolerance):
 
 @pytest.mark.parametrize("joint", [1, 2])
 def test_a_larger_hop_takes_place(joint):
-    seen = math.sqrt(2.0 * PULL * hops.HOP * 1e-3)
+    seen = math.sqrt(2.0 * PULL * events.HOP * 1e-3)
     model, state, work, acceleration = hopping(1.1 * seen, joint)
     before = state.v.copy()
-    assert hops.end_hops(model, state, work, acceleration) == constraints.OK
+    assert events.end_hops(model, state, work, acceleration) == constraints.OK
     assert (state.v == before).all()
     assert state.lock[joint] == 0
 
 
 def test_a_joint_that_nothing_pulls_back_opens():
     model, state, work, acceleration = hopping(1e-3)
-    assert hops.end_hops(model, state, work, -acceleration) == constraints.OK
+    assert events.end_hops(model, state, work, -acceleration) == constraints.OK
     assert state.lock[1] == 0
 
 
@@ -110,26 +112,26 @@ class Curled:
 
 def test_squares_that_part_too_little_to_see_stay_in_touch():
     case, pull = Curled(), 10.0
-    seen = math.sqrt(2.0 * pull * hops.HOP * case.tolerance * case.side)
+    seen = math.sqrt(2.0 * pull * events.HOP * case.tolerance * case.side)
     acceleration = case.opening(-pull)
     for share in (0.5, 0.8):
         case.state.v[:] = case.opening(share * seen)
         before = energy(case.model, case.state, case.work)
         assert constraints.begin_step(case.model, case.state, case.work) == constraints.OK
-        assert case.work.row_count[1] == 0
-        found = hops.end_hops(case.model, case.state, case.work, acceleration)
+        assert case.work.rows.counts[1] == 0
+        found = events.end_hops(case.model, case.state, case.work, acceleration)
         assert found == constraints.IMPACT
-        assert case.work.row_count[1] > 0
+        assert case.work.rows.counts[1] > 0
         assert abs(case.along(case.state.v)) < 1e-6 * share * seen
         assert energy(case.model, case.state, case.work) < before
 
 
 def test_squares_that_part_visibly_do_so():
     case, pull = Curled(), 10.0
-    seen = math.sqrt(2.0 * pull * hops.HOP * case.tolerance * case.side)
+    seen = math.sqrt(2.0 * pull * events.HOP * case.tolerance * case.side)
     case.state.v[:] = case.opening(1.5 * seen)
     before = case.state.v.copy()
     assert constraints.begin_step(case.model, case.state, case.work) == constraints.OK
-    found = hops.end_hops(case.model, case.state, case.work, case.opening(-pull))
+    found = events.end_hops(case.model, case.state, case.work, case.opening(-pull))
     assert found == constraints.OK
     assert (case.state.v == before).all()
