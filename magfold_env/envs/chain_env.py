@@ -15,7 +15,7 @@ from magfold_env.scene import Scene
 from magfold_env.simulation.chain_state import ChainState
 
 if TYPE_CHECKING:
-    from magfold_env.render.moments import Moment
+    from magfold_env.render.snapshot import Snapshot
 
 ObsType = TypeVar("ObsType")
 EpisodeType = TypeVar("EpisodeType", Episode, ControlEpisode)
@@ -74,7 +74,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType, EpisodeType]):
         return self.viewer.render(self.moment)
 
     @abstractmethod
-    def moment(self) -> "Moment":
+    def moment(self) -> "Snapshot":
         """Return what a picture of this moment shows."""
 
     def close(self) -> None:

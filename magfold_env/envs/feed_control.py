@@ -20,7 +20,7 @@ from magfold_env.envs.tasks.options import ControlOptions
 from magfold_env.scene import Scene
 
 if TYPE_CHECKING:
-    from magfold_env.render.moments import Moment
+    from magfold_env.render.snapshot import Snapshot
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,7 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32], ControlEpisode]):
         self.np_random.bit_generator.state = state.rng
         return self._enter(state.task, state.episode.copy())
 
-    def moment(self) -> "Moment":
+    def moment(self) -> "Snapshot":
         """Return what a picture of this moment shows."""
         return control_moment(self.setup, self._running(), self._task)
 

@@ -21,7 +21,7 @@ from magfold_env.envs.tasks.task import FoldTask
 from magfold_env.scene import Scene
 
 if TYPE_CHECKING:
-    from magfold_env.render.moments import Moment
+    from magfold_env.render.snapshot import Snapshot
 
 ObsType = TypeVar("ObsType")
 
@@ -177,7 +177,7 @@ class FoldEnv(ChainEnv[ObsType, Episode]):
         self._enter(state.goal, state.episode.copy())
         return self._observation(), self._info()
 
-    def moment(self) -> "Moment":
+    def moment(self) -> "Snapshot":
         """Return what a picture of this moment shows."""
         return fold_moment(self.task, self._running(), self._goal, self._baseline)
 

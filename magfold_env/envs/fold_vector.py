@@ -30,7 +30,7 @@ from magfold_env.envs.tasks.vector_options import (
 from magfold_env.envs.vector_infos import Infos, last_news, news
 
 if TYPE_CHECKING:
-    from magfold_env.render.moments import Moment
+    from magfold_env.render.snapshot import Snapshot
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -204,7 +204,7 @@ class FoldVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         self._over()
         return tuple(self._viewer.render(partial(self.moment, row)) for row in range(self.num_envs))
 
-    def moment(self, row: int) -> "Moment":
+    def moment(self, row: int) -> "Snapshot":
         """Return what a picture of an environment shows."""
         goal = self.goals.goal(row)
         baseline = self.task.baseline_of(goal.word)

@@ -1,4 +1,4 @@
-"""What there is to see of an episode; `magfold_env.render.moments` draws it."""
+"""What there is to see of an episode; `magfold_env.render.snapshot` draws it."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from magfold_env.envs.tasks.goals import Goal
 from magfold_env.envs.tasks.task import FoldTask
 
 if TYPE_CHECKING:
-    from magfold_env.render.moments import Moment
+    from magfold_env.render.snapshot import Snapshot
 
 _Rows = list[tuple[str, str]]
 
 
-def fold_moment(task: FoldTask, episode: EpisodeView, goal: Goal, baseline: Baseline) -> Moment:
+def fold_moment(task: FoldTask, episode: EpisodeView, goal: Goal, baseline: Baseline) -> Snapshot:
     """Return what there is to see of an episode in which magnets are chosen."""
-    from magfold_env.render.moments import Moment  # noqa: PLC0415 - needs the extra
+    from magfold_env.render.snapshot import Snapshot  # noqa: PLC0415 - needs the extra
 
     found, n = task.forecast(episode, goal), task.scene.n
     rows: _Rows = [("word", episode.word), ("target", goal.word)]
@@ -37,7 +37,7 @@ def fold_moment(task: FoldTask, episode: EpisodeView, goal: Goal, baseline: Base
         rows.append(("score", f"{info['score']:.2f}"))
         if not baseline.flagged:
             rows.append(("baseline", f"{baseline.score:.2f}"))
-    return Moment(
+    return Snapshot(
         scene=episode.scene_so_far,
         angles=episode.state.angles,
         base=episode.state.base,
@@ -52,9 +52,9 @@ def fold_moment(task: FoldTask, episode: EpisodeView, goal: Goal, baseline: Base
     )
 
 
-def control_moment(setup: ControlSetup, episode: ControlEpisode, task: ControlTask) -> Moment:
+def control_moment(setup: ControlSetup, episode: ControlEpisode, task: ControlTask) -> Snapshot:
     """Return what there is to see of an episode of feed control."""
-    from magfold_env.render.moments import Moment  # noqa: PLC0415 - needs the extra
+    from magfold_env.render.snapshot import Snapshot  # noqa: PLC0415 - needs the extra
 
     found = setup.forecast(episode, task)
     out = int(episode.progress.released.sum())
@@ -70,7 +70,7 @@ def control_moment(setup: ControlSetup, episode: ControlEpisode, task: ControlTa
         rows.append(("feed speed", f"{1e3 * episode.asked[-1]:.0f} mm/s"))
     if episode.status is not None:
         rows.append(("score", f"{setup.summary(episode, task)['score']:.2f}"))
-    return Moment(
+    return Snapshot(
         scene=episode.scene_so_far,
         angles=episode.state.angles,
         base=episode.state.base,

@@ -1,6 +1,6 @@
 """Pictures, windows and text of an episode.
 
-What a picture shows is a `magfold_env.render.moments.Moment`, and its layout is that module's.
+What a picture shows is a `magfold_env.render.snapshot.Snapshot`, and its layout is that module's.
 ``rgb_array`` and ``ansi`` show the chain at the moment of a decision. ``human`` also plays, slowed
 down, what the step just taken recorded on its way; nothing is simulated a second time.
 
@@ -19,7 +19,7 @@ import numpy as np
 from magfold_env.fold import Trajectory
 
 if TYPE_CHECKING:
-    from magfold_env.render.moments import Moment
+    from magfold_env.render.snapshot import Snapshot
     from magfold_env.render.window import Window
 
 RENDER_MODES = ("human", "rgb_array", "ansi")
@@ -74,17 +74,17 @@ class Viewer:
     def window(self) -> Window:
         """The window of ``human``."""
         if self._window is None:
-            from magfold_env.render.moments import MOMENT_SIZE  # noqa: PLC0415
+            from magfold_env.render.snapshot import SNAPSHOT_SIZE  # noqa: PLC0415
             from magfold_env.render.window import Window  # noqa: PLC0415
 
-            self._window = Window(MOMENT_SIZE, "magfold")
+            self._window = Window(SNAPSHOT_SIZE, "magfold")
         return self._window
 
     def begin(self) -> None:
         """Forget the motion of the episode before."""
         self._seen = 0
 
-    def render(self, moment: Callable[[], Moment]) -> Any:
+    def render(self, moment: Callable[[], Snapshot]) -> Any:
         """Return a moment as an array or as text, or show it, as the mode says."""
         if self.mode is None:
             return None
@@ -93,25 +93,25 @@ class Viewer:
         if self.mode == "human":
             self.show(moment())
             return None
-        from magfold_env.render.moments import moment_picture  # noqa: PLC0415
+        from magfold_env.render.snapshot import snapshot_picture  # noqa: PLC0415
 
-        return np.array(moment_picture(moment()))
+        return np.array(snapshot_picture(moment()))
 
-    def show(self, moment: Moment) -> None:
+    def show(self, moment: Snapshot) -> None:
         """Show a moment in the window."""
-        from magfold_env.render.moments import moment_picture  # noqa: PLC0415
+        from magfold_env.render.snapshot import snapshot_picture  # noqa: PLC0415
 
-        self.window.show(moment_picture(moment, self.window.size))
+        self.window.show(snapshot_picture(moment, self.window.size))
 
-    def play(self, motion: Trajectory | None, moment: Moment) -> None:
+    def play(self, motion: Trajectory | None, moment: Snapshot) -> None:
         """Show the motion that led to a moment, then the moment, no sooner than `fps` allows.
 
         A key or the wish to quit ends the motion; both stay to be read.
         """
-        from magfold_env.render.moments import (  # noqa: PLC0415
-            moment_picture,
-            moment_view,
+        from magfold_env.render.snapshot import (  # noqa: PLC0415
             motion_view,
+            snapshot_picture,
+            snapshot_view,
         )
 
         if motion is not None and len(motion) > self._seen:
@@ -119,7 +119,7 @@ class Viewer:
             angles, base, released = motion.angles[new], motion.base[new], motion.released[new]
             times, self._seen = motion.time[new], len(motion)
             view = motion_view(moment.scene, angles, base, released)
-            view = view.joined(moment_view(moment))
+            view = view.joined(snapshot_view(moment))
             begun = time.monotonic()
             k = 0
             # Frames for which there is no time are left out, lest a slow machine fall behind.
@@ -135,7 +135,7 @@ class Viewer:
                     message="",
                     rows=(("target", moment.target),),
                 )
-                self.window.show(moment_picture(passing, self.window.size, view))
+                self.window.show(snapshot_picture(passing, self.window.size, view))
                 k = max(k + 1, int((time.monotonic() - begun) / SLOWDOWN * FRAME_RATE))
         if not self.window.is_interrupted():
             time.sleep(max(0.0, self._last + 1.0 / self._fps - time.monotonic()))
@@ -148,7 +148,7 @@ class Viewer:
             self._window.close()
 
 
-def text_of(moment: Moment) -> str:
+def text_of(moment: Snapshot) -> str:
     """Return a moment in words: what the picture's panel says, and a line for each component."""
     scene = moment.scene
     out = np.arange(scene.n) < moment.released

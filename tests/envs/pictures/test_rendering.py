@@ -23,7 +23,7 @@ from magfold_env.envs.pictures.play import Game
 from magfold_env.envs.pictures.rendering import text_of
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.render import style
-from magfold_env.render.moments import moment_picture
+from magfold_env.render.snapshot import snapshot_picture
 
 QUICK: dict[str, Any] = {"components": 3, "baseline": None}
 VARIANTS = [
@@ -102,7 +102,7 @@ def test_the_ghost_shows_where_the_chain_differs_from_the_target() -> None:
     assert dict(moment.rows)["word"] == "LL"
     faint = {}
     for target in ("LL", "RR", "LR", "RL"):
-        picture = np.asarray(moment_picture(replace(moment, target=target)))[:, :540].astype(int)
+        picture = np.asarray(snapshot_picture(replace(moment, target=target)))[:, :540].astype(int)
         light = picture.min(axis=-1) > 180
         faint[target] = int((light & (picture[..., 1] >= picture[..., 0] + 15)).sum())
     # Under a chain that lies as it should, nothing of the ghost is seen but smoothed edges.
@@ -118,7 +118,7 @@ def test_what_touches_is_shown() -> None:
     assert count(folded, style.CONFLICT) == 0
     moment = after("SSNN", "NNNN", "SSSS").moment()
     equal = replace(moment, scene=moment.scene.replace(sequence=("NNNN",) * 3))
-    repelling = np.asarray(moment_picture(equal))[:400, :540]
+    repelling = np.asarray(snapshot_picture(equal))[:400, :540]
     assert count(repelling, style.CONFLICT) > 500
     assert count(repelling, style.GOOD) == 0
 
@@ -129,7 +129,7 @@ def test_what_friction_holds_is_shown() -> None:
     moment = env.moment()
     assert moment.title == "misfolded"
     assert moment.held.all()
-    free = np.asarray(moment_picture(replace(moment, held=np.zeros(3, dtype=np.bool_))))
+    free = np.asarray(snapshot_picture(replace(moment, held=np.zeros(3, dtype=np.bool_))))
     assert count(env.render(), style.HELD) > count(free, style.HELD) + 50
     assert not after("SSSS").moment().held[1:].any()
 

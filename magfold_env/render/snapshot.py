@@ -1,4 +1,4 @@
-"""A moment of an episode: the chain, what is wanted, what was predicted, and the numbers beside it.
+"""A snapshot of an episode: the chain, what is wanted, what was predicted, and numbers beside it.
 
 The one place that lays such a picture out, for arrays, videos and windows alike: the chain to the
 left, over it the target's ghost; to the right target and prediction small, then text.
@@ -19,7 +19,7 @@ from magfold_env.render.frames import chain_view, draw_ruler, loaded, shape_pict
 from magfold_env.scene import Scene
 from magfold_env.shapes import BoolArray, FloatArray, centres, headings, word_to_angles
 
-MOMENT_SIZE: Size = (800, 600)
+SNAPSHOT_SIZE: Size = (800, 600)
 """Width and height of a picture [px]; even, as video formats want it."""
 
 _PANEL = 0.32  # of the width
@@ -33,7 +33,7 @@ _KEY = (
 
 
 @dataclass(frozen=True)
-class Moment:
+class Snapshot:
     """What a picture shows.
 
     Attributes
@@ -79,38 +79,38 @@ class Moment:
     overlay: tuple[str, ...] = ()
 
 
-def moment_picture(
-    moment: Moment, size: Size = MOMENT_SIZE, view: View | None = None
+def snapshot_picture(
+    snapshot: Snapshot, size: Size = SNAPSHOT_SIZE, view: View | None = None
 ) -> Image.Image:
-    """Return the picture of a moment.
+    """Return the picture of a snapshot.
 
     Parameters
     ----------
-    moment
+    snapshot
         What to show.
     size
         Width and height [px].
     view
-        Part of the plane to show at least, `moment_view` by default.
+        Part of the plane to show at least, `snapshot_view` by default.
     """
     width, height = size
     panel = round(_PANEL * width)
     text = max(9.0, min(height, 0.75 * width) / _LINES)
     image = Image.new("RGB", size, style.PANEL)
-    view = view or moment_view(moment)
-    image.paste(_chain_picture(moment, (width - panel, height), view, text), (0, 0))
-    image.paste(_panel_picture(moment, (panel, height), text), (width - panel, 0))
+    view = view or snapshot_view(snapshot)
+    image.paste(_chain_picture(snapshot, (width - panel, height), view, text), (0, 0))
+    image.paste(_panel_picture(snapshot, (panel, height), text), (width - panel, 0))
     return image
 
 
-def moment_view(moment: Moment) -> View:
+def snapshot_view(snapshot: Snapshot) -> View:
     """Return a view of chain and ghost that is the same all through most episodes of a scene."""
-    view = motion_view(moment.scene, moment.angles, moment.base, moment.released)
-    ghost = _ghost(moment)
+    view = motion_view(snapshot.scene, snapshot.angles, snapshot.base, snapshot.released)
+    ghost = _ghost(snapshot)
     if ghost is None:
         return view
     _, middles = ghost
-    return view.joined(View.around(middles, 0.7 * moment.scene.casing.diagonal))
+    return view.joined(View.around(middles, 0.7 * snapshot.scene.casing.diagonal))
 
 
 def motion_view(
@@ -124,45 +124,45 @@ def motion_view(
     return chain.with_magnet(scene, view).joined(chain_view(scene, angles, base, released))
 
 
-def _chain_picture(moment: Moment, size: Size, view: View, text: float) -> Image.Image:
-    scene, angles, base = moment.scene, moment.angles, moment.base
+def _chain_picture(snapshot: Snapshot, size: Size, view: View, text: float) -> Image.Image:
+    scene, angles, base = snapshot.scene, snapshot.angles, snapshot.base
     side = scene.casing.side
     canvas = Canvas(view, size)
     chain.draw_field(canvas, scene, text)
     chain.draw_tube(canvas, scene, angles, base)
-    ghost = _ghost(moment)
+    ghost = _ghost(snapshot)
     if ghost is not None:
         chain.draw_ghost(canvas, *ghost, side)
-    with_magnets = loaded(scene, angles, base, moment.released) & moment.is_loaded
-    if moment.marked is not None:
-        with_magnets[moment.marked] = True
+    with_magnets = loaded(scene, angles, base, snapshot.released) & snapshot.is_loaded
+    if snapshot.marked is not None:
+        with_magnets[snapshot.marked] = True
     chain.draw_chain(canvas, scene, angles, base, with_magnets)
     middles = centres(angles, side=side, base=base)
-    if moment.marked is not None:
-        chain.draw_marked(canvas, middles[moment.marked], angles[moment.marked], side)
+    if snapshot.marked is not None:
+        chain.draw_marked(canvas, middles[snapshot.marked], angles[snapshot.marked], side)
     chain.draw_touches(canvas, scene, chain.touches(angles, base, side))
-    chain.draw_held(canvas, middles[moment.held], side)
+    chain.draw_held(canvas, middles[snapshot.held], side)
     draw_ruler(canvas, text)
     _draw_key(canvas, text)
-    message = textwrap.fill(moment.message, int(1.8 * size[0] / text))
+    message = textwrap.fill(snapshot.message, int(1.8 * size[0] / text))
     canvas.note(message, (0.8 * text, 0.8 * text), text, style.INK)
-    _draw_overlay(canvas, moment.overlay, text)
+    _draw_overlay(canvas, snapshot.overlay, text)
     return canvas.image()
 
 
-def _ghost(moment: Moment) -> tuple[FloatArray, FloatArray] | None:
+def _ghost(snapshot: Snapshot) -> tuple[FloatArray, FloatArray] | None:
     """Return headings and centres of the target, laid over what is out as well as it can be.
 
     Only of the components that are out; None where these are too few to have a shape.
     """
-    scene, side, n = moment.scene, moment.scene.casing.side, moment.scene.n
-    count = moment.released
+    scene, side, n = snapshot.scene, snapshot.scene.casing.side, snapshot.scene.n
+    count = snapshot.released
     if count <= 1:
         return None
     out = slice(0, count) if scene.feed.direction == "forward" else slice(n - count, n)
-    wanted = headings(word_to_angles(moment.target))[out]
-    shape = centres(headings(word_to_angles(moment.target)), side=side)[out]
-    real = centres(moment.angles, side=side, base=moment.base)[out]
+    wanted = headings(word_to_angles(snapshot.target))[out]
+    shape = centres(headings(word_to_angles(snapshot.target)), side=side)[out]
+    real = centres(snapshot.angles, side=side, base=snapshot.base)[out]
     # The rotation of least squares, in the complex plane.
     away, goal = (points - points.mean(axis=0) for points in (shape, real))
     turn = np.angle(((goal[:, 0] + 1j * goal[:, 1]) * (away[:, 0] - 1j * away[:, 1])).sum())
@@ -190,24 +190,24 @@ def _draw_overlay(canvas: Canvas, lines: tuple[str, ...], text: float) -> None:
             canvas.note(part, place, text, style.INK)
 
 
-def _panel_picture(moment: Moment, size: Size, text: float) -> Image.Image:
+def _panel_picture(snapshot: Snapshot, size: Size, text: float) -> Image.Image:
     width, height = size
     canvas = Canvas(View(0.0, 1.0, 0.0, 1.0), size, style.PANEL)
     margin = 0.8 * text
     y = margin
-    canvas.note(moment.title, (margin, y), 1.15 * text, style.INK)
+    canvas.note(snapshot.title, (margin, y), 1.15 * text, style.INK)
     y += 1.9 * text
     edge = round(min(_INSET * height, width - 2 * margin))
     places: list[tuple[Image.Image, tuple[int, int]]] = []
     for name, word, colour in (
-        ("target", moment.target, style.GOOD),
-        ("predicted", moment.predicted, style.INK),
+        ("target", snapshot.target, style.GOOD),
+        ("predicted", snapshot.predicted, style.INK),
     ):
         if word is not None:
-            picture = shape_picture(moment.scene, word, edge, name, colour)
+            picture = shape_picture(snapshot.scene, word, edge, name, colour)
             places.append((picture, ((width - edge) // 2, round(y))))
             y += edge + 0.6 * text
-    for name, value in moment.rows:
+    for name, value in snapshot.rows:
         canvas.note(name, (margin, y), 0.9 * text, style.FAINT)
         canvas.note(value, (width - margin, y), 0.9 * text, style.INK, "ra")
         y += 1.25 * text
