@@ -11,8 +11,7 @@ import typer
 from rich.progress import Progress
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.designer import SPEEDS, Design, default_scene, design
-from magfold_env.designer.suites import Kind, Suite, Witness, save_suite
+from magfold_env.designer import SPEEDS, Design, default_scene, design, suites
 from magfold_env.ensembles import ensemble, release
 from magfold_env.files import configs_dir, physics_digest
 from magfold_env.minimiser import Mode
@@ -36,7 +35,7 @@ Made by: python -m magfold_env.designer.make_suites"""
 BUDGET = 600
 """Releases of a search that is necessary: two generations of cross-entropy at most."""
 
-Witnesses = dict[Kind, Witness]
+Witnesses = dict[suites.Kind, suites.Witness]
 
 
 def main(
@@ -50,7 +49,7 @@ def main(
             words = suite_words(n)
             kept = Checkpoint(state / f"n{n}", {"kind": f"suite n{n}", "physics": physics_digest()})
             found: dict[str, Witnesses] = {
-                word: {kind: Witness(**each) for kind, each in witnesses.items()}
+                word: {kind: suites.Witness(**each) for kind, each in witnesses.items()}
                 for word, witnesses in kept.load()
             }
             bar = progress.add_task(f"n{n}", total=len(words), completed=len(found))
@@ -61,9 +60,11 @@ def main(
                 kept.add([missing[place], plain])
                 progress.advance(bar)
             kept.save()
-            suite = Suite(scene_name=default_scene(n), words={word: found[word] for word in words})
+            suite = suites.Suite(
+                scene_name=default_scene(n), words={word: found[word] for word in words}
+            )
             path = configs_dir() / "suites" / f"n{n}.yaml"
-            save_suite(suite, path, _comment(n))
+            suites.save_suite(suite, path, _comment(n))
             progress.console.print(str(path))
 
 
@@ -82,8 +83,10 @@ def witnesses_for(word: str) -> Witnesses:
     ground = held if held.evidence and held.evidence.ground else _by_gap(word)
     gap = ground.evidence.gap if ground.evidence else None
     found: Witnesses = {
-        "ground": Witness(sequence=ground.sequence, gap=gap) if ground.reached else _none(ground),
-        "unique": Witness(sequence=held.sequence) if held.reached else _none(held),
+        "ground": suites.Witness(sequence=ground.sequence, gap=gap)
+        if ground.reached
+        else _none(ground),
+        "unique": suites.Witness(sequence=held.sequence) if held.reached else _none(held),
     }
     modes: tuple[Mode, ...] = get_args(Mode)
     for mode in modes:
@@ -98,26 +101,26 @@ def _by_gap(word: str) -> Design:
     return design(word, objective="gap", runs=0, workers=1)
 
 
-def _released(held: Design, mode: Mode) -> Witness:
+def _released(held: Design, mode: Mode) -> suites.Witness:
     """Release a sequence that was found by energy."""
     assert held.scene is not None
     speed = None if mode == "free" else SPEEDS[0]
     made = ensemble(release(held.scene, mode, speed), RELEASES, held.releases_seed, workers=1)
     hits = made.probability(held.target, "folded").successes
-    return Witness(sequence=held.sequence, speed=speed, successes=hits, releases=RELEASES)
+    return suites.Witness(sequence=held.sequence, speed=speed, successes=hits, releases=RELEASES)
 
 
-def _designed(word: str, mode: Mode) -> Witness:
+def _designed(word: str, mode: Mode) -> suites.Witness:
     found = design(word, mode=mode, budget=BUDGET, runs=RELEASES, workers=1)
     if found.scene is None or found.probability is None:
         return _none(found)
     speed = found.speed if isinstance(found.speed, float) else None
     hits = found.probability.successes
-    return Witness(sequence=found.sequence, speed=speed, successes=hits, releases=RELEASES)
+    return suites.Witness(sequence=found.sequence, speed=speed, successes=hits, releases=RELEASES)
 
 
-def _none(found: Design) -> Witness:
-    return Witness(certificate=found.certificate)
+def _none(found: Design) -> suites.Witness:
+    return suites.Witness(certificate=found.certificate)
 
 
 def _comment(n: int) -> str:

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.designer import annealing, exhaustive, trials
-from magfold_env.designer.evidence import weigh
+from magfold_env.designer import annealing, evidence, exhaustive, trials
 from magfold_env.designer.result import Design, Objective, Search
 from magfold_env.designer.task import Choice, Task, task_for
 from magfold_env.ensembles import ensemble
@@ -159,7 +158,7 @@ class _Run:
         """Weigh a choice by energy, and release it on draws that the search has not seen."""
         task = self.task
         scene = choice.applied(task.scene)
-        evidence = weigh(scene, task.target, self.calls)
+        weighed = evidence.weigh(scene, task.target, self.calls)
         probability = None
         if task.runs:
             made = ensemble(
@@ -170,13 +169,13 @@ class _Run:
                 progress=lambda done, total: self.report("judgement", done / total),
             )  # fmt: skip
             probability = made.probability(task.target, "folded")
-        reached = evidence.only_stable if task.objective == "unique" else evidence.ground
+        reached = weighed.only_stable if task.objective == "unique" else weighed.ground
         if task.objective == "probability":
             score = None if probability is None else probability.rate
             reached = score is not None and score >= task.goal
         return Design(
             task.target, task.mode, task.objective, task.search, scene, reached, score, bound,
-            evidence, probability, task.releases_seed, dict(self.calls), certificate="",
+            weighed, probability, task.releases_seed, dict(self.calls), certificate="",
         )  # fmt: skip
 
     def refused(self, certificate: str) -> Design:

@@ -97,4 +97,4 @@ def test_the_command_ships_and_tells_what_is_wrong(runs: list[Path], tmp_path: P
     wrong.write_text(json.dumps({}), encoding="utf-8")
     refused = CliRunner().invoke(app, ["results", NAME, str(wrong), "--folder", str(tmp_path)])
     assert refused.exit_code == 1
-    assert "has no results of all of tiny-set" in refused.stderr.replace("\n", " ")
+    assert "has no results of all of tiny-set" in " ".join(refused.stderr.split())

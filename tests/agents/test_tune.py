@@ -18,10 +18,10 @@ import optuna
 from optuna.trial import TrialState
 
 from agents.settings import SettingsError, load_settings, save_settings
+from agents.training import run
 from agents.training.folder import RunInfo
 from agents.training.run import DivergedError, train
 from agents.tune import main
-from agents.tuning import search as tuning_trials
 from agents.tuning import study as tuning_study
 from agents.tuning.search import Search, load_search
 from agents.tuning.study import search_here
@@ -125,7 +125,7 @@ def test_runs_that_do_badly_are_broken_off(
 ) -> None:
     good, bad = [0.5, 0.6, 0.7, 0.8, 0.9, 0.9], [0.4, 0.3, 0.2, 0.1, 0.1, 0.1]
     runs = Scripted([good] * 5 + [bad])
-    monkeypatch.setattr(tuning_trials, "train", runs)
+    monkeypatch.setattr(run, "train", runs)
     settings = {"timesteps": 288, "validate_every": 48}
     given = {"settings": settings, "trials": 6, "startup_trials": 5, "pruner": pruner}
     search = load_search(changed(file, **given))
@@ -166,7 +166,7 @@ def test_an_interrupted_trial_is_taken_up_in_its_folder(
 
     search, folder = load_search(str(file)), tmp_path / "out"
     with monkeypatch.context() as patch:
-        patch.setattr(tuning_trials, "train", interrupt)
+        patch.setattr(run, "train", interrupt)
         with pytest.raises(KeyboardInterrupt):
             search_here(search, folder)
     found = search_here(search, folder)
@@ -223,7 +223,7 @@ def test_a_run_whose_numbers_break_down_is_worth_nothing(
     def diverge(*_: Any, **__: Any) -> None:
         raise DivergedError("not finite")
 
-    monkeypatch.setattr(tuning_trials, "train", diverge)
+    monkeypatch.setattr(run, "train", diverge)
     found = search_here(load_search(str(file)), tmp_path / "out")
     assert [trial.value for trial in found] == [0.0, 0.0]
 
