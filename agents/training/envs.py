@@ -13,8 +13,8 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMoni
 
 from agents import settings as train_settings
 from agents.settings import CurriculumSettings, EnvSettings, SettingsError, TrainSettings
-from magfold_env.envs.chains.history import Chronicle
-from magfold_env.envs.fold_vector import FoldVectorEnv
+from magfold_env.envs.episodes import EpisodesState
+from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.envs.wrappers.curriculum import Curriculum
 from magfold_env.envs.wrappers.sb3 import FoldVecEnv, make_sb3_vec
 
@@ -37,13 +37,13 @@ class EnvsState:
 
     Attributes
     ----------
-    inner : list of bytes or Chronicle
+    inner : list of bytes or EpisodesState
         A snapshot of each environment, or the state of all that are stepped natively.
     returns, lengths : array
         Reward and steps so far of the episodes that are under way.
     """
 
-    inner: list[bytes] | Chronicle
+    inner: list[bytes] | EpisodesState
     returns: NDArray[np.float32]
     lengths: NDArray[np.int32]
 
@@ -152,19 +152,19 @@ def envs_state(envs: VecMonitor) -> EnvsState:
     return EnvsState(inner, envs.episode_returns.copy(), envs.episode_lengths.copy())
 
 
-def _native(envs: VecMonitor) -> FoldVectorEnv[Any] | None:
+def _native(envs: VecMonitor) -> ChainVectorEnv[Any] | None:
     """Return the native vector environment within; None if there is none."""
     inner = envs.venv.vector if isinstance(envs.venv, FoldVecEnv) else None
-    return inner if isinstance(inner, FoldVectorEnv) else None
+    return inner if isinstance(inner, ChainVectorEnv) else None
 
 
 def set_envs_state(envs: VecMonitor, state: EnvsState) -> None:
     """Go back to where `envs` were when `state` was taken."""
     native = _native(envs)
-    if native is not None and isinstance(state.inner, Chronicle):
+    if native is not None and isinstance(state.inner, EpisodesState):
         native.set_state(state.inner)
     else:
-        for number, snapshot in enumerate(state.inner):
+        for number, snapshot in enumerate(cast("list[bytes]", state.inner)):
             envs.env_method("restore", snapshot, indices=number)
     envs.episode_returns = state.returns.copy()
     envs.episode_lengths = state.lengths.copy()

@@ -146,6 +146,7 @@ class Model(NamedTuple):
     light_rate: float  # that of the lightest component [rad/s]: short times are judged by it
     max_steps: int
     max_steps_per_second: int
+    duration: float  # longest time to settle in [s], from the last release if there is a tube
 
 
 @by_pointer
@@ -156,19 +157,24 @@ class State(NamedTuple):
     to be taken by Moreau's scheme, `QUICK_TOUCHES` touches in a row with next to no time between;
     in ``clock``, `BRAKE` is how long the next step may be before a component stops, `LAST_STEP` 0
     if there is none to compare with. `SECOND` and `SECOND_STEPS` are of when the present second
-    began.
+    began. A run ends when `KEEP` components are held; −1: when the chain rests, or at the time
+    `END`. `FEEDING` is 1 while a component leaves the tube, which it has done at the time
+    `RELEASE`.
     """
 
     q: Coordinates  # headings, then the base [rad, m]
     v: Coordinates  # their rates [rad/s, m/s]
     lock: IntPerBody  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not
     stuck: IntPerBody  # 1: held by friction
-    counter: Annotated[IntArray, 9]
-    clock: Annotated[Array, 7]  # [s]
+    counter: Annotated[IntArray, 11]
+    clock: Annotated[Array, 9]  # [s]
+    waiting: Annotated[Array, "n", 4]  # charges that components get when they are fed [A·m]
+    speed: PerBody  # of the feed while each component leaves the tube, 0 or more [m/s]
 
 
-LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, MOREAU_LEFT, SECOND_STEPS, QUICK_TOUCHES = range(9)
-TIME, STEP, FRAME_TIME, BRAKE, SECOND, LAST_STEP, LAST_ERROR = range(7)
+LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, MOREAU_LEFT, SECOND_STEPS = range(8)
+QUICK_TOUCHES, KEEP, FEEDING = range(8, 11)
+TIME, STEP, FRAME_TIME, BRAKE, SECOND, LAST_STEP, LAST_ERROR, RELEASE, END = range(9)
 
 
 @by_pointer

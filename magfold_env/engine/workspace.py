@@ -13,7 +13,7 @@ from magfold_env.engine import state as arrays
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.contact.boxes import OBSTACLES
 from magfold_env.engine.magnets import expansions, lookup, multipoles, segments
-from magfold_env.engine.state import BRAKE, FRESH, LO, STEP, Array
+from magfold_env.engine.state import BRAKE, END, FRESH, KEEP, LO, STEP, Array
 from magfold_env.engine.stepping.stages import STAGES
 
 # Constraints are solved densely; longer chains must do without contact and friction.
@@ -69,8 +69,11 @@ def new_state(model: arrays.Model, angles: Array) -> arrays.State:
     state.q[:n] = angles
     state.clock[BRAKE] = math.inf
     state.clock[STEP] = 0.1 / model.light_rate
+    state.clock[END] = math.inf if model.tube else model.duration
+    state.counter[KEEP] = -1
     state.counter[LO] = n if model.tube else 0
     state.counter[FRESH] = 1
+    state.waiting[:] = model.charge
     return state
 
 

@@ -34,10 +34,10 @@ ENTRY_POINTS = {
 
 
 VECTOR_ENTRY_POINTS = {
-    "MagFold/TubeFeed-v0": "magfold_env.envs.vector:TubeFeedVectorEnv",
-    "MagFold/SequenceDesign-v0": "magfold_env.envs.vector:SequenceDesignVectorEnv",
-    "MagFold/TubeFeedGoal-v0": "magfold_env.envs.vector:TubeFeedGoalVectorEnv",
-    "MagFold/FeedControl-v0": "magfold_env.envs.control.vector:FeedControlVectorEnv",
+    "MagFold/TubeFeed-v0": "magfold_env.envs.tube_feed:TubeFeedVectorEnv",
+    "MagFold/SequenceDesign-v0": "magfold_env.envs.sequence_design:SequenceDesignVectorEnv",
+    "MagFold/TubeFeedGoal-v0": "magfold_env.envs.tube_feed_goal:TubeFeedGoalVectorEnv",
+    "MagFold/FeedControl-v0": "magfold_env.envs.feed_control:FeedControlVectorEnv",
 }
 
 

@@ -1,16 +1,14 @@
-"""What all environments have in common: a world, one episode in it and a view of that."""
+"""A single environment: row 0 of episodes of one."""
 
-from abc import abstractmethod
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
 
 import gymnasium
+import numpy as np
 
-from magfold_env.envs.chains.episode import Episode
-from magfold_env.envs.control.episode import ControlEpisode
-from magfold_env.envs.pictures.rendering import RENDER_MODES, Viewer
+from magfold_env.envs.episodes import Columns, Episodes, EpisodesState, World
+from magfold_env.envs.pictures.viewer import RENDER_MODES, Viewer
 from magfold_env.envs.spaces.observation import ObservationLayout
-from magfold_env.envs.tasks.control_setup import ControlSetup
-from magfold_env.envs.tasks.task import FoldTask
 from magfold_env.scene import Scene
 from magfold_env.simulation.chain_state import ChainState
 
@@ -18,15 +16,15 @@ if TYPE_CHECKING:
     from magfold_env.render.snapshot import Snapshot
 
 ObsType = TypeVar("ObsType")
-EpisodeType = TypeVar("EpisodeType", Episode, ControlEpisode)
+_ROW = np.array([0])
 
 
-class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType, EpisodeType]):
+class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
     """One chain in the world of a task; what is chosen and wanted is left to subclasses.
 
     Parameters
     ----------
-    world : FoldTask or ControlSetup
+    world : World
         What all episodes share.
     render_mode : {"human", "rgb_array", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window by itself.
@@ -38,29 +36,103 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType, EpisodeType]):
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 4}  # noqa: RUF012
+    make_episodes: ClassVar[Callable[..., Episodes[Any]]]
+    """Makes the episodes of a world; see `Episodes`."""
 
-    def __init__(self, world: FoldTask | ControlSetup, render_mode: str | None) -> None:
-        self._world = world
+    def __init__(self, world: World, render_mode: str | None) -> None:
+        self.world = world
         self.render_mode = render_mode
         self.viewer = Viewer(render_mode, self.metadata["render_fps"])
         self.action_space = world.actions.space
-        self.observation_space: gymnasium.Space[Any] = world.layout.space
-        self._episode: EpisodeType | None = None
+        self.observation_space: gymnasium.Space[Any] = self._space()
+        self._made: Episodes[ObsType] | None = None
+
+    def _space(self) -> gymnasium.Space[Any]:
+        return self.layout.space
 
     @property
     def scene(self) -> Scene:
         """The scene that episodes are drawn from, randomisation included."""
-        return self._world.scene
+        return self.world.scene
 
     @property
     def layout(self) -> ObservationLayout:
         """Where each group of entries lies in an observation."""
-        return self._world.layout
+        return self.world.layout
 
     @property
     def state(self) -> ChainState:
         """The chain as it is, beyond what an observation tells of it."""
-        return self._running().state
+        return self._running().state(0)
+
+    @property
+    def episodes(self) -> Episodes[ObsType]:
+        """The episode, as one of one."""
+        if self._made is None:
+            self._made = type(self).make_episodes(self.world, 1, 1, self.viewer.frame_rate)
+        return self._made
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[ObsType, dict[str, Any]]:
+        """Load a new chain; ``options`` may fix the target, or the task.
+
+        Everything random is drawn here, the target or task first and whether or not it is fixed,
+        so one seed gives one physics whatever the target.
+
+        Raises
+        ------
+        ValueError
+            For an unknown option or a value that is not among the env's.
+        """
+        super().reset(seed=seed)
+        episodes = self.episodes
+        episodes.rngs[0] = self.np_random
+        given = episodes.given({key: [value] for key, value in (options or {}).items()})
+        episodes.begin(_ROW, given)
+        self.viewer.begin()
+        self._show()
+        return self._observation(), self._info()
+
+    def step(self, action: Any) -> tuple[ObsType, float, bool, bool, dict[str, Any]]:
+        """Do what `action` asks for.
+
+        Raises
+        ------
+        ValueError
+            If the action lies outside the space.
+        gymnasium.error.ResetNeeded
+            Before the first reset and after the end of an episode.
+        """
+        episodes = self._running()
+        if episodes.is_over(0):
+            raise gymnasium.error.ResetNeeded("the episode is over; call reset() first")
+        rewards, ends = episodes.step(_ROW, self.world.actions.read_one(action))
+        info = self._info(ends)
+        self._show()
+        terminated = bool(ends)
+        truncated = not terminated and episodes.is_over(0)
+        return self._observation(), float(rewards[0]), terminated, truncated, info
+
+    def get_state(self) -> EpisodesState:
+        """Return everything that decides how the environment goes on.
+
+        It does not change when the environment does, and may be set as often as wanted.
+        """
+        return self._running().get_state()
+
+    def set_state(self, state: EpisodesState) -> tuple[ObsType, dict[str, Any]]:
+        """Go back to a state of this environment, or of one made with the same options.
+
+        From there every step gives exactly what it gave then. Returns what `step` or `reset` had
+        returned of it.
+        """
+        episodes = self.episodes
+        episodes.rngs[0] = self.np_random
+        episodes.set_state(state)
+        self.viewer.begin()
+        ends = episodes.told_at_end(_ROW) if episodes.terminated[0] else {}
+        return self._observation(), self._info(ends)
 
     def render(self) -> Any:
         """Return the chain as an image or as text, or show it, as `render_mode` says.
@@ -73,16 +145,39 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType, EpisodeType]):
         self._running()
         return self.viewer.render(self.moment)
 
-    @abstractmethod
     def moment(self) -> "Snapshot":
         """Return what a picture of this moment shows."""
+        return self._running().moment(0)
 
     def close(self) -> None:
         """Close the window, if there is one; the environment stays as it is."""
         self.viewer.close()
 
-    def _running(self) -> EpisodeType:
-        """Return the current episode."""
-        if self._episode is None:
-            raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
-        return self._episode
+    def _running(self) -> Any:
+        """Return the episodes, one of which has begun."""
+        self.episodes.check_begun()
+        return self.episodes
+
+    def _observation(self) -> ObsType:
+        """Return a new observation."""
+        return first_of(self.episodes.observe())
+
+    def _info(self, ends: Columns | None = None) -> dict[str, Any]:
+        told = self.episodes.told(_ROW) | (ends or {})
+        return {
+            key: column[0] if column.dtype == object else column[0].item()
+            for key, column in told.items()
+        }
+
+    def _show(self) -> None:
+        """Play what has happened since the last time, if there is a window."""
+        if self.render_mode == "human":
+            self.viewer.play(self.episodes.chains.motion(), self.moment())
+
+
+def first_of(observations: Any) -> Any:
+    """Return the first of some observations, in an array or in a dictionary of such."""
+    if isinstance(observations, dict):
+        parts = cast("dict[str, Any]", observations)
+        return {key: values[0] for key, values in parts.items()}
+    return observations[0]

@@ -1,48 +1,200 @@
 """``MagFold/FeedControl-v0``: steer a given chain into one of its folds by the feed speed alone."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
-import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.chain_env import ChainEnv
-from magfold_env.envs.control.episode import ControlEpisode
-from magfold_env.envs.pictures.moments import control_moment
-from magfold_env.envs.pictures.rendering import RENDER_MODES
-from magfold_env.envs.spaces.speed_table import SpeedTable
-from magfold_env.envs.tasks.control_setup import HORIZON, ControlSetup
-from magfold_env.envs.tasks.control_tasks import ControlTask
-from magfold_env.envs.tasks.options import ControlOptions
+from magfold_env.envs.chains.arrays import Bools, Floats, Ints
+from magfold_env.envs.chains.draws import REFERENCE_SPEED
+from magfold_env.envs.chains.dynamic import DynamicChains
+from magfold_env.envs.episodes import Columns, Episodes, status_names
+from magfold_env.envs.pictures.moments import Rows, chain_moment, energy_rows, or_dash
+from magfold_env.envs.pictures.viewer import RENDER_MODES
+from magfold_env.envs.spaces.action_table import SpeedTable
+from magfold_env.envs.spaces.actions import FASTEST, signs_of
+from magfold_env.envs.spaces.observation import squash
+from magfold_env.envs.tasks.checks import given_for_each
+from magfold_env.envs.tasks.control_tasks import ControlOptions, ControlSetup, ControlTask
+from magfold_env.envs.tasks.forecast import Forecast, forecast
+from magfold_env.envs.tasks.goals import Goals
+from magfold_env.envs.tasks.reward import energy_potential
+from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import Scene
 
 if TYPE_CHECKING:
     from magfold_env.render.snapshot import Snapshot
 
+INTERVAL = 0.02
+"""Time between two decisions [s]."""
 
-@dataclass(frozen=True)
-class ControlState:
-    """Everything that decides how the environment goes on; see `FeedControlEnv.get_state`.
+HORIZON = 250
+"""Steps until an episode is truncated: 5 s."""
 
-    Attributes
-    ----------
-    rng : dict
-        State of the random numbers of episodes to come.
-    task : ControlTask
-        What is wanted.
-    episode : ControlEpisode
-        The chain.
-    """
-
-    rng: Mapping[str, Any]
-    task: ControlTask
-    episode: ControlEpisode
+FORCE_SCALE = 1.0
+"""Push that is shown as one half [N]."""
 
 
-class FeedControlEnv(ChainEnv[NDArray[np.float32], ControlEpisode]):
+class ControlEpisodes(Episodes[NDArray[np.float32]]):
+    """Episodes in which given chains are fed at speeds that change from step to step."""
+
+    world: ControlSetup
+    chains: DynamicChains
+    kept = (*Episodes.kept, "asked")
+
+    def __init__(
+        self, world: ControlSetup, count: int, threads: int = 1, frame_rate: float | None = None
+    ) -> None:
+        super().__init__(world, count, threads)
+        self.asked: Floats = np.zeros((count, HORIZON))
+        """Feed speeds asked for in each step [m/s]."""
+        self.goals = Goals([task.target for task in world.tasks], world.match, count)
+        self.avoided = Goals([task.avoid for task in world.tasks], world.match, count)
+
+    def _make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
+        return DynamicChains(self.world.templates, self.count, threads, endless=True)
+
+    @property
+    def choices(self) -> int:
+        """How many tasks there are to be drawn."""
+        return len(self.world.tasks)
+
+    def given(self, options: Mapping[str, Any], others: Sequence[str] = ()) -> Sequence[int] | None:
+        """Return the tasks of all episodes that options of `reset` ask for, by number."""
+        numbers = given_for_each(options, ("task", *others), self.count, int)
+        for number in numbers or ():
+            if number not in range(self.choices):
+                raise ValueError(
+                    f"options['task']: {number!r} is not allowed; must be 0..{self.choices - 1}"
+                )
+        return numbers
+
+    @property
+    def truncated(self) -> Bools:
+        """Which episodes were ended by the limit of time, (m,)."""
+        return (self.steps == HORIZON) & ~self.terminated
+
+    def scene(self, row: int) -> Scene:
+        """Return the drawn scene of a chain, whose feed speeds say what factors were drawn."""
+        return self.world.scene_of(int(self.numbers[row]), self.chains.drawn_scene(row))
+
+    def acting(self, row: int) -> int:
+        """Return how many components of a chain have magnets that act, in the order of feed."""
+        n = self.world.scene.n
+        if self.world.scene.feed.loading == "preloaded":
+            return n
+        out = int(self.arrays.released[row].sum())
+        return min(out + (self.chains.progress_of_next(row) > 0.0), n)
+
+    def told(self, rows: Ints) -> Columns:
+        """Return the info of some episodes: the little there is on their way."""
+        return {
+            "target": self.goals.names[rows],
+            "avoid": self.avoided.names[rows],
+            "word": self.words(rows),
+            "time": INTERVAL * self.steps[rows],
+            "force": self.chains.force[rows],
+        }
+
+    def told_at_end(self, rows: Ints) -> Columns:
+        """Return what is told besides of episodes that have terminated."""
+        status, angles = self.arrays.status, self.arrays.angles
+        _, score, success = self.goals.judge(rows, status, angles)
+        missed = self.avoided.judge(rows, status, angles)[2] == 0.0
+        return {
+            "status": status_names(status[rows]),
+            "message": self.messages(rows),
+            "energy": self.chains.energies(rows),
+            "score": np.where(missed, score, 0.0),
+            "is_success": success == 1.0,
+        }
+
+    def observe(self) -> NDArray[np.float32]:
+        """Return new observations, (m, size)."""
+        layout = self.world.layout
+        out = np.empty((self.count, layout.size), dtype=np.float32)
+        words = np.concatenate([self.goals.one_hot, self.avoided.one_hot], axis=1)
+        layout.fill(self.arrays, words, out)
+        group = layout.slices["feed"]
+        for row in range(self.count):
+            step = int(self.steps[row])
+            out[row, group] = (
+                1.0 if self.arrays.forward[row] else -1.0,
+                self.chains.progress_of_next(row),
+                (float(self.asked[row, step - 1]) if step else 0.0) / FASTEST,
+                squash(float(self.chains.force[row]) / FORCE_SCALE),
+                step / HORIZON,
+            )
+        return out
+
+    def forecast(self, row: int) -> Forecast | None:
+        """Return what energy minimisation says of the whole chain; None in an external field."""
+        if self.world.in_field:
+            return None
+        rules = self.world.rules(int(self.numbers[row]))
+        return forecast(rules, self.arrays, row, self.goals.names[row])
+
+    def moment(self, row: int) -> "Snapshot":
+        """Return what a picture of an episode shows."""
+        found, one = self.forecast(row), self.rows[row : row + 1]
+        step, over = int(self.steps[row]), bool(self.terminated[row])
+        told = {key: column[0] for key, column in self.told(one).items()}
+        rows: Rows = [
+            ("word", told["word"]),
+            ("target", told["target"]),
+            ("to avoid", told["avoid"]),
+            *energy_rows(float(self.chains.energies(one)[0]), found),
+            ("time", f"{told['time']:.2f} s"),
+            ("push", or_dash(told["force"], "mN")),
+        ]
+        if step:
+            rows.append(("feed speed", f"{1e3 * self.asked[row, step - 1]:.0f} mm/s"))
+        title = f"{int(self.arrays.released[row].sum())} of {self.world.scene.n} out"
+        message = ""
+        if over:
+            ends = self.told_at_end(one)
+            rows.append(("score", f"{ends['score'][0]:.2f}"))
+            title, message = ends["status"][0], ends["message"][0]
+        return chain_moment(
+            self, row, told["target"], found, title=title, message=message, rows=tuple(rows)
+        )
+
+    def _load(self, rows: Ints) -> None:
+        self._want(rows)
+        kinds = np.array(self.world.kinds)[self.numbers[rows]]
+        for kind in np.unique(kinds).tolist():
+            self.chains.begin(rows[kinds == kind], self.rngs, kind)
+        for row in rows.tolist():
+            sequence = self.world.tasks[int(self.numbers[row])].sequence
+            signs = np.array([[signs_of(faces) for faces in sequence]])
+            self.chains.load(self.rows[row : row + 1], signs)
+
+    def _want(self, rows: Ints) -> None:
+        self.goals.want(rows, self.numbers[rows])
+        self.avoided.want(rows, self.numbers[rows])
+
+    def _act(self, rows: Ints, choice: tuple[Floats]) -> None:
+        (speeds,) = choice
+        self.asked[rows, self.steps[rows]] = speeds
+        self.chains.push(rows, speeds, INTERVAL, self.world.push_limit)
+
+    def _shaped(self, rows: Ints) -> Floats:
+        arrays = self.arrays
+        if self.world.rule.shaping == "similarity":
+            return self.goals.judge(rows, arrays.status, arrays.angles)[0]
+        wanted = [
+            self.world.rules(int(self.numbers[row])).energy_as(
+                str(self.goals.names[row]), arrays.signs[row], self.acting(row)
+            )
+            for row in rows.tolist()
+        ]
+        return energy_potential(self.chains.energies(rows), np.array(wanted))
+
+
+class FeedControlEnv(ChainEnv[NDArray[np.float32]]):
     """Feed a chain whose magnets are given, so that it reaches one fold and not another.
 
     `reset` picks a task: a sequence, the direction of its feed, the fold to reach and the one to
@@ -52,7 +204,8 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32], ControlEpisode]):
     the simulation breaks down. After 5 s, 250 steps, it is truncated.
 
     **Action**: ``Discrete(speeds + 1)``: 0 is standstill, k the k-th of ``speeds`` levels that are
-    log-spaced from 0.01 to 0.6 m/s. `magfold_env.envs.spaces.speed_table` has the other ways.
+    log-spaced from 0.01 to 0.6 m/s. `magfold_env.envs.spaces.action_table.SpeedTable` has the other
+    ways.
 
     **Observation**: a flat ``Box(−1, 1)`` of ``20 n − 2`` entries. First ``target`` and ``avoid``,
     3 (n − 1) entries each, one-hot over L, S, R; then ``released`` to ``velocity`` as in
@@ -75,7 +228,7 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32], ControlEpisode]):
     render_mode : {"human", "rgb_array", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window by itself.
     **options
-        See `magfold_env.envs.tasks.options.ControlOptions`.
+        See `magfold_env.envs.tasks.control_tasks.ControlOptions`.
 
     Raises
     ------
@@ -84,6 +237,8 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32], ControlEpisode]):
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 50}  # noqa: RUF012
+    make_episodes = ControlEpisodes
+    world: ControlSetup
 
     def __init__(
         self,
@@ -108,99 +263,49 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32], ControlEpisode]):
     @property
     def task(self) -> ControlTask:
         """The task of this episode."""
-        self._running()
-        return self._task
+        return self.setup.tasks[int(self._running().numbers[0])]
 
     @property
     def history(self) -> tuple[float, ...]:
         """The speeds asked for so far [m/s]; with `to_scene` they replay the episode."""
-        return tuple(self._running().asked)
-
-    def reset(
-        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Load a new chain; ``options={"task": number}`` fixes the task.
-
-        Everything random is drawn here, the task first and whether or not it is fixed.
-
-        Raises
-        ------
-        ValueError
-            For an unknown option, or a number that no task has.
-        """
-        super().reset(seed=seed)
-        task = self.setup.pick(self.np_random, options)
-        entered = self._enter(task, self.setup.begin(task, self.np_random))
-        self._show()
-        return entered
-
-    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Feed for 20 ms.
-
-        Raises
-        ------
-        ValueError
-            If the action lies outside the space.
-        gymnasium.error.ResetNeeded
-            Before the first reset and after the end of an episode.
-        """
-        episode = self._running()
-        if episode.status is not None or len(episode.asked) >= HORIZON:
-            raise gymnasium.error.ResetNeeded("the episode is over; call reset() first")
-        speed = self.actions.decode(action)
-        rule = self.setup.rule
-        before = self.setup.potential(episode, self._task)
-        episode.push(speed)
-        info = self.setup.summary(episode, self._task)
-        reward = rule.step(before, self.setup.potential(episode, self._task))
-        terminated = episode.status is not None
-        if terminated:
-            reward += rule.end(info["score"], info["is_success"], baseline=0.0)
-        self._show()
-        truncated = not terminated and len(episode.asked) == HORIZON
-        return self._observation(episode), reward, terminated, truncated, info
-
-    def get_state(self) -> ControlState:
-        """Return everything that decides how the environment goes on.
-
-        It does not change when the environment does, and may be set as often as wanted.
-        """
-        episode = self._running().copy()
-        return ControlState(self.np_random.bit_generator.state, self._task, episode)
-
-    def set_state(self, state: ControlState) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Go back to a state of this environment, or of one made with the same options.
-
-        From there every step gives exactly what it gave then. Returns what `step` or `reset` had
-        returned of it.
-        """
-        self.np_random.bit_generator.state = state.rng
-        return self._enter(state.task, state.episode.copy())
-
-    def moment(self) -> "Snapshot":
-        """Return what a picture of this moment shows."""
-        return control_moment(self.setup, self._running(), self._task)
+        episodes = self._running()
+        return tuple(episodes.asked[0, : int(episodes.steps[0])].tolist())
 
     def to_scene(self) -> Scene:
         """Return the concrete scene of the episode.
 
-        `magfold_env.envs.control.episode.replay` repeats the episode from it and `history`, bit
-        for bit. The feed speeds in it hold the factors that were drawn.
+        `replay` repeats the episode from it and `history`, bit for bit. The feed speeds in it hold
+        the factors that were drawn.
         """
-        return self._running().scene_so_far
+        return self._running().scene(0)
 
-    def _enter(
-        self, task: ControlTask, episode: ControlEpisode
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Make `episode` the present one; return its observation and info."""
-        self._task = task
-        self._words = self.layout.one_hot([task.target, task.avoid])
-        self._episode = episode
-        return self._observation(episode), self.setup.summary(episode, task)
 
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self.viewer.play(None, self.moment())
+def replay(scene: Scene, speeds: Sequence[float], push_limit: float | None) -> DynamicChains:
+    """Return the chain that `scene` and the speeds asked for [m/s] lead to, bit for bit.
 
-    def _observation(self, episode: ControlEpisode) -> NDArray[np.float32]:
-        return self.setup.observe(episode, self._words)
+    Parameters
+    ----------
+    scene : Scene
+        What `FeedControlEnv.to_scene` returns.
+    speeds : sequence of float
+        What `FeedControlEnv.history` is.
+    push_limit : float or None
+        The environment's.
+    """
+    chains, row = DynamicChains((scene,), 1, endless=True), np.array([0])
+    chains.begin(row, [np.random.default_rng()])
+    chains.drawn.factors[:] = scene.speeds / REFERENCE_SPEED
+    chains.load(row, np.array([[signs_of(faces) for faces in scene.sequence]]))
+    for speed in speeds:
+        if chains.arrays.status[0] == 0:
+            chains.push(row, np.array([speed]), INTERVAL, push_limit)
+    return chains
+
+
+class FeedControlVectorEnv(ChainVectorEnv[NDArray[np.float32]]):
+    """Many of `FeedControlEnv`.
+
+    Arguments are those of `magfold_env.envs.vector_env.ChainVectorEnv`.
+    """
+
+    single = FeedControlEnv

@@ -1,23 +1,29 @@
 """What the environments in which magnets are chosen have in common."""
 
-from abc import abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar, Unpack
 
-import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.chain_env import ChainEnv
-from magfold_env.envs.chains.episode import Episode
-from magfold_env.envs.pictures.moments import fold_moment
-from magfold_env.envs.spaces.action_table import ActionTable
-from magfold_env.envs.tasks.goals import Goal
+from magfold_env.envs.chains.arrays import Floats, Ints
+from magfold_env.envs.chains.dynamic import DynamicChains
+from magfold_env.envs.chains.quasistatic import QuasistaticChains
+from magfold_env.envs.episodes import Columns, Episodes, status_names
+from magfold_env.envs.pictures.moments import Rows, chain_moment, energy_rows
+from magfold_env.envs.spaces.action_table import ActionTable, Choice
+from magfold_env.envs.spaces.actions import speed_at
+from magfold_env.envs.tasks.checks import given_for_each
+from magfold_env.envs.tasks.fold_task import FoldTask
+from magfold_env.envs.tasks.forecast import Forecast, forecast
+from magfold_env.envs.tasks.goals import Goals
 from magfold_env.envs.tasks.options import FoldOptions
-from magfold_env.envs.tasks.task import FoldTask
+from magfold_env.envs.tasks.reward import energy_potential
+from magfold_env.envs.tasks.targets import pick_target
+from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import Scene
 
 if TYPE_CHECKING:
@@ -26,26 +32,154 @@ if TYPE_CHECKING:
 ObsType = TypeVar("ObsType")
 
 
-@dataclass(frozen=True)
-class EnvState:
-    """Everything that decides how an environment goes on; see `FoldEnv.get_state`.
+class FoldEpisodes(Episodes[ObsType]):
+    """Episodes in which magnets and feed speeds are chosen so that chains fold into targets."""
 
-    Attributes
-    ----------
-    rng : dict
-        State of the random numbers of episodes to come.
-    goal : Goal
-        What is wanted.
-    episode : Episode
-        The chain.
-    """
+    world: FoldTask
+    chains: DynamicChains | QuasistaticChains
 
-    rng: Mapping[str, Any]
-    goal: Goal
-    episode: Episode
+    def __init__(
+        self, world: FoldTask, count: int, threads: int = 1, frame_rate: float | None = None
+    ) -> None:
+        super().__init__(world, count, threads, frame_rate)
+        self.goals = Goals(world.targets, world.match, count)
+        self._baselines: list[Baseline | None] = [None] * len(world.targets)
+        self.baseline: Floats = np.zeros(count)
+        """Scores of the targets' baselines, (m,)."""
+        self._flagged = np.zeros(count, dtype=np.bool_)
+
+    def _make_chains(
+        self, threads: int, frame_rate: float | None
+    ) -> DynamicChains | QuasistaticChains:
+        if self.world.fidelity == "quasistatic":
+            return QuasistaticChains(self.world.rules, self.count)
+        return DynamicChains((self.world.scene,), self.count, threads, frame_rate)
+
+    @property
+    def choices(self) -> int:
+        """How many targets there are to be drawn."""
+        return len(self.world.targets)
+
+    def given(self, options: Mapping[str, Any], others: Sequence[str] = ()) -> Sequence[int] | None:
+        """Return the targets of all episodes that options of `reset` ask for, by number."""
+        words = given_for_each(options, ("target", *others), self.count, str)
+        if words is None:
+            return None
+        targets = self.world.targets
+        return [targets.index(pick_target(word, targets)) for word in words]
+
+    def baseline_at(self, row: int) -> Baseline:
+        """Return the energy minimiser's result for the target of an episode."""
+        number = int(self.numbers[row])
+        found = self._baselines[number]
+        if found is None:
+            found = self._baselines[number] = self.world.baseline_of(self.world.targets[number])
+        return found
+
+    def scene(self, row: int) -> Scene:
+        """Return the drawn scene of a chain, with the magnets and speeds of components fed."""
+        return self.chains.scene(row)
+
+    def told(self, rows: Ints) -> Columns:
+        """Return the info of some episodes: the little there is on their way."""
+        return {
+            "target": self.goals.names[rows],
+            "word": self.words(rows),
+            "step": self.arrays.fed[rows],
+        }
+
+    def told_at_end(self, rows: Ints) -> Columns:
+        """Return what is told besides of episodes that have terminated."""
+        status = self.arrays.status
+        _, score, success = self.goals.judge(rows, status, self.arrays.angles)
+        return {
+            "status": status_names(status[rows]),
+            "message": self.messages(rows),
+            "energy": self.chains.energies(rows),
+            "score": score,
+            "baseline": self.baseline[rows],
+            "baseline_flagged": self._flagged[rows],
+            "is_success": success == 1.0,
+        }
+
+    def forecast(self, row: int) -> Forecast | None:
+        """Return what energy minimisation says of the components fed so far.
+
+        None where it has nothing to say: before the first, in an external field, and where it is
+        itself what happens.
+        """
+        world = self.world
+        if self.arrays.fed[row] == 0 or world.in_field or world.fidelity == "quasistatic":
+            return None
+        return forecast(world.rules, self.arrays, row, self.goals.names[row])
+
+    def moment(self, row: int) -> "Snapshot":
+        """Return what a picture of an episode shows."""
+        arrays, found, n = self.arrays, self.forecast(row), self.world.scene.n
+        fed, over, target = int(arrays.fed[row]), self.is_over(row), self.goals.names[row]
+        rows: Rows = [("word", self.words(self.rows[row : row + 1])[0]), ("target", target)]
+        if fed:
+            rows += energy_rows(float(self.chains.energies(self.rows[row : row + 1])[0]), found)
+            speed = speed_at(float(arrays.speeds[row, arrays.order(row)[fed - 1]]))
+            rows.append(("last speed", f"{1e3 * speed:.0f} mm/s"))
+        if over:
+            ends = self.told_at_end(self.rows[row : row + 1])
+            rows.append(("score", f"{ends['score'][0]:.2f}"))
+            if not self._flagged[row]:
+                rows.append(("baseline", f"{self.baseline[row]:.2f}"))
+        status = status_names(arrays.status[row : row + 1])[0]
+        return chain_moment(
+            self,
+            row,
+            target,
+            found,
+            is_loaded=fed > 0,
+            title=status if over else f"fed {fed} of {n}",
+            message=self.chains.message(row) if over else "",
+            rows=tuple(rows),
+        )
+
+    def _load(self, rows: Ints) -> None:
+        self._want(rows)
+        self.chains.begin(rows, self.rngs)
+
+    def _want(self, rows: Ints) -> None:
+        self.goals.want(rows, self.numbers[rows])
+        for row in rows.tolist():
+            found = self.baseline_at(row)
+            self.baseline[row], self._flagged[row] = found.score, found.flagged
+
+    def _act(self, rows: Ints, choice: Choice) -> None:
+        patterns, speeds, scaled = choice
+        if self.world.at_a_time == "chain":
+            self.chains.run(rows, patterns, speeds, scaled)
+        else:
+            self.chains.feed(rows, patterns[:, 0], speeds, scaled)
+
+    def _shaped(self, rows: Ints) -> Floats:
+        arrays = self.arrays
+        if self.world.rule.shaping == "similarity":
+            return self.goals.judge(rows, arrays.status, arrays.angles)[0]
+        names = self.goals.names
+        wanted = [
+            self.world.rules.energy_as(str(names[row]), arrays.signs[row], int(arrays.fed[row]))
+            for row in rows.tolist()
+        ]
+        return energy_potential(self.chains.energies(rows), np.array(wanted))
 
 
-class FoldEnv(ChainEnv[ObsType, Episode]):
+class FlatFoldEpisodes(FoldEpisodes[NDArray[np.float32]]):
+    """Those whose observations are arrays."""
+
+    def observe(self) -> NDArray[np.float32]:
+        """Return new observations, (m, size)."""
+        layout = self.world.layout
+        out = np.empty((self.count, layout.size), dtype=np.float32)
+        layout.fill(self.arrays, self.goals.one_hot, out)
+        return out
+
+
+class FoldEnv(ChainEnv[ObsType]):
     """A chain whose magnets and feed speeds are chosen so that it folds into a target.
 
     Parameters
@@ -67,6 +201,8 @@ class FoldEnv(ChainEnv[ObsType, Episode]):
 
     at_a_time: ClassVar[Literal["component", "chain"]] = "component"
     default_scene: ClassVar[str] = "tube-feed"
+
+    world: FoldTask
 
     def __init__(
         self,
@@ -91,14 +227,12 @@ class FoldEnv(ChainEnv[ObsType, Episode]):
     @property
     def target(self) -> str:
         """The word that this episode wants."""
-        self._running()
-        return self._goal.word
+        return self._running().goals.names[0]
 
     @property
     def baseline(self) -> Baseline:
         """The energy minimiser's result for the target of this episode."""
-        self._running()
-        return self._baseline
+        return self._running().baseline_at(0)
 
     def baseline_of(self, target: str) -> Baseline:
         """Return the energy minimiser's result for `target`.
@@ -109,8 +243,17 @@ class FoldEnv(ChainEnv[ObsType, Episode]):
 
     @property
     def next_component(self) -> int:
-        """Index of the component that the next step feeds (component number − 1)."""
-        return self._running().next_component
+        """Index of the component that the next step feeds (component number − 1).
+
+        Raises
+        ------
+        RuntimeError
+            If all have been fed.
+        """
+        arrays = self._running().arrays
+        if arrays.fed[0] == self.scene.n:
+            raise RuntimeError("every component has been fed")
+        return arrays.order(0)[int(arrays.fed[0])]
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return which actions ask for nothing but components of the catalogue.
@@ -119,104 +262,36 @@ class FoldEnv(ChainEnv[ObsType, Episode]):
         """
         return self.actions.masks()
 
-    def reset(
-        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[ObsType, dict[str, Any]]:
-        """Load a new chain; ``options={"target": word}`` fixes the target.
-
-        Everything random is drawn here, the target first and whether or not it is fixed, so one
-        seed gives one physics whatever the target.
-
-        Raises
-        ------
-        ValueError
-            For an unknown option or a target that is not among the env's.
-        """
-        super().reset(seed=seed)
-        goal = self.task.pick(self.np_random, options)
-        self._enter(goal, self.task.begin(self.np_random, self.viewer.frame_rate))
-        self._show()
-        return self._observation(), self._info()
-
-    def step(self, action: Any) -> tuple[ObsType, float, bool, bool, dict[str, Any]]:
-        """Do what `action` asks for.
-
-        Raises
-        ------
-        ValueError
-            If the action lies outside the space.
-        gymnasium.error.ResetNeeded
-            Before the first reset and after the end of an episode.
-        """
-        episode = self._running()
-        if episode.status is not None:
-            raise gymnasium.error.ResetNeeded("the episode is over; call reset() first")
-        faces, speed = self.actions.decode(action)
-        before = self.task.potential(episode, self._goal)
-        self._act(episode, faces, speed)
-        info = self._info()
-        reward = self._reward(before, info)
-        self._show()
-        return self._observation(), reward, episode.status is not None, False, info
-
-    def get_state(self) -> EnvState:
-        """Return everything that decides how the environment goes on.
-
-        It does not change when the environment does, and may be set as often as wanted.
-        """
-        episode = self._running().copy()
-        return EnvState(self.np_random.bit_generator.state, self._goal, episode)
-
-    def set_state(self, state: EnvState) -> tuple[ObsType, dict[str, Any]]:
-        """Go back to a state of this environment, or of one made with the same options.
-
-        From there every step gives exactly what it gave then. Returns what `step` or `reset` had
-        returned of it.
-        """
-        self.np_random.bit_generator.state = state.rng
-        self._enter(state.goal, state.episode.copy())
-        return self._observation(), self._info()
-
-    def moment(self) -> "Snapshot":
-        """Return what a picture of this moment shows."""
-        return fold_moment(self.task, self._running(), self._goal, self._baseline)
-
     def to_scene(self) -> Scene:
         """Return the finished episode as a concrete scene.
 
-        `magfold_env.simulation.simulate` replays it bit for bit; if the fidelity is quasistatic,
-        `magfold_env.envs.chains.quasistatic_episode.fold` does.
+        `magfold_env.simulate` replays it bit for bit; if the fidelity is quasistatic,
+        `magfold_env.envs.chains.quasistatic.fold` does.
+
+        Raises
+        ------
+        RuntimeError
+            While components remain to be fed: half a chain is not a scene.
         """
-        return self._running().to_scene()
+        episodes = self._running()
+        fed = int(episodes.arrays.fed[0])
+        if fed < self.scene.n:
+            raise RuntimeError(
+                f"{fed} of {self.scene.n} components are set; a scene needs all of them"
+            )
+        return episodes.scene(0)
 
-    @abstractmethod
-    def _observation(self) -> ObsType:
-        """Return a new observation."""
 
-    @abstractmethod
-    def _act(self, episode: Episode, faces: tuple[str, ...], speed: float) -> None:
-        """Feed what an action describes."""
+class FoldVectorEnv(ChainVectorEnv[ObsType]):
+    """Many of `FoldEnv`."""
 
-    def _reward(self, before: float, info: Mapping[str, Any]) -> float:
-        """Return the reward of a step that began at the potential `before`."""
-        episode, rule = self._running(), self.task.rule
-        reward = rule.step(before, self.task.potential(episode, self._goal))
-        if episode.status is not None:
-            reward += rule.end(info["score"], info["is_success"], self._baseline.score)
-        return reward
+    single: ClassVar[type[FoldEnv[Any]]]
 
-    def _info(self) -> dict[str, Any]:
-        return self.task.summary(self._running(), self._goal, self._baseline)
+    @property
+    def task(self) -> FoldTask:
+        """What all episodes share."""
+        return self.template.task
 
-    def _enter(self, goal: Goal, episode: Episode) -> None:
-        """Make `episode` the present one."""
-        self._goal = goal
-        self._words = self.layout.one_hot([goal.word])
-        self._baseline = self.task.baseline_of(goal.word)
-        self._episode = episode
-        self.viewer.begin()
-
-    def _show(self) -> None:
-        """Play what has happened since the last time, if there is a window."""
-        if self.render_mode == "human":
-            self.viewer.play(self._running().motion, self.moment())
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Return the masks of all environments, (m, …); `FoldEnv.action_masks`."""
+        return np.repeat(self.template.action_masks()[None], self.num_envs, axis=0)

@@ -5,8 +5,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.chains.episode import Episode
-from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.fold_env import FlatFoldEpisodes, FoldEnv, FoldVectorEnv
 
 
 class SequenceDesignEnv(FoldEnv[NDArray[np.float32]]):
@@ -28,9 +27,10 @@ class SequenceDesignEnv(FoldEnv[NDArray[np.float32]]):
 
     at_a_time: ClassVar[Literal["component", "chain"]] = "chain"
     default_scene: ClassVar[str] = "tube-built"
+    make_episodes = FlatFoldEpisodes
 
-    def _observation(self) -> NDArray[np.float32]:
-        return self.task.observe(self._running(), self._words)
 
-    def _act(self, episode: Episode, faces: tuple[str, ...], speed: float) -> None:
-        episode.run(faces, speed)
+class SequenceDesignVectorEnv(FoldVectorEnv[NDArray[np.float32]]):
+    """Many of `SequenceDesignEnv`."""
+
+    single = SequenceDesignEnv

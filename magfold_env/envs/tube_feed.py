@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.chains.episode import Episode
-from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.fold_env import FlatFoldEpisodes, FoldEnv, FoldVectorEnv
 
 
 class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
@@ -54,8 +53,13 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
     ``at_mouth``; one in an external field has no baseline and so needs ``baseline=None``.
     """
 
-    def _observation(self) -> NDArray[np.float32]:
-        return self.task.observe(self._running(), self._words)
+    make_episodes = FlatFoldEpisodes
 
-    def _act(self, episode: Episode, faces: tuple[str, ...], speed: float) -> None:
-        episode.feed(faces[0], speed)
+
+class TubeFeedVectorEnv(FoldVectorEnv[NDArray[np.float32]]):
+    """Many of `TubeFeedEnv`.
+
+    Arguments are those of `magfold_env.envs.vector_env.ChainVectorEnv`.
+    """
+
+    single = TubeFeedEnv

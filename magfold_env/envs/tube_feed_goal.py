@@ -1,6 +1,5 @@
 """``MagFold/TubeFeedGoal-v0``: tube feed for goal-conditioned learners (hindsight replay)."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -10,18 +9,43 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from magfold_env.envs.chains.episode import Episode
-from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.chains.arrays import FOLDED, MISFOLDED, Floats, Ints
+from magfold_env.envs.episodes import Columns
+from magfold_env.envs.fold_env import FoldEnv, FoldEpisodes, FoldVectorEnv
 from magfold_env.envs.spaces.observation import ObservationLayout
-from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
+from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Match
 from magfold_env.envs.tasks.options import ChainOptions, FoldOptions
-from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, outline, word_to_angles
 
 GoalObservation = dict[str, NDArray[np.float32]]
 
-REST = (FoldStatus.FOLDED, FoldStatus.MISFOLDED)
+
+class GoalEpisodes(FoldEpisodes[GoalObservation]):
+    """Episodes whose goals lie apart from their observations, and whose every step is judged."""
+
+    def observe(self) -> GoalObservation:
+        """Return new observations, (m, …) each."""
+        layout = replace(self.world.layout, words=())
+        seen = np.empty((self.count, layout.size), dtype=np.float32)
+        layout.fill(self.arrays, np.empty((self.count, 0), dtype=np.float32), seen)
+        achieved, wanted = self._goals()
+        return {"observation": seen, "achieved_goal": achieved, "desired_goal": wanted}
+
+    def _goals(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return what is achieved and what is wanted, (m, n) each."""
+        status = self.arrays.status
+        achieved = achieved_goals(self.arrays.angles, (status == FOLDED) | (status == MISFOLDED))
+        wanted = np.ones_like(achieved)
+        wanted[:, :-1] = self.goals.turns
+        return achieved, wanted
+
+    def _step_rewards(self, rows: Ints) -> Floats:
+        achieved, wanted = self._goals()
+        return np.asarray(compute_reward(achieved[rows], wanted[rows], self.world.match))
+
+    def _end_rewards(self, ends: Columns) -> Floats:
+        return np.zeros(len(ends["score"]))
 
 
 class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
@@ -43,6 +67,8 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
     ``gamma`` and ``baseline``.
     """
 
+    make_episodes = GoalEpisodes
+
     def __init__(
         self,
         scene: str | Path | Scene | None = None,
@@ -54,20 +80,21 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
             if key in options:
                 raise ValueError(f"{key}: must be left out, rewards are -1 and 0")
         super().__init__(scene, render_mode=render_mode, reward="sparse", baseline=None, **options)
-        joints = self.scene.n - 1
-        low = np.array([-np.pi] * joints + [0.0], dtype=np.float32)
-        high = np.array([np.pi] * joints + [1.0], dtype=np.float32)
-        self._layout = replace(self.task.layout, words=())
-        self.observation_space = spaces.Dict(
-            observation=self._layout.space,
-            achieved_goal=spaces.Box(low, high, dtype=np.float32),
-            desired_goal=spaces.Box(low, high, dtype=np.float32),
-        )
 
     @property
     def layout(self) -> ObservationLayout:
         """Where each group of entries lies in ``observation``."""
-        return self._layout
+        return replace(self.task.layout, words=())
+
+    def _space(self) -> spaces.Dict:
+        joints = self.scene.n - 1
+        low = np.array([-np.pi] * joints + [0.0], dtype=np.float32)
+        high = np.array([np.pi] * joints + [1.0], dtype=np.float32)
+        return spaces.Dict(
+            observation=self.layout.space,
+            achieved_goal=spaces.Box(low, high, dtype=np.float32),
+            desired_goal=spaces.Box(low, high, dtype=np.float32),
+        )
 
     def compute_reward(
         self, achieved_goal: NDArray[Any], desired_goal: NDArray[Any], info: object
@@ -90,41 +117,38 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
         float, or array of shape (m,)
             The rewards.
         """
-        achieved, desired = np.asarray(achieved_goal), np.asarray(desired_goal)
-        apart = np.abs(achieved[..., :-1] - desired[..., :-1])
-        alike = (apart <= SUCCESS_TOLERANCE).all(axis=-1)
-        if self.task.match == "outline":
-            rows = zip(
-                achieved.reshape(-1, achieved.shape[-1]),
-                desired.reshape(-1, desired.shape[-1]),
-                strict=True,
-            )
-            same = [_same_outline(one[:-1], other[:-1]) for one, other in rows]
-            alike |= np.reshape(same, alike.shape)
-        reward = np.where(alike & (achieved[..., -1] >= desired[..., -1]), 0.0, -1.0)
-        return reward if reward.ndim else float(reward)
+        return compute_reward(achieved_goal, desired_goal, self.task.match)
 
-    def _observation(self) -> GoalObservation:
-        episode = self._running()
-        nothing = np.zeros(0, dtype=np.float32)
-        wanted = np.append(word_to_angles(self._goal.word), 1.0)
-        return {
-            "observation": self._layout.observe(episode.state, episode.progress, nothing),
-            "achieved_goal": self._achieved(),
-            "desired_goal": wanted.astype(np.float32),
-        }
 
-    def _act(self, episode: Episode, faces: tuple[str, ...], speed: float) -> None:
-        episode.feed(faces[0], speed)
+class TubeFeedGoalVectorEnv(FoldVectorEnv[GoalObservation]):
+    """Many of `TubeFeedGoalEnv`."""
 
-    def _reward(self, before: float, info: Mapping[str, Any]) -> float:
-        wanted = np.append(word_to_angles(self._goal.word), 1.0).astype(np.float32)
-        return float(self.compute_reward(self._achieved(), wanted, info))
+    single = TubeFeedGoalEnv
 
-    def _achieved(self) -> NDArray[np.float32]:
-        """Return the joint angles, turned into the interval from −π to π, and whether at rest."""
-        episode = self._running()
-        return achieved_goals(episode.state.angles, episode.status in REST)
+    def compute_reward(
+        self, achieved_goal: NDArray[Any], desired_goal: NDArray[Any], info: object
+    ) -> NDArray[np.float64] | float:
+        """Return `TubeFeedGoalEnv.compute_reward`."""
+        return compute_reward(achieved_goal, desired_goal, self.task.match)
+
+
+def compute_reward(
+    achieved_goal: NDArray[Any], desired_goal: NDArray[Any], match: Match
+) -> NDArray[np.float64] | float:
+    """Return `TubeFeedGoalEnv.compute_reward` for goals that are met as `match` says."""
+    achieved, desired = np.asarray(achieved_goal), np.asarray(desired_goal)
+    apart = np.abs(achieved[..., :-1] - desired[..., :-1])
+    alike = (apart <= SUCCESS_TOLERANCE).all(axis=-1)
+    if match == "outline":
+        rows = zip(
+            achieved.reshape(-1, achieved.shape[-1]),
+            desired.reshape(-1, desired.shape[-1]),
+            strict=True,
+        )
+        same = [_same_outline(one[:-1], other[:-1]) for one, other in rows]
+        alike |= np.reshape(same, alike.shape)
+    reward = np.where(alike & (achieved[..., -1] >= desired[..., -1]), 0.0, -1.0)
+    return reward if reward.ndim else float(reward)
 
 
 def achieved_goals(angles: NDArray[np.float64], settled: Any) -> NDArray[np.float32]:

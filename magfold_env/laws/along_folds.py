@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.engine.outcomes import CAPPED
-from magfold_env.engine.state import FRESH, SECOND, SECOND_STEPS, STEPS, TIME, Model
-from magfold_env.fold import FoldStatus
+from magfold_env.engine.state import END, FRESH, SECOND, SECOND_STEPS, STEPS, TIME, Model
 from magfold_env.laws import mechanics
 from magfold_env.laws.overlap import deepest_overlaps
 from magfold_env.scene import Scene
@@ -64,7 +64,8 @@ class SteppedSession(Session):
     def wait(self, duration: float) -> None:
         """Go on for a time [s], whatever happened before."""
         self.go_on()
-        self._advance(self.time + duration)
+        self._state.clock[END] = math.inf
+        self._go_on(keep=-1, until=self.time + duration)
 
     def run(self) -> None:
         """Feed and settle, as `simulate` does."""
@@ -72,7 +73,7 @@ class SteppedSession(Session):
             self.feed_one()
         self.settle()
 
-    def _advance(self, until: float) -> bool:
+    def _run(self, until: float) -> int:
         counter, clock = self._state.counter, self._state.clock
         while True:
             # The engine's own rule, see `engine.outcomes`.
@@ -80,16 +81,14 @@ class SteppedSession(Session):
                 self._second, self._second_steps = float(clock[TIME]), int(counter[STEPS])
             if counter[STEPS] - self._second_steps >= self._whole.max_steps_per_second:
                 self._model = self._whole
-                self._end(*self._ending(CAPPED))
-                return False
+                return CAPPED
             clock[SECOND], counter[SECOND_STEPS] = clock[TIME], counter[STEPS]
             before = self.steps
-            reached = super()._advance(until)
+            outcome = super()._run(until)
             self._look(self)
             stopped = self.steps >= before + self._stride and self.steps < self._whole.max_steps
-            if reached or not stopped or self.status is not FoldStatus.UNSETTLED:
-                return reached
-            self.go_on()
+            if outcome != CAPPED or not stopped:
+                return outcome
 
 
 Floats = npt.NDArray[np.float64]

@@ -45,7 +45,7 @@ def momentum_errors(seed: int, tolerance: float, *, contact: bool) -> tuple[floa
     Relative to its mass times √(2 · energy / mass), and that times its length.
     """
     session = thrown(seed, tolerance, contact=contact)
-    scene = session.scene()
+    scene = session.scene
     energy = float(kinetic_energy(scene, session.angles, session.rates, session.base_velocity))
     size = float(np.sqrt(2.0 * energy * scene.masses.sum()))
     before = _momenta(session)
@@ -58,7 +58,7 @@ def momentum_errors(seed: int, tolerance: float, *, contact: bool) -> tuple[floa
 
 def _momenta(session: SteppedSession) -> tuple[Floats, Floats]:
     s = session
-    return momenta(s.scene(), s.angles, s.rates, s.base, s.base_velocity)
+    return momenta(s.scene, s.angles, s.rates, s.base, s.base_velocity)
 
 
 def reversal_error(kind: Kind, seed: int, tolerance: float) -> float:
@@ -76,7 +76,7 @@ def reversal_error(kind: Kind, seed: int, tolerance: float) -> float:
         session.settle()
         session.throw(-session.rates, -session.base_velocity)
     turned = np.abs(session.angles - angles).max()
-    moved = np.hypot(*(session.base - base)) / session.scene().casing.diagonal
+    moved = np.hypot(*(session.base - base)) / session.scene.casing.diagonal
     return float(max(turned, moved))
 
 

@@ -1,15 +1,19 @@
-"""Many chains of one kind in their tubes, fed by one compiled call."""
+"""Many chains in their tubes, run by one compiled call on some threads."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from magfold_env.engine.compile.by_pointer import POINTERS, code_of, reference
-from magfold_env.engine.outcomes import REACHED
+from magfold_env.engine.outcomes import FULL, REACHED
 from magfold_env.engine.state import (
     EVALUATIONS,
+    FRAMES,
+    KEEP,
     LO,
     STEP,
     STEPS,
@@ -17,15 +21,17 @@ from magfold_env.engine.state import (
     Array,
     IntArray,
     Model,
-    Record,
     State,
     Work,
 )
-from magfold_env.engine.stepping import integrator, runs
-from magfold_env.engine.workspace import new_record, new_state, new_work
+from magfold_env.engine.stepping import runs
+from magfold_env.engine.workspace import new_state, new_work
+from magfold_env.fold import Trajectory
+from magfold_env.simulation.frames import Frames
+from magfold_env.simulation.push_force import progress_of_next, push_force
 from magfold_env.simulation.stack import Stack
-from magfold_env.simulation.view import look_at
-from magfold_env.simulation.work_queue import Team
+from magfold_env.simulation.view import Orientation
+from magfold_env.simulation.work_queue import WorkQueue
 
 OWN = ("charge", "grip", "bodies.mass", "bodies.inertia")
 """What may differ from chain to chain in a model, besides the numbers that `Chains` names."""
@@ -34,118 +40,160 @@ OWN = ("charge", "grip", "bodies.mass", "bodies.inertia")
 class Chains:
     """Chains that differ in what is drawn for them, in the engine's order of components.
 
-    All views are shared with the kernels: what is written into one is what they see.
+    All arrays are shared with the kernels: what is written into one is what they see.
 
     Parameters
     ----------
-    model
-        What they have in common, with a tube.
+    models
+        What they have in common, with a tube: one model for all, or some of which each chain is
+        given one when it begins, such as one for each direction of feed.
     count
         How many.
     threads
-        How many threads feed them.
+        How many threads run them.
+    frame_rate
+        Frames recorded a simulated second [1/s], of a single chain; None records nothing.
     """
 
-    def __init__(self, model: Model, count: int, threads: int = 1) -> None:
-        self.model = model
-        self.count = count
-        self.team = Team(threads)
-        state, work = new_state(model, np.zeros(model.n)), new_work(model)
-        self._models: Stack[Model] = Stack(model, count, OWN)
-        self._states: Stack[State] = Stack(state, count)
-        self._works: Stack[Work] = Stack(work, count)
-        self._record: Any = new_record(model, 0.0, 0)
-        self._code = _code(model, state, work, self._record)
+    def __init__(
+        self,
+        models: Sequence[Model],
+        count: int,
+        threads: int = 1,
+        frame_rate: float | None = None,
+    ) -> None:
+        self.models = models
+        self.queue = WorkQueue(threads)
+        states = [new_state(model, np.zeros(model.n)) for model in models]
+        works = [new_work(model) for model in models]
+        self._models: Stack[Model] = Stack(models, count, OWN)
+        self._states: Stack[State] = Stack(states, count)
+        self._works: Stack[Work] = Stack(works, count)
+        self._probe = works[0]
+        self._frame_rate = frame_rate if count == 1 else None
+        self._frames = Frames(models[0], self._states.row(0), self._frame_rate)
+        chain = models[0], states[0], works[0]
+        run = code_of(runs.run, *chain, self._frames.record, 0.0)
+        codes = [run, code_of(runs.energy, *chain, 0.0)]
+        self._code = np.array(codes, dtype=np.int64 if POINTERS else object)
+        self.kind: IntArray = np.zeros(count, dtype=np.int64)
+        """Which of the models each chain has."""
         self.mass, self.inertia = self._models["bodies.mass"], self._models["bodies.inertia"]
         self.grip, self.charge = self._models["grip"], self._models["charge"]
         self.rate_scale = self._models.number("rate_scale")
         self.light_rate = self._models.number("light_rate")
         self.q, self.v, self.stuck = (self._states[name] for name in ("q", "v", "stuck"))
-        self._counters: IntArray = self._states["counter"]
-        self._clocks: Array = self._states["clock"]
-        self.waiting: Array = np.zeros((count, model.n, 4))
+        self.counters: IntArray = self._states["counter"]
+        self.clocks: Array = self._states["clock"]
+        self.waiting: Array = self._states["waiting"]
         """Charges that components get when they are fed [A·m]."""
-        self.speeds: Array = np.zeros((count, model.n))
+        self.speeds: Array = self._states["speed"]
         """Speeds at which they are fed [m/s]."""
         self.outcomes: IntArray = np.zeros(count, dtype=np.int64)
         """How each integration ended; REACHED: it has not."""
         self.energies: Array = np.zeros(count)
         """Magnetic energies [J] of chains that have ended."""
+        self._until: Array = np.full(count, math.inf)
 
     @property
     def released(self) -> IntArray:
         """Components that are out of the tube, (count,)."""
-        return self.model.n - self._counters[:, LO]
+        return self.models[0].n - self.counters[:, LO]
 
     @property
     def times(self) -> Array:
         """Simulated times [s], (count,)."""
-        return self._clocks[:, TIME]
+        return self.clocks[:, TIME]
 
     @property
     def steps(self) -> IntArray:
         """Time steps tried, (count,)."""
-        return self._counters[:, STEPS]
+        return self.counters[:, STEPS]
 
     @property
     def evaluations(self) -> IntArray:
         """Evaluations of the accelerations, (count,)."""
-        return self._counters[:, EVALUATIONS]
+        return self.counters[:, EVALUATIONS]
 
-    def restart(self, rows: IntArray, headings: Array) -> None:
-        """Put some chains back into the tube, at rest with these headings (rows, n) [rad].
-
-        What is drawn for them must be written into the views before.
-        """
-        self._states.restore(rows)
-        self._works.restore(rows)
-        self.q[rows, : self.model.n] = headings
-        self._clocks[rows, STEP] = 0.1 / self.light_rate[rows]
+    def clear(self, rows: IntArray, kind: int = 0) -> None:
+        """Give some chains a model and put them into the tube; see `start`."""
+        for stack in (self._models, self._states, self._works):
+            stack.restore(rows, kind)
+        self.kind[rows] = kind
         self.outcomes[rows] = REACHED
 
-    def feed(self, rows: IntArray, duration: float, *, all_of_it: bool = False) -> None:
-        """Feed out the next component of some chains, or all; chains that are all out settle.
+    def start(self, rows: IntArray, headings: Array) -> None:
+        """Let chains that are clear begin at rest with these headings (rows, n) [rad].
 
-        Parameters
-        ----------
-        duration
-            Longest time to settle [s].
+        What is drawn for them must be written into the arrays before.
         """
-        next_row = np.zeros(1, dtype=np.int64)
-        arguments = self._batch(), rows, duration, all_of_it, next_row
-        self.team.run(runs.feed_chains, arguments, len(rows))
+        self.q[rows, : self.models[0].n] = headings
+        self.clocks[rows, STEP] = 0.1 / self.light_rate[rows]
+        if self._frame_rate is not None:
+            self._frames = Frames(self.models[0], self._states.row(0), self._frame_rate)
+
+    def feed(self, rows: IntArray, *, whole: bool = False) -> None:
+        """Feed out the next component of some chains, or all; chains that are all out settle."""
+        left = self.counters[rows, LO] - 1
+        self.counters[rows, KEEP] = -1 if whole else np.where(left > 0, left, -1)
+        self._until[rows] = math.inf
+        self._run(rows)
+
+    def push(self, rows: IntArray, seconds: float) -> None:
+        """Feed some chains for a time [s]; those that are all out move freely."""
+        self.counters[rows, KEEP] = -1
+        self._until[rows] = self.clocks[rows, TIME] + seconds
+        self._run(rows)
 
     def find_energies(self, rows: IntArray) -> None:
         """Fill `energies` in for some chains as they are."""
-        runs.find_energies(self._batch(), rows)
+        runs.energies_of(self._code, *self._references, rows, self.energies)
 
-    def _batch(self) -> runs.Batch:
-        """Return all chains as kernels see them."""
-        return runs.Batch(
-            self._code, self._models.references, self._states.references, self._works.references,
-            reference(self._record), self._counters, self._clocks, self.charge, self.waiting,
-            self.speeds, self.outcomes, self.energies,
-        )  # fmt: skip
+    def push_force(self, row: int) -> float:
+        """Return the force that the feed of a chain needs at this moment [N]."""
+        model = self._models.row(row, int(self.kind[row]))._replace(
+            rate_scale=float(self.rate_scale[row]), light_rate=float(self.light_rate[row])
+        )
+        return push_force(model, self._states.row(row), self._probe)
 
-    def look(
-        self, rows: IntArray, flip: bool, angles: Array, rates: Array, base: Array, velocity: Array
-    ) -> None:
-        """See `magfold_env.simulation.view.look_at`."""
-        length = self.model.bodies.length
-        look_at(
-            rows, flip, length, self._counters, self.q, self.v, angles, rates, base, velocity
-        )  # fmt: skip
+    def progress_of_next(self, row: int) -> float:
+        """Return how far the component in the mouth is out, see `push_force.progress_of_next`."""
+        return progress_of_next(self.models[0], self.q[row], int(self.counters[row, LO]))
 
+    def motion(self, view: Orientation) -> Trajectory | None:
+        """Return the frames of the single chain; None if nothing is recorded."""
+        return self._frames.trajectory(view)
 
-def _code(model: Model, state: State, work: Work, record: Record) -> IntArray:
-    """Return the addresses of the code for BEGIN, ADVANCE, RELEASE and ENERGY."""
-    chain = model, state, work
-    return np.array(
-        [
-            code_of(runs.begin, *chain, 0.0),
-            code_of(integrator.advance, *chain, record, 0.0),
-            code_of(runs.end, *chain, 0.0),
-            code_of(runs.energy, *chain, 0.0),
-        ],
-        dtype=np.int64 if POINTERS else object,
-    )
+    def contents(self) -> tuple[Any, ...]:
+        """Return all that decides how the chains go on, but for what was drawn."""
+        stacks = (self._models, self._states, self._works)
+        return (*(stack.contents() for stack in stacks), self.outcomes.copy(), self.energies.copy())
+
+    def refill(self, contents: tuple[Any, ...]) -> None:
+        """Go back to what `contents` returned; draws must be written before. Nothing is recorded.
+
+        A chain that goes on from here has no frames of what was before.
+        """
+        *blocks, self.outcomes[:], self.energies[:] = contents
+        for stack, block in zip((self._models, self._states, self._works), blocks, strict=True):
+            stack.refill(block)
+        if self._frame_rate is not None:
+            self.counters[:, FRAMES] = 0
+            self._frames = Frames(self.models[0], self._states.row(0), None)
+
+    @property
+    def _references(self) -> tuple[Any, Any, Any]:
+        return self._models.references, self._states.references, self._works.references
+
+    def _run(self, rows: IntArray) -> None:
+        """Run chains until they end, or pause as their states say."""
+        record = reference(self._frames.record)
+        while True:
+            arguments = (
+                self._code, *self._references, record, self._until, rows, self.outcomes,
+                self.energies, np.zeros(1, dtype=np.int64),
+            )  # fmt: skip
+            self.queue.run(runs.run_chains, arguments, len(rows))
+            if self._frame_rate is None or self.outcomes[0] != FULL:
+                return
+            self._frames.empty()

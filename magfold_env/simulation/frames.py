@@ -11,13 +11,12 @@ import numpy.typing as npt
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.magnets import outer_field, pairs
 from magfold_env.engine.state import FRAMES, Array, Model, Record, State
-from magfold_env.engine.stepping import recorder
 from magfold_env.engine.stepping.step_limits import LONGEST_STEP
 from magfold_env.engine.workspace import new_record, new_work
 from magfold_env.fold import Trajectory, loaded, turns
 from magfold_env.scene import Scene
-from magfold_env.simulation.orientation import Orientation
 from magfold_env.simulation.pack import pack
+from magfold_env.simulation.view import Orientation
 
 ROOM = 4096  # frames kept before they are moved out of the kernels' record
 
@@ -53,11 +52,6 @@ class Frames:
             )
         )
         self._state.counter[FRAMES] = 0
-
-    def take_straight(self, until: float) -> None:
-        """Take the frames up to a time [s] of a chain that is all in the tube."""
-        while not recorder.record_rest(self.record, self._state, until):
-            self.empty()
 
     def trajectory(self, view: Orientation) -> Trajectory | None:
         """Return all frames as they are seen from outside; None if nothing is recorded."""

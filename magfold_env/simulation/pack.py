@@ -93,6 +93,7 @@ def pack(scene: Scene) -> Model:
         light_rate=float(light_rate),
         max_steps=scene.solver.max_steps,
         max_steps_per_second=scene.solver.max_steps_per_second,
+        duration=scene.duration,
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,8 +13,20 @@ from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import code_of, reference, write_down
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.magnets.chain import magnet_energy, potential_energy
-from magfold_env.engine.state import EVALUATIONS, LO, STEPS, TIME, Array, Model, Record, State, Work
-from magfold_env.engine.stepping import integrator, paper_scheme, runs
+from magfold_env.engine.state import (
+    END,
+    EVALUATIONS,
+    KEEP,
+    LO,
+    STEPS,
+    TIME,
+    Array,
+    Model,
+    Record,
+    State,
+    Work,
+)
+from magfold_env.engine.stepping import paper_scheme, runs
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene
@@ -20,10 +34,12 @@ from magfold_env.shapes import angles_to_word
 from magfold_env.simulation import view
 from magfold_env.simulation.endings import ending, work_cap
 from magfold_env.simulation.frames import Frames, magnetic_energy
-from magfold_env.simulation.orientation import Orientation
-from magfold_env.simulation.pack import component_charges, pack, reversed_inside
+from magfold_env.simulation.pack import pack, reversed_inside
+from magfold_env.simulation.push_force import push_force
 
-_CODE: list[Any] = []  # where that of the integrator lies, once it is compiled
+Chain = tuple[Model, State, Work, Record]
+
+_CODE: list[Any] = []  # where that of `runs.run` lies, once it is compiled
 
 
 class Session:
@@ -48,27 +64,28 @@ class Session:
             raise ValueError(msg)
         self._scene = scene
         self._model = pack(scene)
-        self._view = Orientation(reversed_inside(scene), self._model.bodies.length)
+        self._view = view.Orientation(reversed_inside(scene), self._model.bodies.length)
         joints = np.asarray(scene.start_angles, dtype=np.float64)
         headings = self._view.start(joints, centred=scene.mount == "tube")
         self._state = new_state(self._model, headings)
+        self._state.speed[:] = scene.speeds[::-1] if self._view.flip else scene.speeds
         self._work = new_work(self._model)
         self._frames = Frames(self._model, self._state, frame_rate)
-        self._faces = list(scene.sequence)
-        self._speeds = scene.speeds.copy()
         self._status: FoldStatus | None = None
         self._message = ""
         if scene.contact and scene.mount != "tube":
             self._refuse_overlap()
         if scene.mount == "tube" and scene.feed.loading == "at_mouth":
             # A component's magnets act from when its leading hinge reaches the mouth.
-            self._waiting = self._model.charge.copy()
             self._model.charge[:] = 0.0
-        else:
-            self._waiting = None
         write_down(self._model, self._state, self._work, self._frames.record)
 
     # --- what a caller may see -------------------------------------------------------------
+
+    @property
+    def scene(self) -> Scene:
+        """What is simulated."""
+        return self._scene
 
     @property
     def n(self) -> int:
@@ -130,7 +147,7 @@ class Session:
         n, state = self.n, self._state
         seen = np.empty(n), np.empty(n), np.empty(2), np.empty(2)
         lo = int(state.counter[LO])
-        view.look(self._view.flip, lo, self._view.length, state.q, state.v, *seen)
+        view.public_state(self._view.flip, lo, self._view.length, state.q, state.v, *seen)
         return seen
 
     @property
@@ -150,6 +167,11 @@ class Session:
         """
         return potential_energy(self._place(), self._model, self._state.q, self._work)
 
+    @cached_property
+    def _probe(self) -> Work:
+        """Scratch space, so that to measure a force changes nothing."""
+        return new_work(self._model)
+
     def _place(self) -> int:
         """Find the pose, and return the first component whose magnets act."""
         lo = int(self._state.counter[LO])
@@ -157,62 +179,43 @@ class Session:
 
     # --- what a caller may do --------------------------------------------------------------
 
-    def set_component(self, index: int, faces: str, speed: float) -> None:
-        """Choose magnets and feed speed [m/s] of a component that is still in the tube.
-
-        Parameters
-        ----------
-        index
-            Component number minus one.
-        faces
-            Four letters, N, S or - for none: front-left, back-left, back-right, front-right.
+    def feed_one(self) -> None:
+        """Push the next component out until it is released.
 
         Raises
         ------
         ValueError
-            If the component's magnets act already.
+            If none is left in the tube.
         """
-        if self._waiting is None or not self._scene.magnets:
-            msg = "feed.loading: magnets can be chosen only with a tube loaded 'at_mouth'"
-            raise ValueError(msg)
-        inside = self._view.index(index)
-        if inside >= self._state.counter[LO]:
-            msg = f"component {index + 1} has left the tube; {self.released} have"
-            raise ValueError(msg)
-        self._waiting[inside] = component_charges(faces, index, self._scene)
-        self._faces[index] = faces
-        self._speeds[index] = speed
-
-    def feed_one(self) -> None:
-        """Push the next component out until it is released."""
-        state, model = self._state, self._model
-        lo = int(state.counter[LO])
+        lo = int(self._state.counter[LO])
         if lo == 0:
             msg = "no component is left in the tube"
             raise ValueError(msg)
-        if self._status is not None:
-            return
-        i = lo - 1
-        if self._waiting is not None:
-            model.charge[i] = self._waiting[i]
-        speed = float(self._speeds[self._view.index(i)])
-        feed.change_speed(model, state, self._work, speed)
-        until = state.clock[TIME] + feed.time_to_release(model, state)
-        if lo == model.n:
-            # Nothing is outside yet that could move by itself.
-            self._frames.take_straight(until)
-            state.q[model.n] += speed * (until - state.clock[TIME])
-            state.clock[TIME] = until
-        elif not self._advance(until):
-            return
-        feed.release(model, state)
+        self._go_on(keep=lo - 1)
 
     def settle(self) -> None:
-        """Integrate until the chain rests or the scene's duration is over."""
-        if self._status is not None:
-            return
-        if self._advance(self._state.clock[TIME] + self._scene.duration):
-            self._end(*self._ending(outcomes.TIMED_OUT))
+        """Feed what is left, and integrate until the chain rests or its time is over."""
+        self._go_on(keep=-1)
+
+    def push(self, speeds: Array, seconds: float) -> None:
+        """Feed for some time [s] or until the run ends.
+
+        A component that passes the mouth meanwhile is released. With none left inside the chain
+        folds freely.
+
+        Parameters
+        ----------
+        speeds
+            Speed while each component is in the mouth [m/s], 0 or more, component 1 first, (n,).
+        seconds
+            For how long.
+        """
+        self._state.speed[:] = speeds[::-1] if self._view.flip else speeds
+        self._go_on(keep=-1, until=self.time + seconds)
+
+    def push_force(self) -> float:
+        """Return the force along the tube that the feed needs at this moment [N]."""
+        return push_force(self._model, self._state, self._probe)
 
     def fold(self) -> Fold:
         """Return the result of a run that has ended.
@@ -226,7 +229,7 @@ class Session:
             msg = "the run has not ended; settle it first"
             raise ValueError(msg)
         return Fold(
-            scene=self.scene(),
+            scene=self._scene,
             status=self._status,
             message=self._message,
             word=self.word,
@@ -240,31 +243,30 @@ class Session:
             magnetic_energy=magnetic_energy,
         )
 
-    def scene(self) -> Scene:
-        """Return the scene of this run, with the magnets and speeds that were chosen in it."""
-        if self._waiting is None:
-            return self._scene
-        return self._scene.replace(
-            sequence=tuple(self._faces), feed={"speed": tuple(self._speeds.tolist())}
-        )
-
     # --- within ----------------------------------------------------------------------------
 
-    def _advance(self, until: float) -> bool:
-        """Integrate; returns whether the time was reached rather than an end."""
+    def _go_on(self, keep: int, until: float = math.inf) -> None:
+        """Run until so many components are held, see `State`, or a time [s]."""
+        if self._status is not None:
+            return
+        self._state.counter[KEEP] = keep
+        outcome = self._run(until)
+        if outcome != outcomes.REACHED:
+            self._end(*self._ending(outcome))
+
+    def _run(self, until: float) -> int:
+        """Run until a time [s] or an end; returns how the integration ended."""
         chain = self._model, self._state, self._work, self._frames.record
-        while True:
-            if self._scene.solver.method == "paper":
-                outcome = paper_scheme.paper_advance(*chain, until, self._scene.solver.time_step)
-            else:
-                outcome = _integrate(chain, until)
-            if outcome != outcomes.FULL:
-                break
+        run = self._run_paper if self._scene.solver.method == "paper" else run_chain
+        while (outcome := run(chain, until)) == outcomes.FULL:
             self._frames.empty()
-        if outcome == outcomes.REACHED:
-            return True
-        self._end(*self._ending(outcome))
-        return False
+        return outcome
+
+    def _run_paper(self, chain: Chain, until: float) -> int:
+        """Do what `run_chain` does, in the paper's steps."""
+        end = float(self._state.clock[END])
+        outcome = paper_scheme.paper_advance(*chain, min(until, end), self._scene.solver.time_step)
+        return outcomes.TIMED_OUT if outcome == outcomes.REACHED and end <= until else outcome
 
     def _ending(self, outcome: int) -> tuple[FoldStatus, str]:
         """Return how an integration ended, and the same in words."""
@@ -286,9 +288,9 @@ class Session:
         self._message = message
 
 
-def _integrate(chain: tuple[Model, State, Work, Record], until: float) -> int:
-    """Call the integrator by its address, which spares finding out what its arguments hold."""
+def run_chain(chain: Chain, until: float) -> int:
+    """Call `runs.run` by its address, which spares finding out what its arguments hold."""
     if not _CODE:
-        _CODE.append(code_of(integrator.advance, *chain, until))
+        _CODE.append(code_of(runs.run, *chain, until))
     model, state, work, record = (reference(each) for each in chain)
-    return runs.advance_at(_CODE[0], model, state, work, record, until)
+    return runs.run_at(_CODE[0], model, state, work, record, until)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
@@ -18,12 +18,13 @@ LINE = 8  # words of a cache line: arrays begin with one
 
 
 class Stack(Generic[T]):
-    """Copies of ``original``, the arrays of each in one row of a block.
+    """Copies of some originals, the arrays of each in one row of a block.
 
     Parameters
     ----------
-    original
-        A NamedTuple marked with `by_pointer`, whose arrays have entries of eight bytes.
+    originals
+        NamedTuples marked with `by_pointer`, alike but for what they hold, whose arrays have
+        entries of eight bytes. All copies are the first's to begin with.
     count
         How many copies.
     own
@@ -31,36 +32,42 @@ class Stack(Generic[T]):
         are the original's.
     """
 
-    def __init__(self, original: T, count: int, own: Collection[str] | None = None) -> None:
-        self._original, self._count = original, count
+    def __init__(
+        self, originals: Sequence[T], count: int, own: Collection[str] | None = None
+    ) -> None:
+        self._originals, self._count = originals, count
         self._places: dict[str, tuple[int, NDArray[Any]]] = {}
         size = 0
-        for name, array in _arrays(original):
+        for name, array in _arrays(originals[0]):
             if own is None or name in own:
                 self._places[name] = size, array
                 size += -(-array.size // LINE) * LINE
-        self._image = np.zeros(size)
-        for start, array in self._places.values():
-            self._image[start : start + array.size] = array.ravel().view(np.float64)
+        self._images = np.zeros((len(originals), size))
+        for image, original in zip(self._images, originals, strict=True):
+            for name, array in _arrays(original):
+                if name in self._places:
+                    start = self._places[name][0]
+                    image[start : start + array.size] = array.ravel().view(np.float64)
         self._block = _aligned(count, size)
-        self._block[:] = self._image
         self.references: Any = self._words_of_rows() if POINTERS else Rows(self, count)
         """By what kernels know each copy, see `by_pointer.reference`."""
+        self.restore(np.arange(count))
 
     def _words_of_rows(self) -> IntArray:
-        """Write down all copies, and return where the words of each begin."""
+        """Make room to write down all copies, and return where the words of each begin."""
         words_of = pointer_types.words_of
         # Words that differ from the original's are addresses in the first row; those of the next
         # rows lie a row further on.
-        words = words_of(self.row(0))
-        moved = words != words_of(self._original)
-        rows = np.arange(self._count)
-        self._words = words + rows[:, None] * (moved * self._block.strides[0])
-        return self._words.ctypes.data + rows * self._words.strides[0]
+        images = [words_of(self.row(0, k)) for k in range(len(self._originals))]
+        self._word_images = np.array(images)
+        self._moved = self._word_images[0] != words_of(self._originals[0])
+        self._words = np.empty((self._count, len(images[0])), dtype=np.int64)
+        return self._words.ctypes.data + np.arange(self._count) * self._words.strides[0]
 
-    def row(self, k: int) -> T:
-        """Return one of the copies."""
-        return _with_arrays(self._original, {name: self[name][k] for name in self._places})
+    def row(self, row: int, original: int = 0) -> T:
+        """Return a copy, of one of the originals, with that one's numbers."""
+        arrays = {name: self[name][row] for name in self._places}
+        return _with_arrays(self._originals[original], arrays)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return an array of all copies, shape (count, …)."""
@@ -74,12 +81,26 @@ class Stack(Generic[T]):
     def number(self, name: str) -> Array:
         """Return a number of all copies, (count,), to be set between two calls of kernels."""
         if POINTERS:
-            return self._words[:, pointer_types.place_of(self._original, name)].view(np.float64)
-        return self.references.number(name, getattr(self._original, name))
+            place = pointer_types.place_of(self._originals[0], name)
+            return self._words[:, place].view(np.float64)
+        return self.references.number(name)
 
-    def restore(self, rows: IntArray) -> None:
-        """Give the arrays of some copies the original's values again."""
-        self._block[rows] = self._image
+    def restore(self, rows: IntArray, original: int = 0) -> None:
+        """Make some copies those of an original again."""
+        self._block[rows] = self._images[original]
+        if POINTERS:
+            shift = rows[:, None] * (self._moved * self._block.strides[0])
+            self._words[rows] = self._word_images[original] + shift
+        else:
+            self.references.restore(rows, original)
+
+    def contents(self) -> Array:
+        """Return what the arrays of all copies hold, (count, size); numbers are left out."""
+        return self._block.copy()
+
+    def refill(self, contents: Array) -> None:
+        """Give all arrays what `contents` returned."""
+        self._block[:] = contents
 
 
 class Rows:
@@ -94,6 +115,7 @@ class Rows:
     """
 
     def __init__(self, stack: Stack[Any], count: int) -> None:
+        self._stack = stack
         self._rows = [stack.row(k) for k in range(count)]
         self._numbers: dict[str, Array] = {}
 
@@ -103,9 +125,18 @@ class Rows:
             **{name: float(values[k]) for name, values in self._numbers.items()}
         )
 
-    def number(self, name: str, value: float) -> Array:
+    def number(self, name: str) -> Array:
         """Return a number of all copies, (count,), to be set between two calls of kernels."""
-        return self._numbers.setdefault(name, np.full(len(self._rows), value))
+        if name not in self._numbers:
+            self._numbers[name] = np.array([getattr(row, name) for row in self._rows])
+        return self._numbers[name]
+
+    def restore(self, rows: IntArray, original: int) -> None:
+        """Make some copies those of an original again."""
+        for k in rows.tolist():
+            self._rows[k] = self._stack.row(k, original)
+            for name, values in self._numbers.items():
+                values[k] = getattr(self._rows[k], name)
 
 
 def _arrays(packed: tuple[Any, ...], prefix: str = "") -> list[tuple[str, NDArray[Any]]]:

@@ -1,19 +1,71 @@
-"""A chain as it is seen from outside: component 1 first, headings, rates and the outer hinge.
+"""A chain in the public order, component 1 first: headings, rates and component 1's outer hinge.
 
-The engine counts from the held end. Seen from its other end a chain has its order reversed and its
-headings turned by π.
+The engine counts from the held end. Seen from its other end a chain has its order reversed, its
+headings turned by π and its joint angles' signs changed.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.state import LO, Array, IntArray, is_finite
 
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """How a chain lies in the engine."""
+
+    flip: bool
+    """Whether the engine counts from component n."""
+    length: Array
+    """Hinge to hinge [m], in the engine's order, shape (n,)."""
+
+    def index(self, i: int) -> int:
+        """Map a component's index to the engine's, or back."""
+        return self.length.size - 1 - i if self.flip else i
+
+    def start(self, joints: Array, *, centred: bool) -> Array:
+        """Headings (n,) in the engine's order for public joint angles (n − 1,).
+
+        The first is 0, or, if ``centred``, their mean is.
+        """
+        joints = -joints[::-1] if self.flip else joints
+        headings = np.concatenate([[0.0], np.cumsum(joints)])
+        return headings - headings.mean() if centred else headings
+
+    def headings(self, inside: Array) -> Array:
+        """Public headings for the engine's, shape (..., n)."""
+        return inside[..., ::-1] + math.pi if self.flip else inside.copy()
+
+    def rates(self, inside: Array) -> Array:
+        """Public rates for the engine's, shape (..., n)."""
+        return inside[..., ::-1].copy() if self.flip else inside.copy()
+
+    def outer_hinge(self, q: Array, lo: IntArray) -> Array:
+        """Component 1's outer hinge [m], (m, 2), for coordinates (m, n + 2).
+
+        ``lo`` (m,) is the first component that moves freely; the base is its inner hinge.
+        """
+        n = self.length.size
+        links = self.length * np.exp(1j * q[:, :n])
+        held = np.arange(n) < lo[:, None]
+        base = q[:, n] + 1j * q[:, n + 1]
+        if self.flip:
+            hinge = base + np.where(held, 0.0, links).sum(axis=1)
+        else:
+            hinge = base - np.where(held, links, 0.0).sum(axis=1)
+        return np.stack([hinge.real, hinge.imag], axis=1)
+
 
 @kernel
-def look(
+def public_state(
     flip: bool,
     lo: int,
     length: Array,
@@ -62,9 +114,9 @@ def look(
 
 
 @kernel
-def look_at(
+def public_states(
     rows: IntArray,
-    flip: bool,
+    flip: Bools,
     length: Array,
     counters: IntArray,
     q: Array,
@@ -74,11 +126,11 @@ def look_at(
     base: Array,
     base_velocity: Array,
 ) -> None:
-    """`look` at those of some chains whose numbers are finite; every array has a row for each."""
+    """`public_state` of some chains, where numbers are finite; arrays have a row for each."""
     for j in range(rows.size):
         k: int = rows[j]
         if is_finite(q[k]) and is_finite(v[k]):
-            look(
-                flip, counters[k, LO], length, q[k], v[k],
+            public_state(
+                flip[k], counters[k, LO], length, q[k], v[k],
                 angles[k], rates[k], base[k], base_velocity[k],
             )  # fmt: skip

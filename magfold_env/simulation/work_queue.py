@@ -1,4 +1,4 @@
-"""Threads that work off one list together.
+"""Threads that work off one queue together.
 
 Chains of a vector environment take very different times: one folds on for seconds while another
 has come to rest. So every thread takes the next chain when it is done with its last, and a step
@@ -19,7 +19,7 @@ from typing import Any
 Job = tuple[Callable[..., int], tuple[Any, ...], "SimpleQueue[int]"]
 
 
-class Team:
+class WorkQueue:
     """Some threads, the calling one among them; the others are started when first needed.
 
     Parameters
@@ -41,7 +41,7 @@ class Team:
         """
         helpers = min(self.size, pieces) - 1
         if helpers > 0:
-            self._be_there()
+            self._start()
         done: SimpleQueue[int] = SimpleQueue()
         for _ in range(helpers):
             self._jobs.put((work, arguments, done))
@@ -65,16 +65,16 @@ class Team:
     def __setstate__(self, size: int) -> None:
         self.__init__(size)
 
-    def _be_there(self) -> None:
+    def _start(self) -> None:
         """Start the threads, unless they run: those of a process do not survive its forking."""
         if self._process == os.getpid():
             return
         self._process, self._jobs = os.getpid(), SimpleQueue()
         for _ in range(self.size - 1):
-            threading.Thread(target=_help, args=(self._jobs,), daemon=True).start()
+            threading.Thread(target=_work_off, args=(self._jobs,), daemon=True).start()
 
 
-def _help(jobs: SimpleQueue[Job | None]) -> None:
+def _work_off(jobs: SimpleQueue[Job | None]) -> None:
     while (job := jobs.get()) is not None:
         work, arguments, done = job
         done.put(work(*arguments))

@@ -8,7 +8,7 @@ from agents.baselines.searches import SEARCHES, PolicySearch, energy_design, sea
 from agents.evaluation.episodes import play
 from agents.evaluation.policies import FrozenPolicy, OpenLoop, RandomPolicy
 from magfold_env.designer import gap_designs
-from magfold_env.envs.chains.quasistatic_episode import fold
+from magfold_env.envs.chains.quasistatic import fold
 from magfold_env.envs.sequence_design import SequenceDesignEnv
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.envs.tube_feed import TubeFeedEnv

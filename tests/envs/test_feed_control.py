@@ -5,13 +5,14 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
-from magfold_env.envs.control.episode import INTERVAL, ControlEpisode, replay
-from magfold_env.envs.control.pushed_session import PushedSession
-from magfold_env.envs.feed_control import FeedControlEnv
-from magfold_env.envs.tasks.control_setup import HORIZON
+from magfold_env.envs.chains.arrays import FOLDED, JAMMED, STATUSES
+from magfold_env.envs.feed_control import HORIZON, INTERVAL, FeedControlEnv, replay
 from magfold_env.envs.tasks.control_tasks import ControlTask, read_tasks
 from magfold_env.envs.tasks.make_control_tasks import DRAWS, count_words
 from magfold_env.envs.tasks.randomisation import randomised
+from magfold_env.shapes import angles_to_word
+from magfold_env.simulation.chain_state import ChainState
+from magfold_env.simulation.session import Session
 
 SEQUENCE = ("NNNS", "NSSS", "NNNS", "SSNN", "SNNN", "SSSN")
 
@@ -24,7 +25,7 @@ def scene_of(**changes: Any) -> mf.Scene:
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_to_push_a_straight_chain_takes_the_drag_of_what_is_outside(direction: str) -> None:
     scene = scene_of(magnets=None, feed={"direction": direction})
-    session = PushedSession(scene)
+    session = Session(scene)
     drag = scene.friction * scene.gravity.normal * scene.masses[0]
     assert session.push_force() == 0.0
     pushes = 0
@@ -46,14 +47,14 @@ def test_the_push_does_the_work_that_the_energies_gain(loading: str) -> None:
         magnets={"remanence": 0.1},
         solver={"tolerance": 1e-9},
     )
-    session = PushedSession(scene)
+    session = Session(scene)
     speed, interval = 0.1, 5e-5
     session.push(np.full(6, speed), 1.2 * scene.casing.diagonal / speed)
     assert session.released == 1
 
     def energy() -> float:
         masses, inertias = scene.masses[0], scene.inertias[0]
-        state = session.chain_state()
+        state = ChainState(session.angles, session.rates, session.base, session.base_velocity)
         velocities = state.velocities(scene.casing.side)[: session.released]
         rates = state.rates[: session.released]
         kinetic = 0.5 * masses * np.sum(velocities**2) + 0.5 * inertias * np.sum(rates**2)
@@ -72,7 +73,7 @@ def test_the_push_does_the_work_that_the_energies_gain(loading: str) -> None:
 
 
 def test_to_measure_a_force_changes_nothing() -> None:
-    sessions = [PushedSession(scene_of(start_angles=(0.02,) * 5)) for _ in range(2)]
+    sessions = [Session(scene_of(start_angles=(0.02,) * 5)) for _ in range(2)]
     for _ in range(40):
         for session in sessions:
             session.push(np.full(6, 0.2), INTERVAL)
@@ -89,11 +90,12 @@ def test_a_constant_speed_leads_to_the_fold_of_the_simulation(direction: str, lo
         feed={"direction": direction, "loading": loading, "speed": 0.1},
     )
     end = mf.simulate(scene)
-    episode = replay(scene, [0.1] * 250, None)
-    assert episode.status == end.status
-    assert episode.word == end.word
+    arrays = replay(scene, [0.1] * 250, None).arrays
+    joints = np.diff(arrays.angles[0])
+    assert STATUSES[arrays.status[0]] == end.status
+    assert angles_to_word(joints) == end.word
     # Steps of the integrator end every 20 ms, so the last bits differ.
-    np.testing.assert_allclose(episode.state.joint_angles, end.joint_angles, atol=1e-2)
+    np.testing.assert_allclose(joints, end.joint_angles, atol=1e-2)
 
 
 def test_standing_still_goes_nowhere_until_it_is_truncated() -> None:
@@ -118,17 +120,17 @@ def test_episodes_replay_bit_for_bit() -> None:
         while not ended:
             _, _, terminated, truncated, _ = env.step(rng.integers(3, 10))
             ended = terminated or truncated
-        again = replay(env.to_scene(), env.history, 1.0)
-        np.testing.assert_array_equal(again.state.angles, env.state.angles)
-        np.testing.assert_array_equal(again.state.base, env.state.base)
+        again = replay(env.to_scene(), env.history, 1.0).arrays
+        np.testing.assert_array_equal(again.angles[0], env.state.angles)
+        np.testing.assert_array_equal(again.base[0], env.state.base)
 
 
 def test_a_weak_push_jams() -> None:
     weak = replay(scene_of(), [0.1] * 250, 0.02)
-    assert weak.status == "jammed"
-    assert "0.02 N are its limit" in weak.message
+    assert weak.arrays.status[0] == JAMMED
+    assert "0.02 N are its limit" in weak.message(0)
     strong = replay(scene_of(), [0.1] * 250, None)
-    assert strong.status == "folded"
+    assert strong.arrays.status[0] == FOLDED
     env = FeedControlEnv(push_limit=0.001, randomisation="none")
     env.reset(seed=0)
     ended, info = False, {}
@@ -189,7 +191,7 @@ def test_shaping_changes_the_return_by_the_first_potential_alone(shaping: Any) -
     total = 0.0
     for env in (shaped, plain):
         env.reset(seed=0, options={"task": 0})
-    first = shaped.setup.potential(shaped._episode, shaped.task)  # pyright: ignore[reportArgumentType]
+    first = shaped.episodes.potential(np.array([0]))[0]
     ended = False
     while not ended:
         *_, ended, _, _ = step = shaped.step(6)
@@ -253,11 +255,16 @@ def test_difficulty_takes_the_first_tasks() -> None:
 
 
 def test_an_episode_counts_the_components_that_act() -> None:
-    episode = ControlEpisode(scene_of(feed={"loading": "at_mouth"}), None)
-    assert episode.acting == 0
-    episode.push(0.1)
-    assert episode.acting == 1
-    assert ControlEpisode(scene_of(), None).acting == 6
+    env = FeedControlEnv("tube-feed")
+    env.reset(seed=0)
+    episodes: Any = env.episodes
+    assert env.scene.feed.loading == "at_mouth"
+    assert episodes.acting(0) == 0
+    env.step(6)
+    assert episodes.acting(0) == 1
+    built: Any = FeedControlEnv()
+    built.reset(seed=0)
+    assert built.episodes.acting(0) == 6
 
 
 def test_tasks_may_be_given_as_models_or_mappings() -> None:

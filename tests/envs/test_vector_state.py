@@ -9,7 +9,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
-from magfold_env.envs.vector import FoldVectorEnv
+from magfold_env.envs.fold_env import FoldVectorEnv
 
 QUICK: dict[str, Any] = {"fidelity": "quasistatic", "shaping": "similarity"}
 CASES = [
@@ -61,7 +61,7 @@ def test_a_target_that_was_given_is_kept() -> None:
     state = env.get_state()
     env.reset()
     env.set_state(state)
-    assert env.goals.names.tolist() == ["LRLLL", "LRLLL"]
+    assert env.episodes.goals.names.tolist() == ["LRLLL", "LRLLL"]
 
 
 def test_there_is_no_state_before_the_first_reset() -> None:

@@ -22,15 +22,15 @@ def thrown(scene, seed, rate):
 
 def momentum_of(session):
     return momentum(
-        session.scene(), session.angles, session.rates, session.base, session.base_velocity
+        session.scene, session.angles, session.rates, session.base, session.base_velocity
     )
 
 
 def own_momentum(session):
     """Linear momentum, and angular momentum about the centre of mass."""
     linear, angular = momentum_of(session)
-    masses = session.scene().masses
-    places = centres(session.angles[None], session.scene().casing.side, session.base[None])[0]
+    masses = session.scene.masses
+    places = centres(session.angles[None], session.scene.casing.side, session.base[None])[0]
     x, y = masses @ places / masses.sum()
     return linear, angular - (x * linear[1] - y * linear[0])
 

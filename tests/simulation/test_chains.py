@@ -25,16 +25,17 @@ def tube(n: int, seed: int, direction: str = "backward") -> mf.Scene:
 def test_chains_go_as_sessions_do(threads: int, all_of_it: bool) -> None:
     scenes = [tube(4, seed) for seed in range(5)]
     sessions = [Session(scene) for scene in scenes]
-    chains = Chains(pack(scenes[0]), 5, threads)
+    chains = Chains([pack(scenes[0])], 5, threads)
     rows = np.arange(5)
+    chains.clear(rows)
     chains.charge[:] = 0.0
-    chains.restart(rows, np.array([session._state.q[:4] for session in sessions]))
+    chains.start(rows, np.array([session._state.q[:4] for session in sessions]))
     for k, (scene, session) in enumerate(zip(scenes, sessions, strict=True)):
         chains.waiting[k], chains.speeds[k] = pack(scene).charge, 0.3
         assert chains.rate_scale[k] == session._model.rate_scale
         assert chains.light_rate[k] == session._model.light_rate
     for step in range(1 if all_of_it else 4):
-        chains.feed(rows, scenes[0].duration, all_of_it=all_of_it)
+        chains.feed(rows, whole=all_of_it)
         for k, session in enumerate(sessions):
             for _ in range(4 if all_of_it else 1):
                 session.feed_one()
@@ -56,13 +57,14 @@ def test_chains_go_as_sessions_do(threads: int, all_of_it: bool) -> None:
 def test_a_chain_begins_again_as_if_new() -> None:
     scene = tube(4, 7)
     session, model = Session(scene), pack(scene)
-    chains = Chains(model, 2)
-    chains.waiting[:], chains.speeds[:] = model.charge, 0.3
+    chains = Chains([model], 2)
     ends = []
     for rows in (np.array([0, 1]), np.array([1])):
+        chains.clear(rows)
+        chains.waiting[rows], chains.speeds[rows] = model.charge, 0.3
         chains.charge[rows] = 0.0
-        chains.restart(rows, np.repeat(session._state.q[None, :4], len(rows), axis=0))
-        chains.feed(rows, scene.duration, all_of_it=True)
+        chains.start(rows, np.repeat(session._state.q[None, :4], len(rows), axis=0))
+        chains.feed(rows, whole=True)
         ends.append(chains.q.copy())
     np.testing.assert_array_equal(ends[0], ends[1])
     np.testing.assert_array_equal(ends[0][0], ends[0][1])

@@ -7,6 +7,7 @@ from magfold_env.engine.chain import feed
 from magfold_env.engine.state import LO
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import load_scene
+from magfold_env.simulation import frames
 from magfold_env.simulation.session import Session
 
 
@@ -49,16 +50,42 @@ def test_a_release_changes_no_velocity(direction):
     assert moved[0] > base[0]
 
 
-def test_components_are_chosen_while_they_are_in_the_tube():
-    session = session_of("forward", loading="at_mouth")
-    session.set_component(0, "NNNN", 0.2)
+def test_magnets_act_from_the_mouth_on():
+    session = session_of("forward", loading="at_mouth", speed=(0.2, 0.1, 0.1, 0.1, 0.1, 0.1))
+    model = session._model
+    assert not model.charge.any()
     session.feed_one()
     assert session.time == pytest.approx(0.0125 * np.sqrt(2) / 0.2, rel=1e-2)
-    with pytest.raises(ValueError, match="component 1 has left the tube"):
-        session.set_component(0, "SSSS", 0.2)
-    assert session.scene().sequence[0] == "NNNN"
-    with pytest.raises(ValueError, match="at_mouth"):
-        session_of("forward").set_component(0, "NNNN", 0.2)
+    assert model.charge[5].all()
+    assert not model.charge[:5].any()
+    session.settle()
+    assert model.charge.all()
+
+
+def test_recording_in_pieces_changes_nothing(monkeypatch):
+    monkeypatch.setattr(frames, "ROOM", 4)
+    scene = session_of("backward", loading="at_mouth").scene
+    plain, recorded = Session(scene), Session(scene, 2000.0)
+    for session in (plain, recorded):
+        session.settle()
+    assert recorded.evaluations == plain.evaluations
+    assert (recorded.angles == plain.angles).all()
+    path = recorded.fold().trajectory
+    assert len(path) == int(plain.time * 2000.0) + 1
+    assert (np.diff(path.time) > 0.0).all()
+
+
+def test_pushed_for_a_time_a_chain_goes_as_it_is_fed():
+    fed, pushed = session_of("forward"), session_of("forward")
+    for _ in range(6):
+        fed.feed_one()
+    pushed.push(np.full(6, 0.1), fed.time)
+    assert pushed.time == fed.time
+    assert pushed.released == 6
+    np.testing.assert_allclose(pushed.angles, fed.angles, atol=1e-9)
+    still = session_of("forward")
+    still.push(np.zeros(6), 0.1)
+    assert (still.time, still.released) == (0.1, 0)
 
 
 def test_an_unfinished_session_has_no_fold():

@@ -63,7 +63,7 @@ def digests(code: Any, references: Any, counter: IntArray, out: Array) -> int:
 
 def test_kernels_read_every_copy() -> None:
     original = an_outer()
-    stack = Stack(original, 5, own=["square", "inner.numbers"])
+    stack = Stack([original], 5, own=["square", "inner.numbers"])
     rng = np.random.default_rng(2)
     stack["square"][:] = rng.random((5, 3, 5))
     stack["inner.numbers"][:, 1] = np.arange(5)
@@ -83,7 +83,7 @@ def test_kernels_read_every_copy() -> None:
 
 def test_copies_become_what_the_original_was() -> None:
     original = an_outer()
-    stack = Stack(original, 4)
+    stack = Stack([original], 4)
     stack["square"][:] = 7.0
     stack["inner.numbers"][:] = 7
     stack.restore(np.array([1, 3]))
@@ -92,3 +92,19 @@ def test_copies_become_what_the_original_was() -> None:
         np.testing.assert_array_equal(stack["square"][k], original.square)
         np.testing.assert_array_equal(stack["inner.numbers"][k], original.inner.numbers)
     assert stack["square"].ctypes.data % 64 == 0
+
+
+def test_a_copy_may_be_of_another_original() -> None:
+    first, second = an_outer(), an_outer()._replace(size=9, square=np.full((3, 5), 2.0))
+    stack = Stack([first, second], 3)
+    stack.restore(np.array([1]), 1)
+    kept = stack.contents()
+    out, counter = np.zeros(3), np.zeros(1, dtype=np.int64)
+    code = code_of(digest, first, first, first, 2.0)
+    digests(code, stack.addresses, counter, out)
+    for k, original in enumerate((first, second, first)):
+        assert out[k] == digest(original, original, original, 2.0)
+        np.testing.assert_array_equal(stack.row(k, k % 2).square, original.square)
+    stack["square"][:] = 0.0
+    stack.refill(kept)
+    np.testing.assert_array_equal(stack["square"][1], second.square)

@@ -6,7 +6,7 @@ from itertools import count
 
 import pytest
 
-from magfold_env.simulation.work_queue import Team
+from magfold_env.simulation.work_queue import WorkQueue
 
 PATIENCE = 600.0  # [s] waited out only where a thread never comes
 
@@ -32,32 +32,32 @@ def worker(pieces: int, together: int = 1):
 
 @pytest.mark.parametrize("size", [1, 2, 5])
 def test_every_piece_is_done_once(size: int) -> None:
-    team = Team(size)
+    queue = WorkQueue(size)
     for pieces in (0, 1, 2, 7):
         work, doers = worker(pieces)
-        team.run(work, (), pieces)
+        queue.run(work, (), pieces)
         assert len(doers) == pieces
-    team.close()
+    queue.close()
 
 
 def test_all_threads_take_part() -> None:
-    team = Team(3)
+    queue = WorkQueue(3)
     work, doers = worker(30, together=3)
-    team.run(work, (), 30)
+    queue.run(work, (), 30)
     assert len(doers) == 30
     assert len(set(doers)) == 3
     assert threading.get_ident() in doers
-    team.close()
+    queue.close()
 
 
 def test_threads_end() -> None:
     before = set(threading.enumerate())
-    team = Team(4)
+    queue = WorkQueue(4)
     work, _ = worker(8, together=4)
-    team.run(work, (), 8)
+    queue.run(work, (), 8)
     helpers = set(threading.enumerate()) - before
     assert len(helpers) == 3
-    team.close()
+    queue.close()
     for helper in helpers:
         helper.join(PATIENCE)
         assert not helper.is_alive()
@@ -66,20 +66,20 @@ def test_threads_end() -> None:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
 @pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
 def test_a_forked_process_has_threads_of_its_own() -> None:
-    team = Team(2)
+    queue = WorkQueue(2)
     work, _ = worker(4, together=2)
-    team.run(work, (), 4)
+    queue.run(work, (), 4)
     child = os.fork()
     if child == 0:
         wrong = 1
         try:
             work, doers = worker(40, together=2)
-            team.run(work, (), 40)
+            queue.run(work, (), 40)
             wrong = int(len(doers) != 40 or len(set(doers)) != 2)
         finally:
             os._exit(wrong)
     assert os.waitpid(child, 0)[1] == 0
     work, doers = worker(4, together=2)
-    team.run(work, (), 4)
+    queue.run(work, (), 4)
     assert len(doers) == 4
-    team.close()
+    queue.close()

@@ -42,7 +42,7 @@ from numba.extending import (
 from numba.np.arrayobj import populate_array
 
 WORD = 8  # bytes
-CODES = ("q", "qq", "qqq", "qqqq")  # of an array's words, by its dimensions
+CODES = ("q", "qq", "qqq", "qqqq", "qqqqq", "qqqqqq")  # of an array's words, by its dimensions
 NUMBERS = (types.boolean, types.int64, types.float64)
 ADDRESS = ir.IntType(8).as_pointer()
 

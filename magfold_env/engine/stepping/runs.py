@@ -1,56 +1,82 @@
-"""Feed many chains, on any number of threads."""
+"""Whole runs: one chain is fed and moves on, or many are, on any number of threads."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
 
 from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import call_float, call_int, calls_by_address, take
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets import pairs
 from magfold_env.engine.magnets.outer_field import field_energy
-from magfold_env.engine.outcomes import REACHED, TIMED_OUT
-from magfold_env.engine.state import LO, TIME, Array, IntArray, Model, State, Work
+from magfold_env.engine.outcomes import FULL, REACHED, TIMED_OUT
+from magfold_env.engine.state import (
+    END,
+    FEEDING,
+    KEEP,
+    LO,
+    RELEASE,
+    TIME,
+    Array,
+    IntArray,
+    Model,
+    Record,
+    State,
+    Work,
+)
+from magfold_env.engine.stepping.integrator import advance
+from magfold_env.engine.stepping.recorder import record_rest
 
-BEGIN, ADVANCE, RELEASE, ENERGY = range(4)
-
-
-class Batch(NamedTuple):
-    """Chains that are fed together, m of them."""
-
-    code: IntArray  # addresses of the code for BEGIN, ADVANCE, RELEASE and ENERGY
-    models: IntArray  # addresses of what belongs to each chain, (m,)
-    states: IntArray
-    works: IntArray
-    record: int  # address of a record without room, for all of them
-    counters: IntArray  # of their states, (m, …)
-    clocks: Array
-    charges: Array  # of their models
-    waiting: Array  # charges that components get when they are fed, (m, n, 4) [A·m]
-    speeds: Array  # at which they are fed, (m, n) [m/s]
-    outcomes: IntArray  # how each integration ended, (m,); REACHED: it has not
-    energies: Array  # of chains that have ended, (m,) [J]
+RUN, ENERGY = range(2)
 
 
 @kernel
-def begin(model: Model, state: State, work: Work, speed: float) -> float:
-    """Begin to feed at a speed [m/s]; returns when the outermost component will be released [s].
+def run(model: Model, state: State, work: Work, record: Record, until: float) -> int:
+    """Feed a chain and let it move on, until a time [s] or what ``state`` says ends the run.
 
-    A chain that is all in the tube is brought there at once: nothing outside can move by itself.
+    Returns REACHED there, TIMED_OUT at the run's own end, or how the integration ended. After FULL
+    the record must be emptied; called again, it goes on as if nothing had been.
     """
-    feed.change_speed(model, state, work, speed)
-    until = state.clock[TIME] + feed.time_to_release(model, state)
-    if state.counter[LO] == model.n:
-        state.q[model.n] += speed * (until - state.clock[TIME])
-        state.clock[TIME] = until
-    return until
+    n = model.n
+    while True:
+        lo = state.counter[LO]
+        if lo <= state.counter[KEEP] or state.clock[TIME] >= until:
+            return REACHED
+        if lo > 0 and state.counter[FEEDING] == 0:
+            begin_feed(model, state, work)
+        release = state.clock[RELEASE] if lo > 0 else math.inf
+        stop = min(release if lo > 0 else state.clock[END], until)
+        if lo == n:
+            # Nothing is outside yet that could move by itself.
+            if not record_rest(record, state, stop):
+                return FULL
+            state.q[n] += state.v[n] * (stop - state.clock[TIME])
+            state.clock[TIME] = stop
+        else:
+            outcome = advance(model, state, work, record, stop)
+            if outcome != REACHED:
+                return outcome
+        if lo == 0:
+            return TIMED_OUT if stop == state.clock[END] else REACHED
+        state.counter[FEEDING] = 0
+        if release <= until:
+            feed.release(model, state)
+            if lo == 1:
+                state.clock[END] = state.clock[TIME] + model.duration
 
 
 @kernel
-def end(model: Model, state: State, work: Work, x: float) -> float:
-    """Release the outermost component."""
-    feed.release(model, state)
-    return x
+def begin_feed(model: Model, state: State, work: Work) -> None:
+    """Begin to push the outermost held component out: its magnets act from here on."""
+    i = state.counter[LO] - 1
+    for face in range(4):
+        model.charge[i, face] = state.waiting[i, face]
+    speed = float(state.speed[i])
+    feed.change_speed(model, state, work, speed)
+    state.clock[RELEASE] = math.inf
+    if speed > 0.0:
+        state.clock[RELEASE] = state.clock[TIME] + max(feed.time_to_release(model, state), 0.0)
+    state.counter[FEEDING] = 1
 
 
 @kernel
@@ -66,32 +92,47 @@ def energy(model: Model, state: State, work: Work, x: float) -> float:
 
 
 @calls_by_address
-def advance_at(code: int, model: int, state: int, work: int, record: int, until: float) -> int:
-    """`integrator.advance`, for the addresses of its code and of its arguments."""
+def run_at(code: int, model: int, state: int, work: int, record: int, until: float) -> int:
+    """`run`, for the addresses of its code and of its arguments."""
     return call_int(code, model, state, work, record, until)
 
 
 @calls_by_address
-def feed_chains(
-    batch: Batch, rows: IntArray, duration: float, all_of_it: bool, next_row: IntArray
+def run_chains(
+    code: IntArray,
+    models: IntArray,
+    states: IntArray,
+    works: IntArray,
+    record: int,
+    until: Array,
+    rows: IntArray,
+    outcomes: IntArray,
+    energies: Array,
+    next_row: IntArray,
 ) -> int:
-    """Feed the next component of some chains, or all; chains that are all out settle.
+    """`run` some chains, which are taken one by one from a counter that threads share.
 
-    Chains are taken one by one from a counter that threads share. Returns how many this thread
-    took.
+    Returns how many this thread took.
 
     Parameters
     ----------
-    batch
-        All chains; outcomes and energies are filled in.
+    code
+        Addresses of the code for RUN and ENERGY.
+    models, states, works
+        Addresses of what belongs to each chain, (m,).
+    record
+        Address of a record, for all of them: only one chain may be recorded.
+    until
+        Times at which the runs are to pause, (m,) [s].
     rows
-        The chains to feed.
-    duration
-        Longest time to settle [s].
+        The chains to run.
+    outcomes
+        How each run ended, (m,); REACHED: it has not.
+    energies
+        Filled with the energies of chains whose runs ended, (m,) [J].
     next_row
         The counter, (1,).
     """
-    code, counters, outcomes = batch.code, batch.counters, batch.outcomes
     taken = 0
     while True:
         place = take(next_row)
@@ -99,32 +140,16 @@ def feed_chains(
             return taken
         taken += 1
         k = rows[place]
-        model, state, work = batch.models[k], batch.states[k], batch.works[k]
-        outcome = REACHED
-        left = counters[k, LO]
-        for _ in range(left if all_of_it else 1):
-            i = counters[k, LO] - 1
-            for face in range(4):
-                batch.charges[k, i, face] = batch.waiting[k, i, face]
-            until = call_float(code[BEGIN], model, state, work, batch.speeds[k, i])
-            outcome = call_int(code[ADVANCE], model, state, work, batch.record, until)
-            if outcome != REACHED:
-                break
-            call_float(code[RELEASE], model, state, work, 0.0)
-        if outcome == REACHED and counters[k, LO] == 0:
-            until = batch.clocks[k, TIME] + duration
-            outcome = call_int(code[ADVANCE], model, state, work, batch.record, until)
-            if outcome == REACHED:
-                outcome = TIMED_OUT
+        outcome = call_int(code[RUN], models[k], states[k], works[k], record, until[k])
         outcomes[k] = outcome
-        if outcome != REACHED:
-            batch.energies[k] = call_float(code[ENERGY], model, state, work, 0.0)
+        if outcome not in (REACHED, FULL):
+            energies[k] = call_float(code[ENERGY], models[k], states[k], works[k], 0.0)
 
 
 @calls_by_address
-def find_energies(batch: Batch, rows: IntArray) -> None:
+def energies_of(
+    code: IntArray, models: IntArray, states: IntArray, works: IntArray, rows: IntArray, out: Array
+) -> None:
     """Fill in the energies [J] of some chains as they are."""
     for k in rows:
-        batch.energies[k] = call_float(
-            batch.code[ENERGY], batch.models[k], batch.states[k], batch.works[k], 0.0
-        )
+        out[k] = call_float(code[ENERGY], models[k], states[k], works[k], 0.0)

@@ -1,23 +1,40 @@
-"""What many chains in their tubes look like: the arrays that observations are made from."""
+"""What chains in their tubes look like: the arrays that observations are made from."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.engine.compile.jit import kernel
-from magfold_env.envs.spaces.observation import fill_chain
+from magfold_env.engine.compile.by_pointer import by_pointer
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.fold import FoldStatus
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
+STATUSES = (
+    None,
+    FoldStatus.FOLDED,
+    FoldStatus.MISFOLDED,
+    FoldStatus.UNSETTLED,
+    FoldStatus.FAILED,
+    "jammed",  # does not give way to a push; in other terms it has misfolded
+)
+"""What the numbers of `ChainArrays.status` stand for; 0 is a chain that goes on."""
 
-class Board(NamedTuple):
-    """Chains side by side, component 1 first: the `Progress` and the `ChainState` of each."""
+FOLDED, MISFOLDED, UNSETTLED, FAILED, JAMMED = range(1, len(STATUSES))
 
-    released: Bools  # (m, n)
-    signs: Floats  # outward poles, (m, n, 4); 0 where not set yet
+
+@by_pointer
+class ChainArrays(NamedTuple):
+    """Chains side by side, component 1 first."""
+
+    forward: Bools  # whether component 1 leaves the tube first, (m,)
+    fed: Ints  # number of components whose magnets and speed are chosen, (m,)
+    status: Ints  # how each fold ended, a number of `STATUSES`, (m,)
+    released: Bools  # which components are out, (m, n)
+    signs: Floats  # outward poles, N = 1, S = −1, (m, n, 4); 0 where not set or without a magnet
     speeds: Floats  # asked for, on the log scale, (m, n); 0 where not set yet
     angles: Floats  # headings [rad], (m, n)
     rates: Floats  # [rad/s], (m, n)
@@ -25,9 +42,12 @@ class Board(NamedTuple):
     base_velocity: Floats  # [m/s], (m, 2)
 
     @classmethod
-    def empty(cls, count: int, n: int) -> "Board":
-        """Return the board of chains of which nothing is known."""
+    def empty(cls, count: int, n: int) -> "ChainArrays":
+        """Return the arrays of chains of which nothing is known."""
         return cls(
+            forward=np.ones(count, dtype=np.bool_),
+            fed=np.zeros(count, dtype=np.int64),
+            status=np.zeros(count, dtype=np.int64),
             released=np.zeros((count, n), dtype=np.bool_),
             signs=np.zeros((count, n, 4)),
             speeds=np.zeros((count, n)),
@@ -37,46 +57,27 @@ class Board(NamedTuple):
             base_velocity=np.zeros((count, 2)),
         )
 
-    def clear(self, rows: Ints) -> None:
-        """Forget some chains."""
+    def clear(self, rows: Ints, forward: bool) -> None:
+        """Forget some chains, and say how they are fed."""
         for array in self:
             array[rows] = 0
+        self.forward[rows] = forward
 
-    def show(self, side: float, words: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-        """Fill observations (m, size): each begins with its row of `words`."""
-        _show(side, *self, words, out)
-
-    def write_words(self, out: NDArray[np.uint32]) -> None:
-        """Fill in the letters of the nearest fold words, (m, n - 1), as code points."""
-        _write_words(self.angles, out)
+    def order(self, row: int) -> range:
+        """Return the components' indices (number − 1) in the order in which they leave the tube."""
+        indices = range(self.angles.shape[1])
+        return indices if self.forward[row] else indices[::-1]
 
 
-@kernel
-def _show(  # noqa: PLR0913, PLR0917
-    side: float,
-    released: Bools,
-    signs: Floats,
-    speeds: Floats,
-    angles: Floats,
-    rates: Floats,
-    base: Floats,
-    base_velocity: Floats,
-    words: NDArray[np.float32],
-    out: NDArray[np.float32],
-) -> None:
-    count, first = words.shape
-    chain = 14 * angles.shape[1] - 1
-    for k in range(count):
-        for j in range(first):
-            out[k, j] = words[k, j]
-        fill_chain(
-            side, released[k], signs[k], speeds[k], angles[k], rates[k], base[k],
-            base_velocity[k], out[k, first : first + chain],
-        )  # fmt: skip
+@inlined
+def component(forward: bool, place: int, n: int) -> int:
+    """Index of the component at a place in the order of feed; both count from 0."""
+    return place if forward else n - 1 - place
 
 
 @kernel
-def _write_words(angles: Floats, out: NDArray[np.uint32]) -> None:
+def write_words(angles: Floats, out: NDArray[np.uint32]) -> None:
+    """Fill in the letters of the nearest fold words, (m, n - 1), as code points."""
     for k in range(angles.shape[0]):
         for j in range(angles.shape[1] - 1):
             angle = angles[k, j + 1] - angles[k, j]

@@ -5,86 +5,123 @@ what `magfold_env.simulation.pack.pack` makes of the drawn scene, bit for bit; t
 that.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
-from magfold_env.envs.chains.dynamic_episode import REFERENCE_SPEED
+from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.scene import Scene
 from magfold_env.scene.base import MU0
 from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.pack import TURNED, pack, reversed_inside, typical_rate
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+REFERENCE_SPEED = 0.1
+"""Speed [m/s] that the scene's draw is applied to, to learn the factors it draws."""
 
 
 class DrawnChains:
-    """Chains of one scene, of which every run differs in what is drawn.
+    """Chains of which every run differs in what is drawn.
 
     Parameters
     ----------
-    template : Scene
-        What `magfold_env.envs.chains.dynamic_episode.dynamic_template` returns.
+    templates : sequence of Scene
+        Tube scenes that chains are drawn from, each run from one of them. They may differ in the
+        direction of feed; their feed speeds and sequences do not count.
     count : int
-        How many.
+        How many chains.
     threads : int
         How many threads feed them.
+    frame_rate : float, optional
+        Frames that are recorded a simulated second [1/s], of a single chain; they change nothing.
+    endless : bool
+        Whether chains that are all out may take longer to settle than the scenes allow.
     """
 
-    def __init__(self, template: Scene, count: int, threads: int) -> None:
-        self.template = template
-        self.flip = reversed_inside(template)
+    def __init__(
+        self,
+        templates: Sequence[Scene],
+        count: int,
+        threads: int = 1,
+        frame_rate: float | None = None,
+        *,
+        endless: bool = False,
+    ) -> None:
+        speed = {"speed": (REFERENCE_SPEED,) * templates[0].n}
+        self.templates = [template.replace(feed=speed) for template in templates]
+        template = self.templates[0]
+        self.flips = [reversed_inside(each) for each in templates]
         self.built = template.feed.loading == "preloaded"
-        n = template.n
-        drawn = _nothing_drawn(template)
-        self.chains = Chains(pack(drawn), count, threads)
-        spreads = template.spreads
+        n, spreads = template.n, template.spreads
+        packed = [pack(_nothing_drawn(each)) for each in self.templates]
+        if endless:
+            packed = [model._replace(duration=math.inf) for model in packed]
+        self.chains = Chains(packed, count, threads, frame_rate)
         jitters = spreads.feed_jitter > 0.0 or spreads.magnet > 0.0
         self._first = 0 if template.is_concrete else 2 * n + 2
         self._rest = 5 if jitters else 0
         self._numbers = np.zeros((count, self._first + self._rest * n))
         self.strengths = np.empty((count, n, 4))
         """Charge of every pole face [A·m], component 1 first."""
-        self.strengths[:] = np.ones(4) if drawn.magnets is None else drawn.magnets.charges(n)
+        self.strengths[:] = template.magnets.charges(n) if template.magnets else np.ones(4)
         self.factors = np.ones((count, n))
         """What feed speeds are multiplied by, component 1 first."""
 
-    def draw(self, rows: Ints, rngs: Sequence[np.random.Generator]) -> None:
-        """Draw anew for some chains, each from its own source, and put them into the tube."""
+    def flip(self, row: int) -> bool:
+        """Return whether the engine counts a chain's components from its end."""
+        return self.flips[int(self.chains.kind[row])]
+
+    def draw(self, rows: Ints, rngs: Sequence[np.random.Generator], kind: int = 0) -> None:
+        """Draw anew for some chains of a template, each from its own source, and begin."""
         if self._first:
             for row in rows.tolist():
                 cast("Any", rngs[row]).random(out=self._numbers[row])
-            self._take(rows)
-        headings = self._headings(rows)
-        self.chains.charge[rows] = 0.0
-        self.chains.restart(rows, headings)
+        self._begin(rows, kind)
 
     def scene(self, row: int) -> Scene:
         """Return the drawn scene of a chain."""
-        return self.template.draw(cast("np.random.Generator", _Again(self._numbers[row])))
+        again = cast("np.random.Generator", _Again(self._numbers[row]))
+        return self.templates[int(self.chains.kind[row])].draw(again)
 
-    def magnetise(self, rows: Ints, signs: Floats, speeds: Floats) -> None:
-        """Choose the magnets of whole chains, (rows, n, 4), and a feed speed for each [m/s]."""
+    def magnetise(self, rows: Ints, signs: Floats) -> None:
+        """Choose the magnets of whole chains of one template, (rows, n, 4)."""
         charges = signs * self.strengths[rows]
-        factors = speeds[:, None] * self.factors[rows]
-        if self.flip:
-            charges, factors = charges[:, ::-1, TURNED], factors[:, ::-1]
-        self.chains.waiting[rows], self.chains.speeds[rows] = charges, factors
+        if self.flip(rows[0]):
+            charges = charges[:, ::-1, TURNED]
+        self.chains.waiting[rows] = charges
         if self.built:
             self.chains.charge[rows] = charges
 
+    def set_speeds(self, rows: Ints, speeds: Floats) -> None:
+        """Choose a feed speed [m/s] for each of some chains of one template, (rows,)."""
+        factors = speeds[:, None] * self.factors[rows]
+        self.chains.speeds[rows] = factors[:, ::-1] if self.flip(rows[0]) else factors
+
+    def contents(self) -> tuple[Any, ...]:
+        """Return all that decides how the chains go on."""
+        return self.chains.kind.copy(), self._numbers.copy(), *self.chains.contents()
+
+    def refill(self, contents: tuple[Any, ...]) -> None:
+        """Go back to what `contents` returned."""
+        kinds, self._numbers[:], *rest = contents
+        for kind in np.unique(kinds).tolist():
+            self._begin(np.flatnonzero(kinds == kind), kind)
+        self.chains.refill(tuple(rest))
+
+    def _begin(self, rows: Ints, kind: int) -> None:
+        """Put some chains of a template into the tube, with the numbers drawn for them."""
+        self.chains.clear(rows, kind)
+        if self._first:
+            self._take(rows)
+        self.chains.charge[rows] = 0.0
+        self.chains.start(rows, self._headings(rows))
+
     def _take(self, rows: Ints) -> None:
         """Turn numbers drawn from [0, 1) into what they stand for."""
-        scene, n, chains, spreads = (
-            self.template,
-            self.template.n,
-            self.chains,
-            self.template.spreads,
-        )
+        scene, chains, flip = self.templates[0], self.chains, self.flip(rows[0])
+        n, spreads = scene.n, scene.spreads
         unit = 2.0 * self._numbers[rows] - 1.0
         each = unit[:, self._first :].reshape(len(rows), self._rest, n)
         friction = scene.friction * (1.0 + spreads.friction * unit[:, 0])
@@ -95,8 +132,9 @@ class DrawnChains:
             inertia = mass * scene.casing.side**2 / 6.0
             if scene.casing.inertia is not None:
                 inertia = scene.inertias * factors
-            mass, inertia = (x[:, ::-1] if self.flip else x for x in (mass, inertia))
-            chains.mass[rows], chains.inertia[rows] = mass, inertia
+            chains.mass[rows] = mass[:, ::-1] if flip else mass
+            chains.inertia[rows] = inertia[:, ::-1] if flip else inertia
+        mass = mass[:, ::-1] if flip else mass
         chains.grip[rows] = (friction * scene.gravity.normal)[:, None] * mass
         strength = (1.0 + spreads.remanence * unit[:, n + 1])[:, None, None]
         speed = (1.0 + spreads.feed_speed * unit[:, n + 2])[:, None]
@@ -114,7 +152,7 @@ class DrawnChains:
 
     def _charges(self, factors: Floats) -> Floats:
         """Return charges of pole faces [A·m] for the factors of their strengths."""
-        magnets = self.template.magnets
+        magnets = self.templates[0].magnets
         assert magnets is not None
         charges = np.asarray(getattr(magnets, magnets.strength_name)) * factors
         if magnets.pole_charge is None:
@@ -123,13 +161,13 @@ class DrawnChains:
 
     def _headings(self, rows: Ints) -> Floats:
         """Return the headings at release in the engine's order [rad], (rows, n)."""
-        scene, n = self.template, self.template.n
+        scene, n = self.templates[0], self.templates[0].n
         if scene.start_angles is None:
             unit = 2.0 * self._numbers[rows, n + 3 : 2 * n + 2] - 1.0
             joints = scene.start_angle_spread * unit + 0.0
         else:
             joints = np.broadcast_to(np.asarray(scene.start_angles), (len(rows), n - 1))
-        if self.flip:
+        if self.flip(rows[0]):
             joints = -joints[:, ::-1]
         headings = np.concatenate([np.zeros((len(rows), 1)), np.cumsum(joints, axis=1)], axis=1)
         return headings - headings.mean(axis=1, keepdims=True)

@@ -1,191 +1,254 @@
-"""Many simulated chains side by side; see `magfold_env.envs.chains.protocol.Fleet`."""
+"""Simulated chains, side by side, as environments need them."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from magfold_env.engine import outcomes
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.engine.outcomes import REACHED
-from magfold_env.envs.chains.arrays import Board
+from magfold_env.envs.chains.arrays import (
+    FAILED,
+    JAMMED,
+    STATUSES,
+    Bools,
+    ChainArrays,
+    Floats,
+    Ints,
+    component,
+)
 from magfold_env.envs.chains.draws import DrawnChains
-from magfold_env.envs.chains.progress import Progress
-from magfold_env.envs.chains.protocol import FAILED, Floats, Ints
-from magfold_env.envs.chains.row_view import STATUSES, RowView, letters_of
-from magfold_env.envs.spaces.actions import SIGNS
+from magfold_env.envs.spaces.actions import SIGNS, SLOWEST, letters_of, scaled_speed
+from magfold_env.fold import Trajectory
 from magfold_env.scene import Scene
 from magfold_env.simulation.endings import ending, work_cap
 from magfold_env.simulation.pack import TURNED
+from magfold_env.simulation.view import Orientation, public_states
 
-_TURNED = np.array(TURNED)
+_TURNED = tuple(TURNED)
 
 
-class DynamicFleet:
-    """Chains in their tubes.
+class DynamicChains:
+    """Chains in their tubes; see `magfold_env.envs.chains.quasistatic.QuasistaticChains`.
 
     Parameters
     ----------
-    template : Scene
-        What `magfold_env.envs.chains.dynamic_episode.dynamic_template` returns.
+    templates : sequence of Scene
+        Tube scenes that chains are drawn from; see `DrawnChains`.
     count : int
-        How many.
+        How many chains.
     threads : int
         How many threads feed them.
+    frame_rate : float, optional
+        Frames that are recorded a simulated second [1/s], of a single chain; they change nothing.
+    endless : bool
+        Whether chains that are all out may take longer to settle than the scenes allow.
     """
 
-    def __init__(self, template: Scene, count: int, threads: int) -> None:
-        n = template.n
-        self._drawn = DrawnChains(template, count, threads)
-        self._chains = self._drawn.chains
-        self._duration = template.duration
-        self._order = np.array(Progress.begin(n, template.feed.direction).order)
+    def __init__(
+        self,
+        templates: Sequence[Scene],
+        count: int,
+        threads: int = 1,
+        frame_rate: float | None = None,
+        *,
+        endless: bool = False,
+    ) -> None:
+        self.drawn = DrawnChains(templates, count, threads, frame_rate, endless=endless)
+        self._chains = self.drawn.chains
+        self._length = self._chains.models[0].bodies.length
+        self._flip: Bools = np.zeros(count, dtype=np.bool_)
         self._messages = [""] * count
-        self.board = Board.empty(count, n)
-        self.status: Ints = np.zeros(count, dtype=np.int64)
-        self.fed: Ints = np.zeros(count, dtype=np.int64)
+        self.force: Floats = np.zeros(count)
+        """The force that the feed of a chain that is pushed needs [N], (m,)."""
+        self.arrays = ChainArrays.empty(count, templates[0].n)
 
-    def begin(self, rows: Ints, rngs: Sequence[np.random.Generator]) -> None:
+    def begin(self, rows: Ints, rngs: Sequence[np.random.Generator], kind: int = 0) -> None:
         """Put chains into their tubes; all that is random is drawn here, row k from ``rngs[k]``."""
-        self._drawn.draw(rows, rngs)
-        self.board.clear(rows)
-        self.status[rows] = 0
-        self.fed[rows] = 0
-        self._look(rows)
+        self.drawn.draw(rows, rngs, kind)
+        self._flip[rows] = flip = self.drawn.flips[kind]
+        self.arrays.clear(rows, forward=flip)
+        self.force[rows] = 0.0
+        self._take_in(rows)
 
     def feed(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
-        """Feed the next component of each chain; after its last one a chain settles."""
-        board, drawn, chains = self.board, self._drawn, self._chains
+        """Feed the next component of each chain; after its last one a chain settles.
+
+        Parameters
+        ----------
+        patterns : array of int, shape (rows,)
+            Numbers of the patterns.
+        speeds, scaled : array, shape (rows,)
+            Feed speeds [m/s], and the same on the log scale from −1 to 1.
+        """
+        drawn, chains = self.drawn, self._chains
         _choose(
-            rows, patterns, speeds, scaled, self._order, drawn.flip, SIGNS, _TURNED,
-            drawn.strengths, drawn.factors, self.fed, board.signs, board.speeds,
+            rows, SIGNS[patterns], speeds, scaled, self.arrays, drawn.strengths, drawn.factors,
             chains.waiting, chains.speeds,
         )  # fmt: skip
-        chains.feed(rows, self._duration)
+        chains.feed(rows)
         self._take_in(rows)
 
     def run(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
         """Feed whole chains, `patterns` (rows, n), each at one speed, and let them settle."""
-        signs = SIGNS[patterns]
-        self.board.signs[rows] = signs
-        self.board.speeds[rows] = scaled[:, None]
-        self.fed[rows] = patterns.shape[1]
-        self._drawn.magnetise(rows, signs, speeds)
-        self._chains.feed(rows, self._duration, all_of_it=True)
+        self.load(rows, SIGNS[patterns])
+        self.arrays.speeds[rows] = scaled[:, None]
+        self.drawn.set_speeds(rows, speeds)
+        self._chains.feed(rows, whole=True)
         self._take_in(rows)
+
+    def load(self, rows: Ints, signs: Floats) -> None:
+        """Give whole chains their magnets, as outward poles (rows, n, 4)."""
+        self.arrays.signs[rows] = signs
+        self.arrays.fed[rows] = signs.shape[1]
+        self.drawn.magnetise(rows, signs)
+
+    def push(self, rows: Ints, speeds: Floats, seconds: float, limit: float | None) -> None:
+        """Feed chains at some speeds for a time, and measure the force that it takes in the end.
+
+        Parameters
+        ----------
+        speeds : array, shape (rows,)
+            Speeds [m/s], 0 or more. Components that leave the tube are noted with them.
+        seconds : float
+            For how long [s].
+        limit : float or None
+            The force beyond which a chain is jammed [N]; None for any.
+        """
+        chains = self._chains
+        before = chains.released[rows]
+        for k in range(len(rows)):
+            self.drawn.set_speeds(rows[k : k + 1], speeds[k : k + 1])
+        chains.push(rows, seconds)
+        self._take_in(rows)
+        after = chains.released[rows]
+        for k in np.flatnonzero(after > before).tolist():
+            row = int(rows[k])
+            # A speed below the scale is at its lower end.
+            scaled = scaled_speed(max(float(speeds[k]), SLOWEST))
+            self.arrays.speeds[row, self.arrays.order(row)[before[k] : after[k]]] = scaled
+        for row in rows.tolist():
+            if chains.outcomes[row] == outcomes.JAMMED:
+                self.arrays.status[row] = JAMMED
+            elif self.arrays.status[row] == 0:
+                self.force[row] = force = chains.push_force(row)
+                if limit is not None and force > limit:
+                    self.arrays.status[row] = JAMMED
+                    self._messages[row] = (
+                        f"jammed at t = {chains.times[row]:.4g} s: the feed needs {force:.3g} N, "
+                        f"{limit:.3g} N are its limit"
+                    )
 
     def energies(self, rows: Ints) -> Floats:
         """Return the magnetic energies [J]; no number where a simulation failed."""
-        status = self.status[rows]
+        chains, going = self._chains, rows[self._chains.outcomes[rows] == outcomes.REACHED]
         # Those that have ended are known: they were found on all threads.
-        self._chains.find_energies(rows[status == 0])
-        return np.where(status == FAILED, np.nan, self._chains.energies[rows])
+        chains.find_energies(going)
+        failed = (self.arrays.status[rows] == FAILED) | (chains.outcomes[rows] == outcomes.JAMMED)
+        return np.where(failed, np.nan, chains.energies[rows])
 
     def message(self, row: int) -> str:
         """Return how a fold ended, in words."""
         return self._messages[row]
 
-    def view(self, row: int) -> "DynamicView":
-        """Return what there is to see of one chain."""
-        return DynamicView(self, row)
+    def progress_of_next(self, row: int) -> float:
+        """Return how far the component in the mouth is out, from 0 to 1; 1 if none is inside."""
+        return self._chains.progress_of_next(row)
 
     def held(self, row: int) -> NDArray[np.bool_]:
         """Return which components of a chain friction holds, (n,), component 1 first."""
         held = self._chains.stuck[row] == 1
-        return held[::-1] if self._drawn.flip else held
+        return held[::-1] if self._flip[row] else held
+
+    def motion(self) -> Trajectory | None:
+        """Return what was recorded of a single chain so far; None if nothing is."""
+        found = self._chains.motion(Orientation(bool(self._flip[0]), self._length))
+        return found.finite() if found else found
+
+    def drawn_scene(self, row: int) -> Scene:
+        """Return the scene of a chain as it was drawn."""
+        return self.drawn.scene(row)
 
     def scene(self, row: int) -> Scene:
         """Return the drawn scene of a chain, with the magnets and speeds of components fed."""
-        scene, speeds = self._drawn.scene(row), self._chains.speeds[row]
-        fed = self._order[: self.fed[row]].tolist()
+        scene, speeds = self.drawn.scene(row), self._chains.speeds[row]
         sequence, chosen = list(scene.sequence), scene.speeds
-        for index in fed:
-            sequence[index] = letters_of(self.board.signs[row, index])
-            chosen[index] = speeds[scene.n - 1 - index if self._drawn.flip else index]
+        for index in self.arrays.order(row)[: self.arrays.fed[row]]:
+            sequence[index] = letters_of(self.arrays.signs[row, index])
+            chosen[index] = speeds[scene.n - 1 - index if self._flip[row] else index]
         return scene.replace(sequence=sequence, feed={"speed": chosen})
+
+    def contents(self) -> tuple[Any, ...]:
+        """Return all that decides how the chains go on."""
+        arrays = [array.copy() for array in self.arrays]
+        return arrays, list(self._messages), self.force.copy(), self.drawn.contents()
+
+    def refill(self, contents: tuple[Any, ...]) -> None:
+        """Go back to what `contents` returned; the motion before is forgotten."""
+        arrays, messages, self.force[:], drawn = contents
+        self.drawn.refill(drawn)
+        for array, values in zip(self.arrays, arrays, strict=True):
+            array[:] = values
+        self._flip[:] = self.arrays.forward
+        self._messages = list(messages)
 
     def close(self) -> None:
         """End the threads, if there are any."""
-        self._chains.team.close()
+        self._chains.queue.close()
 
     def _take_in(self, rows: Ints) -> None:
-        """Look at chains that were fed, and note which have ended."""
-        self._look(rows)
-        chains = self._chains
-        ended = rows[chains.outcomes[rows] != REACHED]
-        if not len(ended):
-            return
-        facts = (
-            chains.outcomes[ended],
-            chains.times[ended],
-            chains.steps[ended],
-            np.diff(self.board.angles[ended], axis=1),
-        )
-        told = zip(ended.tolist(), *(fact.tolist() for fact in facts), strict=True)
-        for row, outcome, time, steps, joints in told:
-            status, message = ending(outcome, time, joints, work_cap(chains.model, steps))
-            self.status[row], self._messages[row] = STATUSES.index(status), message
-
-    def _look(self, rows: Ints) -> None:
-        board = self.board
-        self._chains.look(
-            rows, self._drawn.flip, board.angles, board.rates, board.base, board.base_velocity
-        )
-        _release(rows, self._order, self._chains.released, board.released)
-
-
-class DynamicView(RowView):
-    """One chain of a `DynamicFleet`."""
-
-    fleet: DynamicFleet
-
-    @property
-    def held(self) -> NDArray[np.bool_]:
-        """Which components friction holds, shape (n,)."""
-        return self.fleet.held(self.row)
-
-    @property
-    def scene_so_far(self) -> Scene:
-        """The drawn scene, with the magnets and speeds of the components fed so far."""
-        return self.fleet.scene(self.row)
+        """Look where chains are, and note which have ended."""
+        chains, arrays = self._chains, self.arrays
+        public_states(
+            rows, self._flip, self._length, chains.counters, chains.q, chains.v, arrays.angles,
+            arrays.rates, arrays.base, arrays.base_velocity,
+        )  # fmt: skip
+        _release(rows, chains.released, arrays)
+        for row in rows[chains.outcomes[rows] != outcomes.REACHED].tolist():
+            status, self._messages[row] = ending(
+                int(chains.outcomes[row]),
+                float(chains.times[row]),
+                np.diff(arrays.angles[row]).tolist(),
+                work_cap(chains.models[0], int(chains.steps[row])),
+            )
+            arrays.status[row] = STATUSES.index(status)
 
 
 @kernel
-def _choose(  # noqa: PLR0913, PLR0917
+def _choose(
     rows: Ints,
-    patterns: Ints,
+    signs: Floats,
     speeds: Floats,
     scaled: Floats,
-    order: Ints,
-    flip: bool,
-    signs_of: Floats,
-    turned: Ints,
+    arrays: ChainArrays,
     strengths: Floats,
     factors: Floats,
-    fed: Ints,
-    signs: Floats,
-    scaled_speeds: Floats,
     charges: Floats,
     feed_speeds: Floats,
 ) -> None:
-    """Note the magnets and the speed of the next component, for the chain and for the board."""
-    n = order.size
+    """Note the magnets and the speed of the next component, for what is seen and for the engine."""
+    n = factors.shape[1]
     for j in range(rows.size):
-        k = rows[j]
-        i = order[fed[k]]
+        k: int = rows[j]
+        flip = arrays.forward[k]
+        i = component(flip, arrays.fed[k], n)
         inside = n - 1 - i if flip else i
         for face in range(4):
-            signs[k, i, face] = signs_of[patterns[j], face]
+            arrays.signs[k, i, face] = signs[j, face]
         for face in range(4):
-            other = turned[face] if flip else face
-            charges[k, inside, face] = signs[k, i, other] * strengths[k, i, other]
-        scaled_speeds[k, i] = scaled[j]
+            other = _TURNED[face] if flip else face
+            charges[k, inside, face] = arrays.signs[k, i, other] * strengths[k, i, other]
+        arrays.speeds[k, i] = scaled[j]
         feed_speeds[k, inside] = speeds[j] * factors[k, i]
-        fed[k] += 1
+        arrays.fed[k] += 1
 
 
 @kernel
-def _release(rows: Ints, order: Ints, counts: Ints, released: NDArray[np.bool_]) -> None:
-    """Note which components are out, the first ones in the order of feed."""
-    for k in rows:
-        for j in range(counts[k]):
-            released[k, order[j]] = True
+def _release(rows: Ints, counts: Ints, arrays: ChainArrays) -> None:
+    """Note how many components of some chains are out."""
+    n = arrays.angles.shape[1]
+    for j in range(rows.size):
+        k: int = rows[j]
+        for place in range(counts[k]):
+            arrays.released[k, component(arrays.forward[k], place, n)] = True

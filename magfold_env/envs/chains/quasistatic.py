@@ -1,22 +1,108 @@
-"""Many chains that fold by energy alone; see `magfold_env.envs.chains.protocol.Fleet`."""
+"""Chains that fold by energy minimisation, joint by joint, without dynamics, side by side.
+
+There is no time, so speeds change nothing, and no friction; nothing is drawn. A joint is decided
+when the component behind it has come out, and then stays as it is.
+"""
 
 from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.envs.chains.arrays import Board
-from magfold_env.envs.chains.lattice import DEAD_END, energy, in_line, lay
-from magfold_env.envs.chains.progress import Progress
-from magfold_env.envs.chains.protocol import FOLDED, MISFOLDED, Floats, Ints
-from magfold_env.envs.chains.quasistatic_episode import QuasistaticRules, ended, stuck
-from magfold_env.envs.chains.row_view import RowView, letters_of
-from magfold_env.envs.spaces.actions import SIGNS, speed_at
+from magfold_env.envs.chains.arrays import (
+    FOLDED,
+    MISFOLDED,
+    STATUSES,
+    ChainArrays,
+    Floats,
+    Ints,
+    component,
+)
+from magfold_env.envs.chains.lattice import DEAD_END, LatticeFeed, energy, in_line, lay
+from magfold_env.envs.spaces.actions import SIGNS, letters_of, signs_of
+from magfold_env.minimiser.energies import strengths
 from magfold_env.scene import Scene
 
+_LETTERS = {0: "S", 1: "L", -1: "R"}
+_TURNS = {letter: turn for turn, letter in _LETTERS.items()}
 
-class QuasistaticFleet:
+
+@by_pointer
+class _Rules(NamedTuple):
+    """What kernels need to know of a scene."""
+
+    built: bool  # all magnets act from the beginning
+    pitch: float  # distance of a component's hinges [m]
+    turn: int  # 1 in forward and −1 in backward feed
+    tie: float  # energies [J] nearer than this are equal
+    table: Floats  # `magfold_env.envs.chains.lattice.pose_table`
+    strengths: Floats  # charge of every pole face, component 1 first, (n, 4)
+
+
+@by_pointer
+class _Lattice(NamedTuple):
+    """Chains on the lattice; components in the order in which they leave the tube."""
+
+    out: Ints  # number of components that are out, (m,)
+    poles: Floats  # charges, (m, n, 4)
+    cells: Ints  # centres, (m, n, 2)
+    quarters: Ints  # headings in quarter turns, (m, n)
+    turns: Ints  # of the joints, component 1 first, (m, n − 1)
+    speeds: Floats  # asked for, component 1 first, (m, n) [m/s]
+
+
+class QuasistaticRules:
+    """What all chains of one scene share.
+
+    Parameters
+    ----------
+    scene : Scene
+        A tube scene; its sequence and speeds are ignored.
+
+    Raises
+    ------
+    ValueError
+        If it is in an external field, of which energy minimisation knows nothing.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.n = scene.n
+        self.forward = scene.feed.direction == "forward"
+        self.lattice = LatticeFeed(scene)
+        self.packed = _Rules(
+            built=scene.feed.loading == "preloaded",
+            pitch=scene.casing.diagonal,
+            turn=self.lattice.turn,
+            tie=self.lattice.tie,
+            table=self.lattice.table,
+            strengths=np.ascontiguousarray(strengths(scene)),
+        )
+
+    def energy_as(self, word: str, signs: Floats, count: int) -> float:
+        """Return the energy [J] of the first `count` components in the order of feed, in a shape.
+
+        Parameters
+        ----------
+        word : str
+            The shape of the whole chain.
+        signs : array, shape (n, 4)
+            The outward poles of its components, component 1 first.
+        count : int
+            How many of them have magnets.
+        """
+        turns = np.array([_TURNS[letter] for letter in word], dtype=np.int64)
+        poles = signs * self.packed.strengths
+        if not self.forward:
+            turns, poles = turns[::-1], poles[::-1]
+        acting = np.ascontiguousarray(turns[: max(count - 1, 0)])
+        return self.lattice.energy_of(acting, np.ascontiguousarray(poles))
+
+
+class QuasistaticChains:
     """Chains of one scene; nothing is drawn, and one thread does.
 
     Parameters
@@ -25,177 +111,214 @@ class QuasistaticFleet:
         The scene's.
     count : int
         How many.
+
+    Attributes
+    ----------
+    arrays : ChainArrays
+        What the chains look like.
     """
 
     def __init__(self, rules: QuasistaticRules, count: int) -> None:
         n = rules.n
         self._rules = rules
-        self._order = np.array(Progress.begin(n, rules.scene.feed.direction).order)
-        self._out = np.zeros(count, dtype=np.int64)
-        self._poles = np.zeros((count, n, 4))
-        self._cells = np.zeros((count, n, 2), dtype=np.int64)
-        self._quarters = np.zeros((count, n), dtype=np.int64)
-        self._turns = np.zeros((count, n - 1), dtype=np.int64)
-        self.board = Board.empty(count, n)
-        self.status: Ints = np.zeros(count, dtype=np.int64)
-        self.fed: Ints = np.zeros(count, dtype=np.int64)
+        self._lattice = _Lattice(
+            out=np.zeros(count, dtype=np.int64),
+            poles=np.zeros((count, n, 4)),
+            cells=np.zeros((count, n, 2), dtype=np.int64),
+            quarters=np.zeros((count, n), dtype=np.int64),
+            turns=np.zeros((count, n - 1), dtype=np.int64),
+            speeds=np.zeros((count, n)),
+        )
+        self.arrays = ChainArrays.empty(count, n)
 
-    def begin(self, rows: Ints, rngs: Sequence[np.random.Generator]) -> None:
-        """Put chains into their tubes; nothing is random about them."""
-        self.board.clear(rows)
-        for array in (self._out, self._cells, self._quarters, self._turns, self.status, self.fed):
+    def begin(self, rows: Ints, rngs: Sequence[np.random.Generator] = (), kind: int = 0) -> None:
+        """Put chains into their tubes; nothing is random about them, and there is one kind."""
+        self.arrays.clear(rows, self._rules.forward)
+        for array in self._lattice:
             array[rows] = 0
-        self._come_out(rows, until=0)
+        _come_out(rows, 0, self.arrays, self._lattice, self._rules.packed)
 
     def feed(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
-        """Feed the next component of each chain and decide a joint."""
-        self._choose(rows, patterns[:, None], scaled)
-        self._come_out(rows, until=1)
+        """Feed the next component of each chain and decide a joint.
+
+        Parameters
+        ----------
+        patterns : array of int, shape (rows,)
+            Numbers of the patterns.
+        speeds, scaled : array, shape (rows,)
+            Feed speeds [m/s], which change nothing, and the same on the log scale from −1 to 1.
+        """
+        self._feed(rows, SIGNS[patterns][:, None], speeds, scaled)
 
     def run(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
         """Feed whole chains, `patterns` (rows, n), and decide their joints one after another."""
-        self._choose(rows, patterns[:, self._order], scaled)
-        self._come_out(rows, until=self._rules.n)
+        signs = SIGNS[patterns]
+        self._feed(rows, signs if self._rules.forward else signs[:, ::-1], speeds, scaled)
+
+    def predict(self, row: int, signs: Floats) -> None:
+        """Feed components with these outward poles (count, 4), in the order of feed."""
+        one = np.zeros(1)
+        self._feed(np.array([row]), signs[None], one, one)
+
+    def word(self, row: int) -> str:
+        """Return the fold word as far as it is decided, straight from there on."""
+        return "".join(_LETTERS[turn] for turn in self._lattice.turns[row].tolist())
 
     def energies(self, rows: Ints) -> Floats:
         """Return the magnetic energies of the components that are out [J]."""
         found = np.empty(len(rows))
-        table = self._rules.lattice.table
-        _energies(rows, self._out, table, self._poles, self._cells, self._quarters, found)
+        _energies(rows, self._lattice, self._rules.packed, found)
         return found
 
     def message(self, row: int) -> str:
         """Return how a fold ended, in words."""
-        turns = self._turns[row]
-        if self._out[row] == self._rules.n:
-            return ended(turns)[1]
-        return stuck(self._rules, int(self._out[row]), turns)
+        turns, out, n = self._lattice.turns[row], int(self._lattice.out[row]), self._rules.n
+        if out < n:
+            joint = out if self._rules.forward else n - out
+            return f"stuck: every letter of joint {joint} overlaps after {self.word(row)!r}"
+        straight = [str(number) for number, turn in enumerate(turns.tolist(), 1) if turn == 0]
+        return f"at rest with joint {', '.join(straight)} open" if straight else "folded"
 
-    def view(self, row: int) -> "QuasistaticView":
-        """Return what there is to see of one chain."""
-        return QuasistaticView(self, row)
+    def held(self, row: int) -> NDArray[np.bool_]:
+        """Return that no component is held: there is no friction."""
+        return np.zeros(self._rules.n, dtype=np.bool_)
+
+    def motion(self) -> None:
+        """Return None: there is no motion."""
+        return
 
     def scene(self, row: int) -> Scene:
         """Return the scene of a chain, with the magnets and speeds of components fed."""
-        scene, board = self._rules.scene, self.board
+        scene, arrays = self._rules.scene, self.arrays
         sequence, speeds = list(scene.sequence), scene.speeds
-        for index in self._order[: self.fed[row]].tolist():
-            sequence[index] = letters_of(board.signs[row, index])
-            speeds[index] = speed_at(float(board.speeds[row, index]))
+        for index in arrays.order(row)[: arrays.fed[row]]:
+            sequence[index] = letters_of(arrays.signs[row, index])
+            speeds[index] = self._lattice.speeds[row, index]
         return scene.replace(sequence=sequence, feed={"speed": speeds})
+
+    def contents(self) -> tuple[Any, ...]:
+        """Return all that decides how the chains go on."""
+        return tuple([each.copy() for each in group] for group in (self.arrays, self._lattice))
+
+    def refill(self, contents: tuple[Any, ...]) -> None:
+        """Go back to what `contents` returned."""
+        for group, values in zip((self.arrays, self._lattice), contents, strict=True):
+            for array, value in zip(group, values, strict=True):
+                array[:] = value
 
     def close(self) -> None:
         """Do nothing: there are no threads."""
 
-    def _choose(self, rows: Ints, patterns: Ints, scaled: Floats) -> None:
-        """Note settings (rows, components), in the order of feed."""
-        board = self.board
-        _choose(
-            rows, patterns, scaled, self._order, SIGNS, self._rules.strengths, self.fed,
-            board.signs, board.speeds, self._poles,
-        )  # fmt: skip
-
-    def _come_out(self, rows: Ints, until: int) -> None:
-        """Release so many components of each chain and decide their joints."""
-        rules, board = self._rules, self.board
-        _come_out(
-            rows, until, rules.built, rules.forward, rules.pitch, rules.lattice.turn,
-            rules.lattice.tie, rules.lattice.table, self._order, self.fed, self._poles, self._cells,
-            self._quarters, self._turns, self._out, self.status, board.released, board.angles,
-            board.base,
-        )  # fmt: skip
+    def _feed(self, rows: Ints, signs: Floats, speeds: Floats, scaled: Floats) -> None:
+        """Feed components with some poles (rows, components, 4), in the order of feed."""
+        rules = self._rules.packed
+        _choose(rows, signs, speeds, scaled, self.arrays, self._lattice, rules)
+        _come_out(rows, signs.shape[1], self.arrays, self._lattice, rules)
 
 
-class QuasistaticView(RowView):
-    """One chain of a `QuasistaticFleet`."""
+class QuasistaticFold(NamedTuple):
+    """How a chain ends that folds by energy alone."""
 
-    fleet: QuasistaticFleet
+    word: str
+    """The fold word as far as it is decided, straight from there on."""
+    status: str | None
+    """`folded` or `misfolded`; None while components are to come."""
+    message: str
+    """The status in words."""
+    energy: float
+    """Magnetic energy of the components that are out [J]."""
 
     @property
-    def held(self) -> NDArray[np.bool_]:
-        """No component: there is no friction."""
-        return np.zeros(len(self.state.angles), dtype=np.bool_)
+    def is_stuck(self) -> bool:
+        """Whether every letter of a joint overlaps."""
+        return self.status is not None and self.message.startswith("stuck")
 
-    @property
-    def scene_so_far(self) -> Scene:
-        """The scene, with the magnets and speeds of the components fed so far."""
-        return self.fleet.scene(self.row)
+
+def predict(rules: QuasistaticRules, signs: Floats) -> QuasistaticFold:
+    """Return what becomes of a chain of which some components are fed.
+
+    Parameters
+    ----------
+    rules : QuasistaticRules
+        Those of the scene.
+    signs : array, shape (count, 4)
+        Outward poles of the components that are fed, in the order of feed.
+    """
+    chains, row = QuasistaticChains(rules, 1), np.array([0])
+    chains.begin(row)
+    chains.predict(0, signs)
+    status = STATUSES[int(chains.arrays.status[0])]
+    return QuasistaticFold(
+        chains.word(0), status, chains.message(0), float(chains.energies(row)[0])
+    )
+
+
+def fold(scene: Scene) -> QuasistaticFold:
+    """Return how a chain ends that is fed out as a tube scene says."""
+    rules = QuasistaticRules(scene)
+    signs = np.array([signs_of(faces) for faces in scene.sequence])
+    return predict(rules, signs if rules.forward else signs[::-1])
 
 
 @kernel
-def _choose(  # noqa: PLR0913, PLR0917
+def _choose(
     rows: Ints,
-    patterns: Ints,
-    scaled: Floats,
-    order: Ints,
-    signs_of: Floats,
-    strengths: Floats,
-    fed: Ints,
     signs: Floats,
-    scaled_speeds: Floats,
-    poles: Floats,
+    speeds: Floats,
+    scaled: Floats,
+    arrays: ChainArrays,
+    lattice: _Lattice,
+    rules: _Rules,
 ) -> None:
-    for j in range(rows.size):
-        k = rows[j]
-        for c in range(patterns.shape[1]):
-            i = order[fed[k]]
-            for face in range(4):
-                signs[k, i, face] = signs_of[patterns[j, c], face]
-                poles[k, fed[k], face] = signs[k, i, face] * strengths[i, face]
-            scaled_speeds[k, i] = scaled[j]
-            fed[k] += 1
-
-
-@kernel
-def _come_out(  # noqa: PLR0913, PLR0917
-    rows: Ints,
-    until: int,
-    built: bool,
-    forward: bool,
-    pitch: float,
-    turn: int,
-    tie: float,
-    table: Floats,
-    order: Ints,
-    fed: Ints,
-    poles: Floats,
-    cells: Ints,
-    quarters: Ints,
-    turns: Ints,
-    out: Ints,
-    status: Ints,
-    released: NDArray[np.bool_],
-    angles: Floats,
-    base: Floats,
-) -> None:
-    """Release ``until`` components of each chain, the numbers of `FOLDED` and so on at its end."""
-    n = order.size
+    n = rules.strengths.shape[0]
     for j in range(rows.size):
         k: int = rows[j]
+        for c in range(signs.shape[1]):
+            place = arrays.fed[k]
+            i = component(arrays.forward[k], place, n)
+            for face in range(4):
+                arrays.signs[k, i, face] = signs[j, c, face]
+                lattice.poles[k, place, face] = signs[j, c, face] * rules.strengths[i, face]
+            lattice.speeds[k, i] = speeds[j]
+            arrays.speeds[k, i] = scaled[j]
+            arrays.fed[k] = place + 1
+
+
+@kernel
+def _come_out(
+    rows: Ints, until: int, arrays: ChainArrays, lattice: _Lattice, rules: _Rules
+) -> None:
+    """Release ``until`` components of each chain, and say how those have ended that are all out."""
+    n = rules.strengths.shape[0]
+    for j in range(rows.size):
+        k: int = rows[j]
+        forward = arrays.forward[k]
+        poles, cells, quarters = lattice.poles[k], lattice.cells[k], lattice.quarters[k]
+        turns = lattice.turns[k]
         for _ in range(until):
-            row = out[k]
-            released[k, order[row]] = True
+            row = lattice.out[k]
+            arrays.released[k, component(forward, row, n)] = True
             if row > 0:
                 # Components that get their magnets at the mouth have none before.
-                acting = fed[k] if built else row + 1
-                taken = lay(row, acting, turn, tie, table, poles[k], cells[k], quarters[k])
+                acting = arrays.fed[k] if rules.built else row + 1
+                taken = lay(row, acting, rules.turn, rules.tie, rules.table, poles, cells, quarters)
                 if taken == DEAD_END:
-                    status[k] = MISFOLDED
+                    arrays.status[k] = MISFOLDED
                     break
-                turns[k, row - 1 if forward else n - 1 - row] = taken
-            out[k] = row + 1
-        if out[k] == n:
-            status[k] = FOLDED
+                turns[row - 1 if forward else n - 1 - row] = taken
+            lattice.out[k] = row + 1
+        if lattice.out[k] == n:
+            arrays.status[k] = FOLDED
             for joint in range(n - 1):
-                if turns[k, joint] == 0:
-                    status[k] = MISFOLDED
-        in_line(forward, pitch, out[k], turns[k], angles[k], base[k])
+                if turns[joint] == 0:
+                    arrays.status[k] = MISFOLDED
+        in_line(forward, rules.pitch, lattice.out[k], turns, arrays.angles[k], arrays.base[k])
 
 
 @kernel
-def _energies(
-    rows: Ints, out: Ints, table: Floats, poles: Floats, cells: Ints, quarters: Ints, found: Floats
-) -> None:
+def _energies(rows: Ints, lattice: _Lattice, rules: _Rules, found: Floats) -> None:
     for j in range(rows.size):
         k: int = rows[j]
-        found[j] = energy(out[k], table, poles[k], cells[k], quarters[k])
+        found[j] = energy(
+            lattice.out[k], rules.table, lattice.poles[k], lattice.cells[k], lattice.quarters[k]
+        )

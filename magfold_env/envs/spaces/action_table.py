@@ -1,11 +1,12 @@
 """The four ways to write an action down, and how each is read.
 
-Every environment in which magnets are chosen reads its actions here: ``components`` patterns (one
-a step, or the whole sequence at once) and one feed speed. Components that cannot be built are
+Every environment reads its actions here: patterns of magnets (of one component, or of the whole
+sequence at once) and a feed speed, or a feed speed alone. Components that cannot be built are
 replaced by the nearest that can, the one with the fewest other faces; `ActionTable.masks` says
 beforehand which patterns stand for themselves.
 """
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,13 +16,12 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from magfold_env.envs.spaces.action_reading import as_integers, as_numbers
 from magfold_env.envs.spaces.actions import (
+    FASTEST,
     PATTERNS,
     SIGNS,
     scaled_speed,
     scaled_speeds,
-    speed_at,
     speed_levels,
     speeds_at,
 )
@@ -29,19 +29,90 @@ from magfold_env.envs.tasks.checks import one_of
 
 ActionKind = Literal["multidiscrete", "discrete", "box", "dict"]
 
-_Read = tuple[NDArray[np.integer], float]
-"""Numbers of patterns, and a speed [m/s]."""
-
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
+Choice = tuple[Ints, Floats, Floats]
+"""Patterns, (m, components); feed speeds [m/s] and the same on the log scale, (m,)."""
 
 MOST_DISCRETE = 1_000_000
 """Most single actions that a `discrete` space may have."""
 
 
+class _Actions:
+    """What is common to all actions: reading arrays of them, and refusing what is none."""
+
+    kind: ActionKind
+
+    @property
+    @abstractmethod
+    def _allowed(self) -> str:
+        """What an action must be, in words."""
+
+    @abstractmethod
+    def read(self, actions: Any, count: int) -> Any:
+        """Return what so many actions ask for."""
+
+    def read_one(self, action: Any) -> Any:
+        """Return what `read` does for a single action.
+
+        Raises
+        ------
+        ValueError
+            If `action` is not in the space.
+        """
+        try:
+            if self.kind == "dict" and isinstance(action, Mapping):
+                parts = cast("Mapping[str, Any]", action)
+                return self.read({key: np.asarray(part)[None] for key, part in parts.items()}, 1)
+            # A plain list is promoted as NumPy would, so that [3, 2] works as an action.
+            return self.read(np.asarray(action)[None], 1)
+        except ValueError:
+            raise self._refused("action", action) from None
+
+    def _parts(self, actions: Any, names: set[str]) -> Mapping[str, Any]:
+        """Return a mapping with just these entries."""
+        given = cast("Mapping[str, Any]", actions if isinstance(actions, Mapping) else {})
+        if set(given) != names:
+            raise self._refused("actions", actions)
+        return given
+
+    def _digits(self, values: Any, sizes: tuple[int, ...], count: int) -> Ints:
+        """Return rows of integers from 0 to below `sizes`; if discrete, a number for each row."""
+        found = np.asarray(values)
+        shape = (count,) if self.kind == "discrete" else (count, len(sizes))
+        if found.shape != shape or found.dtype.kind not in "iu":
+            raise self._refused_shape(found, shape)
+        wrong = (found < 0) | (found >= (sizes[0] if self.kind == "discrete" else sizes))
+        if wrong.any():
+            row = int(np.argwhere(wrong)[0, 0])
+            raise self._refused(f"actions[{row}]", found[row])
+        return found
+
+    def _numbers(self, values: Any, size: int, count: int) -> Floats:
+        """Return rows of `size` numbers from −1 to 1."""
+        found = np.asarray(values)
+        if found.shape != (count, size) or found.dtype.kind not in "fiu":
+            raise self._refused_shape(found, (count, size))
+        found = found.astype(np.float64)
+        right = np.abs(found) <= 1.0
+        if not right.all():
+            row = int(np.argwhere(~right)[0, 0])
+            raise self._refused(f"actions[{row}]", found[row])
+        return found
+
+    def _refused(self, key: str, action: Any) -> ValueError:
+        return ValueError(f"{key}: {action!r} is not allowed; must be {self._allowed}")
+
+    def _refused_shape(self, found: NDArray[Any], shape: tuple[int, ...]) -> ValueError:
+        return ValueError(
+            f"actions: an array of {found.dtype} of shape {found.shape} is not allowed; must have "
+            f"shape {shape}, a row (a number if discrete) for each environment: {self._allowed}"
+        )
+
+
 @dataclass(frozen=True)
-class ActionTable:
-    """How actions are written.
+class ActionTable(_Actions):
+    """How magnets and a speed are written.
 
     Attributes
     ----------
@@ -105,14 +176,12 @@ class ActionTable:
         ValueError
             If `action` is not in the space.
         """
-        read: _Read | None = getattr(self, f"_read_{self.kind}")(action)
-        if read is None:
-            raise ValueError(f"action: {action!r} is not allowed; must be {self._allowed}")
-        patterns, speed = read
-        return tuple(PATTERNS[self._buildable[int(p)]] for p in patterns), speed
+        patterns, speeds, _ = self.read_one(action)
+        numbers: list[int] = patterns[0].tolist()
+        return tuple(PATTERNS[number] for number in numbers), float(speeds[0])
 
-    def decode_many(self, actions: Any, count: int) -> tuple[Ints, Floats, Floats]:
-        """Return what `decode` does for each of `count` actions, as Gymnasium batches them.
+    def read(self, actions: Any, count: int) -> Choice:
+        """Return what each of `count` actions asks for, as Gymnasium batches them.
 
         Returns
         -------
@@ -126,17 +195,7 @@ class ActionTable:
         ValueError
             If one of `actions` is not in the space, or there are not `count`.
         """
-        if self.kind == "dict":
-            given = cast("Mapping[str, Any]", actions if isinstance(actions, Mapping) else {})
-            if set(given) != {"patterns", "speed"}:
-                raise self._refused("actions", actions)
-            patterns = self._digits(given["patterns"], self.sizes[:-1], count)
-            scaled = self._numbers(given["speed"], 1, count)[:, 0]
-        elif self.kind == "box":
-            numbers = self._numbers(actions, 4 * self.components + 1, count)
-            south = (numbers[:, :-1] <= 0.0).reshape(count, self.components, 4)
-            patterns, scaled = np.packbits(south, axis=2)[:, :, 0] >> 4, numbers[:, -1]
-        else:
+        if self.kind in ("multidiscrete", "discrete"):
             if self.kind == "discrete":
                 number = self._digits(actions, (self._count,), count)
                 digits = np.stack(np.unravel_index(number, self.sizes), axis=-1)
@@ -144,6 +203,14 @@ class ActionTable:
                 digits = self._digits(actions, self.sizes, count)
             levels = digits[:, -1]
             return self._built[digits[:, :-1]], self.speeds[levels], self._scaled[levels]
+        if self.kind == "dict":
+            given = self._parts(actions, {"patterns", "speed"})
+            patterns = self._digits(given["patterns"], self.sizes[:-1], count)
+            scaled = self._numbers(given["speed"], 1, count)[:, 0]
+        else:
+            numbers = self._numbers(actions, 4 * self.components + 1, count)
+            south = (numbers[:, :-1] <= 0.0).reshape(count, self.components, 4)
+            patterns, scaled = np.packbits(south, axis=2)[:, :, 0] >> 4, numbers[:, -1]
         speeds = speeds_at(scaled)
         return self._built[patterns], speeds, scaled_speeds(speeds)
 
@@ -203,54 +270,16 @@ class ActionTable:
         return (*[len(PATTERNS)] * self.components, self.levels)
 
     @cached_property
-    def _buildable(self) -> list[int]:
-        """For each pattern the nearest that can be built; the first of equally near ones."""
-        built = np.array(self.catalogue)
-        shared = SIGNS @ SIGNS[built].T
-        return built[np.argmax(shared, axis=1)].tolist()
-
-    @cached_property
     def _built(self) -> Ints:
-        """The same as an array."""
-        return np.array(self._buildable, dtype=np.int64)
+        """For each pattern the nearest that can be built; the first of equally near ones."""
+        built = np.array(self.catalogue, dtype=np.int64)
+        shared = SIGNS @ SIGNS[built].T
+        return built[np.argmax(shared, axis=1)]
 
     @cached_property
     def _scaled(self) -> Floats:
         """The levels on the log scale from −1 to 1."""
         return np.array([scaled_speed(speed) for speed in self.speeds.tolist()])
-
-    def _digits(self, values: Any, sizes: tuple[int, ...], count: int) -> Ints:
-        """Return rows of integers from 0 to below `sizes`; a single size makes for no rows."""
-        found = np.asarray(values)
-        shape = (count,) if self.kind == "discrete" else (count, len(sizes))
-        if found.shape != shape or found.dtype.kind not in "iu":
-            raise self._refused_shape(found, shape)
-        wrong = (found < 0) | (found >= (sizes[0] if self.kind == "discrete" else sizes))
-        if wrong.any():
-            row = int(np.argwhere(wrong)[0, 0])
-            raise self._refused(f"actions[{row}]", found[row])
-        return found
-
-    def _numbers(self, values: Any, size: int, count: int) -> Floats:
-        """Return rows of `size` numbers from −1 to 1."""
-        found = np.asarray(values)
-        if found.shape != (count, size) or found.dtype.kind not in "fiu":
-            raise self._refused_shape(found, (count, size))
-        found = found.astype(np.float64)
-        right = np.abs(found) <= 1.0
-        if not right.all():
-            row = int(np.argwhere(~right)[0, 0])
-            raise self._refused(f"actions[{row}]", found[row])
-        return found
-
-    def _refused(self, key: str, action: Any) -> ValueError:
-        return ValueError(f"{key}: {action!r} is not allowed; must be {self._allowed}")
-
-    def _refused_shape(self, found: NDArray[Any], shape: tuple[int, ...]) -> ValueError:
-        return ValueError(
-            f"actions: an array of {found.dtype} of shape {found.shape} is not allowed; must have "
-            f"shape {shape}, a row (a number if discrete) for each environment: {self._allowed}"
-        )
 
     @property
     def _allowed(self) -> str:
@@ -268,33 +297,75 @@ class ActionTable:
             return f"{4 * self.components + 1} numbers from -1 to 1"
         return f"a mapping of patterns ({patterns}) and speed (one number from -1 to 1)"
 
-    def _read_multidiscrete(self, action: Any) -> _Read | None:
-        # A plain list is promoted as NumPy would, so that [3, 2] works as an action.
-        digits = as_integers(action, self.sizes)
-        return None if digits is None else (digits[:-1], float(self.speeds[digits[-1]]))
 
-    def _read_discrete(self, action: Any) -> _Read | None:
-        number = as_integers([action], (self._count,))
-        if number is None:
-            return None
-        digits = np.array(np.unravel_index(number[0], self.sizes), dtype=np.int64)
-        return digits[:-1], float(self.speeds[digits[-1]])
+@dataclass(frozen=True)
+class SpeedTable(_Actions):
+    """How a feed speed alone is written, standstill included.
 
-    def _read_box(self, action: Any) -> _Read | None:
-        numbers = as_numbers(action, 4 * self.components + 1)
-        if numbers is None:
-            return None
-        south = (numbers[:-1] <= 0.0).reshape(self.components, 4)
-        return np.packbits(south, axis=1)[:, 0] >> 4, speed_at(numbers[-1])
+    Attributes
+    ----------
+    levels : int
+        Number of speed levels besides standstill, log-spaced from 0.01 to 0.6 m/s.
+    kind : {"discrete", "multidiscrete", "box", "dict"}
+        ``discrete``: 0 is standstill, k the k-th level. ``multidiscrete``: the same as a list of
+        one. ``box``: one number x from −1 to 1, for the speed 0.6 m/s · ((x + 1)/2)². ``dict``:
+        ``speed``, as in ``box``.
+    """
 
-    def _read_dict(self, action: Any) -> _Read | None:
-        if not isinstance(action, Mapping):
-            return None
-        given = cast("Mapping[str, Any]", action)
-        if set(given) != {"patterns", "speed"}:
-            return None
-        patterns = as_integers(given["patterns"], self.sizes[:-1])
-        speed = as_numbers(given["speed"], 1)
-        if patterns is None or speed is None:
-            return None
-        return patterns, speed_at(speed[0])
+    levels: int
+    kind: ActionKind = "discrete"
+
+    def __post_init__(self) -> None:
+        speed_levels(self.levels)
+        one_of("actions", self.kind, ActionKind)
+
+    @cached_property
+    def speeds(self) -> NDArray[np.float64]:
+        """Standstill and the levels [m/s], shape (levels + 1,), ascending."""
+        return np.concatenate([[0.0], speed_levels(self.levels)])
+
+    @cached_property
+    def space(self) -> spaces.Space[Any]:
+        """Gymnasium's description of the actions."""
+        if self.kind == "discrete":
+            return spaces.Discrete(self.levels + 1)
+        if self.kind == "multidiscrete":
+            return spaces.MultiDiscrete([self.levels + 1])
+        box = spaces.Box(-1.0, 1.0, shape=(1,), dtype=np.float32)
+        return box if self.kind == "box" else spaces.Dict(speed=box)
+
+    def decode(self, action: Any) -> float:
+        """Return the speed [m/s] that `action` asks for.
+
+        Raises
+        ------
+        ValueError
+            If `action` is not in the space.
+        """
+        return float(self.read_one(action)[0][0])
+
+    def read(self, actions: Any, count: int) -> tuple[Floats]:
+        """Return the speeds [m/s] that `count` actions ask for, as Gymnasium batches them.
+
+        Raises
+        ------
+        ValueError
+            If one of `actions` is not in the space, or there are not `count`.
+        """
+        if self.kind in ("discrete", "multidiscrete"):
+            levels = self._digits(actions, (self.levels + 1,), count).reshape(count)
+            return (self.speeds[levels],)
+        values = self._parts(actions, {"speed"})["speed"] if self.kind == "dict" else actions
+        shares = 0.5 * (self._numbers(values, 1, count)[:, 0] + 1.0)
+        return (np.array([FASTEST * share**2 for share in shares.tolist()]),)
+
+    @property
+    def _allowed(self) -> str:
+        """What an action must be, in words."""
+        level, number = f"an integer, 0..{self.levels}", "one number from -1 to 1"
+        return {
+            "discrete": level,
+            "multidiscrete": f"a list of {level}",
+            "box": number,
+            "dict": f"a mapping of speed ({number})",
+        }[self.kind]

@@ -1,10 +1,13 @@
 """What an agent decides about a component: the pattern of its magnets and its feed speed."""
 
+from collections.abc import Sequence
 from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from magfold_env.scene import SIGNS as SIGN_OF
 
 SLOWEST = 0.01
 """Lowest feed speed on offer [m/s]."""
@@ -21,8 +24,23 @@ SIGNS: NDArray[np.float64] = np.array(
 )
 """The patterns as numbers, N = 1 and S = −1, shape (16, 4)."""
 
+_LETTERS = {sign: letter for letter, sign in SIGN_OF.items()}
+_INDEX = {faces: index for index, faces in enumerate(PATTERNS)}
+
 _MIDDLE = float(np.sqrt(SLOWEST * FASTEST))
 _HALF_RANGE = float(np.log(FASTEST / _MIDDLE))
+
+
+def signs_of(faces: str) -> NDArray[np.float64]:
+    """Return the outward poles of a component, N = 1, S = −1, - = 0, shape (4,)."""
+    if faces in _INDEX:
+        return SIGNS[_INDEX[faces]]
+    return np.array([SIGN_OF[face] for face in faces])
+
+
+def letters_of(signs: NDArray[np.float64]) -> str:
+    """Return the faces of a component, from its outward poles (4,)."""
+    return "".join(_LETTERS[sign] for sign in signs.tolist())
 
 
 def speed_levels(levels: int) -> NDArray[np.float64]:
@@ -56,3 +74,23 @@ def speeds_at(scaled: Any) -> Any:
 def scaled_speeds(speeds: Any) -> Any:
     """Return what `scaled_speed` does, of a number or of each in an array."""
     return np.log(speeds / _MIDDLE) / _HALF_RANGE
+
+
+def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
+    """Return the numbers of the patterns in `catalogue`, ascending; None stands for all 16.
+
+    Raises
+    ------
+    ValueError
+        If it is empty or holds anything but such patterns.
+    """
+    if catalogue is None:
+        return tuple(range(len(PATTERNS)))
+    text = isinstance(catalogue, str)
+    wrong = [] if text else [faces for faces in catalogue if faces not in PATTERNS]
+    if text or wrong or not catalogue:
+        raise ValueError(
+            f"catalogue: {(wrong[0] if wrong else catalogue)!r} is not allowed; must be a list "
+            "of components of four letters N or S, such as ['NSNS', 'NNSS']"
+        )
+    return tuple(sorted({PATTERNS.index(faces) for faces in catalogue}))

@@ -1,6 +1,5 @@
 """The flat observation of a chain that is being fed: its layout and how it is filled."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,9 +8,9 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.envs.chains.progress import Progress
-from magfold_env.shapes import LETTERS
-from magfold_env.simulation.chain_state import ChainState
+from magfold_env.envs.chains.arrays import ChainArrays
+
+Singles = NDArray[np.float32]
 
 VELOCITY_SCALE = 1.0
 """Velocity that is shown as one half [m/s]."""
@@ -71,74 +70,41 @@ class ObservationLayout:
         """Number of entries."""
         return max(group.stop for group in self.slices.values())
 
-    @cached_property
-    def chain(self) -> slice:
-        """Where the chain's own groups lie, `released` to `velocity`."""
-        return slice(self.slices["released"].start, self.slices["velocity"].stop)
-
     @property
     def space(self) -> spaces.Box:
         """The observation space: every entry lies in [−1, 1]."""
         return spaces.Box(-1.0, 1.0, shape=(self.size,), dtype=np.float32)
 
-    def one_hot(self, words: Sequence[str]) -> NDArray[np.float32]:
-        """Return the entries of the `words`, which stay the same for a whole episode."""
-        rows = [[letter == other for other in LETTERS] for word in words for letter in word]
-        return np.array(rows, dtype=np.float32).ravel()
-
-    def observe(
-        self,
-        state: ChainState,
-        progress: Progress,
-        words: NDArray[np.float32],
-        extra: Sequence[float] = (),
-    ) -> NDArray[np.float32]:
-        """Return a new observation.
+    def fill(self, arrays: ChainArrays, words: Singles, out: Singles) -> None:
+        """Fill in observations, but for the extra groups.
 
         Parameters
         ----------
-        state : ChainState
-            The chain as it is.
-        progress : Progress
-            What has left the tube and what has been chosen.
-        words : array
-            The entries of the words, from `one_hot`.
-        extra : sequence of float
-            The entries of the extra groups.
+        arrays : ChainArrays
+            The chains.
+        words : array, shape (m, words)
+            The entries of the words.
+        out : array, shape (m, size)
+            The observations.
         """
-        out = np.empty(self.size, dtype=np.float32)
-        out[: words.size] = words
-        fill_chain(
-            self.side,
-            progress.released,
-            progress.signs,
-            progress.speeds,
-            state.angles,
-            state.rates,
-            state.base,
-            state.base_velocity,
-            out[self.chain],
-        )
-        out[self.chain.stop :] = extra
-        return out
+        _fill(self.side, arrays, words, out)
 
 
 @kernel
-def fill_chain(  # noqa: PLR0913, PLR0917
-    side: float,
-    released: NDArray[np.bool_],
-    signs: NDArray[np.float64],
-    speeds: NDArray[np.float64],
-    angles: NDArray[np.float64],
-    rates: NDArray[np.float64],
-    base: NDArray[np.float64],
-    base_velocity: NDArray[np.float64],
-    out: NDArray[np.float32],
-) -> None:
-    """Fill the chain's own groups, (14 n − 1,), from `released` to `velocity`.
+def _fill(side: float, arrays: ChainArrays, words: Singles, out: Singles) -> None:
+    count, first = words.shape
+    for k in range(count):
+        for j in range(first):
+            out[k, j] = words[k, j]
+        fill_chain(side, arrays, k, out[k, first : first + 14 * arrays.angles.shape[1] - 1])
 
-    ``speeds`` (n,) are on the log scale from −1 to 1.
-    """
+
+@kernel
+def fill_chain(side: float, arrays: ChainArrays, row: int, out: Singles) -> None:
+    """Fill in a chain's own groups, (14 n − 1,), from `released` to `velocity`."""
+    released, signs, speeds = arrays.released[row], arrays.signs[row], arrays.speeds[row]
+    angles, rates = arrays.angles[row], arrays.rates[row]
+    base, base_velocity = arrays.base[row], arrays.base_velocity[row]
     n = angles.size
     pitch = np.sqrt(2.0) * side
     length = n * pitch

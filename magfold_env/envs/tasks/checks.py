@@ -1,7 +1,12 @@
-"""Checks of what users give."""
+"""What users give to environments, checked."""
 
-from collections.abc import Mapping
-from typing import Any, TypeVar, get_args
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar, cast, get_args
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
 
 T = TypeVar("T")
 
@@ -46,3 +51,137 @@ def refuse_unknown(options: Mapping[str, Any], known: type) -> None:
     unknown = sorted(set(options) - set(names))
     if unknown:
         raise ValueError(f"{unknown[0]}: unknown option, must be one of {', '.join(names)}")
+
+
+def autoreset_mode_of(mode: AutoresetMode | str) -> AutoresetMode:
+    """Return Gymnasium's mode.
+
+    Raises
+    ------
+    ValueError
+        If there is no such mode.
+    """
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        names = ", ".join(each.value for each in AutoresetMode)
+        raise ValueError(
+            f"autoreset_mode: {mode!r} is not allowed; must be one of {names}"
+        ) from None
+
+
+def check_count(num_envs: int, render_mode: str | None) -> None:
+    """Refuse too few environments, and windows.
+
+    Raises
+    ------
+    ValueError
+        If there is nothing to step, or many would be shown in windows.
+    """
+    if num_envs < 1:
+        raise ValueError(f"num_envs: {num_envs!r} is not allowed; must be 1 or more")
+    if render_mode == "human":
+        raise ValueError(
+            "render_mode: 'human' is not allowed with many environments; must be None, "
+            "'rgb_array' or 'ansi'"
+        )
+
+
+def threads_of(threads: int | None) -> int:
+    """Return how many threads to use; None stands for as many as the process may use cores.
+
+    Raises
+    ------
+    ValueError
+        If it is less than one.
+    """
+    if threads is None:
+        usable = getattr(os, "sched_getaffinity", None)
+        return len(usable(0)) if usable else os.cpu_count() or 1
+    if threads < 1:
+        raise ValueError(f"threads: {threads!r} is not allowed; must be 1 or more, or None")
+    return threads
+
+
+def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:
+    """Return a seed for each environment: one number is the first's, and the others follow on.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many as environments.
+    """
+    if seed is None:
+        return [None] * count
+    if isinstance(seed, (int, np.integer)):
+        return [int(seed) + k for k in range(count)]
+    if len(seed) != count:
+        raise ValueError(
+            f"seed: {len(seed)} seeds are not allowed; must be one, or {count}, one for each "
+            "environment"
+        )
+    return list(seed)
+
+
+def mask_of(options: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
+    """Return which environments `reset` is to reset.
+
+    Raises
+    ------
+    ValueError
+        If the mask says of too few or too many, or of none.
+    TypeError
+        If it is not an array of bool.
+    """
+    mask: Any = options.get("reset_mask")
+    if mask is None:
+        return np.ones(count, dtype=np.bool_)
+    if not isinstance(mask, np.ndarray) or cast("Any", mask).dtype != np.bool_:
+        raise TypeError(f"options['reset_mask']: {mask!r} is not allowed; must be an array of bool")
+    found = cast("NDArray[np.bool_]", mask)
+    if found.shape != (count,) or not found.any():
+        raise ValueError(
+            f"options['reset_mask']: {mask!r} is not allowed; must have shape ({count},) and be "
+            "true somewhere"
+        )
+    return found
+
+
+def given_for_each(
+    options: Mapping[str, Any], keys: Sequence[str], count: int, kind: type
+) -> list[Any] | None:
+    """Return what the options of `reset` want of each environment; None where it is to draw.
+
+    Parameters
+    ----------
+    options : mapping
+        Those of `reset`.
+    keys : sequence of str
+        What they may be; the first is meant.
+    count : int
+        Number of environments.
+    kind : type
+        Of a single value, which counts for all; else there must be one for each.
+
+    Raises
+    ------
+    ValueError
+        For an unknown option, or another number of values.
+    """
+    unknown = sorted(set(options) - set(keys))
+    if unknown:
+        names = ", ".join(map(repr, keys))
+        must = f"one of {names}" if len(keys) > 1 else names
+        raise ValueError(f"options: {unknown[0]!r} is not allowed; must be {must}")
+    if keys[0] not in options:
+        return None
+    given = options[keys[0]]
+    if isinstance(given, kind):
+        return [given] * count
+    found: list[Any] = list(given)
+    if len(found) != count:
+        raise ValueError(
+            f"options[{keys[0]!r}]: {len(found)} are not allowed; must be one, or {count}, one for "
+            "each environment"
+        )
+    return found

@@ -1,14 +1,29 @@
-"""Chains with two folds, of which the feed speed decides: the tasks of feed control."""
+"""Chains with two folds, of which the feed speed decides: the tasks of feed control.
 
+`ControlSetup` holds all that episodes share and no chain itself.
+"""
+
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from pathlib import Path
+from typing import Any, Literal, TypedDict, Unpack
 
 import yaml
 
+from magfold_env.envs.chains.quasistatic import QuasistaticRules
+from magfold_env.envs.spaces.action_table import ActionKind, SpeedTable
+from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.tasks.checks import one_of, refuse_unknown, share_of
+from magfold_env.envs.tasks.goals import Match
+from magfold_env.envs.tasks.randomisation import Randomisation, randomised
+from magfold_env.envs.tasks.reward import RewardRule, Shaping
 from magfold_env.envs.tasks.targets import is_target
 from magfold_env.files import configs_dir
-from magfold_env.scene import Problem, SceneError
+from magfold_env.scene import Problem, Scene, SceneError, load_scene
 from magfold_env.scene.parts import Part
+
+FEED = (("feed", 5),)
+"""The group of an observation that only feed control shows; see `FeedControlEnv`."""
 
 
 class ControlTask(Part):
@@ -75,3 +90,118 @@ def _check_words(task: ControlTask) -> None:
         raise SceneError([Problem(f"tasks.{key}", getattr(task, key), allowed) for key in wrong])
     if task.target == task.avoid:
         raise SceneError([Problem("tasks.avoid", task.avoid, "must differ from the target")])
+
+
+class ControlOptions(TypedDict, total=False):
+    """Keyword arguments of feed control; every one may be left out."""
+
+    tasks: str | Sequence[ControlTask | Mapping[str, Any]]
+    """Name of a shipped list of tasks, ``two-folds-6`` by default, or the tasks."""
+    match: Match
+    """Whether a fold must be the target (``word``), or cover its cells (``outline``)."""
+    difficulty: float
+    """Share of the tasks to draw from, the first ones, which are the easiest; 1 by default."""
+    fidelity: Literal["dynamics"]
+    """Energy minimisation knows of no speed."""
+    randomisation: Randomisation
+    """Physics drawn at reset, as in `magfold_env.envs.tasks.options.ChainOptions`."""
+    speeds: int
+    """Number of speed levels besides standstill, 9 by default."""
+    actions: ActionKind
+    """How actions are written: ``discrete`` (default), ``multidiscrete``, ``box`` or ``dict``; see
+    `magfold_env.envs.spaces.action_table.SpeedTable`."""
+    push_limit: float | None
+    """Largest force with which the feed can push [N], 1 by default; None for any. The floor's drag
+    on a whole chain of the default scene takes 0.08 N."""
+    reward: Literal["score", "sparse"]
+    """The reward at termination, ``score`` by default."""
+    shaping: bool | Shaping
+    """As in `magfold_env.envs.tasks.options.FoldOptions`."""
+    gamma: float
+    """As in `FoldOptions`."""
+
+
+class ControlSetup:
+    """Tasks and the world they are set in.
+
+    Parameters
+    ----------
+    scene : str, Path or Scene
+        A tube scene; sequence, direction and speeds come from the tasks and the agent.
+    **options
+        See `ControlOptions`.
+
+    Raises
+    ------
+    ValueError
+        For any option that is not allowed; the message names it and what is.
+    """
+
+    def __init__(self, scene: str | Path | Scene, **options: Unpack[ControlOptions]) -> None:
+        refuse_unknown(options, ControlOptions)
+        _refuse_misplaced(options)
+        scene = scene if isinstance(scene, Scene) else load_scene(scene)
+        if scene.mount != "tube":
+            raise ValueError(f"scene.mount: {scene.mount!r} is not allowed; must be 'tube'")
+        found = read_tasks(options.get("tasks", "two-folds-6"))
+        share = share_of("difficulty", options.get("difficulty", 1.0))
+        self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
+        self.scene = randomised(
+            scene.replace(sequence=found[0].sequence, start_angles=None),
+            options.get("randomisation", "nominal"),
+        )
+        self.match: Match = one_of("match", options.get("match", "word"), Match)
+        self.actions = SpeedTable(options.get("speeds", 9), options.get("actions", "discrete"))
+        self.rule = RewardRule.of(
+            options.get("reward", "score"),
+            options.get("shaping", False),
+            options.get("gamma", 1.0),
+        )
+        self.push_limit = options.get("push_limit", 1.0)
+        self.layout = ObservationLayout(
+            self.scene.n, scene.casing.side, words=("target", "avoid"), extra=FEED
+        )
+        directions = dict.fromkeys(task.direction for task in self.tasks)
+        self.templates: tuple[Scene, ...] = tuple(
+            self.scene.replace(feed={"direction": direction}) for direction in directions
+        )
+        """What episodes are drawn from: a scene for each direction of feed."""
+        self.kinds: tuple[int, ...] = tuple(
+            list(directions).index(task.direction) for task in self.tasks
+        )
+        """Which of the templates each task has."""
+        # No functools.cache: environments are pickled.
+        self._rules: dict[int, QuasistaticRules] = {}
+
+    @property
+    def in_field(self) -> bool:
+        """Whether an external field acts, of which energy minimisation knows nothing."""
+        return self.scene.field is not None and self.scene.field.any
+
+    def scene_of(self, number: int, drawn: Scene) -> Scene:
+        """Return a drawn scene with the chain of a task."""
+        return drawn.replace(sequence=self.tasks[number].sequence)
+
+    def rules(self, number: int) -> QuasistaticRules:
+        """Return the energies of the chain of a task on the lattice."""
+        kind = self.kinds[number]
+        if kind not in self._rules:
+            self._rules[kind] = QuasistaticRules(self.templates[kind])
+        return self._rules[kind]
+
+
+def _refuse_misplaced(options: Mapping[str, Any]) -> None:
+    """Refuse what the other environments have and this one cannot have."""
+    if options.get("fidelity", "dynamics") != "dynamics":
+        raise ValueError(
+            f"fidelity: {options['fidelity']!r} is not allowed; must be 'dynamics', "
+            "energy minimisation knows of no speed"
+        )
+    if options.get("reward") == "relative":
+        raise ValueError(
+            "reward: 'relative' is not allowed; must be score or sparse, "
+            "there is no baseline for a chain that is given"
+        )
+    limit = options.get("push_limit")
+    if limit is not None and not limit > 0.0:
+        raise ValueError(f"push_limit: {limit!r} is not allowed; must be above 0, or None for none")

@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-from magfold_env.envs.chains.progress import Progress
-from magfold_env.envs.chains.quasistatic_episode import QuasistaticEpisode, QuasistaticRules
-from magfold_env.fold import FoldStatus
+from magfold_env.envs.chains.arrays import ChainArrays
+from magfold_env.envs.chains.quasistatic import QuasistaticRules, predict
 
 
 @dataclass(frozen=True)
@@ -29,32 +28,27 @@ class Forecast:
     is_stuck: bool
 
 
-def forecast(
-    rules: QuasistaticRules, sequence: tuple[str, ...], progress: Progress, fed: int, target: str
-) -> Forecast:
-    """Return what `rules` make of the first `fed` components in the order of feed.
+def forecast(rules: QuasistaticRules, arrays: ChainArrays, row: int, target: str) -> Forecast:
+    """Return what `rules` make of the components of a chain that are fed so far.
 
     Parameters
     ----------
     rules : QuasistaticRules
         Those of the scene.
-    sequence : tuple of str
-        Faces of all components; of those not fed yet they do not count.
-    progress : Progress
-        The same as numbers, and the order of feed.
-    fed : int
-        How many components have their magnets.
+    arrays : ChainArrays
+        The chains.
+    row : int
+        Which of them.
     target : str
         The wanted fold word.
     """
-    episode = QuasistaticEpisode(rules)
-    speed = float(rules.scene.speeds.min())
-    if rules.built:
-        episode.run(sequence, speed)
-    else:
-        for index in progress.order[:fed]:
-            if episode.status is None:
-                episode.feed(sequence[index], speed)
-    is_stuck = episode.status is FoldStatus.MISFOLDED and episode.message.startswith("stuck")
-    wanted = rules.energy_as(target, progress, fed)
-    return Forecast(episode.word, rules.energy_as(episode.word, progress, fed), wanted, is_stuck)
+    signs, fed = arrays.signs[row], int(arrays.fed[row])
+    order = list(arrays.order(row))
+    acting = len(order) if rules.packed.built else fed
+    found = predict(rules, signs[order[:acting]])
+    return Forecast(
+        found.word,
+        rules.energy_as(found.word, signs, fed),
+        rules.energy_as(target, signs, fed),
+        found.is_stuck,
+    )

@@ -11,6 +11,7 @@ much. The mean of the angles' errors would have all of this but one: a single wr
 middle moves half the chain, and counts there like one at the end.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Literal
@@ -19,14 +20,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.envs.tasks.outlines import words_of_outline
+from magfold_env.envs.chains.arrays import FAILED, FOLDED, STATUSES, Floats, Ints
 from magfold_env.fold import FoldStatus
-from magfold_env.shapes import headings, outline, word_to_angles
+from magfold_env.shapes import LETTERS, Outline, headings, outline, word_to_angles
 
 Match = Literal["word", "outline"]
+Cell = tuple[int, int]
 
 SUCCESS_TOLERANCE = 0.05
 """Largest deviation of a joint from its target angle in a success [rad]."""
+
+_TURNS = {"L": 1, "R": 3}
+_HEADINGS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
 @dataclass(frozen=True)
@@ -53,16 +58,16 @@ class Goal:
         return (self.word, *(word for word in others if word != self.word))
 
     @cached_property
-    def _angles(self) -> NDArray[np.float64]:
+    def angles(self) -> Floats:
         """Joint angles of `words` [rad], shape (words, n - 1)."""
         return np.array([word_to_angles(word) for word in self.words])
 
     @cached_property
-    def _headings(self) -> NDArray[np.float64]:
+    def headings(self) -> Floats:
         """Headings of `words` [rad], shape (words, n), component 1's being 0."""
-        return np.array([headings(angles) for angles in self._angles])
+        return np.array([headings(angles) for angles in self.angles])
 
-    def is_reached(self, status: FoldStatus | None, joint_angles: NDArray[np.float64]) -> bool:
+    def is_reached(self, status: FoldStatus | None, joint_angles: Floats) -> bool:
         """Return whether the chain settled as wanted, every joint within `SUCCESS_TOLERANCE`.
 
         Parameters
@@ -72,33 +77,33 @@ class Goal:
         joint_angles : array, shape (n - 1,)
             Relative angles at the end [rad].
         """
-        if status is not FoldStatus.FOLDED:
-            return False
-        deviations = np.abs(joint_angles - self._angles)
-        return bool((deviations <= SUCCESS_TOLERANCE).all(axis=1).any())
+        return bool(self._judged(status, joint_angles)[2])
 
-    def score(self, status: FoldStatus | None, joint_angles: NDArray[np.float64]) -> float:
+    def score(self, status: FoldStatus | None, joint_angles: Floats) -> float:
         """Return 1 for a success, 0 for a failed simulation, else half the similarity.
 
         The parameters are those of `is_reached`. A miss scores at most one half, so no amount of
         similarity is worth as much as the fold itself.
         """
-        if status is FoldStatus.FAILED:
-            return 0.0
-        if self.is_reached(status, joint_angles):
-            return 1.0
-        return self.potential(joint_angles)
+        return float(self._judged(status, joint_angles)[1])
 
-    def potential(self, joint_angles: NDArray[np.float64]) -> float:
+    def potential(self, joint_angles: Floats) -> float:
         """Return half the similarity of a chain to the likest of `words`.
 
         Joints that are still in the tube count as straight. This is what the score would be if
         the episode ended here without a success.
         """
-        if not joint_angles.size:
-            return 0.5
-        scratch = np.empty((4, joint_angles.size + 1))
-        return 0.5 * float(likeness(headings(joint_angles), self._headings, scratch))
+        return float(self._judged(None, joint_angles)[0])
+
+    def _judged(self, status: FoldStatus | None, joint_angles: Floats) -> Floats:
+        """Return potential, score and success."""
+        out = np.empty((3, 1))
+        scratch = np.empty((5, joint_angles.size + 1))
+        row, code = np.zeros(1, dtype=np.int64), np.array([STATUSES.index(status)])
+        angles, folds = self.angles[None], self.headings[None]
+        count = np.array([len(self.words)])
+        _judge(row, code, joint_angles[None], count, angles, folds, scratch, out)
+        return out[:, 0]
 
 
 @lru_cache(maxsize=4096)
@@ -107,8 +112,149 @@ def goal_of(word: str, match: Match) -> Goal:
     return Goal(word, match)
 
 
+class Goals:
+    """Goals of chains side by side.
+
+    Parameters
+    ----------
+    words : sequence of str
+        What may be wanted, all of one length.
+    match : {"word", "outline"}
+        What will do for a word; see `Goal`.
+    count : int
+        Number of chains.
+
+    Attributes
+    ----------
+    names : array of str, shape (m,)
+        The words that are wanted.
+    one_hot : array, shape (m, 3 (n − 1))
+        The same as entries of an observation.
+    """
+
+    def __init__(self, words: Sequence[str], match: Match, count: int) -> None:
+        joints = len(words[0])
+        self._words, self._match = words, match
+        self._all_names = np.array(words, dtype=object)
+        letters = np.array([list(word) for word in words]).reshape(len(words), joints)
+        self._one_hots = (letters[:, :, None] == list(LETTERS)).reshape(len(words), -1)
+        self._counts = np.ones(count, dtype=np.int64)
+        self._angles = np.zeros((count, 1, joints))
+        self._folds = np.zeros((count, 1, joints + 1))
+        self._scratch = np.zeros((5, joints + 1))
+        self.names = np.full(count, None, dtype=object)
+        self.one_hot = np.zeros((count, 3 * joints), dtype=np.float32)
+
+    @property
+    def turns(self) -> Floats:
+        """Joint angles of the words themselves [rad], (m, n − 1)."""
+        return self._angles[:, 0]
+
+    def want(self, rows: Ints, numbers: Ints) -> None:
+        """Set the goals of some chains, by their numbers among the words."""
+        self.names[rows] = self._all_names[numbers]
+        self.one_hot[rows] = self._one_hots[numbers]
+        for row, number in zip(rows.tolist(), numbers.tolist(), strict=True):
+            goal = goal_of(self._words[number], self._match)
+            count = len(goal.words)
+            if count > self._angles.shape[1]:
+                more = ((0, 0), (0, count - self._angles.shape[1]), (0, 0))
+                self._angles, self._folds = np.pad(self._angles, more), np.pad(self._folds, more)
+            self._counts[row] = count
+            self._angles[row, :count], self._folds[row, :count] = goal.angles, goal.headings
+
+    def judge(self, rows: Ints, status: Ints, angles: Floats) -> Floats:
+        """Return how near some chains are to their goals.
+
+        Parameters
+        ----------
+        rows : array of int
+            Which.
+        status : array of int, shape (m,)
+            How all chains ended, by number among `STATUSES`; others are neither folded nor failed.
+        angles : array, shape (m, n)
+            Headings of all chains [rad].
+
+        Returns
+        -------
+        array, shape (3, rows)
+            `Goal.potential`, `Goal.score`, and 1 where `Goal.is_reached`, else 0.
+        """
+        out = np.empty((3, len(rows)))
+        joints = np.diff(angles[rows], axis=1)
+        _judge(rows, status, joints, self._counts, self._angles, self._folds, self._scratch, out)
+        return out
+
+
+@lru_cache(maxsize=1024)
+def words_of_outline(cells: Outline) -> tuple[str, ...]:
+    """Return the fully folded words that cover exactly the cells of an outline, sorted.
+
+    Every word is grown from each cell and heading, and stays on cells that are still free.
+
+    Parameters
+    ----------
+    cells : Outline
+        As `magfold_env.shapes.outline` gives it.
+    """
+    found: set[str] = set()
+    for cell in cells:
+        for quarter in range(4):
+            _grow("", cell, quarter, frozenset(cells) - {cell}, found)
+    return tuple(sorted(found))
+
+
+def _grow(word: str, cell: Cell, quarter: int, free: frozenset[Cell], found: set[str]) -> None:
+    """Add to `found` the words that begin with `word`, end at `cell`, and use up `free`."""
+    if not free:
+        found.add(word)
+        return
+    ahead = _HEADINGS[quarter]
+    for letter, turn in _TURNS.items():
+        turned = (quarter + turn) % 4
+        step = _HEADINGS[turned]
+        beyond = (cell[0] + ahead[0] + step[0], cell[1] + ahead[1] + step[1])
+        if beyond in free:
+            _grow(word + letter, beyond, turned, free - {beyond}, found)
+
+
 @kernel
-def likeness(
+def _judge(
+    rows: Ints,
+    status: Ints,
+    joints: Floats,
+    counts: Ints,
+    wanted: Floats,
+    folds: Floats,
+    scratch: Floats,
+    out: Floats,
+) -> None:
+    """See `Goals.judge`: ``joints`` (rows, n − 1); a chain has ``counts`` words."""
+    n = joints.shape[1] + 1
+    turned = scratch[4]
+    for j in range(rows.size):
+        k: int = rows[j]
+        turned[0] = 0.0
+        for i in range(1, n):
+            turned[i] = turned[i - 1] + joints[j, i - 1]
+        out[0, j] = 0.5 * _similarity(turned, folds[k, : counts[k]], scratch)
+        out[2, j] = 0.0
+        for m in range(counts[k] if status[k] == FOLDED else 0):
+            within = True
+            for i in range(1, n):
+                apart = abs(joints[j, i - 1] - wanted[k, m, i - 1])
+                within = within and apart <= SUCCESS_TOLERANCE
+            if within:
+                out[2, j] = 1.0
+        out[1, j] = out[0, j]
+        if status[k] == FAILED:
+            out[1, j] = 0.0
+        elif out[2, j] == 1.0:
+            out[1, j] = 1.0
+
+
+@kernel
+def _similarity(
     angles: NDArray[np.float64], folds: NDArray[np.float64], scratch: NDArray[np.float64]
 ) -> float:
     """Similarity of the headings ``angles`` (n,) to the likest of ``folds`` (m, n); 4 n scratch.
@@ -116,12 +262,14 @@ def likeness(
     It equals `magfold_env.shapes.similarity`, of which this is the compiled form.
     """
     n = angles.size
+    if n == 1:
+        return 1.0
     x, y, u, v = scratch[0], scratch[1], scratch[2], scratch[3]
-    place(angles, x, y)
+    _place(angles, x, y)
     best = 0.0
     for m in range(folds.shape[0]):
         fold = folds[m]
-        place(fold, u, v)
+        _place(fold, u, v)
         total = 0.0
         for i in range(n):
             c, s = np.cos(angles[i]), np.sin(angles[i])
@@ -138,7 +286,7 @@ def likeness(
 
 
 @kernel
-def place(angles: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
+def _place(angles: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
     """Centres of a chain, in sides: hinges lie √2 sides apart, centres halfway between."""
     px, py = 0.0, 0.0
     for i in range(angles.size):

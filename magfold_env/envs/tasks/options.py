@@ -1,10 +1,9 @@
 """The options that the environments in which magnets are chosen have in common."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypedDict
+from collections.abc import Sequence
+from typing import Literal, TypedDict
 
 from magfold_env.envs.spaces.action_table import ActionKind
-from magfold_env.envs.tasks.control_tasks import ControlTask
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.randomisation import Randomisation
 from magfold_env.envs.tasks.reward import RewardKind, Shaping
@@ -57,32 +56,3 @@ class FoldOptions(ChainOptions, total=False):
     baseline: Literal["auto"] | None
     """``auto`` (default): take b from the package data or the disk cache, compute it where neither
     has it. None: b is 0."""
-
-
-class ControlOptions(TypedDict, total=False):
-    """Keyword arguments of feed control; every one may be left out."""
-
-    tasks: str | Sequence[ControlTask | Mapping[str, Any]]
-    """Name of a shipped list of tasks, ``two-folds-6`` by default, or the tasks."""
-    match: Match
-    """Whether a fold must be the target (``word``), or cover its cells (``outline``)."""
-    difficulty: float
-    """Share of the tasks to draw from, the first ones, which are the easiest; 1 by default."""
-    fidelity: Literal["dynamics"]
-    """Energy minimisation knows of no speed."""
-    randomisation: Randomisation
-    """Physics drawn at reset, as in `ChainOptions`."""
-    speeds: int
-    """Number of speed levels besides standstill, 9 by default."""
-    actions: ActionKind
-    """How actions are written: ``discrete`` (default), ``multidiscrete``, ``box`` or ``dict``; see
-    `magfold_env.envs.spaces.speed_table`."""
-    push_limit: float | None
-    """Largest force with which the feed can push [N], 1 by default; None for any. The floor's drag
-    on a whole chain of the default scene takes 0.08 N."""
-    reward: Literal["score", "sparse"]
-    """The reward at termination, ``score`` by default."""
-    shaping: bool | Shaping
-    """As in `FoldOptions`."""
-    gamma: float
-    """As in `FoldOptions`."""

@@ -21,6 +21,9 @@ policies as they are (Ng, Harada and Russell 1999). Φ is half of
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+import numpy as np
+
+from magfold_env.envs.chains.arrays import Bools, Floats
 from magfold_env.envs.tasks.checks import one_of
 
 RewardKind = Literal["relative", "score", "sparse"]
@@ -66,17 +69,18 @@ class RewardRule:
             return cls(kind, "similarity" if shaping else None, gamma)
         return cls(kind, shaping, gamma)
 
-    def step(self, before: float, after: float) -> float:
-        """Return the reward of a step between two potentials."""
+    def step(self, before: Floats, after: Floats) -> Floats:
+        """Return the rewards of steps between two potentials."""
         return self.gamma * after - before
 
-    def end(self, score: float, success: bool, baseline: float) -> float:
-        """Return what the last step is worth besides."""
+    def end(self, score: Floats, success: Bools, baseline: Floats) -> Floats:
+        """Return what the last steps of episodes are worth besides."""
         if self.kind == "relative":
             return score - baseline
-        return score if self.kind == "score" else float(success)
+        return score if self.kind == "score" else np.asarray(success, dtype=np.float64)
 
 
-def energy_potential(energy: float, wanted: float) -> float:
+def energy_potential(energy: Floats, wanted: Floats) -> Floats:
     """Return Φ of the shaping by energy, from the energies now and in the target's shape [J]."""
-    return 0.5 * min(max(energy / wanted, 0.0), 1.0) if wanted < 0.0 else 0.0
+    share = np.divide(energy, wanted, out=np.zeros_like(energy), where=wanted < 0.0)
+    return 0.5 * np.clip(share, 0.0, 1.0)

@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecMonitor
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
 
-from magfold_env.envs.control.vector import FeedControlVectorEnv
-from magfold_env.envs.fold_vector import FoldVectorEnv
+from magfold_env.envs.vector_env import ChainVectorEnv
 
 Info = dict[str, Any]
-VectorEnv = FoldVectorEnv[Any] | FeedControlVectorEnv
+VectorEnv = ChainVectorEnv[Any]
 
 
 def make_sb3_vec(env_id: str, num_envs: int, **options: Any) -> VecMonitor:
@@ -32,7 +31,7 @@ def make_sb3_vec(env_id: str, num_envs: int, **options: Any) -> VecMonitor:
     num_envs : int
         How many environments.
     **options
-        Those of the vector environment: `magfold_env.envs.fold_vector.FoldVectorEnv`.
+        Those of the vector environment: `magfold_env.envs.vector_env.ChainVectorEnv`.
     """
     made = gymnasium.make_vec(
         env_id, num_envs=num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options
@@ -48,7 +47,7 @@ class FoldVecEnv(VecEnv):
 
     Parameters
     ----------
-    vector : FoldVectorEnv or FeedControlVectorEnv
+    vector : ChainVectorEnv
         With the autoreset mode SAME_STEP.
 
     Raises

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.envs.chains.draws import DrawnChains
-from magfold_env.envs.chains.dynamic_episode import REFERENCE_SPEED, dynamic_template
+from magfold_env.envs.chains.draws import REFERENCE_SPEED, DrawnChains
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.session import Session
 
@@ -24,6 +23,7 @@ CASES: dict[str, dict[str, Any]] = {
     "angles": {"spreads": {}},
     "every": {"spreads": EVERY},
     "every-backward": {"spreads": EVERY, "feed": {"direction": "backward"}},
+    "uneven": {"spreads": {}, "casing": {"mass": (1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3)}},
     "inertia": {"spreads": EVERY, "casing": {"inertia": 1e-7, "mass": (1e-3,) * 6}},
     "faces": {
         "spreads": {"magnet": 0.1},
@@ -37,8 +37,8 @@ CASES: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
 def test_draws_are_those_of_the_scene(case: dict[str, Any]) -> None:
-    template = dynamic_template(mf.load_scene("tube-feed").replace(**case))
-    drawn = DrawnChains(template, 3, 1)
+    drawn = DrawnChains([mf.load_scene("tube-feed").replace(**case)], 3)
+    (template,) = drawn.templates
     rngs, others = ([np.random.default_rng(seed) for seed in range(3)] for _ in range(2))
     for rows in (np.array([0, 1, 2]), np.array([2, 0])):
         drawn.draw(rows, rngs)
@@ -56,14 +56,14 @@ def test_draws_are_those_of_the_scene(case: dict[str, Any]) -> None:
             np.testing.assert_array_equal(drawn.factors[row], scene.speeds / REFERENCE_SPEED)
             state = Session(scene)._state
             np.testing.assert_array_equal(chains.q[row], state.q)
-            np.testing.assert_array_equal(chains._clocks[row], state.clock)
+            np.testing.assert_array_equal(chains.clocks[row], state.clock)
             assert rngs[row].bit_generator.state == others[row].bit_generator.state
 
 
 def test_what_chains_share_is_what_packing_a_drawn_scene_gives() -> None:
     """Only the arrays and numbers that chains have of their own depend on what is drawn."""
-    template = dynamic_template(mf.load_scene("tube-feed").replace(spreads=EVERY))
-    model = DrawnChains(template, 1, 1).chains.model
+    drawn = DrawnChains([mf.load_scene("tube-feed").replace(spreads=EVERY)], 1)
+    (template,), (model,) = drawn.templates, drawn.chains.models
     other = pack(template.draw(np.random.default_rng(5)))
     own = {"bodies", "charge", "grip", "rate_scale", "light_rate"}
     for name in set(model._fields) - own:

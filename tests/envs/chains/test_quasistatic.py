@@ -5,10 +5,12 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.envs.chains.quasistatic_episode import QuasistaticEpisode, QuasistaticRules, fold
-from magfold_env.envs.spaces.actions import PATTERNS
+from magfold_env.envs.chains.quasistatic import QuasistaticChains, QuasistaticRules, fold
+from magfold_env.envs.spaces.actions import PATTERNS, signs_of
 from magfold_env.shapes import overlaps, word_to_angles
 
+ROW = np.array([0])
+SPEED = np.array([0.1])
 TURNS = {"S": 0.0, "L": np.pi / 2, "R": -np.pi / 2}
 
 
@@ -71,52 +73,54 @@ def test_component_by_component_or_at_once_gives_the_same(direction: str) -> Non
     rng = np.random.default_rng(2)
     for _ in range(20):
         sequence = random_sequence(rng, 7)
-        steps, whole = QuasistaticEpisode(rules), QuasistaticEpisode(rules)
-        while steps.status is None:
-            steps.feed(sequence[steps.next_component], 0.1)
-        whole.run(sequence, 0.1)
-        assert (steps.word, steps.status) == (whole.word, whole.status)
-        np.testing.assert_array_equal(steps.state.angles, whole.state.angles)
-        assert steps.energy == whole.energy
-        assert fold(whole.to_scene()).word == whole.word
+        steps, whole = QuasistaticChains(rules, 1), QuasistaticChains(rules, 1)
+        patterns = np.array([[PATTERNS.index(faces) for faces in sequence]])
+        for chains in (steps, whole):
+            chains.begin(ROW)
+        while steps.arrays.status[0] == 0:
+            index = steps.arrays.order(0)[int(steps.arrays.fed[0])]
+            steps.feed(ROW, patterns[:, index], SPEED, SPEED)
+        whole.run(ROW, patterns, SPEED, SPEED)
+        assert steps.word(0) == whole.word(0)
+        assert steps.arrays.status[0] == whole.arrays.status[0]
+        np.testing.assert_array_equal(steps.arrays.angles, whole.arrays.angles)
+        assert steps.energies(ROW) == whole.energies(ROW)
+        assert fold(whole.scene(0)).word == whole.word(0)
 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_the_chain_lies_where_the_tube_has_it(direction: str) -> None:
     scene = built(6, direction).replace(feed={"loading": "at_mouth"})
     pitch = scene.casing.diagonal
-    episode = QuasistaticEpisode(QuasistaticRules(scene))
+    chains = QuasistaticChains(QuasistaticRules(scene), 1)
+    chains.begin(ROW)
     rng = np.random.default_rng(3)
     for out in range(7):
-        state = episode.state
-        assert episode.progress.released.sum() == out
-        word = episode.word
-        np.testing.assert_allclose(state.joint_angles, [TURNS[x] for x in word], atol=1e-12)
-        hinges = state.base + np.cumsum(
-            pitch * np.column_stack([np.cos(state.angles), np.sin(state.angles)]), axis=0
-        )
-        hinges = np.vstack([state.base, hinges])
+        angles, base = chains.arrays.angles[0], chains.arrays.base[0]
+        assert chains.arrays.released.sum() == out
+        turns = [TURNS[letter] for letter in chains.word(0)]
+        np.testing.assert_allclose(np.diff(angles), turns, atol=1e-12)
+        hinges = base + np.cumsum(pitch * np.column_stack([np.cos(angles), np.sin(angles)]), axis=0)
+        hinges = np.vstack([base, hinges])
         mouth = hinges[out] if direction == "forward" else hinges[6 - out]
         np.testing.assert_allclose(mouth, 0.0, atol=1e-12)
         inside = hinges[out:] if direction == "forward" else hinges[: 7 - out]
         np.testing.assert_allclose(inside[:, 1], 0.0, atol=1e-12)
         assert (inside[:, 0] <= 1e-12).all()
         if out < 6:
-            episode.feed(PATTERNS[rng.integers(16)], 0.1)
+            chains.feed(ROW, rng.integers(16, size=1), SPEED, SPEED)
 
 
 def test_energies_of_a_target_are_those_of_its_word() -> None:
     scene = built(6).replace(feed={"loading": "at_mouth"})
     rules = QuasistaticRules(scene)
-    episode = QuasistaticEpisode(rules)
     sequence = random_sequence(np.random.default_rng(4), 6)
-    for faces in sequence:
-        episode.feed(faces, 0.1)
+    signs = np.array([signs_of(faces) for faces in sequence])
     headings = np.concatenate([[0.0], np.cumsum(word_to_angles("LRRLR"))])
     expected = mf.energy(scene.replace(sequence=sequence), headings)
-    assert rules.energy_as("LRRLR", episode.progress, 6) == pytest.approx(expected, rel=1e-6)
+    assert rules.energy_as("LRRLR", signs, 6) == pytest.approx(expected, rel=1e-6)
     first = mf.energy(scene.replace(sequence=sequence[:3]), headings[:3])
-    assert rules.energy_as("LRRLR", episode.progress, 3) == pytest.approx(first, rel=1e-6)
+    assert rules.energy_as("LRRLR", signs, 3) == pytest.approx(first, rel=1e-6)
 
 
 def test_a_chain_that_grows_into_a_corner_has_misfolded() -> None:

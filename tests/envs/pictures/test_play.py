@@ -7,7 +7,7 @@ import numpy as np
 import pygame
 import pytest
 
-from magfold_env.envs.pictures import rendering
+from magfold_env.envs.pictures import viewer
 from magfold_env.envs.pictures.play import HELP, Game
 from magfold_env.envs.tube_feed import TubeFeedEnv
 
@@ -17,7 +17,7 @@ OPTIONS: dict[str, Any] = {"components": 3, "baseline": None, "randomisation": "
 @pytest.fixture
 def game(monkeypatch: pytest.MonkeyPatch) -> Iterator[Game]:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.setattr(rendering, "SLOWDOWN", 0.01)
+    monkeypatch.setattr(viewer, "SLOWDOWN", 0.01)
     env = TubeFeedEnv(render_mode="human", **OPTIONS)
     game = Game(env, seed=3, target="LL")
     game.begin()

@@ -18,9 +18,9 @@ from gymnasium.wrappers.vector import RecordVideo as VectorRecordVideo
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from magfold_env.envs import ENTRY_POINTS
-from magfold_env.envs.pictures import rendering
+from magfold_env.envs.pictures import viewer
 from magfold_env.envs.pictures.play import Game
-from magfold_env.envs.pictures.rendering import text_of
+from magfold_env.envs.pictures.viewer import text_of
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.render import style
 from magfold_env.render.snapshot import snapshot_picture
@@ -39,7 +39,7 @@ every_variant = pytest.mark.parametrize(("env_id", "options"), VARIANTS)
 @pytest.fixture(autouse=True)
 def no_display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.setattr(rendering, "SLOWDOWN", 0.01)
+    monkeypatch.setattr(viewer, "SLOWDOWN", 0.01)
     yield
     pygame.display.quit()
 
@@ -177,7 +177,7 @@ def test_a_window_shows_the_motion_between_decisions(monkeypatch: pytest.MonkeyP
     env.reset(seed=0)
     shown: list[Any] = []
     monkeypatch.setattr(env.viewer.window, "show", shown.append)
-    monkeypatch.setattr(rendering, "SLOWDOWN", 1e6)
+    monkeypatch.setattr(viewer, "SLOWDOWN", 1e6)
     env.step([0, 8])
     # One component of 18 mm at 0.6 m/s takes 0.03 s.
     assert 6 <= len(shown) - 1 <= 9

@@ -2,18 +2,17 @@ import numpy as np
 import pytest
 
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
-from magfold_env.envs.spaces.action_reading import read_catalogue
-from magfold_env.envs.spaces.action_table import ActionKind, ActionTable
+from magfold_env.envs.spaces.action_table import ActionKind, ActionTable, SpeedTable
 from magfold_env.envs.spaces.actions import (
     FASTEST,
     PATTERNS,
     SIGNS,
     SLOWEST,
+    read_catalogue,
     scaled_speed,
     speed_at,
     speed_levels,
 )
-from magfold_env.envs.spaces.speed_table import SpeedTable
 
 KINDS: tuple[ActionKind, ...] = ("multidiscrete", "discrete", "box", "dict")
 

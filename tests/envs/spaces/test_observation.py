@@ -3,8 +3,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from magfold_env.envs.chains.progress import Progress
+from magfold_env.envs.chains.arrays import ChainArrays
+from magfold_env.envs.spaces.actions import scaled_speed, signs_of
 from magfold_env.envs.spaces.observation import ObservationLayout, squash
+from magfold_env.envs.tasks.goals import Goals
 from magfold_env.simulation.chain_state import ChainState
 
 SIDE = 0.0125
@@ -17,6 +19,26 @@ def random_state(rng: np.random.Generator, n: int, scale: float = 1.0) -> ChainS
         base=scale * rng.normal(size=2),
         base_velocity=scale * rng.normal(size=2),
     )
+
+
+def seen(
+    layout: ObservationLayout, state: ChainState, arrays: ChainArrays, *words: str
+) -> np.ndarray:
+    """Return the observation of a chain in a state, with no extra group."""
+    for name, values in vars(state).items():
+        getattr(arrays, name)[0] = values
+    hots = []
+    for word in words:
+        goals = Goals([word], "word", 1)
+        goals.want(np.array([0]), np.array([0]))
+        hots.append(goals.one_hot)
+    out = np.full((1, layout.size), np.nan, dtype=np.float32)
+    layout.fill(arrays, np.concatenate(hots, axis=1), out)
+    return out[0]
+
+
+def choose(arrays: ChainArrays, index: int, faces: str, speed: float) -> None:
+    arrays.signs[0, index], arrays.speeds[0, index] = signs_of(faces), scaled_speed(speed)
 
 
 def test_the_groups_fill_the_observation_without_gaps() -> None:
@@ -49,23 +71,21 @@ def test_any_finite_state_lies_in_the_space(scale: float) -> None:
     layout = ObservationLayout(6, SIDE)
     rng = np.random.default_rng(1)
     for _ in range(50):
-        progress = Progress.begin(6, "forward")
-        progress.choose(0, "NSNS", 0.6)
-        observation = layout.observe(
-            random_state(rng, 6, scale), progress, layout.one_hot(["LRLLL"])
-        )
+        arrays = ChainArrays.empty(1, 6)
+        choose(arrays, 0, "NSNS", 0.6)
+        observation = seen(layout, random_state(rng, 6, scale), arrays, "LRLLL")
         assert observation in layout.space
 
 
 def test_entries_mean_what_the_table_says() -> None:
     layout = ObservationLayout(3, SIDE)
     state = ChainState(np.array([np.pi, np.pi / 2, np.pi]), np.zeros(3), np.zeros(2), np.zeros(2))
-    progress = Progress.begin(3, "forward")
-    progress.choose(0, "NSSN", 0.6)
-    progress.choose(1, "SSSS", 0.01)
-    progress.release(2)
-    seen = layout.observe(state, progress, layout.one_hot(["RL"]))
-    part = {name: seen[group].tolist() for name, group in layout.slices.items()}
+    arrays = ChainArrays.empty(1, 3)
+    choose(arrays, 0, "NSSN", 0.6)
+    choose(arrays, 1, "SSSS", 0.01)
+    arrays.released[0, :2] = True
+    observation = seen(layout, state, arrays, "RL")
+    part = {name: observation[group].tolist() for name, group in layout.slices.items()}
     assert part["target"] == [0, 0, 1, 1, 0, 0]
     assert part["released"] == [1, 1, 0]
     assert part["magnets"] == [1, -1, -1, 1, -1, -1, -1, -1, 0, 0, 0, 0]
@@ -77,7 +97,7 @@ def test_entries_mean_what_the_table_says() -> None:
 def test_positions_and_velocities_are_those_of_the_centres() -> None:
     layout = ObservationLayout(6, SIDE)
     state = random_state(np.random.default_rng(2), 6)
-    seen = layout.observe(state, Progress.begin(6, "backward"), layout.one_hot(["LRLLL"]))
+    observation = seen(layout, state, ChainArrays.empty(1, 6), "LRLLL")
     length = 6 * np.sqrt(2.0) * SIDE
     for name, values in (
         ("position", state.centres(SIDE) / length),
@@ -85,7 +105,7 @@ def test_positions_and_velocities_are_those_of_the_centres() -> None:
         ("rate", state.rates / 100),
     ):
         expected = values / (1 + np.abs(values))
-        np.testing.assert_allclose(seen[layout.slices[name]], expected.ravel(), atol=1e-6)
+        np.testing.assert_allclose(observation[layout.slices[name]], expected.ravel(), atol=1e-6)
 
 
 def test_words_and_extra_groups_go_around_the_chain() -> None:
@@ -94,11 +114,11 @@ def test_words_and_extra_groups_go_around_the_chain() -> None:
     assert names[:2] == ["target", "avoid"]
     assert names[-1] == "feed"
     state = random_state(np.random.default_rng(3), 3)
-    words = layout.one_hot(["LR", "SL"])
-    seen = layout.observe(state, Progress.begin(3, "forward"), words, (0.25, -0.5))
-    assert seen[layout.slices["target"]].tolist() == [1, 0, 0, 0, 0, 1]
-    assert seen[layout.slices["avoid"]].tolist() == [0, 1, 0, 1, 0, 0]
-    assert seen[-2:].tolist() == [0.25, -0.5]
+    observation = seen(layout, state, ChainArrays.empty(1, 3), "LR", "SL")
+    assert observation[layout.slices["target"]].tolist() == [1, 0, 0, 0, 0, 1]
+    assert observation[layout.slices["avoid"]].tolist() == [0, 1, 0, 1, 0, 0]
+    assert np.isfinite(observation[:-2]).all()
+    assert np.isnan(observation[-2:]).all()
 
 
 def test_squashing_keeps_order_and_can_be_undone() -> None:

@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 
 import magfold_env as mf
-from magfold_env.envs.chains.quasistatic_episode import fold
+from magfold_env.envs.chains.quasistatic import fold
 from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.envs.tasks.difficulty import difficulties, easiest
 from magfold_env.shapes import folded_words, mirror

@@ -17,7 +17,7 @@ def test_the_draws_of_a_version_stay_what_they_are() -> None:
             env = gymnasium.make(env_id, randomisation=randomisation, baseline=None).unwrapped
             for seed in evaluation_seeds(5):
                 _, info = env.reset(seed=seed)
-                drawn = env._episode.scene_so_far  # pyright: ignore[reportAttributeAccessIssue]
+                drawn = env.episodes.scene(0)  # pyright: ignore[reportAttributeAccessIssue]
                 digest.update(info["target"].encode())
                 values = (drawn.friction, drawn.magnets.remanence, *drawn.start_angles)
                 digest.update(" ".join(f"{value:.12e}" for value in values).encode())

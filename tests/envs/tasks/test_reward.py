@@ -1,32 +1,28 @@
-from itertools import pairwise
-
+import numpy as np
 import pytest
 
 from magfold_env.envs.tasks.reward import RewardRule, energy_potential
 
 
 def test_the_three_kinds_of_reward() -> None:
-    assert RewardRule("relative").end(0.4, False, 0.9) == pytest.approx(-0.5)
-    assert RewardRule("score").end(0.4, False, 0.9) == 0.4
-    assert RewardRule("sparse").end(0.4, False, 0.9) == 0.0
-    assert RewardRule("sparse").end(1.0, True, 0.9) == 1.0
+    score, success, baseline = np.array([0.4, 1.0]), np.array([False, True]), np.array([0.9, 0.9])
+    assert RewardRule("relative").end(score, success, baseline) == pytest.approx([-0.5, 0.1])
+    assert RewardRule("score").end(score, success, baseline).tolist() == [0.4, 1.0]
+    assert RewardRule("sparse").end(score, success, baseline).tolist() == [0.0, 1.0]
 
 
 def test_shaping_telescopes() -> None:
     rule = RewardRule(gamma=0.9)
-    potentials = [0.1, 0.5, 0.3, 0.0]
-    steps = [rule.step(a, b) for a, b in pairwise(potentials)]
+    potentials = np.array([0.1, 0.5, 0.3, 0.0])
+    steps = rule.step(potentials[:-1], potentials[1:])
     discounted = sum(0.9**k * reward for k, reward in enumerate(steps))
     assert discounted == pytest.approx(0.9**3 * potentials[-1] - potentials[0])
 
 
 def test_energy_is_a_share_of_what_the_target_would_release() -> None:
-    assert energy_potential(-1.0, -2.0) == 0.25
-    assert energy_potential(-2.0, -2.0) == 0.5
-    assert energy_potential(-3.0, -2.0) == 0.5
-    assert energy_potential(1.0, -2.0) == 0.0
-    assert energy_potential(-1.0, 0.0) == 0.0
-    assert energy_potential(-1.0, 2.0) == 0.0
+    energies, wanted = np.array([-1.0, -2.0, -3.0, 1.0, -1.0, -1.0]), np.array([-2.0] * 4 + [0, 2])
+    shares = [0.25, 0.5, 0.5, 0.0, 0.0, 0.0]
+    assert energy_potential(energies, wanted).tolist() == shares
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,352 @@
+"""Episodes side by side: what happens in an environment, for any number of chains.
+
+A single environment is row 0 of episodes of one, so that alone and among many a chain is drawn,
+fed, seen and rewarded by the same lines.
+"""
+
+import copy
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+import gymnasium
+import numpy as np
+from gymnasium.utils import seeding
+
+from magfold_env.envs.chains.arrays import STATUSES, Bools, ChainArrays, Floats, Ints, write_words
+from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.tasks.reward import RewardRule
+from magfold_env.scene import Scene
+from magfold_env.simulation.chain_state import ChainState
+
+if TYPE_CHECKING:
+    from magfold_env.render.snapshot import Snapshot
+
+ObsType = TypeVar("ObsType")
+Columns = dict[str, Any]
+"""What is told of some episodes: an array for every key, with an entry for each."""
+
+
+class World(Protocol):
+    """What all episodes of an environment share."""
+
+    @property
+    def scene(self) -> Scene:
+        """What episodes are drawn from, randomisation included."""
+        ...
+
+    @property
+    def layout(self) -> ObservationLayout:
+        """Where each group of entries lies in an observation."""
+        ...
+
+    @property
+    def actions(self) -> Any:
+        """How actions are written and read."""
+        ...
+
+    @property
+    def rule(self) -> RewardRule:
+        """How episodes are rewarded."""
+        ...
+
+
+@dataclass(frozen=True)
+class EpisodesState:
+    """Everything that decides how episodes go on; see `Episodes.get_state`.
+
+    Attributes
+    ----------
+    rngs : list of dict
+        States of the random numbers of episodes to come.
+    chains : tuple
+        The chains.
+    arrays : dict
+        What else the episodes keep, by name.
+    """
+
+    rngs: Sequence[Mapping[str, Any]]
+    chains: tuple[Any, ...]
+    arrays: Mapping[str, Any]
+
+
+class Episodes(Generic[ObsType]):
+    """Chains, each in an episode of its own.
+
+    Parameters
+    ----------
+    world : World
+        What they share.
+    count : int
+        How many.
+    threads : int
+        How many threads simulate.
+    frame_rate : float, optional
+        Frames that are recorded a simulated second [1/s], of a single chain.
+
+    Attributes
+    ----------
+    chains : DynamicChains or QuasistaticChains
+        The chains.
+    steps : array of int, shape (m,)
+        Number of steps taken in each episode.
+    """
+
+    kept: tuple[str, ...] = ("steps", "numbers", "_potentials")
+    """Names of the arrays, one entry an episode, that are part of its state."""
+
+    def __init__(
+        self, world: Any, count: int, threads: int = 1, frame_rate: float | None = None
+    ) -> None:
+        self.world, self.count, self._threads = world, count, threads
+        self._frame_rate = frame_rate
+        self.rngs: list[Any] = [None] * count
+        self.rows: Ints = np.arange(count)
+        self.begun: Bools = np.zeros(count, dtype=np.bool_)
+        self.steps: Ints = np.zeros(count, dtype=np.int64)
+        self.numbers: Ints = np.zeros(count, dtype=np.int64)
+        self._potentials: Floats = np.zeros(count)
+        self.chains: Any = self._make_chains(threads, frame_rate)
+
+    # --- what differs from environment to environment --------------------------------------
+
+    @abstractmethod
+    def _make_chains(self, threads: int, frame_rate: float | None) -> Any:
+        """Return the chains."""
+
+    @property
+    @abstractmethod
+    def choices(self) -> int:
+        """How many targets, or tasks, there are to be drawn."""
+
+    @abstractmethod
+    def given(self, options: Mapping[str, Any], others: Sequence[str] = ()) -> Sequence[int] | None:
+        """Return the targets, or tasks, of all episodes that options of `reset` ask for.
+
+        `others` are options that may be there besides.
+        """
+
+    @abstractmethod
+    def _load(self, rows: Ints) -> None:
+        """Set what episodes want, and draw their chains."""
+
+    @abstractmethod
+    def _act(self, rows: Ints, choice: Any) -> None:
+        """Do what actions ask for."""
+
+    @abstractmethod
+    def _shaped(self, rows: Ints) -> Floats:
+        """Return Φ of the shaping of episodes that go on."""
+
+    @abstractmethod
+    def told(self, rows: Ints) -> Columns:
+        """Return the info of some episodes: the little there is on their way."""
+
+    @abstractmethod
+    def told_at_end(self, rows: Ints) -> Columns:
+        """Return what is told besides of episodes that have terminated."""
+
+    @abstractmethod
+    def observe(self) -> ObsType:
+        """Return new observations of all episodes, as Gymnasium batches them."""
+
+    @abstractmethod
+    def scene(self, row: int) -> Scene:
+        """Return the drawn scene of a chain, with what is chosen of it so far."""
+
+    @abstractmethod
+    def moment(self, row: int) -> "Snapshot":
+        """Return what a picture of an episode shows."""
+
+    # --- what does not ---------------------------------------------------------------------
+
+    @property
+    def arrays(self) -> ChainArrays:
+        """What the chains look like."""
+        return self.chains.arrays
+
+    @property
+    def terminated(self) -> Bools:
+        """Which episodes have ended by themselves, (m,)."""
+        return self.arrays.status > 0
+
+    @property
+    def truncated(self) -> Bools:
+        """Which episodes were ended by a limit of time, (m,)."""
+        return np.zeros(self.count, dtype=np.bool_)
+
+    @property
+    def over(self) -> Bools:
+        """Which episodes have ended, (m,)."""
+        return self.terminated | self.truncated
+
+    def is_over(self, row: int) -> bool:
+        """Return whether an episode has ended."""
+        return bool(self.over[row])
+
+    def begin(self, rows: Ints, given: Sequence[int] | None = None) -> None:
+        """Begin some episodes.
+
+        All that is random is drawn here: the target, or task, first and whether or not it is given,
+        so that a seed gives one physics whatever the target.
+
+        Parameters
+        ----------
+        rows : array of int
+            Which.
+        given : sequence of int, optional
+            Numbers of the targets, or tasks, of all episodes; by default they are drawn.
+        """
+        for row in rows.tolist():
+            if self.rngs[row] is None:
+                self.rngs[row] = seeding.np_random()[0]
+            self.numbers[row] = self.rngs[row].integers(self.choices)
+        if given is not None:
+            self.numbers[rows] = np.asarray(given)[rows]
+        self.steps[rows] = 0
+        self._load(rows)
+        self.begun[rows] = True
+        if self.world.rule.shaping is not None:
+            self._potentials[rows] = self.potential(rows)
+
+    def step(self, rows: Ints, choice: Any) -> tuple[Floats, Columns]:
+        """Take a step in some episodes.
+
+        Parameters
+        ----------
+        rows : array of int
+            Which.
+        choice : Any
+            What their actions ask for, as `World.actions` reads them.
+
+        Returns
+        -------
+        rewards : array, shape (rows,)
+        ends : dict
+            `told_at_end` of those that have terminated, in ascending order.
+        """
+        if not len(rows):
+            return np.zeros(0), {}
+        self._act(rows, choice)
+        self.steps[rows] += 1
+        rewards = self._step_rewards(rows)
+        over = self.terminated[rows]
+        if not over.any():
+            return rewards, {}
+        ends = self.told_at_end(rows[over])
+        rewards[over] += self._end_rewards(ends)
+        return rewards, ends
+
+    def _step_rewards(self, rows: Ints) -> Floats:
+        """Return what every step is worth; see `magfold_env.envs.tasks.reward`."""
+        if self.world.rule.shaping is None:
+            return np.zeros(len(rows))
+        after = self.potential(rows)
+        rewards = self.world.rule.step(self._potentials[rows], after)
+        self._potentials[rows] = after
+        return rewards
+
+    def _end_rewards(self, ends: Columns) -> Floats:
+        """Return what the last steps of episodes are worth besides."""
+        baseline = ends.get("baseline", 0.0)
+        return self.world.rule.end(ends["score"], ends["is_success"], baseline)
+
+    def potential(self, rows: Ints) -> Floats:
+        """Return Φ of the shaping for chains as they are, 0 at their ends."""
+        found = np.zeros(len(rows))
+        going = ~self.terminated[rows]
+        if going.any():
+            found[going] = self._shaped(rows[going])
+        return found
+
+    def words(self, rows: Ints) -> Any:
+        """Return the fold words nearest to some chains as they are, an array of str."""
+        n = self.arrays.angles.shape[1]
+        letters = np.empty((len(rows), n - 1), dtype=np.uint32)
+        write_words(self.arrays.angles[rows], letters)
+        return letters.view(f"<U{n - 1}")[:, 0].astype(object)
+
+    def state(self, row: int) -> ChainState:
+        """Return a copy of a chain's state."""
+        arrays = self.arrays
+        values = arrays.angles, arrays.rates, arrays.base, arrays.base_velocity
+        return ChainState(*(each[row].copy() for each in values))
+
+    def messages(self, rows: Ints) -> Any:
+        """Return how some episodes ended, in words."""
+        return _objects([self.chains.message(row) for row in rows.tolist()])
+
+    def get_state(self) -> EpisodesState:
+        """Return everything that decides how the episodes go on.
+
+        It does not change when they do, and may be set as often as wanted.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            Before the first reset.
+        """
+        self.check_begun()
+        rngs: list[Any] = [rng.bit_generator.state for rng in self.rngs]
+        kept = {name: copy.deepcopy(getattr(self, name)) for name in self.kept}
+        return EpisodesState(rngs, self.chains.contents(), kept)
+
+    def set_state(self, state: EpisodesState) -> None:
+        """Go back to a state of these episodes, or of others of a world made with the same options.
+
+        From there every step gives exactly what it gave then.
+        """
+        for row, own in enumerate(state.rngs):
+            if self.rngs[row] is None:
+                self.rngs[row] = seeding.np_random(0)[0]
+            self.rngs[row].bit_generator.state = own
+        self.chains.refill(state.chains)
+        for name, value in state.arrays.items():
+            kept = getattr(self, name)
+            kept[:] = copy.deepcopy(value)
+        self.begun[:] = True
+        self._want(self.rows)
+
+    @abstractmethod
+    def _want(self, rows: Ints) -> None:
+        """Set what episodes want, by their `numbers`."""
+
+    def check_begun(self) -> None:
+        """Refuse episodes that have not begun.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            If there are any.
+        """
+        if not self.begun.all():
+            raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
+
+    def close(self) -> None:
+        """End the threads."""
+        self.chains.close()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what copies and pickles hold: compiled code and addresses are made anew."""
+        going = self.get_state() if self.begun.all() else None
+        own = self.world, self.count, self._threads, self._frame_rate
+        return {"own": own, "rngs": self.rngs, "state": going}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the episodes of `__getstate__`; the motion so far is forgotten."""
+        self.__init__(*state["own"])
+        if state["state"] is not None:
+            self.set_state(state["state"])
+        self.rngs = state["rngs"]
+
+
+def status_names(status: Ints) -> Any:
+    """Return how chains ended, as an array of str."""
+    return _objects([str(STATUSES[number]) for number in status.tolist()])
+
+
+def _objects(values: Sequence[Any]) -> Any:
+    found = np.empty(len(values), dtype=object)
+    found[:] = values
+    return found

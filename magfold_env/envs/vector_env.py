@@ -1,0 +1,209 @@
+"""Vector environments: many chains stepped by one compiled call.
+
+``gymnasium.make_vec(id, num_envs=m)`` makes one. It says what `gymnasium.vector.SyncVectorEnv` says
+of as many single environments with the same seeds, bit for bit.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
+
+import gymnasium
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space, iterate
+from numpy.typing import NDArray
+
+from magfold_env.envs.chains.arrays import Bools, Floats, Ints
+from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
+from magfold_env.envs.pictures.viewer import Viewer
+from magfold_env.envs.tasks.checks import (
+    autoreset_mode_of,
+    check_count,
+    mask_of,
+    seeds_of,
+    threads_of,
+)
+
+if TYPE_CHECKING:
+    from magfold_env.render.snapshot import Snapshot
+
+ObsType = TypeVar("ObsType")
+Infos = dict[str, Any]
+
+
+class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
+    """Many chains, each in an episode of its own.
+
+    Parameters
+    ----------
+    num_envs : int
+        How many.
+    autoreset_mode : AutoresetMode or str
+        When an episode that has ended is followed by another; Gymnasium's three modes.
+    threads : int, optional
+        How many threads simulate, by default as many as the process may use cores. Results do not
+        depend on it.
+    **options
+        Those of the single environment.
+
+    Raises
+    ------
+    ValueError
+        For any argument that is not allowed; the message names it and what is.
+    """
+
+    single: ClassVar[Any]
+    """The class of a single environment, a `magfold_env.envs.chain_env.ChainEnv`."""
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        threads: int | None = None,
+        **options: Any,
+    ) -> None:
+        check_count(num_envs, options.get("render_mode"))
+        self.autoreset_mode = autoreset_mode_of(autoreset_mode)
+        threads = threads_of(threads)
+        one = self.single(**options)
+        self.template: Any = one
+        """A single environment with the same options, in which nothing happens."""
+        self.num_envs = num_envs
+        self.render_mode = one.render_mode
+        self.metadata = {**one.metadata, "autoreset_mode": self.autoreset_mode}
+        self.single_action_space = one.action_space
+        self.single_observation_space = one.observation_space
+        self.action_space = batch_space(one.action_space, num_envs)
+        self.observation_space = batch_space(one.observation_space, num_envs)
+        self.episodes: Episodes[ObsType] = one.make_episodes(one.world, num_envs, threads)
+        self._viewer = Viewer(one.render_mode, one.metadata["render_fps"])
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: Mapping[str, Any] | None = None,
+    ) -> tuple[ObsType, Infos]:
+        """Begin new episodes.
+
+        Parameters
+        ----------
+        seed : int or sequence of int, optional
+            The first environment's seed, the others follow on; or one each.
+        options : mapping, optional
+            The single environment's, a value for all or a list of one each; ``reset_mask``, an
+            array of bool, says which environments are meant.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For a wrong number of seeds, an unknown option or one that is not allowed.
+        """
+        options, episodes = options or {}, self.episodes
+        given = episodes.given(options, ("reset_mask",))
+        mask = mask_of(options, self.num_envs)
+        for row, number in enumerate(seeds_of(seed, self.num_envs)):
+            if number is not None and mask[row]:
+                episodes.rngs[row], _ = seeding.np_random(number)
+        rows = np.flatnonzero(mask)
+        episodes.begin(rows, given)
+        return episodes.observe(), self._spread(rows, episodes.told(rows))
+
+    def step(self, actions: Any) -> tuple[ObsType, Floats, Bools, Bools, Infos]:
+        """Take a step in every environment.
+
+        Raises
+        ------
+        ValueError
+            If an action lies outside the space.
+        gymnasium.error.ResetNeeded
+            Before the first reset, and, with the mode DISABLED, where an episode has ended.
+        """
+        episodes = self.episodes
+        choice = self.template.world.actions.read(actions, self.num_envs)
+        episodes.check_begun()
+        over = episodes.over
+        if self.autoreset_mode == AutoresetMode.DISABLED and over.any():
+            raise gymnasium.error.ResetNeeded(
+                f"the episodes of environments {np.flatnonzero(over).tolist()} are over; "
+                "call reset(options={'reset_mask': ...}) first"
+            )
+        rows = episodes.rows
+        if over.any():
+            rows = np.flatnonzero(~over)
+            choice = tuple(part[rows] for part in choice)
+        rewards = np.zeros(self.num_envs)
+        rewards[rows], ends = episodes.step(rows, choice)
+        terminated, truncated = episodes.terminated & ~over, episodes.truncated & ~over
+        infos: Infos = {}
+        ended = terminated | truncated
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and ended.any():
+            infos = self._final(terminated, ended, ends)
+            ends = {}
+            episodes.begin(np.flatnonzero(ended))
+        elif over.any():
+            episodes.begin(np.flatnonzero(over))
+        infos |= self._spread(episodes.rows, episodes.told(episodes.rows))
+        infos |= self._spread(np.flatnonzero(terminated), ends)
+        return episodes.observe(), rewards, terminated, truncated, infos
+
+    def get_state(self) -> EpisodesState:
+        """Return everything that decides how the environments go on.
+
+        It does not change when the environments do, and may be set as often as wanted.
+        """
+        return self.episodes.get_state()
+
+    def set_state(self, state: EpisodesState) -> ObsType:
+        """Go back to a state of these environments, or of others made with the same options.
+
+        From there every step gives exactly what it gave then. Returns the observations.
+        """
+        self.episodes.set_state(state)
+        return self.episodes.observe()
+
+    def render(self) -> tuple[Any, ...]:
+        """Return a picture, or a text, of each environment, as `render_mode` says."""
+        self.episodes.check_begun()
+        return tuple(self._viewer.render(partial(self.moment, row)) for row in range(self.num_envs))
+
+    def moment(self, row: int) -> "Snapshot":
+        """Return what a picture of an environment shows."""
+        return self.episodes.moment(row)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads."""
+        self.episodes.close()
+        self.template.close()
+
+    def _final(self, terminated: Bools, ended: Bools, ends: Columns) -> Infos:
+        """Return what is told of episodes that are followed by others in the same step."""
+        final = np.full(self.num_envs, None, dtype=object)
+        observations = list(iterate(cast("Any", self).observation_space, self.episodes.observe()))
+        rows = np.flatnonzero(ended)
+        for row in rows.tolist():
+            final[row] = observations[row]
+        told = self._spread(rows, self.episodes.told(rows))
+        told |= self._spread(np.flatnonzero(terminated), ends)
+        return {
+            "final_obs": final,
+            "_final_obs": ended.copy(),
+            "final_info": told,
+            "_final_info": ended.copy(),
+        }
+
+    def _spread(self, rows: Ints, told: Columns) -> Infos:
+        """Return what is told of some environments as Gymnasium does: for all, and who has it."""
+        mask = np.zeros(self.num_envs, dtype=np.bool_)
+        mask[rows] = True
+        infos: Infos = {}
+        for key, values in told.items():
+            infos[key] = np.zeros(self.num_envs, dtype=values.dtype)
+            if values.dtype == object:
+                infos[key][:] = None
+            infos[key][rows] = values
+            infos[f"_{key}"] = mask.copy()
+        return infos
