@@ -9,22 +9,22 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from unittest import mock
 
-from magfold_env.engine.state import MOREAU_LEFT, Model, Record, State, Work
-from magfold_env.engine.stepping import integrator
+from magfold_env.engine.state import MOREAU_LEFT
 from magfold_env.simulation import session
 
 ENDLESS = 2**60  # steps
-INTEGRATE = "_integrate"  # the sessions' name for what calls its loop
 
 
 @contextmanager
 def moreau_only() -> Generator[None]:
     """Let all sessions within the block take Moreau's steps only; not for use with threads."""
 
-    def integrate(chain: tuple[Model, State, Work, Record], until: float) -> int:
-        state = chain[1]
-        state.counter[MOREAU_LEFT] = ENDLESS
-        return integrator.advance(*chain, until)
+    run_chain = session.run_chain
 
-    with mock.patch.object(session, INTEGRATE, integrate):
+    def run(chain: session.Chain, until: float) -> int:
+        _, state, _, _ = chain
+        state.counter[MOREAU_LEFT] = ENDLESS
+        return run_chain(chain, until)
+
+    with mock.patch.object(session, "run_chain", run):
         yield
