@@ -1,4 +1,4 @@
-"""Word to whoever waits while kernels are compiled, which happens only at their first use."""
+"""A notice to whoever waits while kernels are compiled, which happens only at their first use."""
 
 from __future__ import annotations
 

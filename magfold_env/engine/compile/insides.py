@@ -16,6 +16,9 @@ import numba
 
 from magfold_env.engine.compile import kernel_cache
 
+# Type checkers do not see the settings, which numba fills in at run time.
+numba_config = cast("Any", numba).config
+
 
 def load(name: str, without: str) -> Any:
     """Return a module of this package that uses numba's insides, or None with a warning.
@@ -29,7 +32,7 @@ def load(name: str, without: str) -> Any:
     without
         What it means to go without it, for the warning.
     """
-    if cast("Any", numba.config).DISABLE_JIT:
+    if numba_config.DISABLE_JIT:
         return None
     directory = kernel_cache.cache_directory(__file__)
     version = f"numba-{numba.__version__}-py{sys.version_info[0]}{sys.version_info[1]}"

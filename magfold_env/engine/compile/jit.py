@@ -17,10 +17,9 @@ import numba
 from magfold_env.engine.compile import insides
 from magfold_env.engine.compile.kernel_cache import cache_directory, remove_unused
 
-# Type checkers see neither the settings, which numba fills in at run time, nor some options.
-numba_config, njit, extending = (
-    cast("Any", each) for each in (numba.config, numba.njit, numba.extending)
-)
+numba_config = insides.numba_config
+# Type checkers do not see some options.
+njit = cast("Any", numba.njit)
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -92,4 +91,4 @@ def _kept_by_numba(function: Callable[P, R], flags: dict[str, Any]) -> Any:
 
 def is_kernel(value: Any) -> bool:
     """Return whether a value is a compiled function, rather than a Python one."""
-    return bool(extending.is_jitted(value))
+    return hasattr(value, "py_func") and hasattr(value, "overloads")

@@ -79,7 +79,7 @@ def source_of(name: str) -> Source | None:
 
 def _read(file: Path) -> bytes:
     """Return a source, which may lie in an archive."""
-    return cast("Any", __loader__).get_data(str(file))
+    return __loader__.get_data(str(file))
 
 
 def all_imports(names: frozenset[str]) -> dict[str, Source]:

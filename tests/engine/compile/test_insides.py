@@ -13,12 +13,10 @@ import pytest
 
 from magfold_env.engine.chain.sincos import fma, fma_in_parts
 from magfold_env.engine.compile import insides
+from magfold_env.engine.compile.insides import numba_config
 from magfold_env.engine.compile.jit import kernel
 
-compiled = pytest.mark.skipif(
-    bool(numba.config.DISABLE_JIT),  # pyright: ignore[reportAttributeAccessIssue]
-    reason="nothing is compiled",
-)
+compiled = pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
 
 # What a later numba might do to each.
 CHANGES = {

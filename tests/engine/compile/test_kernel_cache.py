@@ -8,16 +8,13 @@ import sys
 import time
 from pathlib import Path
 
-import numba
 import pytest
 
 from magfold_env.engine.compile import insides, kernel_cache
+from magfold_env.engine.compile.insides import numba_config
 from magfold_env.engine.compile.kernel_cache import KEPT, cache_root, mark_used, remove_unused
 
-pytestmark = pytest.mark.skipif(
-    bool(numba.config.DISABLE_JIT),  # pyright: ignore[reportAttributeAccessIssue]
-    reason="nothing is compiled",
-)
+pytestmark = pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
 
 
 # --- directories ---------------------------------------------------------------------------
@@ -193,7 +190,8 @@ DAMAGES = {
 
 def test_what_is_damaged_is_compiled_again(copy):
     assert run(copy) == [7.0, 3.0]
-    sound = {path: path.read_bytes() for path in kept(copy)}
+    again = kept(copy)
+    sound = {path: path.read_bytes() for path in again}
     for damage in DAMAGES.values():
         for path, content in sound.items():
             path.write_bytes(damage(content))
