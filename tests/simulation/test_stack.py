@@ -101,7 +101,7 @@ def test_a_copy_may_be_of_another_original() -> None:
     kept = stack.contents()
     out, counter = np.zeros(3), np.zeros(1, dtype=np.int64)
     code = code_of(digest, first, first, first, 2.0)
-    digests(code, stack.addresses, counter, out)
+    digests(code, stack.references, counter, out)
     for k, original in enumerate((first, second, first)):
         assert out[k] == digest(original, original, original, 2.0)
         np.testing.assert_array_equal(stack.row(k, k % 2).square, original.square)
