@@ -1,7 +1,5 @@
 """Releases of a scene: in which ways, many of them on all cores, and what energies predict."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial

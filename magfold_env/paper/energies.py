@@ -1,7 +1,5 @@
 """Figures 6, 7 and 19 and Table 1: energies of folded states, and where searches for them end."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from magfold_env.ensembles import ensemble

@@ -1,7 +1,5 @@
 """Figure 18: how often each sequence ends in which shape, by mode of release."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

@@ -1,7 +1,5 @@
 """Figures 11 and 12: the error of the paper's solver, by its time step and its point charges."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

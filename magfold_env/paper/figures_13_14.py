@@ -1,7 +1,5 @@
 """Figures 13 and 14: the paper's solver over time, beside a better solution of the same fold."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ The paper films such a fold and lays its simulation over the film. There is no f
 paper's solver is compared with this project's.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

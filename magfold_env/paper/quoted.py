@@ -4,8 +4,6 @@ Fass, Hao, Cantillon-Murphy: On planar self-folding magnetic chains: Comparison 
 dynamics and internal energy optimisation. Lengths in metres, angles in radians.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.minimiser import Mode

@@ -3,8 +3,6 @@
 The page has every reproduction beside what the paper states, with a verdict for each statement.
 """
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Sequence

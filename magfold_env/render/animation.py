@@ -1,7 +1,5 @@
 """Recorded folds as animated GIFs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The assembly sheet: what the workshop needs to build a chain, printable on A4."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import textwrap

@@ -1,7 +1,5 @@
 """Drawing a chain, what it touches and what surrounds it, on a canvas."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import NamedTuple
 

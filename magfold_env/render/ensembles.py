@@ -1,7 +1,5 @@
 """Bar charts of ensembles: how often a chain ends in which shape. Needs matplotlib."""
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Mapping, Sequence

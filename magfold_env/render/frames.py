@@ -1,7 +1,5 @@
 """Single pictures of a chain: arrays for an environment, PNG files of folds."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

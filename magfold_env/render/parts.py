@@ -1,7 +1,5 @@
 """What a chain is built of, for the workshop: its magnets by kind, and its casings in words."""
 
-from __future__ import annotations
-
 import string
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Sheets of A4 that are drawn on in millimetres. Needs matplotlib."""
 
-from __future__ import annotations
-
 import importlib
 import io
 from collections.abc import Callable, Sequence

@@ -4,8 +4,6 @@ The one place that lays such a picture out, for arrays, videos and windows alike
 left, over it the target's ghost; to the right target and prediction small, then text.
 """
 
-from __future__ import annotations
-
 import textwrap
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Sheets of ranked shapes, as the energy minimiser finds them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol

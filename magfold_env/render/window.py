@@ -4,8 +4,6 @@ pygame is imported when a window opens, not before. ``SDL_VIDEODRIVER=dummy`` do
 display.
 """
 
-from __future__ import annotations
-
 import os
 from typing import TYPE_CHECKING, Any
 

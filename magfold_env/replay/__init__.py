@@ -4,8 +4,6 @@ It needs neither a network nor any extra: `page.html` is filled with `page.css`,
 fold as JSON.
 """
 
-from __future__ import annotations
-
 import html
 import json
 from pathlib import Path

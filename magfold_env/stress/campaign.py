@@ -1,7 +1,5 @@
 """Cases by their names; many of them, on one or more processes, to go on after a kill."""
 
-from __future__ import annotations
-
 import hashlib
 import time
 from collections import Counter

@@ -3,8 +3,6 @@
 Their numbers come from a generator, or from whatever else can draw.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol, TypeVar

@@ -3,8 +3,6 @@
 Bounds are in units of the scene itself: its side, its energies' range, its tolerance.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a campaign found, as tables, JSON and a picture."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from pathlib import Path
