@@ -18,7 +18,6 @@ ENDLESS = 2**60  # steps
 @contextmanager
 def moreau_only() -> Generator[None]:
     """Let all sessions within the block take Moreau's steps only; not for use with threads."""
-
     run_chain = session.run_chain
 
     def run(chain: session.Chain, until: float) -> int:
