@@ -61,8 +61,8 @@ def test_a_corner_beside_the_one_in_the_mouth_meets_the_next():
     case = Boxes(8, 3, tube=True)
     case.place(np.zeros(10))
     work = case.work
-    for name in ("box_x", "box_y"):
-        getattr(work, name)[5] = getattr(work, name)[1]
+    for places in (work.boxes.x, work.boxes.y):
+        places[5] = places[1]
     work.boxes.x[5] += 0.9 * SIDE * np.sqrt(2)
     rows = jacobian.collect_contacts(3, case.model, work, 0)
     assert {(1, 5), (5, 1)} & {tuple(row[:2]) for row in work.rows.id[:rows].tolist()}
