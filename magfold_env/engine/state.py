@@ -238,7 +238,7 @@ class Rigid(NamedTuple):
     charge: Annotated[Array, "n", 4]  # for which the rest is valid [A·m]
     stop: IntPerBody  # joint k is at its left (1) or right (2) stop, or at none (0)
     reach: IntPerBody  # the last component to which each is rigidly joined
-    code: Annotated[IntArray, "n", "spans"]  # see `engine.magnets.rigid_pairs`; 0: none kept
+    code: Annotated[IntArray, "n", "spans"]  # see `engine.magnets.chain`; 0: none kept
     force: Annotated[Array, "n", "spans", 3]  # on i in its frame [N], torque about its centre
     pose: Pose  # of the two casings for which they are being found
     charges: Annotated[Array, 2, 4]
