@@ -3,64 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 
 from magfold_env.reporting import machine, plotting, tables
-from magfold_env.reporting.plotting import Drawing
-from magfold_env.reporting.tables import Measurement, Progress
-
-
-@dataclass(frozen=True)
-class Description:
-    """One part in plain words: a title, and some sentences to each question."""
-
-    title: str
-    measured: str
-    """What was measured."""
-    how: str
-    """How, and against what."""
-    meaning: str
-    """What the result means to someone who uses the package."""
-    missing: str
-    """What it does not cover."""
-
+from magfold_env.reporting.tables import Measurement, Progress, Row
 
 FILE_WIDTH = 110  # of the report where it is not written to a terminal
 
-Runner = Callable[[bool, Progress], Measurement]
 
-
-def _nothing(chosen: Sequence[str]) -> None:
+def _nothing() -> None:
     pass
 
 
 @dataclass(frozen=True)
-class Benchmark:
-    """Parts that can be measured one by one."""
+class Part:
+    """What can be measured by itself."""
 
-    name: str
-    """Also the name of its JSON file."""
-    parts: Mapping[str, Runner]
-    drawings: Mapping[str, Drawing]
-    """Diagrams, by part."""
-    check: Callable[[Sequence[str]], object] = _nothing
-    """Raises ImportError if something is missing that the chosen parts cannot do without."""
-    about: Mapping[str, Description] = field(default_factory=dict[str, Description])
-    """What is said about each part."""
+    measure: Callable[[bool, Progress], Measurement]
+    """Takes whether to measure less, and what is told how far it is."""
+    draw: Callable[[list[Row]], Any] | None = None
+    """Turns the rows into a matplotlib figure."""
+    check: Callable[[], object] = _nothing
+    """Raises ImportError if something is missing that it cannot do without."""
 
 
-def run(benchmark: Benchmark, only: Sequence[str], quick: bool, out: Path | None) -> None:
+def run(
+    name: str, parts: Mapping[str, Part], only: Sequence[str], quick: bool, out: Path | None
+) -> None:
     """Measure, print, and write tables and diagrams.
 
     Parameters
     ----------
-    benchmark
-        What can be measured.
+    name
+        Of the benchmark, and of its JSON file.
+    parts
+        What can be measured, by name.
     only
         Names of the parts to measure; all if empty.
     quick
@@ -73,15 +56,15 @@ def run(benchmark: Benchmark, only: Sequence[str], quick: bool, out: Path | None
     ValueError
         If a part is not known, or an extra that is needed is not installed.
     """
-    known = benchmark.parts
-    unknown = [name for name in only if name not in known]
+    unknown = [each for each in only if each not in parts]
     if unknown:
         raise ValueError(
-            f"--only: {unknown[0]!r} is not allowed; must be one of {', '.join(known)}"
+            f"--only: {unknown[0]!r} is not allowed; must be one of {', '.join(parts)}"
         )
-    chosen = list(only) or list(known)
+    chosen = list(only) or list(parts)
     try:
-        benchmark.check(chosen)
+        for each in chosen:
+            parts[each].check()
         if out is not None:
             plotting.figure_class()
     except ImportError as error:
@@ -89,21 +72,25 @@ def run(benchmark: Benchmark, only: Sequence[str], quick: bool, out: Path | None
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     system = machine.describe()
-    parts = [run_part(name, known[name], quick) for name in chosen]
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=FILE_WIDTH)
-    tables.show(console, system, parts)
+    measured = {each: measure(each, parts[each], quick) for each in chosen}
+    console = report_console()
+    tables.show(console, system, measured)
     if out is not None:
-        written = tables.write(out, benchmark.name, system, parts)
-        for part in parts:
-            written += plotting.draw(part, benchmark.drawings, out)
+        written = tables.write(out, name, system, measured)
+        for each, found in measured.items():
+            written += draw(each, parts[each], found, out)
         for path in written:
             console.print(f"written: {path}", highlight=False)
 
 
-def run_part(name: str, runner: Runner, quick: bool) -> Measurement:
-    """Run one part; the bar is on stderr and vanishes with it."""
+def report_console() -> Console:
+    """Return the console of a report, wide enough where it is a file."""
+    console = Console()
+    return console if console.is_terminal else Console(width=FILE_WIDTH)
+
+
+def measure(name: str, part: Part, quick: bool) -> Measurement:
+    """Measure one part; the bar is on stderr and vanishes with it."""
     columns = (TextColumn("{task.fields[part]}"), BarColumn(), TextColumn("{task.description}"))
     console = Console(stderr=True)
     with Bar(
@@ -118,4 +105,13 @@ def run_part(name: str, runner: Runner, quick: bool) -> Measurement:
         def progress(share: float, what: str) -> None:
             bar.update(task, completed=share, description=what)
 
-        return runner(quick, progress)
+        return part.measure(quick, progress)
+
+
+def draw(name: str, part: Part, found: Measurement, folder: Path) -> list[Path]:
+    """Draw a part's diagram, if it has one, and return the files written."""
+    if part.draw is None or not found.rows:
+        return []
+    path = folder / f"{name}.png"
+    plotting.save_figure(part.draw(found.rows), path)
+    return [path]

@@ -4,10 +4,12 @@
 
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import typer
 
+from magfold_env.benchmarks import runner
+from magfold_env.benchmarks.descriptions import Summary, descriptions
 from magfold_env.cli.options import errors_in_one_line
 
 bench = typer.Typer(no_args_is_help=True)
@@ -48,78 +50,30 @@ def suite(
     if quick == full:
         raise typer.BadParameter("one of --quick and --full must be given, or a benchmark's name")
     effort = "quick" if quick else "full"
-    command = import_module("magfold_env.benchmarks.suite.command")
+    command = import_module("magfold_env.benchmarks.suite")
     with errors_in_one_line():
         complete = command.run(effort, out or Path("runs") / f"bench-{effort}")
     if not complete:
         raise typer.Exit(1)
 
 
-class Benchmark(NamedTuple):
-    """What is said about a benchmark before its modules, of which there are many, are imported."""
-
-    name: str
-    """Its command, and its package in `magfold_env.benchmarks`."""
-    measures: str
-    parts: str
-    """Names of its parts, as its module `command` has them."""
-
-
-BENCHMARKS = (
-    Benchmark(
-        "dynamics",
-        "Measure the engine: run time against error, and what each feature costs.",
-        "scaling, smooth, restarts, contact, folds, features, first-use",
-    ),
-    Benchmark(
-        "whole",
-        "Measure whole folds: run time against error by setting, and what a scene doesn't need.",
-        "work-precision, skipping",
-    ),
-    Benchmark(
-        "magnets",
-        "Measure the magnets: time against error, growth with length, folds, magpylib beside them.",
-        "accuracy, points, far, scaling, devices, fold, peers",
-    ),
-    Benchmark(
-        "energy",
-        "Measure the predictors by energy: scans, proofs of ground states, how often they agree.",
-        "scan, ground-states, predictors",
-    ),
-    Benchmark(
-        "predict",
-        "Repeat the paper's experiment, and count how often each predictor names its result.",
-        "experiment, predictors, scaling",
-    ),
-    Benchmark(
-        "design",
-        "Measure design: successes by target and mode, searches side by side, longer chains.",
-        "targets, searches, lengths, friction",
-    ),
-    Benchmark(
-        "env",
-        "Measure the environments: episodes and steps a second, Python's share, other tasks.",
-        "episodes, quasistatic, overhead, peers",
-    ),
-)
-
-
-def _add(benchmark: Benchmark) -> None:
+def _add(name: str, summary: Summary) -> None:
     """Add the command of one benchmark."""
 
-    @bench.command(benchmark.name, help=benchmark.measures)
+    @bench.command(name, help=summary.measures)
     def measure(  # pyright: ignore[reportUnusedFunction] - typer holds it
         *,
         quick: Quick = False,
         only: Annotated[
-            list[str] | None, typer.Option(help=f"A part: {benchmark.parts}; may repeat.")
+            list[str] | None,
+            typer.Option(help=f"A part: {', '.join(summary.parts)}; may repeat."),
         ] = None,
         out: Out = None,
     ) -> None:
-        command = import_module(f"magfold_env.benchmarks.{benchmark.name}.command")
         with errors_in_one_line():
-            command.run(only or [], quick, out)
+            parts = import_module("magfold_env.benchmarks.parts").BENCHMARKS[name]
+            runner.run(name, parts, only or [], quick, out)
 
 
-for _benchmark in BENCHMARKS:
-    _add(_benchmark)
+for _name, _summary in descriptions().items():
+    _add(_name, _summary)

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from magfold_env.ensembles import PREDICTORS, Bar, bars, ensemble, predictions, release
+from magfold_env.laws.random_scenes import random_sequence
 from magfold_env.minimiser import Mode
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, each_case
 from magfold_env.scene import Scene, Spreads, load_scene
 
 MODES: tuple[Mode, ...] = ("free", "forward", "backward")
@@ -49,8 +50,7 @@ def random_scenes(count: int, mode: Mode) -> Iterator[Scene]:
     """Yield random sequences of six, the same in every mode."""
     rng = np.random.default_rng(0)
     for _ in range(count):
-        letters = rng.choice(["N", "S"], size=(COMPONENTS, 4))
-        sequence = tuple("".join(row) for row in letters)
+        sequence = random_sequence(rng, COMPONENTS)
         yield by_hand(load_scene("paper/sequence-1").replace(sequence=sequence), mode)
 
 
@@ -80,8 +80,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
     rows: list[Row] = []
     table: list[Row] = []
     cases: list[tuple[int, Mode]] = [(sequence, mode) for sequence in SEQUENCES for mode in MODES]
-    for k, (sequence, mode) in enumerate(cases):
-        progress(k / len(cases), f"sequence {sequence}, {mode}")
+    for (sequence, mode), _ in each_case(progress, cases, lambda c: f"sequence {c[0]}, {c[1]}"):
         scene = paper_scene(sequence, mode)
         made = ensemble(scene, QUICK_RUNS if quick else RUNS[mode])
         found = bars(made)
@@ -92,7 +91,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
             cells = (*case, f"{bar.rate:.0%}", bar.word, bar.status, *said)
             table.append(dict(zip(_COLUMNS, cells, strict=True)))
             case, said = ("", ""), ("", "")
-    return Measurement("experiment", rows, [Table("The paper's experiment, simulated", table)])
+    return Measurement(rows, [Table("The paper's experiment, simulated", table)])
 
 
 def bar_of(row: Row) -> Bar:

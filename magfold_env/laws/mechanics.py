@@ -46,6 +46,25 @@ def mass_matrix(scene: Scene, angles: Floats) -> Floats:
     return np.einsum("aik,i,ail->kl", jacobian, scene.masses, jacobian) + spin
 
 
+def equation_39(
+    coupling: Floats, inertia: Floats, angles: Floats, rates: Floats, pull: Floats
+) -> Floats:
+    """Angular accelerations (n,) [rad/s²] of a pinned chain by the paper's equation 39.
+
+    Parameters
+    ----------
+    coupling : (n, n) array
+        Sums over the masses of products of their levers [kg m²].
+    inertia : (n, n) array
+        Of the components about their centres, on the diagonal [kg m²].
+    pull : (n,) array
+        Generalised forces [N·m].
+    """
+    apart = angles[:, None] - angles
+    forces = pull - (coupling * np.sin(apart)) @ rates**2
+    return np.asarray(np.linalg.solve(coupling * np.cos(apart) + inertia, forces), np.float64)
+
+
 def centre_velocities(scene: Scene, angles: Floats, rates: Floats, base_velocity: Floats) -> Floats:
     """Velocities of the centres [m/s], shape (..., n, 2)."""
     across = np.stack([-np.sin(angles), np.cos(angles)], axis=-1)

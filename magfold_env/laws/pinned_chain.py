@@ -21,9 +21,10 @@ import numpy as np
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array, Bodies
+from magfold_env.laws.mechanics import equation_39
 from magfold_env.reporting.plotting import COLOURS, GRID, figure_class
-from magfold_env.reporting.tables import Progress, Row, Tick, begin_case
-from magfold_env.reporting.timing import Task, spread_of, take_turns
+from magfold_env.reporting.tables import Progress, Row, Tick, each_case
+from magfold_env.reporting.timing import spread_of, take_turns, unprepared
 
 GRAVITY = (0.0, -9.81)  # [m/s²]
 PITCH = 0.0177  # hinge to hinge [m]
@@ -169,11 +170,8 @@ def dense(problem: ChainProblem) -> Contender:
     angles, rates, forces = problem.angles, problem.rates, problem.forces
 
     def accelerations() -> Array:
-        apart = angles[:, None] - angles
         pull = forces + np.cos(angles) * weight_y - np.sin(angles) * weight_x
-        pull -= (coupling * np.sin(apart)) @ rates**2
-        mass = coupling * np.cos(apart) + inertia
-        return np.asarray(np.linalg.solve(mass, pull), dtype=np.float64)
+        return equation_39(coupling, inertia, angles, rates, pull)
 
     return Contender(accelerations(), accelerations, 1)
 
@@ -278,8 +276,7 @@ def measure(quick: bool, progress: Progress) -> list[Row]:
     lengths, rounds = (QUICK_LENGTHS, 5) if quick else (LENGTHS, 15)
     absent = missing()
     rows: list[Row] = []
-    for k, n in enumerate(lengths):
-        tick = begin_case(progress, k, len(lengths), f"n = {n}")
+    for n, tick in each_case(progress, lengths, lambda n: f"n = {n}"):
         rows += _measure(n, rounds, absent, tick)
     return rows
 
@@ -293,7 +290,7 @@ def _measure(n: int, rounds: int, absent: list[str], tick: Tick) -> list[Row]:
     timed = dict(contenders)
     if PINOCCHIO in names:
         timed[OVERHEAD] = BUILDS[PINOCCHIO](random_problem(1))
-    tasks: dict[str, Task] = {name: _task(each) for name, each in timed.items()}
+    tasks = {name: unprepared(each.work) for name, each in timed.items()}
     timings = take_turns(tasks, rounds, tick=tick)
     taken = {name: t.samples / timed[name].evaluations for name, t in timings.items()}
     if PINOCCHIO in names and n > 1:
@@ -302,10 +299,6 @@ def _measure(n: int, rounds: int, absent: list[str], tick: Tick) -> list[Row]:
     return [
         _row(shown.get(name, name), n, taken[name], taken[SCALAR], apart[name]) for name in names
     ]
-
-
-def _task(contender: Contender) -> Task:
-    return lambda: contender.work
 
 
 def _differences(n: int, contenders: Mapping[str, Contender]) -> dict[str, float]:

@@ -50,9 +50,9 @@ def is_designed(seed: int) -> bool:
     return seed % 2 == 0
 
 
-def random_sequence(rng: np.random.Generator, n: int) -> Sequence:
-    """Draw every face by itself."""
-    return tuple("".join(row) for row in rng.choice(["N", "S"], (n, 4)))
+def random_sequence(rng: np.random.Generator, n: int, letters: str = "NS") -> Sequence:
+    """Draw every face by itself, of letters in this order."""
+    return tuple("".join(row) for row in rng.choice(list(letters), (n, 4)))
 
 
 def random_word(rng: np.random.Generator, n: int) -> str:

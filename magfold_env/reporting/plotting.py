@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from magfold_env.files import replacing
-from magfold_env.reporting.tables import Measurement, Row
+from magfold_env.reporting.tables import Row, numbers
 
 DPI = 130
 INK, GRID = "#26292e", "#d9dce0"
 # Okabe and Ito's colours, which all kinds of sight tell apart.
 COLOURS = ("#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
 def figure_class() -> Any:
@@ -39,34 +38,6 @@ def save_figure(figure: Any, path: str | Path) -> None:
         figure.savefig(temporary, dpi=DPI, facecolor="white")
 
 
-__all__ = [
-    "COLOURS",
-    "GRID",
-    "INK",
-    "MARKERS",
-    "Drawing",
-    "draw",
-    "figure_class",
-    "numbers",
-    "panels",
-]
-
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-
-Drawing = Callable[[list[Row]], Any]
-"""Turns the rows of a part into a matplotlib figure."""
-
-
-def draw(part: Measurement, drawings: Mapping[str, Drawing], folder: Path) -> list[Path]:
-    """Draw a part's diagram, if it has one, and return the files written."""
-    drawing = drawings.get(part.name)
-    if drawing is None or not part.rows:
-        return []
-    path = folder / f"{part.name}.png"
-    save_figure(drawing(part.rows), path)
-    return [path]
-
-
 def panels(
     count: int, title: str, width: float = 5.2, height: float = 4.6, *, shared: bool = True
 ) -> tuple[Any, Any]:
@@ -81,6 +52,45 @@ def panels(
     return figure, axes
 
 
-def numbers(rows: list[Row], name: str) -> Any:
-    """Return a column of numbers."""
-    return np.array([float(row[name]) for row in rows])
+def curve(
+    axis: Any, rows: Sequence[Row], x: str, y: str, k: int, **options: Any
+) -> tuple[Any, Any]:
+    """Draw one column against another, log against log, with the k-th marker; return both.
+
+    Options are matplotlib's; the colour is the one after black and k more if they name none.
+    """
+    across, up = numbers(rows, x), numbers(rows, y)
+    style = {"color": COLOURS[(k + 1) % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)]}
+    axis.loglog(across, up, **{**style, "markersize": 5, **options})
+    return across, up
+
+
+def label_points(
+    axis: Any,
+    points: Iterable[tuple[float, float]],
+    texts: Iterable[str],
+    *,
+    left: bool = False,
+    **options: Any,
+) -> None:
+    """Write a text beside each point, on its upper right or on its lower left."""
+    side: dict[str, Any] = {"xytext": (5, 4)}
+    if left:
+        side = {"xytext": (-5, -4), "ha": "right", "va": "top"}
+    for point, text in zip(points, texts, strict=True):
+        axis.annotate(text, point, textcoords="offset points", **{**side, "fontsize": 8, **options})
+
+
+def legend(axis: Any, place: str, **options: Any) -> None:
+    """Add a legend to a panel."""
+    axis.legend(loc=place, **{"fontsize": 9, "frameon": False, **options})
+
+
+def legend_below(figure: Any, *axes: Any, **options: Any) -> None:
+    """Add one legend below all panels, with what some of them have."""
+    handles: dict[str, Any] = {}
+    for axis in axes:
+        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    style = {"fontsize": 9, "frameon": False, "ncols": len(handles), **options}
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", **style)

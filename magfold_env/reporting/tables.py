@@ -1,4 +1,4 @@
-"""Rows of what was measured: on the console, in CSV and JSON files, and columns of them."""
+"""Rows of what was measured: columns of them, and how they are shown, written and judged."""
 
 from __future__ import annotations
 
@@ -6,15 +6,19 @@ import csv
 import io
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, TypeVar
 
+import numpy as np
+import numpy.typing as npt
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table as RichTable
 
 from magfold_env.files import write_text
+from magfold_env.reporting.page import cell_text
 
 Cell = str | int | float
 Row = dict[str, Cell]
@@ -24,6 +28,8 @@ Progress = Callable[[float, str], None]
 
 Tick = Callable[[float], None]
 """Is told the finished share of one of a part's cases, 0 to 1."""
+
+Case = TypeVar("Case")
 
 
 @dataclass(frozen=True)
@@ -36,38 +42,85 @@ class Table:
 
 @dataclass(frozen=True)
 class Measurement:
-    """One part's measurements."""
+    """What one part of a benchmark found."""
 
-    name: str
-    """Also the name of its files."""
-    rows: list[Row]
+    rows: list[Row] = field(default_factory=list[Row])
     """Everything measured, for CSV and JSON."""
-    tables: list[Table] = field(default_factory=list["Table"])
+    tables: list[Table] = field(default_factory=list[Table])
     """What of it is worth reading."""
     findings: list[str] = field(default_factory=list[str])
     """Requirements and how they are met, a sentence each."""
 
 
-def begin_case(progress: Progress, k: int, count: int, what: str) -> Tick:
-    """Tell that the k-th of ``count`` cases begins, and return what takes its progress."""
+def each_case(
+    progress: Progress, cases: Sequence[Case], name: Callable[[Case], str] = str
+) -> Iterator[tuple[Case, Tick]]:
+    """Yield cases one after another, each with what takes its progress, and tell its name."""
+    for k, case in enumerate(cases):
 
-    def tick(share: float) -> None:
-        progress((k + share) / count, what)
+        def tick(share: float, k: int = k, what: str = name(case)) -> None:
+            progress((k + share) / len(cases), what)
 
-    tick(0.0)
-    return tick
-
-
-WHOLE = 1000.0  # larger numbers are shown without decimals
+        tick(0.0)
+        yield case, tick
 
 
-def show(console: Console, machine: Mapping[str, str], parts: Sequence[Measurement]) -> None:
+# --- rows and columns -------------------------------------------------------------------------
+
+
+def numbers(rows: Sequence[Row], name: str) -> npt.NDArray[np.float64]:
+    """Return a column of numbers."""
+    return np.array([float(row[name]) for row in rows])
+
+
+def distinct(rows: Sequence[Row], name: str) -> list[Any]:
+    """Return the cells of a column, each once, in order."""
+    return list(dict.fromkeys(row[name] for row in rows))
+
+
+def select(rows: Sequence[Row], cells: Mapping[str, Any] | None = None, **more: Any) -> list[Row]:
+    """Return the rows that have certain cells."""
+    wanted = {**(cells or {}), **more}
+    return [row for row in rows if all(row[name] == cell for name, cell in wanted.items())]
+
+
+def renamed(rows: Sequence[Row], columns: Mapping[str, str]) -> list[Row]:
+    """Return some columns of rows under other names: new names to old ones, in order."""
+    return [{new: row[old] for new, old in columns.items()} for row in rows]
+
+
+def without_quartiles(rows: Sequence[Row], *hidden: str) -> list[Row]:
+    """Return rows without their quartiles, and without some more columns."""
+    return [
+        {name: cell for name, cell in row.items() if "quartile" not in name and name not in hidden}
+        for row in rows
+    ]
+
+
+def growth(rows: Sequence[Row], since: int, time: str = "time [µs]") -> float:
+    """Log-log slope of a time against "n" from a length on, by least squares; nan if too few."""
+    longer = [row for row in rows if float(row["n"]) >= since]
+    if len(longer) < 2:
+        return math.nan
+    n, times = np.log(numbers(longer, "n")), np.log(numbers(longer, time))
+    return float(np.polyfit(n, times, 1)[0])
+
+
+def verdict(held: object) -> str:
+    """Return the word for whether something that was asked for is met."""
+    return "holds" if held else "FAILS"
+
+
+# --- the console and files --------------------------------------------------------------------
+
+
+def show(console: Console, machine: Mapping[str, str], measured: Mapping[str, Measurement]) -> None:
     """Print the tables, then what follows from them."""
-    for part in parts:
-        for table in part.tables:
+    for each in measured.values():
+        for table in each.tables:
             console.print(rich_table(table))
-    for part in parts:
-        for finding in part.findings:
+    for each in measured.values():
+        for finding in each.findings:
             console.print(f"• {escape(finding)}", highlight=False)
     console.print(
         escape(", ".join(f"{key} {value}" for key, value in machine.items())), style="dim"
@@ -77,7 +130,7 @@ def show(console: Console, machine: Mapping[str, str], parts: Sequence[Measureme
 def rich_table(table: Table) -> RichTable:
     """Return a table for the console, numbers to three figures."""
     shown = RichTable(title=escape(table.title))
-    texts = [[escape(_text(cell)) for cell in row.values()] for row in table.rows]
+    texts = [[escape(cell_text(cell)) for cell in row.values()] for row in table.rows]
     for k, (name, cell) in enumerate(table.rows[0].items()):
         justify = "left" if isinstance(cell, str) else "right"
         # Headings may be broken, cells not.
@@ -88,17 +141,17 @@ def rich_table(table: Table) -> RichTable:
 
 
 def write(
-    folder: Path, name: str, machine: Mapping[str, str], parts: Sequence[Measurement]
+    folder: Path, name: str, machine: Mapping[str, str], measured: Mapping[str, Measurement]
 ) -> list[Path]:
     """Write a CSV file a part and one JSON file, ``name``, with everything; return the files."""
     written: list[Path] = []
-    for part in parts:
-        if part.rows:
-            path = folder / f"{part.name}.csv"
-            write_text(path, to_csv(part.rows))
+    for part, each in measured.items():
+        if each.rows:
+            path = folder / f"{part}.csv"
+            write_text(path, to_csv(each.rows))
             written.append(path)
     path = folder / f"{name}.json"
-    write_text(path, to_json(machine, parts))
+    write_text(path, to_json(machine, measured))
     return [*written, path]
 
 
@@ -111,28 +164,28 @@ def to_csv(rows: Sequence[Row]) -> str:
     return text.getvalue()
 
 
-def to_json(machine: Mapping[str, str], parts: Sequence[Measurement]) -> str:
+def to_json(machine: Mapping[str, str], measured: Mapping[str, Measurement]) -> str:
     """Return everything as JSON text; numbers that JSON cannot hold are null."""
     data = {
         "machine": dict(machine),
         "parts": {
-            part.name: {
-                "findings": part.findings,
-                "rows": [{k: _plain(cell) for k, cell in row.items()} for row in part.rows],
+            part: {
+                "findings": each.findings,
+                "rows": [{name: plain(cell) for name, cell in row.items()} for row in each.rows],
             }
-            for part in parts
+            for part, each in measured.items()
         },
     }
     return json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def _plain(cell: Cell) -> Cell | None:
-    return None if isinstance(cell, float) and not math.isfinite(cell) else cell
+def plain(cell: Cell) -> Cell | None:
+    """Return a cell as JSON has it, null where it is no number.
 
-
-def _text(cell: Cell) -> str:
+    NumPy's integers are numbers too, but none that JSON knows.
+    """
     if isinstance(cell, str):
         return cell
-    if not math.isfinite(cell):
-        return "never"
-    return f"{cell:.0f}" if isinstance(cell, int) or abs(cell) >= WHOLE else f"{cell:.3g}"
+    if not isinstance(cell, float):
+        return int(cell)
+    return float(cell) if math.isfinite(cell) else None

@@ -10,14 +10,17 @@ from __future__ import annotations
 import gc
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 Task = Callable[[], Callable[[], object]]
 """Prepares one call, untimed, and returns what is to be timed."""
+
+Key = TypeVar("Key", bound=Hashable)
 
 MOST_CALLS = 10_000
 LASTING = 1e-2  # [s]; a call of a kernel with many arrays takes 1e-4
@@ -33,6 +36,14 @@ class Spread:
 
     def __str__(self) -> str:
         return f"{self.median:.3g} ({self.low:.3g} to {self.high:.3g})"
+
+    def cells(self, name: str) -> dict[str, float]:
+        """Return the cells of a table's row that hold this under a name."""
+        return {
+            name: self.median,
+            f"{name}, lower quartile": self.low,
+            f"{name}, upper quartile": self.high,
+        }
 
     def time_cells(self, unit: str, scale: float = 1.0) -> dict[str, float]:
         """Return the cells of a table's row that hold times, ``scale`` times these in ``unit``."""
@@ -60,6 +71,10 @@ class Timing:
         """Median [s]."""
         return self.spread.median
 
+    def each_of(self, count: int) -> Timing:
+        """Return what one of so many took that one call does."""
+        return Timing(self.samples / count)
+
 
 def spread_of(samples: npt.NDArray[np.float64]) -> Spread:
     """Median and quartiles of samples."""
@@ -80,13 +95,18 @@ def ratio(slow: Timing, fast: Timing) -> Spread:
     return spread_of(slow.samples / fast.samples)
 
 
+def unprepared(call: Callable[[], object]) -> Task:
+    """Return the task to call something that needs no preparation."""
+    return lambda: call
+
+
 def take_turns(
-    tasks: Mapping[str, Task],
+    tasks: Mapping[Key, Task],
     rounds: int = 7,
     shortest: float = 2e-3,
     clock: Callable[[], float] = time.thread_time,
     tick: Callable[[float], None] | None = None,
-) -> dict[str, Timing]:
+) -> dict[Key, Timing]:
     """Time tasks in turns.
 
     Parameters
@@ -103,7 +123,7 @@ def take_turns(
     tick
         Is told the finished share of the work, 0 to 1.
     """
-    calls: dict[str, int] = {}
+    calls: dict[Key, int] = {}
     for name, task in tasks.items():
         _sample(task, 1, clock)
         once = max(_sample(task, 1, clock), 1e-9)

@@ -28,14 +28,12 @@ import llvmlite.binding
 import numba
 import numpy as np
 
-from magfold_env.benchmarks.dynamics.features import FEATURES, build, finish
-from magfold_env.benchmarks.dynamics.fold_cost import KINDS, scene_of
-from magfold_env.benchmarks.energy import scenes as energy_scenes
-from magfold_env.benchmarks.magnets.casings import new_loads
-from magfold_env.benchmarks.magnets.chains import pinned_states
-from magfold_env.benchmarks.magnets.kernels import chain_forces
-from magfold_env.benchmarks.magnets.poses import random_scene
-from magfold_env.benchmarks.magnets.scaling import FOLDED, shapes
+from magfold_env.benchmarks import energy
+from magfold_env.benchmarks.dynamics.features import FEATURES, build
+from magfold_env.benchmarks.dynamics.folds import scene_of
+from magfold_env.benchmarks.magnets.poses import FOLDED, random_scene, shapes
+from magfold_env.benchmarks.magnets.samples import chain_forces, new_loads, pinned_states
+from magfold_env.benchmarks.runs import KINDS, ended, run_task
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.workspace import new_nodes, new_rigid, new_work
 from magfold_env.files import write_text
@@ -44,7 +42,6 @@ from magfold_env.laws.pinned_chain import BASE, random_problem, repeat_lanes, re
 from magfold_env.minimiser import Landscape
 from magfold_env.shapes import headings
 from magfold_env.simulation.pack import pack
-from magfold_env.simulation.session import Session
 
 STORED = Path(__file__).with_suffix(".json")
 COMPONENTS = 6
@@ -116,20 +113,14 @@ def accelerations() -> Work:
 def energies() -> Work:
     """Exact energies of all words for some sequences."""
     rng = np.random.default_rng(3)
-    landscape = Landscape(energy_scenes.random_scene(rng, COMPONENTS))
-    signs = energy_scenes.random_signs(rng, 100, COMPONENTS)
+    landscape = Landscape(energy.random_scene(rng, COMPONENTS))
+    signs = rng.choice([-1.0, 1.0], (100, COMPONENTS, 4))
     return lambda: landscape.energies(signs)
 
 
 def fold(kind: str) -> Callable[[], Work]:
     """Return the preparation of one whole fold, from release to rest."""
-    scene = scene_of(kind, 0)
-
-    def prepare() -> Work:
-        session = Session(scene)
-        return lambda: finish(session)
-
-    return prepare
+    return run_task(scene_of(kind, 0))
 
 
 FOLDS = {f"fold: {kind}": fold(kind) for kind in KINDS}
@@ -198,12 +189,7 @@ def seconds(work: Work) -> float:
 
 def evaluations(kind: str) -> int:
     """Return how often folds of a kind evaluate the accelerations, at the default tolerance."""
-    total = 0
-    for seed in SEEDS:
-        session = Session(scene_of(kind, seed))
-        finish(session)
-        total += session.evaluations
-    return total
+    return sum(ended(scene_of(kind, seed)).evaluations for seed in SEEDS)
 
 
 def processor() -> str:

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 import magfold_env as mf
-from magfold_env.benchmarks.design import friction, lengths, searches, targets
+from magfold_env.benchmarks import design
 from magfold_env.cli import app
 from magfold_env.designer import gap_designs
 from magfold_env.ensembles import release
@@ -22,9 +22,9 @@ def _silent(share: float, what: str) -> None:
 def test_targets_are_judged_beside_the_minimiser(
     count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(targets, "folded_words", lambda n: folded_words(n)[:count])
+    monkeypatch.setattr(design, "folded_words", lambda n: folded_words(n)[:count])
     if count == 1:
-        monkeypatch.setattr(targets, "SELECTION", 2)
+        monkeypatch.setattr(design, "SELECTION", 2)
     command = ["bench", "design", "--quick", "--only", "targets", "--out", str(tmp_path)]
     result = CliRunner().invoke(app.app, command)
     assert result.exit_code == 0, result.output
@@ -43,37 +43,37 @@ def test_targets_are_judged_beside_the_minimiser(
 def test_the_minimiser_takes_the_speed_at_which_it_does_best() -> None:
     scene = mf.load_scene("design").replace(sequence=("NNNN",) * 4)
     by_energy = gap_designs(scene, ["LRR"])
-    choice = targets.minimisers_choice(scene, "LRR", "backward", by_energy, seed=3)
+    choice = design.minimisers_choice(scene, "LRR", "backward", by_energy, seed=3)
     assert choice is not None
     assert by_energy["LRR"] is not None
     assert choice.sequence == by_energy["LRR"].sequence
-    assert choice.speed in targets.SPEEDS
-    free = targets.minimisers_choice(scene, "LRR", "free", by_energy, seed=3)
+    assert choice.speed in design.SPEEDS
+    free = design.minimisers_choice(scene, "LRR", "free", by_energy, seed=3)
     assert free is not None
     assert free.speed is None
-    assert targets.minimisers_choice(scene, "LRR", "free", {"LRR": None}, seed=3) is None
+    assert design.minimisers_choice(scene, "LRR", "free", {"LRR": None}, seed=3) is None
 
 
 @pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_lengths_and_friction(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     if not whole:
-        monkeypatch.setattr(lengths, "QUICK", {5: 2})
-        monkeypatch.setattr(lengths, "RUNS", 2)
-        monkeypatch.setattr(friction, "QUICK_LENGTHS", (4,))
-        monkeypatch.setattr(friction, "FRICTIONS", (0.35, 0.05))
-        monkeypatch.setattr(friction, "RUNS", 1)
-    part = lengths.run(True, _silent)
-    (n,) = lengths.QUICK
+        monkeypatch.setattr(design, "QUICK_SUITES", {5: 2})
+        monkeypatch.setattr(design, "SUITE_RUNS", 2)
+        monkeypatch.setattr(design, "QUICK_LENGTHS", (4,))
+        monkeypatch.setattr(design, "FRICTIONS", (0.35, 0.05))
+        monkeypatch.setattr(design, "FRICTION_RUNS", 1)
+    part = design.lengths(True, _silent)
+    (n,) = design.QUICK_SUITES
     assert [row["components"] for row in part.rows] == [n, n]
     assert all(0.0 <= float(row["success"]) <= 1.0 for row in part.rows)
-    part = friction.run(True, _silent)
-    assert {row["friction"] for row in part.rows} == set(friction.FRICTIONS)
+    part = design.friction(True, _silent)
+    assert {row["friction"] for row in part.rows} == set(design.FRICTIONS)
     assert all(0.0 <= float(row["success"]) <= 1.0 for row in part.rows)
 
 
 @pytest.mark.slow
 def test_searches_are_held_against_proven_optima() -> None:
-    part = searches.run(True, _silent)
+    part = design.searches(True, _silent)
     of_best = [float(row["of the optimum"]) for row in part.rows if row["of the optimum"] != ""]
     assert of_best
     assert all(share <= 1.0 + 1e-9 for share in of_best)

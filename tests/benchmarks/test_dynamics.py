@@ -9,19 +9,21 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks.dynamics import cases, command, contact_scenes, features, figures
-from magfold_env.benchmarks.dynamics.cases import same_error
-from magfold_env.benchmarks.dynamics.contact_scenes import Effort, fold
-from magfold_env.benchmarks.dynamics.moreau_only import moreau_only
-from magfold_env.benchmarks.dynamics.smooth import needed
+from magfold_env.benchmarks import parts, runner
+from magfold_env.benchmarks.contenders.moreau import moreau_only
+from magfold_env.benchmarks.dynamics import contact, features, smooth
+from magfold_env.benchmarks.dynamics.contact import Effort, fold
+from magfold_env.benchmarks.dynamics.smooth import needed, same_error
+from magfold_env.benchmarks.runner import Part
+from magfold_env.benchmarks.runs import CLOSE
 from magfold_env.cli import app
 from magfold_env.laws.smooth_motion import EULER, SmoothProblem, pendulum, prepare_engine
-from magfold_env.reporting import plotting, tables
+from magfold_env.reporting import tables
 from magfold_env.reporting.tables import Measurement, Table
 
 
-def drawn(part, folder):
-    return plotting.draw(part, figures.DRAWINGS, folder)
+def drawn(name, found, folder):
+    return runner.draw(name, parts.BENCHMARKS["dynamics"][name], found, folder)
 
 
 def smooth_row(error, time, evaluations, method="engine"):
@@ -49,7 +51,7 @@ def test_cost_of_an_error_follows_the_power_law_between_settings():
 def test_double_euler_is_given_the_steps_for_the_same_error(monkeypatch):
     # Interpreted: compiling takes longer.
     euler = replace(EULER, fixed=getattr(EULER.fixed, "py_func", EULER.fixed))
-    monkeypatch.setattr(cases, "EULER", euler)
+    monkeypatch.setattr(smooth, "EULER", euler)
     problem = SmoothProblem("short", pendulum(3).scene.replace(duration=0.1))
     exact = [prepare_engine(problem, 1e-10, (k + 1) / 6)().angles for k in range(6)]
     found = same_error(problem, 2e-3, exact)
@@ -59,7 +61,7 @@ def test_double_euler_is_given_the_steps_for_the_same_error(monkeypatch):
 
 @pytest.mark.slow  # compiles the engine's loop once more
 def test_moreau_alone_takes_more_steps_to_the_same_word():
-    _, _, scene = contact_scenes.contact_scenes(Effort((3,), 1, (1e-3,), (), 1))[1]
+    _, _, scene = contact.contact_scenes(Effort((3,), 1, (1e-3,), (), 1))[1]
     events = fold(scene, 1e-3)
     with moreau_only():
         steps = fold(scene, 1e-3)
@@ -68,21 +70,21 @@ def test_moreau_alone_takes_more_steps_to_the_same_word():
     assert steps.steps > 2 * events.steps
     # Moreau's steps take two evaluations and a bit, Dormand and Prince's six.
     assert steps.evaluations < 4 * steps.steps
-    assert contact_scenes.error_on_the_way(steps, events) < 0.1
-    assert contact_scenes.error_on_the_way(events, events) == 0.0
+    assert contact.error_on_the_way(steps, events) < 0.1
+    assert contact.error_on_the_way(events, events) == 0.0
 
 
 @pytest.mark.slow
 def test_located_events_are_more_exact_at_the_same_tolerance(tmp_path):
     effort = Effort((3,), 1, (1e-2, 1e-3), (), 1)
-    name, kind, scene = contact_scenes.contact_scenes(effort)[1]
-    rows = contact_scenes.measure(name, kind, scene, effort)
+    name, kind, scene = contact.contact_scenes(effort)[1]
+    rows = contact.measure(name, kind, scene, effort)
     error = {(row["method"], row["tolerance [rad]"]): float(row["error [rad]"]) for row in rows}
-    assert error[contact_scenes.ENGINE, 1e-3] < 0.2 * error[contact_scenes.ENGINE, 1e-2]
-    assert error[contact_scenes.ENGINE, 1e-3] < 0.2 * error[contact_scenes.MOREAU, 1e-3]
-    assert all(float(row["sensitivity [rad]"]) < contact_scenes.CLOSE for row in rows)
-    assert contact_scenes.clear(rows) == rows
-    assert [path.name for path in drawn(Measurement("contact", rows), tmp_path)] == ["contact.png"]
+    assert error[contact.ENGINE, 1e-3] < 0.2 * error[contact.ENGINE, 1e-2]
+    assert error[contact.ENGINE, 1e-3] < 0.2 * error[contact.MOREAU, 1e-3]
+    assert all(float(row["sensitivity [rad]"]) < CLOSE for row in rows)
+    assert contact.clear(rows) == rows
+    assert [path.name for path in drawn("contact", Measurement(rows), tmp_path)] == ["contact.png"]
 
 
 def test_a_motion_is_close_only_if_it_stays_so_at_tighter_tolerances():
@@ -90,8 +92,8 @@ def test_a_motion_is_close_only_if_it_stays_so_at_tighter_tolerances():
         {"scene": "a", "method": "m", "tolerance [rad]": t, "error [rad]": e, "time [ms]": c}
         for t, e, c in ((1e-2, 0.001, 1.0), (1e-3, 0.5, 3.0), (1e-4, 0.01, 9.0))
     ]
-    assert contact_scenes.cost_of_close(rows, "m") == [9.0]
-    assert contact_scenes.cost_of_close(rows[:2], "m") == [np.inf]
+    assert contact.cost_of_close(rows, "m") == [9.0]
+    assert contact.cost_of_close(rows[:2], "m") == [np.inf]
 
 
 def test_features_are_what_their_names_say():
@@ -108,12 +110,13 @@ def test_features_are_what_their_names_say():
 def example():
     rows = [smooth_row(0.1 / 4**k, 10.0 * 2**k, 100 * 2**k) for k in range(4)]
     rows.append(smooth_row(float("nan"), 1.0, 1, "DOP853"))
-    return Measurement("smooth", rows, [Table("Errors [rad]", rows)], ["it [holds]"])
+    return Measurement(rows, [Table("Errors [rad]", rows)], ["it [holds]"])
 
 
 def test_files_hold_what_was_measured(tmp_path):
-    part = example()
-    paths = tables.write(tmp_path, "dynamics", {"processor": "µ"}, [part]) + drawn(part, tmp_path)
+    found = example()
+    paths = tables.write(tmp_path, "dynamics", {"processor": "µ"}, {"smooth": found})
+    paths += drawn("smooth", found, tmp_path)
     assert [path.name for path in paths] == ["smooth.csv", "dynamics.json", "smooth.png"]
     with paths[0].open(encoding="utf-8", newline="") as file:
         read = list(csv.DictReader(file))
@@ -134,7 +137,8 @@ def test_the_command_measures_the_parts_it_is_asked_for(tmp_path, monkeypatch):
         asked.append(quick)
         return example()
 
-    monkeypatch.setattr(command, "PARTS", {"smooth": part, "features": part})
+    chosen = {"smooth": Part(part), "features": Part(part)}
+    monkeypatch.setitem(parts.BENCHMARKS, "dynamics", chosen)
     out = tmp_path / "new" / "folder"
     arguments = ["bench", "dynamics", "--quick", "--only", "smooth", "--out", str(out)]
     result = CliRunner().invoke(app.app, arguments)
@@ -150,7 +154,8 @@ def test_the_command_measures_the_parts_it_is_asked_for(tmp_path, monkeypatch):
 
 def test_missing_extras_are_told_before_the_work(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    monkeypatch.setattr(command, "PARTS", {"features": lambda *_: pytest.fail("measured")})
+    chosen = {"features": Part(lambda *_: pytest.fail("measured"))}
+    monkeypatch.setitem(parts.BENCHMARKS, "dynamics", chosen)
     result = CliRunner().invoke(app.app, ["bench", "dynamics", "--out", str(tmp_path)])
     assert result.exit_code == 2
     assert "diagrams need matplotlib" in result.stderr

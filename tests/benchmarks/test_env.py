@@ -8,20 +8,22 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks.env import command, overhead, peers
-from magfold_env.benchmarks.env.kernel_clock import KernelClock
+from magfold_env.benchmarks.env import overhead, peers
 from magfold_env.benchmarks.env.players import (
     TUBE_FEED,
+    KernelClock,
     drawn_actions,
     episode_length,
     log_uniform,
     play_single,
     play_vector,
+    rate_cells,
+    rate_verdict,
     single,
     step_single,
     vector,
 )
-from magfold_env.benchmarks.env.rates import rate_cells, verdict
+from magfold_env.benchmarks.parts import BENCHMARKS
 from magfold_env.cli import app
 from magfold_env.engine.compile.jit import numba_config
 from magfold_env.envs.spaces import observation
@@ -92,8 +94,8 @@ def test_steps_go_on_after_the_end_of_an_episode():
 def test_rates_are_of_the_median_time():
     cells = rate_cells("steps", Timing(np.array([1.0, 2.0, 4.0, 2.0, 2.0])), 10)
     assert cells == {"steps/s": 5.0, "lower quartile": 5.0, "upper quartile": 5.0}
-    assert verdict(300.0, 300.0).endswith("holds")
-    assert verdict(299.0, 300.0).endswith("FAILS")
+    assert rate_verdict(300.0, 300.0).endswith("holds")
+    assert rate_verdict(299.0, 300.0).endswith("FAILS")
 
 
 def test_the_line_through_times_is_found():
@@ -145,7 +147,7 @@ def measured(tmp_path_factory):
     return measure
 
 
-@pytest.mark.parametrize("name", list(command.PARTS))
+@pytest.mark.parametrize("name", list(BENCHMARKS["env"]))
 def test_every_part_runs_and_draws(name, measured):
     part, files = measured(name)
     assert part["rows"]
@@ -165,4 +167,4 @@ def test_python_adds_less_than_the_whole_step_takes(measured):
 def test_unknown_parts_are_told():
     wrong = CliRunner().invoke(app.app, ["bench", "env", "--only", "rest"])
     assert wrong.exit_code == 2
-    assert f"must be one of {', '.join(command.PARTS)}" in wrong.stderr
+    assert f"must be one of {', '.join(BENCHMARKS['env'])}" in wrong.stderr

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics import fold_cost
-from magfold_env.benchmarks.dynamics.fold_cost import CLOSE, DEFAULT, KINDS, Effort
+from magfold_env.benchmarks.dynamics import folds
+from magfold_env.benchmarks.dynamics.folds import DEFAULT, Effort
+from magfold_env.benchmarks.runs import CLOSE, KINDS
 from magfold_env.fold import FoldStatus
 
 
@@ -21,18 +22,18 @@ def row(kind, tolerance, error, time=1.0):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_scenes_are_what_their_kinds_say_and_reproducible(kind):
-    scene = fold_cost.scene_of(kind, 1)
-    assert scene == fold_cost.scene_of(kind, 1)
+    scene = folds.scene_of(kind, 1)
+    assert scene == folds.scene_of(kind, 1)
     assert scene.is_concrete
-    assert scene.n == fold_cost.COMPONENTS
+    assert scene.n == folds.COMPONENTS
     assert ("tube" in kind) == (scene.mount == "tube")
     assert ("no friction" in kind) == (scene.friction == 0.0)
 
 
 def test_folds_that_are_timed_end_where_the_reference_does(monkeypatch):
-    monkeypatch.setattr(Effort, "of", lambda _: Effort(2, 1, (DEFAULT,)))
+    monkeypatch.setattr(folds, "QUICK", Effort(2, 1, (DEFAULT,)))
     shares = []
-    part = fold_cost.run(True, lambda share, _: shares.append(share))
+    part = folds.run(True, lambda share, _: shares.append(share))
     assert shares == sorted(shares)
     assert {r["kind"] for r in part.rows} == set(KINDS)
     for r in part.rows:
@@ -46,6 +47,14 @@ def test_folds_that_are_timed_end_where_the_reference_does(monkeypatch):
 def test_a_tolerance_counts_only_if_every_fold_ends_close():
     rows = [row("k", 1e-2, 0.0, 1.0), row("k", 1e-2, 2 * CLOSE, 1.0)]
     rows += [row("k", DEFAULT, 0.0, 5.0), row("k", DEFAULT, 0.5 * CLOSE, 7.0)]
-    finding = fold_cost._finding("k", rows, Effort(2, 1, (1e-2, DEFAULT)))
+    finding = folds.finding("k", rows, Effort(2, 1, (1e-2, DEFAULT)))
     assert f"6 ms at tolerance {DEFAULT:g} (all 2 folds)" in finding
     assert "1 ms" not in finding
+
+
+@pytest.mark.slow
+def test_later_uses_load_what_the_first_compiles() -> None:
+    part = folds.first_use(True, lambda share, what: None)
+    first, later = (float(row["processor time [s]"]) for row in part.rows)
+    assert [row["process"] for row in part.rows] == ["first use", "later use"]
+    assert later < first / 3

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics import dense, restarts
+from magfold_env.benchmarks.contenders import dense
+from magfold_env.benchmarks.dynamics import smooth
 from magfold_env.laws import smooth_motion
 from magfold_env.laws.smooth_motion import (
     ADAMS,
@@ -155,7 +156,7 @@ def test_starting_anew_costs_high_orders_most(chain):
     counts = {}
     for method in ADAPTIVE:
         for arcs in (1, 16):
-            angles, counts[method.name, arcs] = restarts.in_arcs(chain, method, 1e-4, arcs)
+            angles, counts[method.name, arcs] = smooth.in_arcs(chain, method, 1e-4, arcs)
             assert np.abs(angles - exact).max() < 1e-3
     assert counts["DP5(4)", 16] < counts["DOP853", 16]
     assert counts["DP5(4)", 16] < counts["Adams PECE", 16]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from magfold_env.benchmarks.dynamics.fold_cost import KINDS
+from magfold_env.benchmarks.runs import KINDS
 from magfold_env.engine.compile.jit import numba_config
 from tests.benchmarks import kernel_costs
 from tests.benchmarks.kernel_costs import (

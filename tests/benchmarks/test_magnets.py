@@ -7,26 +7,29 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from magfold_env.benchmarks import runner
+from magfold_env.benchmarks.contenders.magpylib import MAGPYLIB, installed
 from magfold_env.benchmarks.magnets import (
     accuracy,
-    casings,
-    chains,
-    command,
     devices,
     far,
-    figures,
     fold,
-    peers,
     poses,
+    samples,
     scaling,
 )
-from magfold_env.benchmarks.magnets.casings import Sums, sample_of
-from magfold_env.benchmarks.magnets.chains import Chain, joint_torques, pinned_states
-from magfold_env.benchmarks.magnets.kernels import Loads
-from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB, installed
+from magfold_env.benchmarks.magnets.samples import (
+    Chain,
+    Loads,
+    Sums,
+    joint_torques,
+    pinned_states,
+    sample_of,
+)
+from magfold_env.benchmarks.parts import BENCHMARKS
 from magfold_env.cli import app
 from magfold_env.laws import exact_magnets
-from magfold_env.reporting import plotting
+from magfold_env.reporting.tables import Measurement, growth
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
 from tests.benchmarks.magnet_pairs import SIDE, alike
@@ -81,7 +84,7 @@ def test_a_chain_turns_its_joints_as_the_reference_says():
     states = pinned_states([headings], SIDE)
     force, torque = exact_magnets.forces(scene, centres(headings, SIDE), headings)
     exact = joint_torques(Loads(force[None, :, 0], force[None, :, 1], torque[None]), states, SIDE)
-    found = joint_torques(Chain(scene, states, once=True).loads(), states, SIDE)
+    found = joint_torques(Chain(scene, states).loads(), states, SIDE)
     bound = 1e-4 * exact_magnets.flush_force(scene) * SIDE
     np.testing.assert_allclose(found, exact, rtol=0, atol=bound)
 
@@ -122,11 +125,11 @@ def test_the_slope_is_that_of_a_power_law():
         {"shape": "unfolded", "magnets": "m", "n": n, "time [µs]": 0.3 * n**1.7}
         for n in (2, 60, 450, 10_000)
     ]
-    assert scaling.slope(rows, "unfolded", "m") == pytest.approx(1.7)
-    assert np.isnan(scaling.slope(rows[:2], "unfolded", "m"))
+    assert growth(rows, scaling.LONG) == pytest.approx(1.7)
+    assert np.isnan(growth(rows[:2], scaling.LONG))
 
 
-@pytest.mark.parametrize("shape", [scaling.UNFOLDED, scaling.FOLDED])
+@pytest.mark.parametrize("shape", [poses.UNFOLDED, poses.FOLDED])
 def test_the_far_field_errs_less_the_higher_its_order_and_the_farther_it_begins(shape):
     orders, radii = (1, 2, 3), (1.4, 2.8)
     settings = [far.Setting(order, radius, radius) for order in orders for radius in radii]
@@ -140,13 +143,12 @@ def test_the_far_field_errs_less_the_higher_its_order_and_the_farther_it_begins(
 
 
 def test_the_engines_own_far_field_is_among_those_measured_and_keeps_its_bound():
-    for quick in (True, False):
-        effort = far.Effort.of(quick)
+    for effort in (far.QUICK, far.FULL):
         own = {far.Setting.of(far.own_rule(bound)) for bound in effort.bounds}
         assert own <= set(effort.settings)
         assert min(setting.groups for setting in effort.settings) > 4 / 3
     own = far.Setting.of(far.own_rule(1e-3))
-    errors = far.errors_of(far.states_of(40, scaling.FOLDED, 2), [own])
+    errors = far.errors_of(far.states_of(40, poses.FOLDED, 2), [own])
     assert errors[own] < 1e-3
 
 
@@ -180,7 +182,7 @@ def test_features_are_what_they_are_called():
 def test_features_act_on_the_chains_that_are_timed(name):
     """What the dynamics' kernel finds for them is what the reference says."""
     scene = devices.features(6)[name].replace(magnets={"accuracy": 1e-4})
-    headings = scaling.shapes(6)[scaling.FOLDED]
+    headings = poses.shapes(6)[poses.FOLDED]
     places, states = centres(headings, SIDE), pinned_states([headings], SIDE)
     force, torque = (
         one + other
@@ -191,7 +193,7 @@ def test_features_act_on_the_chains_that_are_timed(name):
         )
     )
     exact = joint_torques(Loads(force[None, :, 0], force[None, :, 1], torque[None]), states, SIDE)
-    found = joint_torques(Chain(scene, states, once=True).loads(), states, SIDE)
+    found = joint_torques(Chain(scene, states).loads(), states, SIDE)
     bound = 1e-4 * exact_magnets.flush_force(scene) * SIDE
     np.testing.assert_allclose(found, exact, rtol=0, atol=2 * bound)
 
@@ -199,7 +201,7 @@ def test_features_act_on_the_chains_that_are_timed(name):
 def test_chains_without_magnets_feel_nothing():
     for name in ("no component with magnets", "no magnets in the scene"):
         scene = devices.features(6)[name]
-        loads = Chain(scene, pinned_states([poses.folded(6)], SIDE), once=True).loads()
+        loads = Chain(scene, pinned_states([poses.folded(6)], SIDE)).loads()
         assert not any(each.any() for each in loads)
 
 
@@ -211,10 +213,10 @@ def test_chains_without_magnets_feel_nothing():
 )
 def loops(request):
     with pytest.MonkeyPatch.context() as patch:
-        for module, name in ((casings, "sum_forces"), (chains, "chain_forces")):
-            kernel = getattr(module, name)
+        for name in ("sum_forces", "chain_forces"):
+            kernel = getattr(samples, name)
             if request.param == "interpreted":
-                patch.setattr(module, name, getattr(kernel, "py_func", kernel))
+                patch.setattr(samples, name, getattr(kernel, "py_func", kernel))
         yield
 
 
@@ -245,16 +247,15 @@ def measured(request, tmp_path_factory):
         patch.setattr(scaling, "QUICK_LENGTHS", (2, 60, 80))
         patch.setattr(scaling, "NODES_AT", 4)
         if not request.param:
-            for module in (casings, chains):
-                patch.setattr(module, "enough_repeats", lambda work: 1)
-            patch.setattr(accuracy.Effort, "of", lambda quick: LITTLE)
-            patch.setattr(far.Effort, "of", lambda quick: far.Effort((30,), 1, (1e-3,), (4.0,), 1))
-            patch.setattr(fold.Effort, "of", lambda quick: fold.Effort((3,), 2, 1))
+            patch.setattr(samples, "enough_repeats", lambda work: 1)
+            patch.setattr(accuracy, "QUICK", LITTLE)
+            patch.setattr(far, "QUICK", far.Effort((30,), 1, (1e-3,), (4.0,), 1))
+            patch.setattr(fold, "QUICK", fold.Effort((3,), 2, 1))
             patch.setattr(exact_magnets, "GAPS", FEW_GAPS)
         yield measure
 
 
-@pytest.mark.parametrize("name", list(command.PARTS))
+@pytest.mark.parametrize("name", list(BENCHMARKS["magnets"]))
 def test_every_part_runs_and_draws(name, measured):
     if name == "peers" and not installed():
         pytest.skip(f"{MAGPYLIB} is not installed")
@@ -273,10 +274,10 @@ def test_bounds_hold_in_the_quick_measurement(measured):
 
 
 def test_parts_without_rows_have_no_diagram(tmp_path):
-    assert plotting.draw(peers.Measurement("peers", []), figures.DRAWINGS, tmp_path) == []
+    assert runner.draw("peers", BENCHMARKS["magnets"]["peers"], Measurement(), tmp_path) == []
 
 
 def test_unknown_parts_are_told():
     wrong = CliRunner().invoke(app.app, ["bench", "magnets", "--only", "rest"])
     assert wrong.exit_code == 2
-    assert f"must be one of {', '.join(command.PARTS)}" in wrong.stderr
+    assert f"must be one of {', '.join(BENCHMARKS['magnets'])}" in wrong.stderr

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics import dense
-from magfold_env.benchmarks.magnets.casings import sample_of
-from magfold_env.benchmarks.magnets.magpylib_peer import Peer, installed
+from magfold_env.benchmarks.contenders import dense
+from magfold_env.benchmarks.contenders.magpylib import Peer, installed
+from magfold_env.benchmarks.magnets.samples import sample_of
 from magfold_env.laws import exact_magnets
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from magfold_env.benchmarks.runner import Benchmark, Description
-from magfold_env.benchmarks.suite import command, plan
-from magfold_env.benchmarks.suite.done import Done
-from magfold_env.benchmarks.suite.page import tone
-from magfold_env.benchmarks.suite.plan import LEFT_OUT, Entry
+from magfold_env.benchmarks import results, suite
+from magfold_env.benchmarks.descriptions import Description, descriptions
+from magfold_env.benchmarks.parts import BENCHMARKS
+from magfold_env.benchmarks.results import LEFT_OUT, Entry, Result
+from magfold_env.benchmarks.runner import Part
+from magfold_env.benchmarks.suite_page import tone
 from magfold_env.checkpoint import CheckpointError
-from magfold_env.cli.bench import BENCHMARKS
 from magfold_env.reporting import machine
 from magfold_env.reporting.tables import Measurement, Progress, Table
 from magfold_env.reporting.timing import Spread
@@ -32,11 +32,9 @@ class Measured:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.asked: list[str] = []
         self.broken: BaseException | None = None
-        parts = {"one": self._part("one"), "two": self._part("two")}
-        fake = Benchmark("fake", parts, {}, about={"one": ABOUT, "two": ABOUT})
-        entries = [Entry(fake, name) for name in parts]
-        monkeypatch.setattr(command, "entries", lambda *_: entries)
-        monkeypatch.setattr(command, "measure_pace", lambda: Spread(2e-3, 1e-3, 3e-3))
+        entries = [Entry("fake", name, Part(self._part(name)), ABOUT) for name in ("one", "two")]
+        monkeypatch.setattr(suite, "entries", lambda *_: entries)
+        monkeypatch.setattr(suite, "measure_pace", lambda: Spread(2e-3, 1e-3, 3e-3))
 
     def _part(self, name: str) -> Callable[[bool, Progress], Measurement]:
         def run(quick: bool, progress: Progress) -> Measurement:
@@ -45,9 +43,7 @@ class Measured:
             if name == "two" and self.broken is not None:
                 raise self.broken
             rows = [{"z": "x", "error": math.nan, "a": 3}]
-            return Measurement(
-                name, rows, [Table(f"table {name}", rows)], ["it is asked for: FAILS"]
-            )
+            return Measurement(rows, [Table(f"table {name}", rows)], ["it is asked for: FAILS"])
 
         return run
 
@@ -58,7 +54,7 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> Measured:
 
 
 def test_everything_is_reported_on_one_page(measured: Measured, tmp_path: Path) -> None:
-    assert command.run("quick", tmp_path / "new" / "folder")
+    assert suite.run("quick", tmp_path / "new" / "folder")
     out = tmp_path / "new" / "folder"
     assert measured.asked == ["one", "two"]
     page = (out / "report.html").read_text(encoding="utf-8")
@@ -77,13 +73,13 @@ def test_everything_is_reported_on_one_page(measured: Measured, tmp_path: Path) 
 def test_a_killed_run_goes_on(measured: Measured, tmp_path: Path) -> None:
     measured.broken = KeyboardInterrupt()
     with pytest.raises(KeyboardInterrupt):
-        command.run("full", tmp_path)
+        suite.run("full", tmp_path)
     assert not (tmp_path / "report.html").exists()
     measured.broken = None
-    assert command.run("full", tmp_path)
+    assert suite.run("full", tmp_path)
     assert measured.asked == ["one", "two", "two"]
     first = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert command.run("full", tmp_path)
+    assert suite.run("full", tmp_path)
     assert measured.asked == ["one", "two", "two"]
     # Columns are in their own order, whether kept or fresh.
     assert first.index(">z<") < first.index(">error<") < first.index(">a<")
@@ -93,14 +89,14 @@ def test_a_killed_run_goes_on(measured: Measured, tmp_path: Path) -> None:
 def test_another_runs_parts_are_refused(
     measured: Measured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    command.run("full", tmp_path)
+    suite.run("full", tmp_path)
     with pytest.raises(CheckpointError, match="effort"):
-        command.run("quick", tmp_path)
+        suite.run("quick", tmp_path)
     usual = machine.identity()
     for key in ("commit", "sources", "processor", "numba"):
         monkeypatch.setattr(machine, "identity", lambda key=key: usual | {key: "another"})
         with pytest.raises(CheckpointError, match=f"{key} is .* 'another'"):
-            command.run("full", tmp_path)
+            suite.run("full", tmp_path)
     assert measured.asked == ["one", "two"]
 
 
@@ -108,28 +104,29 @@ def test_a_part_that_breaks_loses_no_other(
     measured: Measured, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     measured.broken = ArithmeticError("two <contenders> disagree")
-    assert not command.run("full", tmp_path)
+    assert not suite.run("full", tmp_path)
     assert "ArithmeticError: two <contenders> disagree" in capsys.readouterr().out
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "two &lt;contenders&gt; disagree" in page
     assert "1 of 2" in page
     measured.broken = None
-    assert command.run("full", tmp_path)
+    assert suite.run("full", tmp_path)
     assert measured.asked == ["one", "two", "two"]
 
 
 def test_a_part_is_kept_as_it_is() -> None:
     rows = [{"z": "x", "error": math.inf, "a": 3, "b": 2.0}, {"z": "y", "error": 0.5}]
-    part = Measurement("name", rows, [Table("table", rows[:1])], ["found"])
-    done = Done("bench name", part, 1.5, (0.1, 0.2))
+    found = Measurement(rows, [Table("table", rows[:1])], ["found"])
+    done = Result("bench name", "name", found, 1.5, (0.1, 0.2))
     text = json.dumps(done.to_json(), sort_keys=True, allow_nan=False)
-    back = Done.from_json(json.loads(text))
-    assert math.isnan(float(back.part.rows[0].pop("error")))
-    assert back.part.rows == [{"z": "x", "a": 3, "b": 2.0}, {"z": "y", "error": 0.5}]
-    assert [list(row) for row in back.part.rows] == [["z", "a", "b"], ["z", "error"]]
-    assert isinstance(back.part.rows[0]["a"], int)
-    assert (back.name, back.seconds, back.pace) == (done.name, done.seconds, done.pace)
-    assert back.part.findings == ["found"]
+    back = Result.from_json(json.loads(text))
+    assert math.isnan(float(back.found.rows[0].pop("error")))
+    assert back.found.rows == [{"z": "x", "a": 3, "b": 2.0}, {"z": "y", "error": 0.5}]
+    assert [list(row) for row in back.found.rows] == [["z", "a", "b"], ["z", "error"]]
+    assert isinstance(back.found.rows[0]["a"], int)
+    assert (back.title, back.part) == ("bench name", "name")
+    assert (back.seconds, back.pace) == (done.seconds, done.pace)
+    assert back.found.findings == ["found"]
 
 
 def test_sentences_say_whether_something_holds() -> None:
@@ -144,13 +141,14 @@ def test_sentences_say_whether_something_holds() -> None:
 
 
 def test_the_plan_has_every_part_and_says_something_about_each() -> None:
-    full, quick = plan.entries("full"), plan.entries("quick")
-    assert {each.benchmark.name for each in full} == {each.name for each in BENCHMARKS}
-    names = [each.name for each in full]
+    full, quick = results.entries("full"), results.entries("quick")
+    assert {each.benchmark for each in full} == set(descriptions())
+    names = [each.title for each in full]
     assert len(set(names)) == len(names)
-    assert [name for name in names if name not in LEFT_OUT] == [each.name for each in quick]
+    assert [name for name in names if name not in LEFT_OUT] == [each.title for each in quick]
     assert set(LEFT_OUT) <= set(names)
     for each in full:
         for field in fields(Description):
-            assert len(getattr(each.about, field.name)) > 10, (each.name, field.name)
-        assert set(each.benchmark.about) == set(each.benchmark.parts)
+            assert len(getattr(each.description, field.name)) > 10, (each.title, field.name)
+    for name, parts in BENCHMARKS.items():
+        assert list(descriptions()[name].parts) == list(parts)

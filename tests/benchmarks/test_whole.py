@@ -5,12 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.whole import floor, motions, scenes, settings, skipping, work_precision
-from magfold_env.benchmarks.whole.figures import DRAWINGS
-from magfold_env.benchmarks.whole.front import fastest, front, without_luck
-from magfold_env.benchmarks.whole.settings import Setting, settings_of
-from magfold_env.benchmarks.whole.work_precision import BEHIND, END, WAY, Effort
-from magfold_env.reporting import plotting
+from magfold_env.benchmarks import runner, runs
+from magfold_env.benchmarks.contenders import bare_pendulum
+from magfold_env.benchmarks.parts import BENCHMARKS
+from magfold_env.benchmarks.runs import Setting, difference, recorded
+from magfold_env.benchmarks.whole import references, skipping, work_precision
+from magfold_env.benchmarks.whole.references import settings_of
+from magfold_env.benchmarks.whole.work_precision import (
+    BEHIND,
+    END,
+    WAY,
+    Effort,
+    fastest,
+    front,
+    without_luck,
+)
 from magfold_env.scene import Magnets, Scene, Solver
 from magfold_env.simulation.session import Session
 
@@ -18,27 +27,27 @@ SMALL = Effort(2, (1e-2, 1e-4), (1e-2, 1e-3), (1 / 1200,), (1e-7, 1e-6), 2)
 
 
 def swinging(n: int = 3, duration: float = 0.5) -> Scene:
-    pendulum = scenes.named_scenes()[scenes.PENDULUM]
+    pendulum = references.named_scenes()[references.PENDULUM]
     start = tuple(0.1 * (-1) ** k for k in range(n - 1))
     return pendulum.replace(sequence=("NNNN",) * n, start_angles=start, duration=duration)
 
 
 def test_ten_scenes_have_every_mount_and_the_default_settings() -> None:
-    named = scenes.named_scenes()
+    named = references.named_scenes()
     assert len(named) == 10
     assert {scene.mount for scene in named.values()} == {"pinned", "free", "tube"}
     assert len({scene.model_dump_json() for scene in named.values()}) == 10
     for scene in named.values():
         assert scene.solver == Solver()
-        assert scenes.drawn(scene, 1).is_concrete
-        assert scenes.drawn(scene, 1) != scenes.drawn(scene, 2)
+        assert references.drawn(scene, 1).is_concrete
+        assert references.drawn(scene, 1) != references.drawn(scene, 2)
         every = settings_of(scene, (1e-3, Solver().tolerance), (1e-2, 1e-3), (1e-3,))
         assert sum(each.is_default for each in every) == 1
         assert any(each.method == "paper" for each in every) == (scene.mount == "pinned")
 
 
 def test_a_setting_changes_only_what_it_sets() -> None:
-    scene = scenes.named_scenes()["sequence 3, pinned"]
+    scene = references.named_scenes()["sequence 3, pinned"]
     changed = Setting("paper", 1e-3, 1e-2).on(scene)
     assert (changed.solver.method, changed.solver.time_step) == ("paper", 1e-3)
     assert changed.magnets is not None
@@ -79,8 +88,8 @@ def test_the_floor_takes_the_engines_steps(n: int) -> None:
     scene = swinging(n)
     session = Session(scene)
     session.settle()
-    bare = floor.pendulum(scene)
-    assert floor.swing(bare, scene.duration) == session.evaluations
+    bare = bare_pendulum.pendulum(scene)
+    assert bare_pendulum.swing(bare, scene.duration) == session.evaluations
     assert np.abs(bare.q - session.angles).max() < 1e-9
     assert np.abs(bare.v - session.rates).max() < 1e-6
 
@@ -88,7 +97,7 @@ def test_the_floor_takes_the_engines_steps(n: int) -> None:
 def test_the_floor_refuses_what_it_cannot_do() -> None:
     for changes in ({"magnets": {}}, {"friction": 0.1}, {"contact": True}, {"mount": "free"}):
         with pytest.raises(ValueError, match="must be a drawn, pinned chain"):
-            floor.pendulum(swinging().replace(**changes))
+            bare_pendulum.pendulum(swinging().replace(**changes))
 
 
 def test_features_go_one_by_one_and_together() -> None:
@@ -97,7 +106,7 @@ def test_features_go_one_by_one_and_together() -> None:
     groups = [each.group for each in found]
     assert groups.count(skipping.ONE) == groups.count(skipping.TOGETHER) == len(names)
     whole, bare = found[0], found[-1]
-    floor.pendulum(bare.scene)  # nothing is left of it but a pendulum
+    bare_pendulum.pendulum(bare.scene)  # nothing is left of it but a pendulum
     assert not bare.recorded
     for feature, each in zip(names, found[1:], strict=False):
         assert (each.recorded, each.scene == whole.scene) == (
@@ -107,23 +116,23 @@ def test_features_go_one_by_one_and_together() -> None:
 
 
 def test_a_run_is_compared_at_common_times() -> None:
-    scene = scenes.drawn(scenes.named_scenes()[scenes.PENDULUM], 0)
-    exact = motions.reference(scene, 1e-8, 1e-6)
-    assert 0.0 < exact.known < motions.NUDGE < exact.sensitivity < motions.CLOSE
-    assert exact.error_on_the_way(exact.fold) == motions.NUDGE
+    scene = references.drawn(references.named_scenes()[references.PENDULUM], 0)
+    exact = references.reference(scene, 1e-8, 1e-6)
+    assert 0.0 < exact.known < runs.NUDGE < exact.sensitivity < runs.CLOSE
+    assert exact.error_on_the_way(exact.fold) == runs.NUDGE
     errors = [
-        exact.error_on_the_way(motions.recorded(Setting("adaptive", t, None).on(scene)))
+        exact.error_on_the_way(recorded(Setting("adaptive", t, None).on(scene)))
         for t in (1e-2, 1e-3, 1e-4)
     ]
     assert errors == sorted(errors, reverse=True)
     assert errors[-1] < 1e-3
     # Its frames lie at the ends of its own steps, here longer than a frame's time.
-    coarse = motions.recorded(Setting("paper", 2e-3, None).on(swinging(1, 0.2)))
-    fine = motions.recorded(Setting("paper", 1e-5, None).on(swinging(1, 0.2)))
-    assert motions.difference(coarse, fine) == 0.0  # one component has no joint
-    two = [motions.recorded(Setting("paper", h, None).on(swinging(2, 0.03))) for h in (2e-3, 1e-3)]
-    best = motions.recorded(Setting("paper", 1e-6, None).on(swinging(2, 0.03)))
-    off = [motions.difference(each, best) for each in two]
+    coarse = recorded(Setting("paper", 2e-3, None).on(swinging(1, 0.2)))
+    fine = recorded(Setting("paper", 1e-5, None).on(swinging(1, 0.2)))
+    assert difference(coarse, fine) == 0.0  # one component has no joint
+    two = [recorded(Setting("paper", h, None).on(swinging(2, 0.03))) for h in (2e-3, 1e-3)]
+    best = recorded(Setting("paper", 1e-6, None).on(swinging(2, 0.03)))
+    off = [difference(each, best) for each in two]
     assert 1.5 < off[0] / off[1] < 2.5  # of first order, frames included
 
 
@@ -131,10 +140,10 @@ def test_work_precision_has_every_setting_and_its_front(
     tmp_path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("matplotlib.figure")
-    named = scenes.named_scenes()
-    few = {name: named[name] for name in ("sequence 1, free", scenes.PENDULUM)}
+    named = references.named_scenes()
+    few = {name: named[name] for name in ("sequence 1, free", references.PENDULUM)}
     monkeypatch.setattr(work_precision, "named_scenes", lambda: few)
-    monkeypatch.setattr(Effort, "of", lambda _: SMALL)
+    monkeypatch.setattr(work_precision, "QUICK", SMALL)
     shares: list[float] = []
     part = work_precision.run(True, lambda share, _: shares.append(share))
     assert shares == sorted(shares)
@@ -156,7 +165,8 @@ def test_work_precision_has_every_setting_and_its_front(
     assert said.count("the default takes at most") == 3
     assert said.count("set aside") == 2
     assert said.count("the paper's solver") == 1
-    assert [path.name for path in plotting.draw(part, DRAWINGS, tmp_path)] == ["work-precision.png"]
+    drawn = runner.draw("work-precision", BENCHMARKS["whole"]["work-precision"], part, tmp_path)
+    assert [path.name for path in drawn] == ["work-precision.png"]
 
 
 @pytest.mark.slow
@@ -169,10 +179,10 @@ def test_skipping_has_a_row_a_variant_and_the_floor(tmp_path) -> None:
     assert floors["over the floor"] == 1.0
     assert float(bare["over the floor"]) > 1.0
     assert "1.1 is asked for" in part.findings[0]
-    assert plotting.draw(part, DRAWINGS, tmp_path)
+    assert runner.draw("skipping", BENCHMARKS["whole"]["skipping"], part, tmp_path)
 
 
 def test_no_accuracy_is_chosen_where_there_is_none() -> None:
-    named = scenes.named_scenes()
-    without = {name for name, scene in named.items() if not settings.has_accuracy(scene)}
-    assert without == {scenes.PENDULUM, "sequence 3, literal"}
+    named = references.named_scenes()
+    without = {name for name, scene in named.items() if not runs.has_accuracy(scene)}
+    assert without == {references.PENDULUM, "sequence 3, literal"}

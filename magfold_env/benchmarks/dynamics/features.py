@@ -9,20 +9,20 @@ end, times the evaluations; what is left is contact, friction at rest, stepping 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from magfold_env.benchmarks.runs import ended, run_task
 from magfold_env.engine.state import Array
 from magfold_env.engine.workspace import new_work
 from magfold_env.laws.integrators import double_euler
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table
-from magfold_env.reporting.timing import Task, take_turns
+from magfold_env.reporting.plotting import COLOURS, INK, legend, panels
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, numbers
+from magfold_env.reporting.timing import Task, take_turns, unprepared
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import headings
 from magfold_env.simulation.pack import pack
-from magfold_env.simulation.session import Session
 
 SEQUENCE = "paper/sequence-3"
 DURATION = 1.0  # [s] at most, from the last release
@@ -40,6 +40,7 @@ AT_MOUTH = {"mount": "tube", "feed": {"speed": 0.1, "loading": "at_mouth"}}
 REAL = {"magnets": MAGNETS, "contact": True, "friction": 0.35}
 
 CHAIN = "pinned, gravity"  # the row without forces between components or from the floor
+RECORDED = "the same, recorded"
 FEATURES: dict[str, dict[str, Any]] = {
     CHAIN: {"mount": "pinned", "gravity": GRAVITY},
     "pinned, gravity, contact": {"mount": "pinned", "gravity": GRAVITY, "contact": True},
@@ -50,67 +51,70 @@ FEATURES: dict[str, dict[str, Any]] = {
     "magnets, contact": {"magnets": MAGNETS, "contact": True},
     "magnets, friction": {"magnets": MAGNETS, "friction": 0.35},
     "magnets, contact, friction": REAL,
-    "the same, recorded": REAL,
+    RECORDED: REAL,
     "the same, in a tube": REAL | TUBE,
     "the same, loaded at mouth": REAL | AT_MOUTH,
 }
+PARTS = {
+    "chain [%]": "chain",
+    "forces [%]": "magnets, sliding friction",
+    "rest [%]": "contact, rest, stepping, calls",
+}
+"""What the time of a run is spent on, by column."""
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every row of `FEATURES`."""
     rounds = 3 if quick else 9
     scenes = {name: build(changes) for name, changes in FEATURES.items()}
+    rates = {name: FRAME_RATE if name == RECORDED else None for name in scenes}
     progress(0.0, "runs")
-    runs = {name: _run(scene, name) for name, scene in scenes.items()}
+    runs = {name: run_task(scene, frame_rate=rates[name]) for name, scene in scenes.items()}
     times = take_turns(runs, rounds, tick=lambda share: progress(0.6 * share, "runs"))
-    ended = {name: _ended(scene, name) for name, scene in scenes.items()}
-    kernels: dict[str, Task] = {}
+    sessions = {name: ended(scene, rates[name]) for name, scene in scenes.items()}
+    kernels: dict[tuple[str, str], Task] = {}
     for name, scene in scenes.items():
-        kernels[f"{name}, start"] = _evaluations(scene, headings(np.array(scene.start_angles)))
-        kernels[f"{name}, end"] = _evaluations(scene, ended[name].angles)
+        kernels[name, "start"] = _evaluations(scene, headings(np.array(scene.start_angles)))
+        kernels[name, "end"] = _evaluations(scene, sessions[name].angles)
     taken = take_turns(kernels, rounds, tick=lambda share: progress(0.6 + 0.4 * share, "kernels"))
-    prices = {
-        name: 1e6
-        * (taken[f"{name}, start"].median + taken[f"{name}, end"].median)
-        / (2 * EVALUATIONS)
-        for name in scenes
-    }
+    ends = {name: taken[name, "start"].median + taken[name, "end"].median for name in scenes}
+    prices = {name: 1e6 * both / (2 * EVALUATIONS) for name, both in ends.items()}
     chain = prices[CHAIN]
     rows: list[Row] = []
-    for name, session in ended.items():
+    shown: list[Row] = []
+    for name, session in sessions.items():
         count, run_time, price = session.evaluations, 1e6 * times[name].median, prices[name]
-        rows.append(
+        spent = {"forces [%]": count * (price - chain), "chain [%]": count * chain}
+        shares = {part: 100.0 * time / run_time for part, time in spent.items()}
+        row: Row = {
+            "features": name,
+            "end": str(session.status),
+            "simulated [s]": session.time,
+            "steps": session.steps,
+            "evaluations": count,
+            "run [µs]": run_time,
+            "lower quartile [µs]": 1e6 * times[name].spread.low,
+            "upper quartile [µs]": 1e6 * times[name].spread.high,
+            "run / evaluations [µs]": run_time / max(count, 1),
+            "smooth evaluation [µs]": price,
+            **shares,
+            "rest [%]": 100.0 * (1.0 - count * price / run_time),
+        }
+        rows.append(row)
+        shown.append(
             {
                 "features": name,
-                "end": str(session.status),
-                "simulated [s]": session.time,
-                "steps": session.steps,
-                "evaluations": count,
-                "run [µs]": run_time,
-                "lower quartile [µs]": 1e6 * times[name].spread.low,
-                "upper quartile [µs]": 1e6 * times[name].spread.high,
-                "run / evaluations [µs]": run_time / max(count, 1),
-                "smooth evaluation [µs]": price,
-                "forces [%]": 100.0 * count * (price - chain) / run_time,
-                "chain [%]": 100.0 * count * chain / run_time,
-                "rest [%]": 100.0 * (1.0 - count * price / run_time),
+                "evals": count,
+                "run, ms": 1e-3 * run_time,
+                "each, µs": row["run / evaluations [µs]"],
+                "smooth, µs": price,
+                "forces %": round(float(row["forces [%]"])),
+                "chain %": round(float(row["chain [%]"])),
+                "rest %": round(float(row["rest [%]"])),
             }
         )
-    shown: list[Row] = [
-        {
-            "features": row["features"],
-            "evals": row["evaluations"],
-            "run, ms": 1e-3 * float(row["run [µs]"]),
-            "each, µs": row["run / evaluations [µs]"],
-            "smooth, µs": row["smooth evaluation [µs]"],
-            "forces %": round(float(row["forces [%]"])),
-            "chain %": round(float(row["chain [%]"])),
-            "rest %": round(float(row["rest [%]"])),
-        }
-        for row in rows
-    ]
     title = f"Cost by feature, {SEQUENCE}, at most {DURATION} s simulated"
-    return Measurement("features", rows, [Table(title, shown)])
+    return Measurement(rows, [Table(title, shown)])
 
 
 def build(changes: dict[str, Any]) -> Scene:
@@ -121,31 +125,6 @@ def build(changes: dict[str, Any]) -> Scene:
     return scene.draw(np.random.default_rng(SEED))
 
 
-def finish(session: Session) -> None:
-    """Run a session to its end."""
-    while session.status is None and session.released < session.n:
-        session.feed_one()
-    session.settle()
-
-
-def _session(scene: Scene, name: str) -> Session:
-    return Session(scene, FRAME_RATE if name.endswith("recorded") else None)
-
-
-def _run(scene: Scene, name: str) -> Task:
-    def prepare() -> Callable[[], None]:
-        session = _session(scene, name)
-        return lambda: finish(session)
-
-    return prepare
-
-
-def _ended(scene: Scene, name: str) -> Session:
-    session = _session(scene, name)
-    finish(session)
-    return session
-
-
 def _evaluations(scene: Scene, angles: Array) -> Task:
     """Evaluate the smooth accelerations `EVALUATIONS` times at headings (n,) [rad].
 
@@ -154,4 +133,28 @@ def _evaluations(scene: Scene, angles: Array) -> Task:
     model = pack(scene.replace(mount="pinned"))
     work, y = new_work(model), np.zeros(2 * (scene.n + 2))
     y[: scene.n] = angles
-    return lambda: lambda: double_euler(model, work, y, 0.0, EVALUATIONS)
+    return unprepared(lambda: double_euler(model, work, y, 0.0, EVALUATIONS))
+
+
+def draw(rows: list[Row]) -> Any:
+    """Bars of the time an evaluation takes in a run, by what it is spent on."""
+    figure, axes = panels(1, "Cost of an evaluation by feature", width=9.5, height=5.2)
+    axis = axes[0]
+    place = np.arange(len(rows))
+    total = numbers(rows, "run / evaluations [µs]")
+    left = np.zeros(len(rows))
+    for (column, label), colour in zip(PARTS.items(), (1, 5, 3), strict=True):
+        width = total * np.clip(numbers(rows, column), 0.0, 100.0) / 100.0
+        axis.barh(place, width, left=left, color=COLOURS[colour], label=label, height=0.65)
+        left += width
+    for y, value, row in zip(place, total, rows, strict=True):
+        per_run = float(row["run [µs]"]) / 1e3
+        text = f" {value:.3g} µs × {float(row['evaluations']):.0f} = {per_run:.3g} ms"
+        axis.text(max(left[y], value), y, text, va="center", fontsize=8, color=INK)
+    axis.set_yticks(place, [str(row["features"]) for row in rows])
+    axis.invert_yaxis()
+    axis.set_xlim(0.0, 1.4 * float(total.max()))
+    axis.set_xlabel("run time / evaluations [µs]; at the bar: × evaluations = a run")
+    axis.grid(visible=False, axis="y")
+    legend(axis, "upper right")
+    return figure

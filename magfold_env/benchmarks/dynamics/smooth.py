@@ -1,148 +1,227 @@
-"""Run time against error on smooth motion, for every integrator and for the engine itself.
+"""Smooth motion: run time against error, for every integrator and for the engine itself.
 
-Errors, as `cases` defines them, are against DOP853 at 1e-13 on the same forces.
+Errors are against DOP853 at 1e-13 on the same forces: the largest of any heading at the ends of
+six equal parts of the run, each reached by a run of its own.
+
+An impact makes an integrator start anew: so the magnetic chain's motion is also cut into equal
+arcs, each integrated without knowledge of the one before. A fold consists of such arcs: high
+orders, and methods that build on past steps, lose on short ones what they win on long ones.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics import dense
-from magfold_env.benchmarks.dynamics.cases import (
-    ENGINE,
-    Case,
-    case,
-    engine_case,
-    fixed_cases,
-    key,
-    same_error,
-    shares,
-    task,
-)
+from magfold_env.benchmarks.contenders import dense
+from magfold_env.engine.state import Array
 from magfold_env.laws.smooth_motion import (
     ADAMS,
     ADAPTIVE,
     DOP853,
+    EULER,
     FIXED,
+    PARTS,
+    Integrator,
+    Run,
     SmoothProblem,
     magnetic_chain,
     pendulum,
+    prepare_engine,
 )
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table
-from magfold_env.reporting.timing import Spread, Timing, ratio, take_turns
+from magfold_env.reporting.plotting import COLOURS, MARKERS, legend, panels
+from magfold_env.reporting.tables import (
+    Measurement,
+    Progress,
+    Row,
+    Table,
+    Tick,
+    distinct,
+    each_case,
+    numbers,
+    renamed,
+    select,
+    verdict,
+)
+from magfold_env.reporting.timing import Spread, Task, ratio, take_turns
 
+ENGINE = "engine"
 DEFAULT = 1e-3  # tolerance of a scene that names none [rad]
 EXACT = 1e-13
 TOLERANCES = tuple(10.0**-k for k in range(2, 12))
 ENGINE_TOLERANCES = tuple(10.0**-k for k in range(2, 11))
-JUDGED = tuple(10.0**-k for k in range(3, 10))  # where the engine's error must be within bounds
+BOUNDED = tuple(10.0**-k for k in range(3, 10))  # where the engine's error must be within bounds
 TARGETS = (1e-3, 1e-6, 1e-9)  # errors at which integrators are compared [rad]
 ALLOWED = 10.0  # true error of the engine over its tolerance
 WANTED = 20.0  # time of double Euler over the engine's, for the same error
 CHECK_NODES = 4  # a pole face, in the independent check
+FEWEST_STEPS = 64
+NEAR = 0.95  # how near, from below, errors count as the same
+
+ARCS = (1, 4, 16)
+ARC_TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(4, 23))
 
 
-@dataclass(frozen=True)
-class Effort:
+class Effort(NamedTuple):
     """How much work a run of the benchmark may be."""
 
-    seconds: float
-    """Longest single integration with equal steps [s]."""
-    rounds: int
-    """Samples of every timing."""
+    seconds: float  # longest single integration with equal steps [s]
+    rounds: int  # samples of every timing
 
-    @classmethod
-    def of(cls, quick: bool) -> Effort:
-        """Return the effort of a quick or a full run."""
-        return cls(0.02, 3) if quick else cls(0.25, 7)
+
+QUICK, FULL = Effort(0.02, 3), Effort(0.25, 7)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One integrator at one setting on a smooth problem."""
+
+    method: str
+    setting: float
+    """Tolerance [rad], or number of steps."""
+    prepare: Callable[[float], Callable[[], Run]]
+    """Takes the share of the run's time."""
+    error: float
+    """[rad]"""
+    evaluations: int
+
+    def task(self) -> Task:
+        """Return the whole run as something to time."""
+        return lambda: self.prepare(1.0)
+
+
+def shares() -> Array:
+    """Return the ends of the equal parts of a run, as shares of it."""
+    return np.arange(1, PARTS + 1) / PARTS
+
+
+def case(
+    problem: SmoothProblem, method: Integrator | None, setting: float, exact: list[Array]
+) -> Case:
+    """Find the error and the evaluations of an integrator, or of the engine, at a setting."""
+
+    def prepare(share: float) -> Callable[[], Run]:
+        if method is None:
+            return prepare_engine(problem, setting, share)
+        return method.prepare(problem, setting, share)
+
+    runs = [prepare(share)() for share in shares()]
+    errors = [np.abs(run.angles - end).max() for run, end in zip(runs, exact, strict=True)]
+    name = ENGINE if method is None else method.name
+    return Case(name, setting, prepare, float(max(errors)), runs[-1].evaluations)
+
+
+def fixed_cases(
+    problem: SmoothProblem,
+    method: Integrator,
+    exact: list[Array],
+    enough: float,
+    seconds: float,
+) -> list[Case]:
+    """Double the steps until an error is small enough [rad] or a run takes too long [s]."""
+    cases: list[Case] = []
+    steps = FEWEST_STEPS
+    while True:
+        cases.append(case(problem, method, steps, exact))
+        taken = take_turns({"run": cases[-1].task()}, rounds=1, shortest=0.0)["run"].median
+        if cases[-1].error < enough or taken > seconds:
+            return cases
+        steps *= 2
+
+
+def same_error(problem: SmoothProblem, error: float, exact: list[Array]) -> Case:
+    """Return double Euler with about as many steps as it needs for an error [rad].
+
+    It is of first order: the error times the steps is nearly constant.
+    """
+    found = case(problem, EULER, FEWEST_STEPS, exact)
+    steps = float(FEWEST_STEPS)
+    for _ in range(6):
+        steps = round(steps * found.error / error)
+        found = case(problem, EULER, steps, exact)
+        if NEAR < found.error / error <= 1.0:
+            break
+    return found
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure all smooth problems."""
-    effort = Effort.of(quick)
+    found = Measurement()
     problems = [pendulum(3), pendulum(6), magnetic_chain()]
-    part = Measurement("smooth", [])
-    for k, problem in enumerate(problems):
-
-        def tell(share: float, what: str, k: int = k, name: str = problem.name) -> None:
-            progress((k + share) / len(problems), f"{name}: {what}")
-
-        _measure(problem, effort, part, tell)
+    for problem, tick in each_case(progress, problems, lambda problem: problem.name):
+        _measure(problem, QUICK if quick else FULL, found, tick)
     if not quick:
         progress(1.0, "independent check")
-        part.findings.extend(independent_check(problem) for problem in problems)
-    return part
+        found.findings.extend(independent_check(problem) for problem in problems)
+    return found
 
 
-def _measure(problem: SmoothProblem, effort: Effort, part: Measurement, tell: Progress) -> None:
-    tell(0.0, "reference")
+def _measure(problem: SmoothProblem, effort: Effort, found: Measurement, tick: Tick) -> None:
     exact = [DOP853.prepare(problem, EXACT, share)().angles for share in shares()]
     second = ADAMS.prepare(problem, 1e-12)().angles
     agreement = float(np.abs(second - exact[-1]).max())
-    tell(0.1, "errors")
-    cases = [engine_case(problem, tolerance, exact) for tolerance in ENGINE_TOLERANCES]
+    tick(0.1)
+    cases = [case(problem, None, tolerance, exact) for tolerance in ENGINE_TOLERANCES]
     for method in ADAPTIVE:
         cases += [case(problem, method, tolerance, exact) for tolerance in TOLERANCES]
     for method in FIXED:
         cases += fixed_cases(problem, method, exact, min(TARGETS), effort.seconds)
     at_default = next(c for c in cases if c.method == ENGINE and c.setting == DEFAULT)
     match = same_error(problem, at_default.error, exact)
-    tell(0.4, "times")
-    tasks = {key(c): task(c) for c in [*cases, match]}
+    tick(0.4)
     # A call from Python costs the same whatever it integrates: seen in runs of no length.
     idle = Case("idle", 0.0, lambda _: DOP853.prepare(problem, 1.0, 0.0), 0.0, 0)
-    tasks["idle"] = task(idle)
-    times = take_turns(tasks, effort.rounds, tick=lambda share: tell(0.4 + 0.6 * share, "times"))
-    overhead = times["idle"].median
-    rows = [_row(problem, c, times[key(c)], overhead) for c in cases]
-    part.rows.extend(rows)
-    part.tables.append(_engine_table(problem, rows))
-    part.tables.append(_target_table(problem, rows))
-    quotient = ratio(times[key(match)], times[key(at_default)])
-    part.findings.extend(_findings(problem, rows, quotient, match))
-    part.findings.append(
+    tasks = {each: each.task() for each in [*cases, match, idle]}
+    times = take_turns(tasks, effort.rounds, tick=lambda share: tick(0.4 + 0.6 * share))
+    rows: list[Row] = [
+        {
+            "problem": problem.name,
+            "method": each.method,
+            "setting": each.setting,
+            "error [rad]": each.error,
+            "evaluations": each.evaluations,
+            **times[each].spread.time_cells("µs", 1e6),
+            "call overhead [µs]": 1e6 * times[idle].median,
+        }
+        for each in cases
+    ]
+    found.rows.extend(rows)
+    found.tables.extend([_engine_table(problem, rows), _target_table(problem, rows)])
+    quotient = ratio(times[match], times[at_default])
+    found.findings.extend(_findings(problem, rows, quotient, match))
+    found.findings.append(
         f"{problem.name}: DOP853 at {EXACT:g} and Adams at 1e-12 agree to {agreement:.1e} rad"
     )
 
 
-def _row(problem: SmoothProblem, c: Case, taken: Timing, overhead: float) -> Row:
-    return {
-        "problem": problem.name,
-        "method": c.method,
-        "setting": c.setting,
-        "error [rad]": c.error,
-        "evaluations": c.evaluations,
-        "time [µs]": 1e6 * taken.spread.median,
-        "lower quartile [µs]": 1e6 * taken.spread.low,
-        "upper quartile [µs]": 1e6 * taken.spread.high,
-        "call overhead [µs]": 1e6 * overhead,
-    }
+def _over_tolerance(rows: list[Row]) -> Array:
+    return numbers(rows, "error [rad]") / numbers(rows, "setting")
 
 
 def _engine_table(problem: SmoothProblem, rows: list[Row]) -> Table:
-    shown: list[Row] = []
-    for row in rows:
-        if row["method"] == ENGINE:
-            ratio_to = float(row["error [rad]"]) / float(row["setting"])
-            shown.append(
-                {
-                    "tolerance [rad]": row["setting"],
-                    "error [rad]": row["error [rad]"],
-                    "error / tolerance": ratio_to,
-                    "evaluations": row["evaluations"],
-                    "time [µs]": row["time [µs]"],
-                }
-            )
-    return Table(f"The engine on {problem.name}", shown)
+    mine = select(rows, method=ENGINE)
+    told = [
+        row | {"error / tolerance": share}
+        for row, share in zip(mine, _over_tolerance(mine).tolist(), strict=True)
+    ]
+    columns = {
+        "tolerance [rad]": "setting",
+        "error [rad]": "error [rad]",
+        "error / tolerance": "error / tolerance",
+        "evaluations": "evaluations",
+        "time [µs]": "time [µs]",
+    }
+    return Table(f"The engine on {problem.name}", renamed(told, columns))
 
 
 def _target_table(problem: SmoothProblem, rows: list[Row]) -> Table:
-    methods = list(dict.fromkeys(str(row["method"]) for row in rows))
     shown: list[Row] = []
-    for method in methods:
-        mine = [row for row in rows if row["method"] == method]
+    for method in distinct(rows, "method"):
+        mine = select(rows, method=method)
         cells: Row = {"method": method}
         for target in TARGETS:
             cells[f"µs, {target:g}"] = needed(mine, "time [µs]", target)
@@ -158,15 +237,14 @@ def needed(rows: list[Row], cost: str, error: float) -> float:
 
     The overhead of a call is taken off times.
     """
-    errors = np.array([float(row["error [rad]"]) for row in rows])
-    costs = np.array([float(row[cost]) for row in rows])
+    errors, costs = numbers(rows, "error [rad]"), numbers(rows, cost)
     if cost.startswith("time"):
         costs = np.maximum(costs - float(rows[0]["call overhead [µs]"]), 1e-3)
     order = np.argsort(costs)
     errors, costs = errors[order], costs[order]
     reached = np.flatnonzero(errors <= error)
     if reached.size == 0:
-        return float("nan")
+        return math.nan
     k = int(reached[0])
     if k == 0:
         return float(costs[0])
@@ -175,23 +253,15 @@ def needed(rows: list[Row], cost: str, error: float) -> float:
 
 
 def _findings(problem: SmoothProblem, rows: list[Row], quotient: Spread, match: Case) -> list[str]:
-    ratios = [
-        float(row["error [rad]"]) / float(row["setting"])
-        for row in rows
-        if row["method"] == ENGINE and row["setting"] in JUDGED
-    ]
-    worst = max(ratios)
+    mine = [row for row in select(rows, method=ENGINE) if row["setting"] in BOUNDED]
+    worst = float(_over_tolerance(mine).max())
     return [
         f"{problem.name}: the engine's error is at most {worst:.2g} times the tolerance, from "
-        f"1e-3 to 1e-9; {ALLOWED:g} is allowed: {_verdict(worst <= ALLOWED)}",
+        f"1e-3 to 1e-9; {ALLOWED:g} is allowed: {verdict(worst <= ALLOWED)}",
         f"{problem.name}: double Euler takes {quotient} times the engine's time for its error at "
         f"1e-3, {match.error:.2g} rad, in {match.setting:.0f} steps; {WANTED:g} is asked for: "
-        f"{_verdict(quotient.median >= WANTED)}",
+        f"{verdict(quotient.median >= WANTED)}",
     ]
-
-
-def _verdict(held: bool) -> str:
-    return "holds" if held else "FAILS"
 
 
 def independent_check(problem: SmoothProblem) -> str:
@@ -204,3 +274,76 @@ def independent_check(problem: SmoothProblem) -> str:
     mine = DOP853.prepare(same, EXACT)().angles
     error = float(np.abs(mine - dense.solve(scene, problem.until)).max())
     return f"{problem.name}: SciPy on dense equation 39 differs by {error:.1e} rad at the end"
+
+
+def draw(rows: list[Row]) -> Any:
+    """Work-precision diagrams: error against run time, a panel a problem."""
+    problems, methods = distinct(rows, "problem"), distinct(rows, "method")
+    figure, axes = panels(len(problems), "Smooth motion: error against run time")
+    for axis, problem in zip(axes, problems, strict=True):
+        for k, method in enumerate(methods):
+            mine = select(rows, problem=problem, method=method)
+            time = numbers(mine, "time [µs]") - numbers(mine, "call overhead [µs]")
+            axis.loglog(
+                1e-6 * np.maximum(time, 1.0),
+                numbers(mine, "error [rad]"),
+                color=COLOURS[k % len(COLOURS)],
+                marker=MARKERS[k % len(MARKERS)],
+                markersize=5,
+                linewidth=2.2 if method == ENGINE else 1.3,
+                zorder=3 if method == ENGINE else 2,
+                label=method,
+            )
+        axis.set_title(problem, fontsize=11)
+        axis.set_xlabel("run time, calls' overhead off [s]")
+        axis.tick_params(axis="x", which="minor", labelbottom=False)
+        axis.set_ylim(1e-12, 2.0)
+    axes[0].set_ylabel("largest error of a heading [rad]")
+    legend(axes[0], "lower left")
+    return figure
+
+
+def restarts(quick: bool, progress: Progress) -> Measurement:
+    """Count the evaluations that each method needs, by the number of arcs."""
+    problem = magnetic_chain()
+    exact = DOP853.prepare(problem, EXACT)().angles
+    found = Measurement()
+    shown: list[Row] = []
+    for method, _ in each_case(progress, ADAPTIVE, lambda method: f"restarts: {method.name}"):
+        for arcs in ARCS:
+            mine: list[Row] = []
+            for tolerance in ARC_TOLERANCES[:: 2 if quick else 1]:
+                angles, count = in_arcs(problem, method, tolerance, arcs)
+                mine.append(
+                    {
+                        "method": method.name,
+                        "arcs": arcs,
+                        "tolerance [rad]": tolerance,
+                        "error [rad]": float(np.abs(angles - exact).max()),
+                        "evaluations": count,
+                    }
+                )
+            cells: Row = {"method": method.name, "arcs": arcs}
+            cells |= {f"evals, {error:g}": fewest(mine, error) for error in TARGETS}
+            shown.append(cells)
+            found.rows.extend(mine)
+    title = f"Evaluations for an error [rad], motion cut into arcs: {problem.name}"
+    found.tables.append(Table(title, shown))
+    return found
+
+
+def in_arcs(
+    problem: SmoothProblem, method: Integrator, tolerance: float, arcs: int
+) -> tuple[Array, int]:
+    """Headings (n,) at the end, and evaluations, of a run in so many arcs of equal length."""
+    assert method.adaptive is not None
+    y, length, count = problem.start(), problem.until / arcs, 0
+    for _ in range(arcs):
+        count += method.adaptive(problem.model, problem.work, y, length, tolerance)
+    return y[: problem.scene.n], count
+
+
+def fewest(rows: list[Row], error: float) -> float:
+    """Fewest evaluations of the settings that reach an error; nan if none does."""
+    counts = [float(row["evaluations"]) for row in rows if float(row["error [rad]"]) <= error]
+    return min(counts, default=math.nan)

@@ -1,48 +1,52 @@
-"""Whole tube-feed episodes a second: random magnets, speeds log-uniform over their whole range.
+"""Tube-feed episodes a second, simulated, and steps a second without dynamics.
 
-Chains are simulated at the default tolerance, until they have settled. In a round everyone plays
-the same episodes, one after another or side by side; every round has others, for some take a
-hundred times as long as others. On one core processor time counts, with threads the clock's.
+Chains are simulated at the default tolerance, until they have settled; magnets are random, speeds
+log-uniform over their whole range. In a round everyone plays the same episodes, one after another
+or side by side; every round has others, for some take a hundred times as long as others. On one
+core processor time counts, with threads the clock's. Steps without dynamics are taken with random
+actions, beginning anew included.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
-from itertools import count
-from typing import Any
+from itertools import count, product
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.benchmarks.env.players import (
-    ENVS,
-    TUBE_FEED,
-    log_uniform,
-    play_single,
-    play_vector,
-    single,
-    vector,
+from magfold_env.benchmarks.env import players
+from magfold_env.benchmarks.env.players import ENVS, TUBE_FEED, rate_cells, rate_verdict
+from magfold_env.reporting.plotting import COLOURS, INK, MARKERS, legend, panels
+from magfold_env.reporting.tables import (
+    Measurement,
+    Progress,
+    Row,
+    Table,
+    Tick,
+    distinct,
+    each_case,
+    numbers,
+    select,
 )
-from magfold_env.benchmarks.env.rates import rate_cells, verdict
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
 from magfold_env.reporting.timing import Task, ratio, take_turns
 
-NAME = "episodes"
 LENGTHS = (4, 6, 8, 12)
-SEED = 17
-JUDGED = 6  # components
+SEED, STEPS_SEED = 17, 5
+COMPONENTS = 6  # of the chains that something is asked of
 WANTED = {1: 300.0, 2: 550.0}  # episodes a second, by threads
+FORMS = {"single": None, f"vector of {ENVS}": ENVS}
+SHAPINGS = {"none": False, "similarity": "similarity"}
+STEPS_WANTED = 20_000.0  # steps a second without dynamics
 
 
-@dataclass(frozen=True)
-class Way:
+class Way(NamedTuple):
     """One way to play."""
 
-    form: str
-    """`SINGLE` or `VECTOR`."""
+    form: str  # `SINGLE` or `VECTOR`
     threads: int
 
     def __str__(self) -> str:
@@ -59,45 +63,38 @@ WAYS = {
 """Who takes turns with whom, by the clock that they are timed with."""
 
 
-@dataclass(frozen=True)
-class Effort:
+class Effort(NamedTuple):
     """How much work a run of the benchmark may be."""
 
     lengths: tuple[int, ...]
     envs: int
     rounds: int
 
-    @classmethod
-    def of(cls, quick: bool) -> Effort:
-        """Return the effort of a quick or a full run."""
-        return cls((JUDGED,), 4, 2) if quick else cls(LENGTHS, ENVS, 7)
+
+QUICK, FULL = Effort((COMPONENTS,), 4, 2), Effort(LENGTHS, ENVS, 7)
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
-    """Measure every length."""
-    effort = Effort.of(quick)
-    part = Measurement(NAME, [])
-    cases = [(n, clock) for n in effort.lengths for clock in WAYS]
-    for k, (n, clock) in enumerate(cases):
-        tick = begin_case(progress, k, len(cases), f"n = {n}")
-        part.rows.extend(measure(n, clock, effort, tick))
-    part.tables.append(_table(part.rows, effort))
-    part.findings.extend(_findings(part.rows))
-    return part
+    """Measure episodes of every length."""
+    effort = QUICK if quick else FULL
+    rows: list[Row] = []
+    cases = list(product(effort.lengths, WAYS))
+    for (n, clock), tick in each_case(progress, cases, lambda case: f"n = {case[0]}"):
+        rows.extend(measure(n, clock, effort, tick))
+    title = f"Tube-feed episodes a second, dynamics, {effort.envs} in a round"
+    return Measurement(rows, [Table(title, rows)], _findings(rows))
 
 
 def measure(n: int, clock: str, effort: Effort, tick: Tick) -> list[Row]:
     """Return a row for each way to play chains of n components that is timed with a clock."""
     ways = WAYS[clock]
-    tasks = {f"{way}": _task(n, way, effort.envs) for way in ways}
+    tasks = {way: _task(n, way, effort.envs) for way in ways}
     times = take_turns(tasks, effort.rounds, 0.0, CLOCKS[clock], tick)
-    first = times[f"{ways[0]}"]
     rows: list[Row] = []
-    for way in ways:
-        mine = times[f"{way}"]
+    for way, mine in times.items():
         row: Row = {"n": n, "clock": clock, "form": way.form, "threads": way.threads}
         row |= rate_cells("episodes", mine, effort.envs)
-        rows.append(row | {"times the first": ratio(first, mine).median})
+        rows.append(row | {"times the first": ratio(times[ways[0]], mine).median})
     return rows
 
 
@@ -107,7 +104,7 @@ def _task(n: int, way: Way, envs: int) -> Task:
 
     def prepare() -> Callable[[], None]:
         k = next(rounds)
-        actions = log_uniform(np.random.default_rng([SEED, n, k]), n, envs)
+        actions = players.log_uniform(np.random.default_rng([SEED, n, k]), n, envs)
         return lambda: play(SEED + k * envs, actions)
 
     return prepare
@@ -117,23 +114,91 @@ def _player(n: int, way: Way, envs: int) -> Callable[[int, NDArray[np.float32]],
     """Return what plays episodes, given the first one's seed and the actions."""
     options: dict[str, Any] = {"components": n, "actions": "box", "baseline": None}
     if way.form == SINGLE:
-        return partial(play_single, single(TUBE_FEED, **options))
-    return partial(play_vector, vector(TUBE_FEED, envs, way.threads, **options))
-
-
-def _table(rows: list[Row], effort: Effort) -> Table:
-    title = f"Tube-feed episodes a second, dynamics, {effort.envs} in a round"
-    return Table(title, rows)
+        return partial(players.play_single, players.single(TUBE_FEED, **options))
+    return partial(players.play_vector, players.vector(TUBE_FEED, envs, way.threads, **options))
 
 
 def _findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
-    judged = {1: CORE, 2: WALL}
+    clocks = {1: CORE, 2: WALL}
     for threads, wanted in WANTED.items():
-        for row in rows:
-            if (row["n"], row["threads"], row["clock"]) == (JUDGED, threads, judged[threads]):
-                rate = float(row["episodes/s"])
-                said = verdict(rate, wanted)
-                cores = "one core" if threads == 1 else f"{threads} threads"
-                found.append(f"n = {JUDGED}, {row['form']}, {cores}: {rate:.0f} episodes/s; {said}")
+        for row in select(rows, n=COMPONENTS, threads=threads, clock=clocks[threads]):
+            rate = float(row["episodes/s"])
+            cores = "one core" if threads == 1 else f"{threads} threads"
+            found.append(
+                f"n = {COMPONENTS}, {row['form']}, {cores}: {rate:.0f} episodes/s; "
+                f"{rate_verdict(rate, wanted)}"
+            )
     return found
+
+
+def draw(rows: list[Row]) -> Any:
+    """Episodes a second against the length, a panel a clock."""
+    figure, axes = panels(len(WAYS), "Tube-feed episodes a second, dynamics")
+    for axis, (clock, ways) in zip(axes, WAYS.items(), strict=True):
+        for k, way in enumerate(ways):
+            mine = select(rows, clock=clock, form=way.form, threads=way.threads)
+            axis.errorbar(
+                numbers(mine, "n"),
+                numbers(mine, "episodes/s"),
+                players.rate_quartiles(mine, "episodes/s"),
+                color=COLOURS[k + 1],
+                marker=MARKERS[k],
+                markersize=5,
+                capsize=3,
+                label=f"{way}",
+            )
+        wanted = WANTED[max(way.threads for way in ways)]
+        axis.plot(COMPONENTS, wanted, "_", color=INK, markersize=22, markeredgewidth=2)
+        axis.annotate(
+            f"asked for: {wanted:g}",
+            (COMPONENTS, wanted),
+            (14, -3),
+            textcoords="offset points",
+            fontsize=9,
+            color=INK,
+        )
+        axis.set_yscale("log")
+        axis.set_title(clock, fontsize=11)
+        axis.set_xlabel("components n")
+        axis.set_xticks(sorted(distinct(rows, "n")))
+        legend(axis, "lower left")
+    axes[0].set_ylabel("episodes a second")
+    return figure
+
+
+def quasistatic(quick: bool, progress: Progress) -> Measurement:
+    """Measure steps without dynamics in every form, with and without shaping."""
+    steps, rounds = (10 * ENVS, 3) if quick else (100 * ENVS, 15)
+    tasks = {
+        (form, shaping): players.stepping(
+            TUBE_FEED, envs, steps, STEPS_SEED, fidelity="quasistatic", shaping=kind
+        )
+        for (form, envs), (shaping, kind) in product(FORMS.items(), SHAPINGS.items())
+    }
+    times = take_turns(tasks, rounds, 0.0, tick=lambda share: progress(share, "steps"))
+    rows: list[Row] = []
+    findings: list[str] = []
+    for (form, shaping), mine in times.items():
+        row: Row = {"form": form, "shaping": shaping, **rate_cells("steps", mine, steps)}
+        rows.append(row | {"µs a step": 1e6 * mine.median / steps})
+        rate = float(row["steps/s"])
+        findings.append(
+            f"{form}, shaping {shaping}: {rate:,.0f} steps/s on one core; "
+            f"{rate_verdict(rate, STEPS_WANTED)}"
+        )
+    title = "Quasistatic tube-feed steps a second on one core, n = 6"
+    return Measurement(rows, [Table(title, rows)], findings)
+
+
+def draw_quasistatic(rows: list[Row]) -> Any:
+    """Draw steps a second as bars."""
+    figure, axes = panels(1, "Quasistatic tube-feed steps a second, one core", 7.0, 3.2)
+    axis, places = axes[0], np.arange(len(rows))
+    quartiles = players.rate_quartiles(rows, "steps/s")
+    axis.barh(places, numbers(rows, "steps/s"), xerr=quartiles, color=COLOURS[1], capsize=3)
+    axis.set_yticks(places, [f"{row['form']}, shaping {row['shaping']}" for row in rows])
+    axis.invert_yaxis()
+    axis.set_xlabel("steps/s")
+    axis.axvline(STEPS_WANTED, color=INK, linestyle="--", linewidth=1.0)
+    return figure

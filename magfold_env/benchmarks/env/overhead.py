@@ -10,19 +10,34 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 
-from magfold_env.benchmarks.env.kernel_clock import KernelClock
-from magfold_env.benchmarks.env.players import TUBE_FEED, Vector, drawn_actions, step_vector, vector
+from magfold_env.benchmarks.env.players import (
+    TUBE_FEED,
+    KernelClock,
+    Vector,
+    drawn_actions,
+    step_vector,
+    vector,
+)
 from magfold_env.engine.state import Array
 from magfold_env.envs.tasks.options import Fidelity
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
+from magfold_env.reporting.plotting import INK, curve, legend_below, panels
+from magfold_env.reporting.tables import (
+    Measurement,
+    Progress,
+    Row,
+    Table,
+    Tick,
+    distinct,
+    each_case,
+    numbers,
+    select,
+)
 from magfold_env.reporting.timing import Task, Timing, take_turns
 
-NAME = "overhead"
 COUNTS = (1, 4, 16, 64, 256)
 COMPONENTS = 6
 FIRST, ON_THE_WAY, LAST = "first step", "steps on the way", "last step"
@@ -30,44 +45,33 @@ WANTED = (20.0, 0.5)  # µs a step, µs an environment
 SEED = 29
 
 
-@dataclass(frozen=True)
-class Effort:
-    """How much work a run of the benchmark may be."""
-
-    counts: tuple[int, ...]
-    rounds: int
-
-    @classmethod
-    def of(cls, quick: bool) -> Effort:
-        """Return the effort of a quick or a full run."""
-        return cls((1, 4), 3) if quick else cls(COUNTS, 9)
-
-
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure both fidelities at every number of environments."""
-    effort = Effort.of(quick)
-    part = Measurement(NAME, [])
+    counts, rounds = ((1, 4), 3) if quick else (COUNTS, 9)
+    found = Measurement()
     fidelities: tuple[Fidelity, ...] = get_args(Fidelity)
-    for k, fidelity in enumerate(fidelities):
-        tick = begin_case(progress, k, len(fidelities), fidelity)
-        part.rows.extend(measure(fidelity, effort, tick))
+    for fidelity, tick in each_case(progress, fidelities):
+        found.rows.extend(measure(fidelity, counts, rounds, tick))
     for fidelity in fidelities:
-        mine = [row for row in part.rows if row["fidelity"] == fidelity]
-        part.tables.append(Table(f"Python's share of a vector step, {fidelity}, µs", _shown(mine)))
-    part.findings.extend(_findings(part.rows))
-    return part
+        shown = _shown(select(found.rows, fidelity=fidelity))
+        found.tables.append(Table(f"Python's share of a vector step, {fidelity}, µs", shown))
+    found.findings.extend(_findings(found.rows))
+    return found
 
 
-def measure(fidelity: Fidelity, effort: Effort, tick: Tick) -> list[Row]:
+def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick) -> list[Row]:
     """Return a row for each number of environments and way to measure."""
-    envs = {count: _vector(count, fidelity) for count in effort.counts}
-    firsts = {f"{count}": _first_step(env) for count, env in envs.items()}
-    first = take_turns(firsts, effort.rounds, tick=lambda share: tick(0.5 * share))
+    envs = {
+        count: vector(TUBE_FEED, count, components=COMPONENTS, fidelity=fidelity)
+        for count in counts
+    }
+    firsts = {count: _first_step(env) for count, env in envs.items()}
+    first = take_turns(firsts, rounds, tick=lambda share: tick(0.5 * share))
     rows: list[Row] = []
     for k, (count, env) in enumerate(envs.items()):
-        outside = outside_kernels(env, effort.rounds)
+        outside = outside_kernels(env, rounds)
         taken = {
-            FIRST: first[f"{count}"],
+            FIRST: first[count],
             ON_THE_WAY: Timing(outside[:, 1:-1].mean(axis=1)),
             LAST: Timing(outside[:, -1]),
         }
@@ -76,10 +80,6 @@ def measure(fidelity: Fidelity, effort: Effort, tick: Tick) -> list[Row]:
             rows.append(row | timing.spread.time_cells("µs", 1e6))
         tick(0.5 + 0.5 * (k + 1) / len(envs))
     return rows
-
-
-def _vector(count: int, fidelity: Fidelity) -> Vector:
-    return vector(TUBE_FEED, count, components=COMPONENTS, fidelity=fidelity)
 
 
 def _first_step(env: Vector) -> Task:
@@ -112,7 +112,7 @@ def outside_kernels(env: Vector, rounds: int) -> Array:
 
 def fit(rows: list[Row]) -> tuple[float, float]:
     """Return µs a step and µs an environment, by least squares of relative errors."""
-    count, taken = (np.array([float(row[key]) for row in rows]) for key in ("envs", "time [µs]"))
+    count, taken = numbers(rows, "envs"), numbers(rows, "time [µs]")
     lines = np.stack([1.0 / taken, count / taken], axis=1)
     (step, env), *_ = np.linalg.lstsq(lines, np.ones(len(rows)))
     return float(step), float(env)
@@ -128,12 +128,9 @@ def groups(rows: list[Row]) -> dict[tuple[str, str], list[Row]]:
 
 def _shown(rows: list[Row]) -> list[Row]:
     shown: list[Row] = []
-    for count in dict.fromkeys(int(row["envs"]) for row in rows):
-        line: Row = {"envs": count, "wanted": allowed(count)}
-        for row in rows:
-            if row["envs"] == count:
-                line[str(row["measured on"])] = row["time [µs]"]
-        shown.append(line)
+    for count in distinct(rows, "envs"):
+        times = {str(row["measured on"]): row["time [µs]"] for row in select(rows, envs=count)}
+        shown.append({"envs": count, "wanted": allowed(count), **times})
     return shown
 
 
@@ -153,3 +150,25 @@ def _findings(rows: list[Row]) -> list[str]:
             "numbers of environments"
         )
     return found
+
+
+def draw(rows: list[Row]) -> Any:
+    """Python's share of a vector step against the number of environments, a panel a fidelity."""
+    fidelities = distinct(rows, "fidelity")
+    figure, axes = panels(len(fidelities), "Python's share of a vector step")
+    counts = sorted(distinct(rows, "envs"))
+    step, env = WANTED
+    for axis, fidelity in zip(axes, fidelities, strict=True):
+        mine = select(rows, fidelity=fidelity)
+        for k, way in enumerate(distinct(mine, "measured on")):
+            curve(axis, select(mine, {"measured on": way}), "envs", "time [µs]", k, label=way)
+        asked = f"asked for: {step:g} µs + {env:g} µs an environment"
+        limits = [allowed(count) for count in counts]
+        axis.loglog(counts, limits, color=INK, linestyle=":", label=asked)
+        axis.set_title(fidelity, fontsize=11)
+        axis.set_xticks(counts, [f"{count}" for count in counts])
+        axis.minorticks_off()
+        axis.set_xlabel("environments")
+    axes[0].set_ylabel("time [µs]")
+    legend_below(figure, axes[0])
+    return figure

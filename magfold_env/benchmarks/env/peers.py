@@ -7,28 +7,47 @@ one of feed control simulates 20 ms, Acrobot's 200 ms, Swimmer's 40 ms and HalfC
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass, field
 from importlib.util import find_spec
-from typing import Any
+from itertools import product
+from typing import Any, NamedTuple
 
-from magfold_env.benchmarks.env.players import TUBE_FEED, episode_length, single, stepping
-from magfold_env.benchmarks.env.rates import rate_cells
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table
-from magfold_env.reporting.timing import Task, take_turns
+import numpy as np
 
-NAME = "peers"
+from magfold_env.benchmarks.env.players import (
+    TUBE_FEED,
+    episode_length,
+    rate_cells,
+    single,
+    stepping,
+)
+from magfold_env.reporting.plotting import COLOURS, MARKERS, legend_below, panels
+from magfold_env.reporting.tables import (
+    Measurement,
+    Progress,
+    Row,
+    Table,
+    distinct,
+    numbers,
+    select,
+)
+from magfold_env.reporting.timing import take_turns
+
 SEED = 41
 SINGLE, VECTOR = "single", "vector"
 
 
-@dataclass(frozen=True)
-class Contender:
+class Contender(NamedTuple):
     """An environment, and how many steps of it are a sample."""
 
     title: str
     env_id: str
     steps: int
-    options: dict[str, Any] = field(default_factory=dict[str, Any])
+    fidelity: str | None = None
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What it is made with."""
+        return {} if self.fidelity is None else {"fidelity": self.fidelity}
 
     @property
     def needs_mujoco(self) -> bool:
@@ -38,7 +57,7 @@ class Contender:
 
 CONTENDERS = (
     Contender("tube feed, dynamics", TUBE_FEED, 384),
-    Contender("tube feed, quasistatic", TUBE_FEED, 6000, {"fidelity": "quasistatic"}),
+    Contender("tube feed, quasistatic", TUBE_FEED, 6000, "quasistatic"),
     Contender("feed control", "MagFold/FeedControl-v0", 4000),
     Contender("Acrobot-v1", "Acrobot-v1", 2000),
     Contender("Swimmer-v5", "Swimmer-v5", 2000),
@@ -46,45 +65,50 @@ CONTENDERS = (
 )
 
 
-@dataclass(frozen=True)
-class Effort:
+class Effort(NamedTuple):
     """How much work a run of the benchmark may be."""
 
-    share: float
-    """Of the steps of every sample."""
-    envs: int
-    """In a vector."""
+    share: float  # of the steps of every sample
+    envs: int  # in a vector
     rounds: int
-
-    @classmethod
-    def of(cls, quick: bool) -> Effort:
-        """Return the effort of a quick or a full run."""
-        return cls(0.05, 4, 2) if quick else cls(1.0, 16, 9)
 
     def steps(self, contender: Contender) -> int:
         """Return the steps of a sample, a whole number in every environment."""
         return max(1, round(self.share * contender.steps / self.envs)) * self.envs
 
 
+QUICK, FULL = Effort(0.05, 4, 2), Effort(1.0, 16, 9)
+
+
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every contender that is installed, alone and side by side."""
-    effort = Effort.of(quick)
+    effort = QUICK if quick else FULL
     there = [each for each in CONTENDERS if not each.needs_mujoco or installed()]
     if installed():
-        _be_quiet()
+        # Keep MuJoCo from writing its warnings to a file where the user happens to be.
+        mujoco: Any = importlib.import_module("mujoco")
+        mujoco.set_mju_user_warning(str)  # what is returned goes nowhere
     lengths: dict[str, float] = {}
     for each in there:
         env = single(each.env_id, **each.options)
         env.reset(seed=SEED)
         lengths[each.title] = episode_length(env, effort.steps(each))
-    ways = [(each, form) for each in there for form in (SINGLE, VECTOR)]
-    tasks = {f"{each.title} {form}": _task(each, form, effort) for each, form in ways}
+    tasks = {
+        (each, form): stepping(
+            each.env_id,
+            effort.envs if form == VECTOR else None,
+            effort.steps(each),
+            SEED,
+            **each.options,
+        )
+        for each, form in product(there, (SINGLE, VECTOR))
+    }
     times = take_turns(tasks, effort.rounds, 0.0, tick=lambda share: progress(share, "steps"))
     rows: list[Row] = []
-    for each, form in ways:
-        steps, length = effort.steps(each), lengths[each.title]
+    for (each, form), taken in times.items():
+        length = lengths[each.title]
         row: Row = {"task": each.title, "form": form}
-        row |= rate_cells("steps", times[f"{each.title} {form}"], steps)
+        row |= rate_cells("steps", taken, effort.steps(each))
         row |= {"steps an episode": length, "episodes/s": float(row["steps/s"]) / length}
         rows.append(row)
     findings: list[str] = []
@@ -95,7 +119,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
             "pip install 'magfold_env[peers]'"
         )
     title = f"Steps and episodes a second on one core, alone and {effort.envs} side by side"
-    return Measurement(NAME, rows, [Table(title, rows)], findings)
+    return Measurement(rows, [Table(title, rows)], findings)
 
 
 def installed() -> bool:
@@ -103,13 +127,25 @@ def installed() -> bool:
     return all(find_spec(name) is not None for name in ("mujoco", "imageio"))
 
 
-def _be_quiet() -> None:
-    """Keep MuJoCo from writing its warnings to a file where the user happens to be."""
-    mujoco: Any = importlib.import_module("mujoco")
-    mujoco.set_mju_user_warning(str)  # what is returned goes nowhere
-
-
-def _task(contender: Contender, form: str, effort: Effort) -> Task:
-    envs = effort.envs if form == VECTOR else None
-    steps = effort.steps(contender)
-    return stepping(contender.env_id, envs, steps, SEED, **contender.options)
+def draw(rows: list[Row]) -> Any:
+    """Draw steps and episodes a second of all tasks, alone and side by side."""
+    figure, axes = panels(2, "Beside other tasks, one core, random actions", 6.0, 3.8, shared=False)
+    titles = distinct(rows, "task")
+    for axis, what in zip(axes, ("steps/s", "episodes/s"), strict=True):
+        for k, form in enumerate((SINGLE, VECTOR)):
+            axis.plot(
+                numbers(select(rows, form=form), what),
+                np.arange(len(titles)),
+                color=COLOURS[k + 1],
+                linestyle="none",
+                marker=MARKERS[k],
+                markersize=8,
+                label=form,
+            )
+        axis.set_yticks(np.arange(len(titles)), titles)
+        axis.set_ylim(-0.5, len(titles) - 0.5)
+        axis.set_xscale("log")
+        axis.set_xlabel(what)
+        axis.invert_yaxis()
+    legend_below(figure, axes[0])
+    return figure

@@ -1,8 +1,12 @@
-"""Environments, alone and side by side, and random play on them."""
+"""Environments, alone and side by side, random play on them, and the time it spends in kernels."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import sys
+import time
+from collections.abc import Callable, Generator, Iterable
+from contextlib import contextmanager
+from types import ModuleType
 from typing import Any
 
 import gymnasium
@@ -10,12 +14,15 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
+from magfold_env.engine.compile.jit import is_kernel
 from magfold_env.envs import register_envs
-from magfold_env.reporting.timing import Task
+from magfold_env.reporting.tables import Row, numbers, verdict
+from magfold_env.reporting.timing import Task, Timing, unprepared
 
 TUBE_FEED = "MagFold/TubeFeed-v0"
 ENVS = 64
 """Environments in a vector unless a part says otherwise."""
+PACKAGE = "magfold_env."
 
 Single = gymnasium.Env[Any, Any]
 Vector = VectorEnv[Any, Any, Any]
@@ -68,11 +75,11 @@ def stepping(env_id: str, envs: int | None, steps: int, seed: int, **options: An
         alone = single(env_id, **options)
         alone.reset(seed=seed)
         chosen = drawn_actions(alone, steps, seed)
-        return lambda: lambda: step_single(alone, chosen)
+        return unprepared(lambda: step_single(alone, chosen))
     together = vector(env_id, envs, **options)
     together.reset(seed=seed)
     many = drawn_actions(together, steps // envs, seed)
-    return lambda: lambda: step_vector(together, many)
+    return unprepared(lambda: step_vector(together, many))
 
 
 def step_single(env: Single, actions: Iterable[Any]) -> None:
@@ -133,3 +140,72 @@ def log_uniform(rng: np.random.Generator, steps: int, episodes: int) -> NDArray[
     Every magnet is N or S with equal chance, and speeds are log-uniform over their whole range.
     """
     return rng.uniform(-1.0, 1.0, (steps, episodes, 5)).astype(np.float32)
+
+
+def rate_cells(what: str, taken: Timing, count: float) -> Row:
+    """Return the cells of a table's row that tell how often a second ``what`` is done.
+
+    Parameters
+    ----------
+    taken
+        Time of ``count`` of them.
+    """
+    spread = taken.spread
+    return {
+        f"{what}/s": count / spread.median,
+        "lower quartile": count / spread.high,
+        "upper quartile": count / spread.low,
+    }
+
+
+def rate_verdict(rate: float, wanted: float) -> str:
+    """Say whether a rate [1/s] is as high as wanted."""
+    return f"at least {wanted:,.0f} are asked for: {verdict(rate >= wanted)}"
+
+
+def rate_quartiles(rows: list[Row], what: str) -> Any:
+    """Return how far the quartiles of a rate lie below and above its median."""
+    middle = numbers(rows, what)
+    low, high = numbers(rows, "lower quartile"), numbers(rows, "upper quartile")
+    return np.stack([middle - low, high - middle])
+
+
+class KernelClock:
+    """Adds up the time of the calls from Python to kernels; those among kernels are part of it.
+
+    What a call costs before the kernel begins counts as the kernel's.
+    """
+
+    def __init__(self) -> None:
+        self.inside = 0.0
+        """Seconds so far."""
+
+    @contextmanager
+    def running(self) -> Generator[None]:
+        """Watch every kernel that a module of this package names.
+
+        All must have been compiled: a kernel that is compiled meanwhile does not find the others.
+        """
+        found: list[tuple[ModuleType, str, Any]] = [
+            (module, name, value)
+            for key, module in list(sys.modules.items())
+            if key.startswith(PACKAGE)
+            for name, value in list(vars(module).items())
+            if is_kernel(value)
+        ]
+        for module, name, kernel in found:
+            setattr(module, name, self._watched(kernel))
+        try:
+            yield
+        finally:
+            for module, name, kernel in found:
+                setattr(module, name, kernel)
+
+    def _watched(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any) -> Any:
+            begun = time.thread_time()
+            result = kernel(*arguments)
+            self.inside += time.thread_time() - begun
+            return result
+
+        return call

@@ -7,16 +7,29 @@ to show the noise.
 
 from __future__ import annotations
 
+from itertools import product
+from typing import Any
+
 import numpy as np
 
-from magfold_env.benchmarks.magnets.chains import Chain, pinned_states
-from magfold_env.benchmarks.magnets.poses import random_scene
-from magfold_env.benchmarks.magnets.scaling import AT_STOPS, FOLDED, UNFOLDED, shapes
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
-from magfold_env.reporting.timing import Timing, ratio, take_turns
+from magfold_env.benchmarks.magnets.poses import AT_STOPS, FOLDED, UNFOLDED, random_scene, shapes
+from magfold_env.benchmarks.magnets.samples import Chain, pinned_states
+from magfold_env.reporting.plotting import COLOURS, INK, legend, panels
+from magfold_env.reporting.tables import (
+    Measurement,
+    Progress,
+    Row,
+    Table,
+    Tick,
+    distinct,
+    each_case,
+    numbers,
+    select,
+    verdict,
+)
+from magfold_env.reporting.timing import ratio, take_turns, unprepared
 from magfold_env.scene import Scene
 
-NAME = "devices"
 LENGTHS, QUICK_LENGTHS = (6, 60), (6,)
 DEFAULT, AGAIN = "default chain", "default chain again"
 STOPS = "all joints at stops"
@@ -36,14 +49,13 @@ SEED = 13
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every feature on unfolded and folded chains."""
     lengths, rounds = (QUICK_LENGTHS, 2) if quick else (LENGTHS, 9)
-    part = Measurement(NAME, [])
-    cases = [(n, shape) for n in lengths for shape in (UNFOLDED, FOLDED)]
-    for k, (n, shape) in enumerate(cases):
-        tick = begin_case(progress, k, len(cases), f"n = {n}, {shape}")
-        part.rows.extend(_measure(n, shape, rounds, tick))
-    part.tables.extend(_table(n, part.rows) for n in lengths)
-    part.findings.extend(_findings(part.rows))
-    return part
+    found = Measurement()
+    cases = list(product(lengths, (UNFOLDED, FOLDED)))
+    for (n, shape), tick in each_case(progress, cases, lambda case: f"n = {case[0]}, {case[1]}"):
+        found.rows.extend(_measure(n, shape, rounds, tick))
+    found.tables.extend(_table(n, select(found.rows, n=n)) for n in lengths)
+    found.findings.extend(_findings(found.rows))
+    return found
 
 
 def features(n: int) -> dict[str, Scene]:
@@ -92,33 +104,28 @@ def _measure(n: int, shape: str, rounds: int, tick: Tick) -> list[Row]:
     chains = {name: Chain(scene, states) for name, scene in scenes.items()}
     if shape == FOLDED:
         chains[STOPS] = Chain(scenes[DEFAULT], pinned_states([headings[AT_STOPS]], side))
-    taken = take_turns({name: chain.task() for name, chain in chains.items()}, rounds, tick=tick)
-    times = {name: Timing(taken[name].samples / chains[name].evaluations) for name in chains}
-    rows: list[Row] = []
-    for name in chains:
-        spread, share = times[name].spread, ratio(times[name], times[DEFAULT])
-        rows.append(
-            {
-                "n": n,
-                "shape": shape,
-                "feature": name,
-                **spread.time_cells("µs", 1e6),
-                "time / default": share.median,
-                "time / default, lower quartile": share.low,
-                "time / default, upper quartile": share.high,
-            }
-        )
-    return rows
+    tasks = {name: unprepared(chain.work) for name, chain in chains.items()}
+    taken = take_turns(tasks, rounds, tick=tick)
+    times = {name: chain.each(taken[name]) for name, chain in chains.items()}
+    return [
+        {
+            "n": n,
+            "shape": shape,
+            "feature": name,
+            **time.spread.time_cells("µs", 1e6),
+            **ratio(time, times[DEFAULT]).cells("time / default"),
+        }
+        for name, time in times.items()
+    ]
 
 
 def _table(n: int, rows: list[Row]) -> Table:
     """Return times and ratios of one length, a row a feature and two columns a shape."""
     lines: dict[str, Row] = {}
     for row in rows:
-        if row["n"] == n:
-            line = lines.setdefault(str(row["feature"]), {"feature": row["feature"]})
-            for key in ("time [µs]", "time / default"):
-                line[f"{row['shape']}: {key}"] = row[key]
+        line = lines.setdefault(str(row["feature"]), {"feature": row["feature"]})
+        for key in ("time [µs]", "time / default"):
+            line[f"{row['shape']}: {key}"] = row[key]
     # Not every feature is in both shapes.
     shown: list[Row] = [
         {key: line.get(key, "") for key in lines[DEFAULT]} for line in lines.values()
@@ -129,15 +136,37 @@ def _table(n: int, rows: list[Row]) -> Table:
 def _findings(rows: list[Row]) -> list[str]:
     """Say what each feature costs, and whether those that leave less to do take no longer."""
     found: list[str] = []
-    for name in dict.fromkeys(str(row["feature"]) for row in rows):
+    for name in distinct(rows, "feature"):
         if name == DEFAULT:
             continue
-        shares = [float(row["time / default"]) for row in rows if row["feature"] == name]
+        shares = numbers(select(rows, feature=name), "time / default")
         asked = ""
         if name not in COSTLY:
-            verdict = "holds" if max(shares) <= NOISE else "FAILS"
-            asked = f"; at most 1 is asked for, to within {NOISE - 1.0:.0%}: {verdict}"
+            held = verdict(shares.max() <= NOISE)
+            asked = f"; at most 1 is asked for, to within {NOISE - 1.0:.0%}: {held}"
         found.append(
-            f"{name}: {min(shares):.2g} to {max(shares):.2g} times as long as the default{asked}"
+            f"{name}: {shares.min():.2g} to {shares.max():.2g} times as long as the default{asked}"
         )
     return found
+
+
+def draw(rows: list[Row]) -> Any:
+    """Bars of the time over the default chain's, feature by feature, a colour a chain."""
+    rows = [row for row in rows if row["feature"] != DEFAULT]
+    chains = list(dict.fromkeys((row["n"], row["shape"]) for row in rows))
+    names = distinct(rows, "feature")
+    figure, axes = panels(1, "Magnets in the dynamics: time over the default chain's", 9.0, 5.0)
+    axis = axes[0]
+    height = 0.8 / len(chains)
+    for k, (n, shape) in enumerate(chains):
+        mine = select(rows, n=n, shape=shape)
+        place = [names.index(str(row["feature"])) + (k + 0.5) * height - 0.4 for row in mine]
+        shares = numbers(mine, "time / default")
+        axis.barh(place, shares, 0.9 * height, color=COLOURS[k + 1], label=f"n = {n}, {shape}")
+    axis.axvline(1.0, color=INK, linewidth=1.0, linestyle="--")
+    axis.set_yticks(range(len(names)), names, fontsize=9)
+    axis.invert_yaxis()
+    axis.grid(visible=False, axis="y")
+    axis.set_xlabel("time / time of the default chain")
+    legend(axis, "upper right")
+    return figure

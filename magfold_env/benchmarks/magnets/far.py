@@ -13,21 +13,31 @@ pairs are summed or expanded: nothing is looked up or kept.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import replace
+from itertools import product
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets.casings import Sample, Sums
-from magfold_env.benchmarks.magnets.poses import random_scene
-from magfold_env.benchmarks.magnets.scaling import FOLDED, UNFOLDED, shapes
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
-from magfold_env.reporting.timing import Task, Timing, ratio, take_turns
+from magfold_env.benchmarks.magnets.accuracy import FLUSH, SMALLEST
+from magfold_env.benchmarks.magnets.poses import FOLDED, UNFOLDED, random_scene, shapes
+from magfold_env.benchmarks.magnets.samples import Sample, Sums
+from magfold_env.reporting.plotting import COLOURS, INK, curve, label_points, legend_below, panels
+from magfold_env.reporting.tables import (
+    Measurement,
+    Progress,
+    Row,
+    Table,
+    Tick,
+    distinct,
+    each_case,
+    select,
+)
+from magfold_env.reporting.timing import ratio, take_turns, unprepared
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
 from magfold_env.simulation.quadrature import Rule, choose_rule
 
-NAME = "far"
 EXACT = 1e-6  # bound under whose nodes the far field's errors are found
 ORDERS = {
     1: "dipoles",
@@ -40,6 +50,9 @@ ORDERS = {
 NONE = 0  # the order of sums without a far field
 ALIKE = ("NSSN", "NNSS", "NSNS", "NNNN")  # dipoles along and across the chain, and none
 SEED = 5
+BOUND, TIME, RADIUS = "nodes of accuracy", "time [µs]", "radius [diagonals]"
+FAR_FIELD = ("order", RADIUS, "segments' radius [diagonals]")
+"""Columns that say which far field a row is of."""
 
 
 def own_rule(bound: float) -> Rule:
@@ -52,8 +65,7 @@ class Setting(NamedTuple):
 
     order: int
     radius: float
-    groups: float
-    """Of segments, over the number of their components."""
+    groups: float  # of segments, over the number of their components
 
     @classmethod
     def of(cls, rule: Rule) -> Setting:
@@ -64,25 +76,14 @@ class Setting(NamedTuple):
 NO_FIELD = Setting(NONE, math.inf, math.inf)
 
 
-@dataclass(frozen=True)
-class Effort:
+class Effort(NamedTuple):
     """How much work a run of the benchmark may be."""
 
     lengths: tuple[int, ...]
-    states: int
-    """Chains of random poles at every length, besides those of `ALIKE`."""
+    states: int  # chains of random poles at every length, besides those of `ALIKE`
     bounds: tuple[float, ...]
-    others: tuple[float, ...]
-    """Radii beside those of the bounds [diagonals]; 4/3 is the least that segments allow."""
-    rounds: int
-    """Samples of every timing."""
-
-    @classmethod
-    def of(cls, quick: bool) -> Effort:
-        """Return the effort of a quick or a full run."""
-        if quick:
-            return cls((60,), 1, (1e-3,), (4.0,), 2)
-        return cls((60, 450), 3, (1e-2, 1e-3, 1e-4), (1.4, 2.35, 4.0, 6.0), 5)
+    others: tuple[float, ...]  # radii beside those of the bounds; 4/3 is the least for segments
+    rounds: int  # samples of every timing
 
     @property
     def settings(self) -> list[Setting]:
@@ -91,18 +92,21 @@ class Effort:
         return [*alike, *(Setting.of(own_rule(bound)) for bound in self.bounds)]
 
 
+QUICK = Effort((60,), 1, (1e-3,), (4.0,), 2)
+FULL = Effort((60, 450), 3, (1e-2, 1e-3, 1e-4), (1.4, 2.35, 4.0, 6.0), 5)
+
+
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every order and radius on unfolded and folded chains."""
-    effort = Effort.of(quick)
-    part = Measurement(NAME, [])
-    cases = [(n, shape) for n in effort.lengths for shape in (UNFOLDED, FOLDED)]
-    for k, (n, shape) in enumerate(cases):
-        tick = begin_case(progress, k, len(cases), f"n = {n}, {shape}")
+    effort = QUICK if quick else FULL
+    found = Measurement()
+    cases = list(product(effort.lengths, (UNFOLDED, FOLDED)))
+    for (n, shape), tick in each_case(progress, cases, lambda case: f"n = {case[0]}, {case[1]}"):
         rows = _measure(n, shape, effort, tick)
-        part.rows.extend(rows)
-        part.tables.append(_table(n, shape, rows))
-        part.findings.extend(_findings(n, shape, effort, rows))
-    return part
+        found.rows.extend(rows)
+        found.tables.append(_table(n, shape, rows))
+        found.findings.extend(_findings(n, shape, effort, rows))
+    return found
 
 
 def states_of(n: int, shape: str, count: int) -> Sample:
@@ -139,35 +143,22 @@ def _measure(n: int, shape: str, effort: Effort, tick: Tick) -> list[Row]:
     """Rows of one chain: all settings with the nodes of every bound."""
     sample = states_of(n, shape, effort.states)
     errors = {NO_FIELD: 0.0, **errors_of(sample, effort.settings)}
-    keys = [(bound, setting) for bound in effort.bounds for setting in errors]
-    sums = {key: _sums(sample.first, *key) for key in keys}
-    tasks: dict[str, Task] = {str(key): _task(each) for key, each in sums.items()}
+    sums = {key: _sums(sample.first, *key) for key in product(effort.bounds, errors)}
+    tasks = {key: unprepared(each.work) for key, each in sums.items()}
     taken = take_turns(tasks, effort.rounds, tick=tick)
-    times = {key: Timing(taken[str(key)].samples / sums[key].evaluations) for key in keys}
-    rows: list[Row] = []
-    for bound, setting in keys:
-        spread = times[bound, setting].spread
-        faster = ratio(times[bound, NO_FIELD], times[bound, setting])
-        rows.append(
-            {
-                "n": n,
-                "shape": shape,
-                "nodes of accuracy": bound,
-                "order": setting.order,
-                "radius [diagonals]": setting.radius,
-                "segments' radius [diagonals]": setting.groups,
-                "error": errors[setting],
-                **spread.time_cells("µs", 1e6),
-                "times faster": faster.median,
-                "times faster, lower quartile": faster.low,
-                "times faster, upper quartile": faster.high,
-            }
-        )
-    return rows
-
-
-def _task(sums: Sums) -> Task:
-    return lambda: sums.work
+    times = {key: each.each(taken[key]) for key, each in sums.items()}
+    return [
+        {
+            "n": n,
+            "shape": shape,
+            BOUND: bound,
+            **dict(zip(FAR_FIELD, setting, strict=True)),
+            "error": errors[setting],
+            **time.spread.time_cells("µs", 1e6),
+            **ratio(times[bound, NO_FIELD], time).cells("times faster"),
+        }
+        for (bound, setting), time in times.items()
+    ]
 
 
 def fastest(rows: list[Row], bound: float) -> dict[int, Row]:
@@ -176,19 +167,26 @@ def fastest(rows: list[Row], bound: float) -> dict[int, Row]:
     With the nodes of that bound; orders that err by more at all radii are left out.
     """
     best: dict[int, Row] = {}
-    for row in rows:
-        order = int(row["order"])
-        if order == NONE or row["nodes of accuracy"] != bound or float(row["error"]) > bound:
-            continue
-        if order not in best or _time(row) < _time(best[order]):
-            best[order] = row
+    for row in sorted(select(rows, {BOUND: bound}), key=_time):
+        if row["order"] != NONE and float(row["error"]) <= bound:
+            best.setdefault(int(row["order"]), row)
     return best
+
+
+def _time(row: Row) -> float:
+    return float(row[TIME])
+
+
+def _setting(row: Row) -> Setting:
+    """Far field of a row."""
+    order, *radii = (row[name] for name in FAR_FIELD)
+    return Setting(int(order), *map(float, radii))
 
 
 def _table(n: int, shape: str, rows: list[Row]) -> Table:
     """Return errors by order and radius [diagonals], and times with the nodes of each bound."""
     shown: list[Row] = []
-    for setting in dict.fromkeys(_setting(row) for row in rows):
+    for setting in dict.fromkeys(map(_setting, rows)):
         mine = [row for row in rows if _setting(row) == setting]
         line: Row = {
             "far field": ORDERS.get(setting.order, "none"),
@@ -196,10 +194,8 @@ def _table(n: int, shape: str, rows: list[Row]) -> Table:
             "segments": setting.groups,
             "its error": mine[0]["error"],
         }
-        for row in mine:
-            line[f"µs, {row['nodes of accuracy']:g}"] = row["time [µs]"]
-        for row in mine:
-            line[f"times faster, {row['nodes of accuracy']:g}"] = row["times faster"]
+        line |= {f"µs, {row[BOUND]:g}": row[TIME] for row in mine}
+        line |= {f"times faster, {row[BOUND]:g}": row["times faster"] for row in mine}
         shown.append(line)
     return Table(f"Far field of {n} components, {shape}: errors in flush forces", shown)
 
@@ -210,17 +206,14 @@ def _findings(n: int, shape: str, effort: Effort, rows: list[Row]) -> list[str]:
     found: list[str] = []
     for bound in effort.bounds:
         own = Setting.of(own_rule(bound))
-        row = next(
-            row for row in rows if _setting(row) == own and row["nodes of accuracy"] == bound
-        )
+        row = next(row for row in select(rows, {BOUND: bound}) if _setting(row) == own)
         gains.append(
             f"{float(row['times faster']):.3g}-fold at {bound:g} "
             f"(error {float(row['error']) / bound:.0%} of the bound)"
         )
         best = sorted(fastest(rows, bound).values(), key=_time)
         orders = [
-            f"{ORDERS[int(row['order'])]} beyond {row['radius [diagonals]']:g}"
-            f" {_time(row) / _time(best[0]):.2f}"
+            f"{ORDERS[int(row['order'])]} beyond {row[RADIUS]:g} {_time(row) / _time(best[0]):.2f}"
             for row in best
         ]
         found.append(
@@ -233,11 +226,28 @@ def _findings(n: int, shape: str, effort: Effort, rows: list[Row]) -> list[str]:
     ]
 
 
-def _time(row: Row) -> float:
-    return float(row["time [µs]"])
+def draw(rows: list[Row]) -> Any:
+    """Error of the far field against time, a panel a chain; radii are written at the points.
 
-
-def _setting(row: Row) -> Setting:
-    """Far field of a row."""
-    radii = (float(row[name]) for name in ("radius [diagonals]", "segments' radius [diagonals]"))
-    return Setting(int(row["order"]), *radii)
+    Times are those with the nodes of the middle bound.
+    """
+    chains = list(dict.fromkeys((row["n"], row["shape"]) for row in rows))
+    bounds = sorted(distinct(rows, BOUND))
+    bound = bounds[len(bounds) // 2]
+    title = f"Far field: its error against time, with the nodes of accuracy {bound:g}"
+    figure, axes = panels(len(chains), title, 4.2, 4.4, shared=False)
+    rows = [row | {"drawn": max(float(row["error"]), SMALLEST)} for row in rows]
+    for axis, (n, shape) in zip(axes, chains, strict=True):
+        here = select(rows, {BOUND: bound}, n=n, shape=shape)
+        for k, (order, name) in enumerate(ORDERS.items()):
+            mine = sorted(select(here, order=order), key=lambda row: float(row[RADIUS]))
+            points = curve(axis, mine, TIME, "drawn", k, color=COLOURS[k + 1], label=name)
+            texts = [f"{float(row[RADIUS]):g}" for row in mine]
+            label_points(axis, zip(*points, strict=True), texts, fontsize=7, color=COLOURS[k + 1])
+        without = _time(select(here, order=NONE)[0])
+        axis.axvline(without, color=INK, linewidth=1.0, linestyle="--", label="without a far field")
+        axis.set_title(f"n = {n}, {shape}", fontsize=11)
+        axis.set_xlabel("time of an evaluation [µs]")
+    axes[0].set_ylabel(f"worst error /\n{FLUSH}", fontsize=9)
+    legend_below(figure, axes[0])
+    return figure

@@ -8,22 +8,33 @@ fold. Beside it, every pair summed. Errors are of the torques at the joints.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets.chains import Chain, joint_torques
-from magfold_env.benchmarks.magnets.kernels import Loads, States
+from magfold_env.benchmarks.magnets.samples import Chain, Loads, States, joint_torques
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.state import LO, Array, IntArray, Pose
 from magfold_env.laws import exact_magnets
 from magfold_env.laws.along_folds import SteppedSession
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
-from magfold_env.reporting.timing import take_turns
+from magfold_env.reporting.plotting import COLOURS, legend, panels
+from magfold_env.reporting.tables import (
+    Measurement,
+    Progress,
+    Row,
+    Table,
+    Tick,
+    distinct,
+    each_case,
+    numbers,
+    select,
+    verdict,
+    without_quartiles,
+)
+from magfold_env.reporting.timing import take_turns, unprepared
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.pack import pack
 
-NAME = "fold"
 BOUNDS = (1e-2, 1e-3, 1e-4)
 ASKED = {1e-2: 10.0, 1e-4: 30.0}  # [µs] at most, on average over a fold
 SPEED = 0.1  # [m/s] of the tube's feed
@@ -31,20 +42,15 @@ DURATION = 1.0  # [s] from the last release
 SEED = 0
 
 
-@dataclass(frozen=True)
-class Effort:
+class Effort(NamedTuple):
     """How much work a run of the benchmark may be."""
 
     sequences: tuple[int, ...]
-    checked: int
-    """States of a fold at which errors are found."""
-    rounds: int
-    """Samples of every timing."""
+    checked: int  # states of a fold at which errors are found
+    rounds: int  # samples of every timing
 
-    @classmethod
-    def of(cls, quick: bool) -> Effort:
-        """Return the effort of a quick or a full run."""
-        return cls((3,), 5, 2) if quick else cls((1, 2, 3), 60, 9)
+
+QUICK, FULL = Effort((3,), 5, 2), Effort((1, 2, 3), 60, 9)
 
 
 class RecordedSession(SteppedSession):
@@ -66,17 +72,13 @@ class RecordedSession(SteppedSession):
 
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every fold at every accuracy."""
-    effort = Effort.of(quick)
-    part = Measurement(NAME, [])
-    scenes = folds(effort)
-    for k, (name, scene) in enumerate(scenes.items()):
-        tick = begin_case(progress, k, len(scenes), name)
-        part.rows.extend(_measure(name, scene, effort, tick))
-    hidden = ("lower quartile [µs]", "upper quartile [µs]")
-    shown = [{key: row[key] for key in row if key not in hidden} for row in part.rows]
-    part.tables.append(Table("Magnets of a chain of six, averages over a fold", shown))
-    part.findings.extend(_findings(part.rows))
-    return part
+    effort = QUICK if quick else FULL
+    rows: list[Row] = []
+    scenes = list(folds(effort).items())
+    for (name, scene), tick in each_case(progress, scenes, lambda case: case[0]):
+        rows.extend(_measure(name, scene, effort, tick))
+    table = Table("Magnets of a chain of six, averages over a fold", without_quartiles(rows))
+    return Measurement(rows, [table], _findings(rows))
 
 
 def folds(effort: Effort) -> dict[str, Scene]:
@@ -125,27 +127,26 @@ def _measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> list[Row]:
     """Return a row an accuracy."""
     states = states_of(scene)
     magnets = {bound: scene.replace(magnets={"accuracy": bound}) for bound in BOUNDS}
-    looked_up = {bound: Chain(each, states) for bound, each in magnets.items()}
-    summed = {bound: Chain(each.replace(contact=False), states) for bound, each in magnets.items()}
-    tasks = {f"{bound:g}": chain.task() for bound, chain in looked_up.items()}
-    tasks |= {f"{bound:g} summed": chain.task() for bound, chain in summed.items()}
-    times = take_turns(tasks, effort.rounds, tick=tick)
+    chains = {(bound, True): Chain(each, states) for bound, each in magnets.items()}
+    chains |= {
+        (bound, False): Chain(each.replace(contact=False), states)
+        for bound, each in magnets.items()
+    }
+    tasks = {key: unprepared(chain.work) for key, chain in chains.items()}
+    taken = take_turns(tasks, effort.rounds, tick=tick)
+    times = {key: chain.each(taken[key]) for key, chain in chains.items()}
     errors = errors_of(magnets, states, effort.checked)
-    rows: list[Row] = []
-    for bound in BOUNDS:
-        taken, sums = times[f"{bound:g}"].spread, times[f"{bound:g} summed"]
-        each = 1e6 / looked_up[bound].evaluations
-        rows.append(
-            {
-                "fold": name,
-                "accuracy": bound,
-                "evaluations": states.first.size,
-                **taken.time_cells("µs", each),
-                "all pairs summed [µs]": 1e6 * sums.median / summed[bound].evaluations,
-                "worst error": errors[bound],
-            }
-        )
-    return rows
+    return [
+        {
+            "fold": name,
+            "accuracy": bound,
+            "evaluations": states.first.size,
+            **times[bound, True].spread.time_cells("µs", 1e6),
+            "all pairs summed [µs]": 1e6 * times[bound, False].median,
+            "worst error": errors[bound],
+        }
+        for bound in BOUNDS
+    ]
 
 
 def errors_of(scenes: dict[float, Scene], states: States, count: int) -> dict[float, float]:
@@ -167,9 +168,7 @@ def errors_of(scenes: dict[float, Scene], states: States, count: int) -> dict[fl
     wanted = joint_torques(Loads(force[..., 0], force[..., 1], torque), some, side)
     unit = side * exact_magnets.flush_force(scene)
     return {
-        bound: float(
-            np.abs(joint_torques(Chain(each, some, once=True).loads(), some, side) - wanted).max()
-        )
+        bound: float(np.abs(joint_torques(Chain(each, some).loads(), some, side) - wanted).max())
         / unit
         for bound, each in scenes.items()
     }
@@ -178,15 +177,38 @@ def errors_of(scenes: dict[float, Scene], states: States, count: int) -> dict[fl
 def _findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
     for bound in BOUNDS:
-        mine = [row for row in rows if row["accuracy"] == bound]
-        times = [float(row["time [µs]"]) for row in mine]
-        error = max(float(row["worst error"]) for row in mine)
+        mine = select(rows, accuracy=bound)
+        times, error = numbers(mine, "time [µs]"), numbers(mine, "worst error").max()
         asked = ""
         if bound in ASKED:
-            verdict = "holds" if max(times) <= ASKED[bound] else "FAILS"
-            asked = f"; at most {ASKED[bound]:g} is asked for: {verdict}"
+            held = verdict(times.max() <= ASKED[bound])
+            asked = f"; at most {ASKED[bound]:g} is asked for: {held}"
         found.append(
-            f"accuracy {bound:g}: the magnets take {min(times):.3g} to {max(times):.3g} µs an "
+            f"accuracy {bound:g}: the magnets take {times.min():.3g} to {times.max():.3g} µs an "
             f"evaluation, averages over {len(mine)} folds{asked}; worst error {error:.2g}"
         )
     return found
+
+
+def draw(rows: list[Row]) -> Any:
+    """Bars of the average time by fold and accuracy; ticks stand for all pairs summed."""
+    figure, axes = panels(1, "Magnets of a chain of six: average over a fold", 8.0, 4.6)
+    axis = axes[0]
+    names, bounds = distinct(rows, "fold"), distinct(rows, "accuracy")
+    for k, bound in enumerate(bounds):
+        mine = select(rows, accuracy=bound)
+        place = [names.index(str(row["fold"])) + (k - 1) * 0.26 for row in mine]
+        colour = COLOURS[k + 1]
+        axis.bar(place, numbers(mine, "time [µs]"), 0.24, color=colour, label=f"accuracy {bound:g}")
+        axis.scatter(place, numbers(mine, "all pairs summed [µs]"), color=colour, marker="_", s=130)
+        if bound in ASKED:
+            axis.axhline(ASKED[bound], color=colour, linewidth=1.0, linestyle="--")
+    axis.set_xticks(range(len(names)), [name.replace(", ", "\n", 1) for name in names], fontsize=8)
+    axis.set_ylim(0.0, 1.25 * float(numbers(rows, "all pairs summed [µs]").max()))
+    axis.grid(visible=False, axis="x")
+    axis.set_ylabel("time an evaluation [µs]")
+    axis.set_xlabel(
+        "dashed: at most that is asked for; short strokes: all pairs summed", fontsize=9
+    )
+    legend(axis, "upper left", ncols=len(bounds))
+    return figure

@@ -9,47 +9,55 @@ joints are a little off their stops, so that nothing is kept from one evaluation
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
+from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets.casings import Sample, Sums, sample_of
-from magfold_env.benchmarks.magnets.chains import Chain, joint_torques, pinned_states
-from magfold_env.benchmarks.magnets.kernels import Loads
-from magfold_env.benchmarks.magnets.magpylib_peer import MAGPYLIB, Mesh, Peer, installed
-from magfold_env.benchmarks.magnets.poses import random_scene
-from magfold_env.benchmarks.magnets.scaling import FOLDED, UNFOLDED, shapes
+from magfold_env.benchmarks.contenders.magpylib import MAGPYLIB, Mesh, Peer, installed
+from magfold_env.benchmarks.magnets.poses import FOLDED, UNFOLDED, random_scene, shapes
+from magfold_env.benchmarks.magnets.samples import (
+    Chain,
+    Loads,
+    Sample,
+    Sums,
+    joint_torques,
+    pinned_states,
+    sample_of,
+)
 from magfold_env.engine.state import Array
 from magfold_env.laws import exact_magnets
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
-from magfold_env.reporting.timing import Spread, Task, Timing, ratio, take_turns
+from magfold_env.reporting.plotting import COLOURS, curve, legend, panels
+from magfold_env.reporting.tables import (
+    Measurement,
+    Progress,
+    Row,
+    Table,
+    Tick,
+    distinct,
+    each_case,
+    numbers,
+    select,
+    without_quartiles,
+)
+from magfold_env.reporting.timing import Spread, Timing, ratio, take_turns, unprepared
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
 
-NAME = "peers"
 SUMS, DYNAMICS = "sums", "dynamics"  # two ways of the engine
 BOUNDS = (5e-2, 1e-2, 1e-3, 1e-4, 1e-5)
 WANTED = 1000.0
 SEED = 3
+DRAWN = {MAGPYLIB: "magpylib getFT", SUMS: "engine, sums", DYNAMICS: "engine, dynamics"}
+NO_RATIO = Spread(math.nan, math.nan, math.nan)
 
-
-@dataclass(frozen=True)
-class Effort:
-    """How much work a run of the benchmark may be."""
-
-    meshes: dict[int, tuple[Mesh, ...]]
-    """By number of components."""
-    rounds: int
-    """Samples of every timing."""
-
-    @classmethod
-    def of(cls, quick: bool) -> Effort:
-        """Return the effort of a quick or a full run."""
-        if quick:
-            return cls({6: ((1, 2, 2),)}, 2)
-        fine = ((1, 2, 2), (2, 4, 4), (3, 7, 7), (4, 10, 10))  # their cells are nearly cubes
-        return cls({6: fine, 60: fine[:2]}, 3)
+# Cells of a magnet, nearly cubes, by number of components; then samples of every timing.
+FINE: tuple[Mesh, ...] = ((1, 2, 2), (2, 4, 4), (3, 7, 7), (4, 10, 10))
+QUICK: tuple[dict[int, tuple[Mesh, ...]], int] = ({6: FINE[:1]}, 2)
+FULL: tuple[dict[int, tuple[Mesh, ...]], int] = ({6: FINE, 60: FINE[:2]}, 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,16 +85,13 @@ def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every mesh and bound on every chain; without magpylib nothing is measured."""
     if not installed():
         text = "magpylib is absent; the extra brings it: pip install 'magfold_env[peers]'"
-        return Measurement(NAME, [], findings=[text])
-    effort = Effort.of(quick)
-    part = Measurement(NAME, [])
-    cases = [(n, shape) for n in effort.meshes for shape in (UNFOLDED, FOLDED)]
-    for k, (n, shape) in enumerate(cases):
-        tick = begin_case(progress, k, len(cases), f"n = {n}, {shape}")
-        part.rows.extend(measure(n, shape, effort, tick))
-    part.tables.append(_table(part.rows))
-    part.findings.extend(_findings(part.rows))
-    return part
+        return Measurement(findings=[text])
+    meshes, rounds = QUICK if quick else FULL
+    rows: list[Row] = []
+    cases = list(product(meshes, (UNFOLDED, FOLDED)))
+    for (n, shape), tick in each_case(progress, cases, lambda case: f"n = {case[0]}, {case[1]}"):
+        rows.extend(measure(n, shape, meshes[n], rounds, tick))
+    return Measurement(rows, [_table(rows)], _findings(rows))
 
 
 def chain_sample(n: int, shape: str) -> Sample:
@@ -96,17 +101,17 @@ def chain_sample(n: int, shape: str) -> Sample:
     return sample_of([scene], [(centres(headings, scene.casing.side), headings)])
 
 
-def measure(n: int, shape: str, effort: Effort, tick: Tick) -> list[Row]:
+def measure(n: int, shape: str, meshes: tuple[Mesh, ...], rounds: int, tick: Tick) -> list[Row]:
     """Return a row a contender."""
     sample = chain_sample(n, shape)
     peer = Peer(sample.scenes[0], sample.places[0], sample.headings[0])
     with peer.one_thread():
-        contenders = [_peer(sample, peer, mesh) for mesh in effort.meshes[n]]
+        contenders = [_peer(sample, peer, mesh) for mesh in meshes]
         for bound in BOUNDS:
             contenders += [_sums(sample, bound), _dynamics(sample, bound)]
-        tasks: dict[str, Task] = {each.key: _task(each) for each in contenders}
-        taken = take_turns(tasks, effort.rounds, tick=tick)
-    times = {c.key: Timing(taken[c.key].samples / c.evaluations) for c in contenders}
+        tasks = {each.key: unprepared(each.work) for each in contenders}
+        taken = take_turns(tasks, rounds, tick=tick)
+    times = {c.key: taken[c.key].each_of(c.evaluations) for c in contenders}
     return [_row(n, shape, each, contenders, times) for each in contenders]
 
 
@@ -130,7 +135,7 @@ def _dynamics(sample: Sample, bound: float) -> Contender:
     changed = scene.replace(magnets={"accuracy": bound})
     chain = Chain(changed, states)
     error = joint_error(sample, chain.loads())
-    return Contender(DYNAMICS, f"{bound:g}", float("nan"), error, chain.work, chain.evaluations)
+    return Contender(DYNAMICS, f"{bound:g}", math.nan, error, chain.work, chain.evaluations)
 
 
 def joint_error(sample: Sample, loads: Loads) -> float:
@@ -141,10 +146,6 @@ def joint_error(sample: Sample, loads: Loads) -> float:
     exact = Loads(sample.force[..., 0], sample.force[..., 1], sample.torque)
     apart: Array = joint_torques(loads, states, side) - joint_torques(exact, states, side)
     return float(np.abs(apart).max()) / side / exact_magnets.flush_force(scene)
-
-
-def _task(contender: Contender) -> Task:
-    return lambda: contender.work
 
 
 def fastest(contenders: list[Contender], times: dict[str, Timing], peer: Contender, by: str) -> str:
@@ -167,7 +168,6 @@ def fastest(contenders: list[Contender], times: dict[str, Timing], peer: Contend
 def _row(
     n: int, shape: str, each: Contender, contenders: list[Contender], times: dict[str, Timing]
 ) -> Row:
-    taken = times[each.key].spread
     row: Row = {
         "n": n,
         "shape": shape,
@@ -175,43 +175,55 @@ def _row(
         "mesh or bound": each.setting,
         "force error": each.force_error,
         "joint error": each.joint_error,
-        **taken.time_cells("µs", 1e6),
+        **times[each.key].spread.time_cells("µs", 1e6),
     }
     for by in (SUMS, DYNAMICS):
         fast = fastest(contenders, times, each, by) if each.by == MAGPYLIB else ""
-        quotient = ratio(times[each.key], times[fast]) if fast else NONE
-        row |= {
-            f"time / {by}": quotient.median,
-            f"time / {by}, lower quartile": quotient.low,
-            f"time / {by}, upper quartile": quotient.high,
-        }
+        quotient = ratio(times[each.key], times[fast]) if fast else NO_RATIO
+        row |= quotient.cells(f"time / {by}")
     return row
 
 
-NONE = Spread(float("nan"), float("nan"), float("nan"))
-
-
 def _table(rows: list[Row]) -> Table:
-    shown: list[Row] = []
-    for row in rows:
-        line: Row = {}
-        for key, cell in row.items():
-            if "quartile" not in key:
-                line[key] = "" if isinstance(cell, float) and np.isnan(cell) else cell
-        shown.append(line)
+    shown: list[Row] = [
+        {
+            key: "" if isinstance(cell, float) and math.isnan(cell) else cell
+            for key, cell in row.items()
+        }
+        for row in without_quartiles(rows)
+    ]
     return Table("All magnets of a chain, beside magpylib: errors in flush forces", shown)
 
 
 def _findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
-    for n in dict.fromkeys(int(row["n"]) for row in rows):
-        mine = [row for row in rows if row["n"] == n and row["by"] == MAGPYLIB]
+    for n in distinct(rows, "n"):
+        mine = select(rows, n=n, by=MAGPYLIB)
         for by in (SUMS, DYNAMICS):
-            factors = [float(row[f"time / {by}"]) for row in mine]
-            held = sum(factor >= WANTED for factor in factors)
+            factors = numbers(mine, f"time / {by}")
+            held = int((factors >= WANTED).sum())
             found.append(
                 f"n = {n}: magpylib's getFT takes {min(factors):.3g} to {max(factors):.3g} times "
                 f"as long as the engine's {by} at no larger error; at least {WANTED:g} is asked "
                 f"for: holds for {held} of {len(factors)} meshes and shapes"
             )
     return found
+
+
+def draw(rows: list[Row]) -> Any:
+    """Error of the torques at the joints against time beside magpylib, a panel a chain."""
+    chains = list(dict.fromkeys((row["n"], row["shape"]) for row in rows))
+    figure, axes = panels(len(chains), "Beside magpylib: worst error against time", 3.4, 4.2)
+    for axis, (n, shape) in zip(axes, chains, strict=True):
+        for k, (by, label) in enumerate(DRAWN.items()):
+            mine = [
+                row | {"time [s]": 1e-6 * float(row["time [µs]"])}
+                for row in select(rows, n=n, shape=shape, by=by)
+            ]
+            colour = COLOURS[(2, 1, 3)[k]]
+            curve(axis, mine, "time [s]", "joint error", k, color=colour, label=label)
+        axis.set_title(f"n = {n}, {shape}", fontsize=11)
+        axis.set_xlabel("time of an evaluation [s]")
+    axes[0].set_ylabel("torque at a joint: worst error\n/ (side × flush force)", fontsize=9)
+    legend(axes[0], "upper right")
+    return figure

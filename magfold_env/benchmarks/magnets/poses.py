@@ -8,19 +8,17 @@ from itertools import combinations
 import numpy as np
 
 from magfold_env.engine.state import Array
+from magfold_env.laws.random_scenes import random_sequence
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres, folded_words, word_to_angles
 from magfold_env.shapes import headings as joint_headings
 
+UNFOLDED, FOLDED, AT_STOPS = "unfolded", "folded", "folded, at its stops"
+OFF_STOP = 1e-6  # [rad]
 FOLDED_SHARES = (0.05, 0.4, 0.8, 0.98, 1.0)  # of the joints' right angles
 ROUNDING = 1e-9  # of a side: casings that touch do not overlap
 FARTHEST = 0.1  # [m] gap of a random pair
 ROOTS = np.radians([45.0, 135.0])  # edge normals of a casing, from its heading
-
-
-def random_sequence(rng: np.random.Generator, n: int) -> tuple[str, ...]:
-    """Draw every face by itself."""
-    return tuple("".join(row) for row in rng.choice(["N", "S"], (n, 4)))
 
 
 def random_scene(rng: np.random.Generator, n: int) -> Scene:
@@ -110,3 +108,13 @@ def folded(n: int) -> Array:
         quarters += [2, north]
     # Differences of headings are joint angles.
     return np.unwrap(np.array(quarters[:n]) * (math.pi / 2.0))
+
+
+def shapes(n: int) -> dict[str, Array]:
+    """Return headings (n,) [rad] by the name of the shape."""
+    block = folded(n)
+    return {
+        UNFOLDED: unfolded(n),
+        FOLDED: block + OFF_STOP * (np.arange(n) % 2),
+        AT_STOPS: block,
+    }

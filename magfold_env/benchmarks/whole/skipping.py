@@ -1,29 +1,38 @@
 """What a scene does not need must cost nothing: its features switched off, one by one and together.
 
 A scene that has everything loses one feature, then, beginning anew, one after the other, until a
-pinned pendulum is left. Beside it swings the floor (`floor`), which knows of no features at all.
-Every scene moves in its own way, so what is compared is the time an evaluation of the accelerations
-takes in a run, all else that the run does included; calls from Python are part of it. What comes
-before a run, a scene's numbers as arrays and where these lie, is timed on its own.
+pinned pendulum is left. Beside it swings the floor, which knows of no features at all. Every scene
+moves in its own way, so what is compared is the time an evaluation of the accelerations takes in a
+run, all else that the run does included; calls from Python are part of it. What comes before a run,
+a scene's numbers as arrays and where these lie, is timed on its own.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics.features import FRAME_RATE, SEED, finish
-from magfold_env.benchmarks.whole import floor
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table
-from magfold_env.reporting.timing import Spread, Task, Timing, ratio, take_turns
+from magfold_env.benchmarks.contenders.bare_pendulum import prepare_swing
+from magfold_env.benchmarks.dynamics.features import FRAME_RATE, SEED
+from magfold_env.benchmarks.runs import ended, run_task
+from magfold_env.reporting.plotting import COLOURS, INK, legend, panels
+from magfold_env.reporting.tables import (
+    Measurement,
+    Progress,
+    Row,
+    Table,
+    numbers,
+    renamed,
+    verdict,
+)
+from magfold_env.reporting.timing import Spread, Task, Timing, ratio, take_turns, unprepared
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.session import Session
 
-NAME = "skipping"
 SEQUENCE = "paper/sequence-3"
 SPEED = 0.2  # [m/s] of the feed
 TILT = (0.5, 0.0)  # [m/s²] along the feed: a floor that slopes by 3°
@@ -54,6 +63,9 @@ FEATURES: dict[str, dict[str, Any]] = {
 
 EVERYTHING, ONE, TOGETHER, FLOOR = "everything", "one off", "together off", "floor"
 BEFORE, BEFORE_FLOOR = "preparation", "preparation of the floor"
+GROUPS = {EVERYTHING: 0, ONE: 1, TOGETHER: 3, FLOOR: 2}  # colours of the bars
+OVER = "over the floor"
+OVER_SPREAD = (OVER, f"{OVER}, lower quartile", f"{OVER}, upper quartile")
 
 
 @dataclass(frozen=True)
@@ -65,41 +77,50 @@ class Variant:
     scene: Scene
     recorded: bool
 
-    def session(self) -> Session:
-        """Return the scene at its start."""
-        return Session(self.scene, FRAME_RATE if self.recorded else None)
-
-    def task(self) -> Task:
-        """Return a run as something to time, its preparation left out."""
-
-        def prepare() -> Callable[[], None]:
-            session = self.session()
-            return lambda: finish(session)
-
-        return prepare
+    @property
+    def frame_rate(self) -> float | None:
+        """Frames a second that are kept [1/s]."""
+        return FRAME_RATE if self.recorded else None
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every variant and the floor."""
     found = {f"{each.group}: {each.name}": each for each in variants()}
     bare = list(found.values())[-1]
-    tasks = {name: each.task() for name, each in found.items()}
-    tasks[FLOOR] = lambda: floor.prepare_swing(bare.scene)
-    tasks[BEFORE] = lambda: bare.session
-    tasks[BEFORE_FLOOR] = lambda: lambda: floor.prepare_swing(bare.scene)
+    tasks: dict[str, Task] = {
+        name: run_task(each.scene, frame_rate=each.frame_rate) for name, each in found.items()
+    }
+    tasks[FLOOR] = lambda: prepare_swing(bare.scene)
+    tasks[BEFORE] = unprepared(lambda: Session(bare.scene, bare.frame_rate))
+    tasks[BEFORE_FLOOR] = unprepared(lambda: prepare_swing(bare.scene))
     times = take_turns(tasks, 3 if quick else 15, tick=lambda share: progress(share, "runs"))
-    swung = floor.prepare_swing(bare.scene)()
+    swung = prepare_swing(bare.scene)()
     rows: list[Row] = []
     for name, each in found.items():
-        session = each.session()
-        finish(session)
+        session = ended(each.scene, each.frame_rate)
         price = ratio(times[name], times[FLOOR])
         row = _row(each.group, each.name, session.evaluations, times[name], price, swung)
         rows.append({**row, "end": str(session.status), "simulated [s]": session.time})
     itself = ratio(times[FLOOR], times[FLOOR])
     last = _row(FLOOR, "bare pendulum", swung, times[FLOOR], itself, swung)
     rows.append({**last, "end": "unsettled", "simulated [s]": bare.scene.duration})
-    return Measurement(NAME, rows, _tables(rows), [*_findings(rows), _before(times)])
+    table = Table(
+        f"What a scene does not need: {SEQUENCE}, fed backward on a slope",
+        renamed(
+            rows,
+            {
+                "group": "group",
+                "off": "off",
+                "run, ms": "time [ms]",
+                "simulated, s": "simulated [s]",
+                "end": "end",
+                "evals": "evaluations",
+                "each, µs": "each [µs]",
+                "× floor": OVER,
+            },
+        ),
+    )
+    return Measurement(rows, [table], [_finding(rows[-2]), _before(times)])
 
 
 def variants() -> list[Variant]:
@@ -136,37 +157,16 @@ def _row(group: str, name: str, evaluations: int, taken: Timing, runs: Spread, s
         **taken.spread.time_cells("ms", 1e3),
         "evaluations": evaluations,
         "each [µs]": 1e6 * taken.median / evaluations,
-        "over the floor": runs.median * share,
-        "over the floor, lower quartile": runs.low * share,
-        "over the floor, upper quartile": runs.high * share,
+        **{name: share * cell for name, cell in runs.cells(OVER).items()},
     }
 
 
-def _tables(rows: list[Row]) -> list[Table]:
-    shown: list[Row] = [
-        {
-            "group": row["group"],
-            "off": row["off"],
-            "run, ms": row["time [ms]"],
-            "simulated, s": row["simulated [s]"],
-            "end": row["end"],
-            "evals": row["evaluations"],
-            "each, µs": row["each [µs]"],
-            "× floor": row["over the floor"],
-        }
-        for row in rows
-    ]
-    return [Table(f"What a scene does not need: {SEQUENCE}, fed backward on a slope", shown)]
-
-
-def _findings(rows: list[Row]) -> list[str]:
-    bare = rows[-2]
-    spread = Spread(*(float(bare[f"over the floor{which}"]) for which in SPREAD))
-    verdict = "holds" if spread.median <= ALLOWED else "FAILS"
-    return [
+def _finding(bare: Row) -> str:
+    spread = Spread(*(float(bare[name]) for name in OVER_SPREAD))
+    return (
         f"a scene that lacks everything takes {spread} times as long an evaluation as the floor; "
-        f"{ALLOWED:g} is asked for: {verdict}"
-    ]
+        f"{ALLOWED:g} is asked for: {verdict(spread.median <= ALLOWED)}"
+    )
 
 
 def _before(times: Mapping[str, Timing]) -> str:
@@ -177,4 +177,32 @@ def _before(times: Mapping[str, Timing]) -> str:
     )
 
 
-SPREAD = ("", ", lower quartile", ", upper quartile")
+def draw(rows: list[Row]) -> Any:
+    """Bars of the time an evaluation takes, over the floor's, on a logarithmic scale."""
+    figure, axes = panels(
+        1, "What a scene does not need: time an evaluation over a bare pendulum's", 9.5, 5.4
+    )
+    axis = axes[0]
+    place = np.arange(len(rows))
+    over, low, high = (numbers(rows, name) for name in OVER_SPREAD)
+    spread = np.stack([over - low, high - over])
+    for group, colour in GROUPS.items():
+        mine = [k for k, row in enumerate(rows) if row["group"] == group]
+        axis.barh(
+            place[mine], over[mine], xerr=spread[:, mine], color=COLOURS[colour], height=0.65,
+            ecolor=INK, error_kw={"linewidth": 1.0}, label=group,
+        )  # fmt: skip
+    for y, row, value, end in zip(place, rows, over, high, strict=True):
+        text = f"  {value:.3g} × : {float(row['each [µs]']):.3g} µs × {row['evaluations']}"
+        label = axis.text(max(value, end) * 1.03, y, text, va="center", fontsize=8, color=INK)
+        # Where the dashed line would cross it.
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.5})
+    axis.axvline(ALLOWED, color=INK, linestyle="--", linewidth=1.0)
+    axis.set_xscale("log")
+    axis.set_xlim(0.8, 8.0 * float(over.max()))
+    axis.set_yticks(place, [str(row["off"]) for row in rows])
+    axis.invert_yaxis()
+    axis.set_xlabel(f"times the floor; the dashed line, {ALLOWED:g}, is asked for of a bare scene")
+    axis.grid(visible=False, axis="y")
+    legend(axis, "lower right")
+    return figure

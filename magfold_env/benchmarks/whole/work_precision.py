@@ -2,7 +2,7 @@
 
 Ten named scenes are each run from several starts at every setting. A setting's error is its median
 over the starts, its time their mean. Errors are of the joints' angles, against the same scene run
-far more exactly (`motions`). Starts whose outcome a nudge of 1e-6 rad decides are set aside, and
+far more exactly (`references`). Starts whose outcome a nudge of 1e-6 rad decides are set aside, and
 those whose reference has not converged.
 The paper's solver runs the pinned scenes. It stops joints in its own way, so that its error does
 not vanish with its step. Sessions are prepared untimed.
@@ -10,28 +10,42 @@ not vanish with its step. Sessions are prepared untimed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.dynamics.contact_scenes import CLOSE, NUDGE
-from magfold_env.benchmarks.dynamics.features import finish
-from magfold_env.benchmarks.whole.front import fastest, front, without_luck
-from magfold_env.benchmarks.whole.motions import Reference, recorded, reference
-from magfold_env.benchmarks.whole.scenes import drawn, named_scenes
-from magfold_env.benchmarks.whole.settings import Setting, settings_of
+from magfold_env.benchmarks.runs import CLOSE, NUDGE, Setting, recorded, run_task
+from magfold_env.benchmarks.whole.references import (
+    Reference,
+    drawn,
+    named_scenes,
+    reference,
+    settings_of,
+)
 from magfold_env.engine.state import Array
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick, begin_case
-from magfold_env.reporting.timing import Task, Timing, ratio, take_turns
+from magfold_env.reporting import plotting
+from magfold_env.reporting.plotting import COLOURS, GRID, INK, MARKERS
+from magfold_env.reporting.tables import (
+    Measurement,
+    Progress,
+    Row,
+    Table,
+    Tick,
+    distinct,
+    each_case,
+    numbers,
+    select,
+    verdict,
+)
+from magfold_env.reporting.timing import Timing, ratio, take_turns
 from magfold_env.scene import Scene
-from magfold_env.simulation.session import Session
 
-NAME = "work-precision"
 ALLOWED = 1.5  # times the front's run time that the default may take
 WAY, END = "error on the way [rad]", "final error [rad]"
 BEHIND, SURELY, AT_END = "default / fastest", "without luck", "at the end"
-JUDGED = {
+COMPARED = {
     BEHIND: "on the way",
     SURELY: "on the way, settings that are as exact by luck alone left out",
     AT_END: "at the end",
@@ -39,10 +53,7 @@ JUDGED = {
 """Columns that tell how many times longer the default takes than what is as exact, and where."""
 TABLES = {
     "The default: medians over starts": ("words right", "set aside", WAY, END, "ms"),
-    "The default beside the fastest setting that is as exact": (
-        "fastest as exact",
-        *JUDGED,
-    ),
+    "The default beside the fastest setting that is as exact": ("fastest as exact", *COMPARED),
 }
 """Columns of the tables, by title."""
 SET_ASIDE = {
@@ -51,46 +62,47 @@ SET_ASIDE = {
 }
 FRONT = {WAY: "on the front on the way", END: "on the front at the end"}
 
+ACROSS = 5  # panels beside each other
+TALLEST = 4.0  # [rad] of an error: beyond half a turn all are alike
+WIDEST, HIGHEST = 20.0, 100.0  # factors that an axis spans at least, so that its ticks tell
 
-@dataclass(frozen=True)
-class Effort:
+
+class Effort(NamedTuple):
     """How much work a run of the benchmark may be."""
 
     starts: int
     tolerances: tuple[float, ...]
     accuracies: tuple[float, ...]
-    time_steps: tuple[float, ...]
-    """Of the paper's solver [s]; the paper's own is 1/1200."""
-    reference: tuple[float, float]
-    """Tolerance [rad] and accuracy of the magnets."""
-    rounds: int
-    """Samples of every timing."""
+    time_steps: tuple[float, ...]  # of the paper's solver [s]; the paper's own is 1/1200
+    reference: tuple[float, float]  # tolerance [rad] and accuracy of the magnets
+    rounds: int  # samples of every timing
 
-    @classmethod
-    def of(cls, quick: bool) -> Effort:
-        """Return the effort of a quick or a full run."""
-        steps = tuple(1.0 / (300 * 4**k) for k in range(5))
-        if quick:
-            return cls(1, (1e-3, 1e-4), (1e-2, 1e-3), steps[1:2], (1e-6, 1e-6), 3)
-        tolerances = tuple(10.0**-k for k in range(2, 7))
-        return cls(5, tolerances, (1e-2, 1e-3, 1e-4, 1e-5), steps, (1e-7, 1e-6), 5)
+
+QUICK = Effort(1, (1e-3, 1e-4), (1e-2, 1e-3), (1 / 1200,), (1e-6, 1e-6), 3)
+FULL = Effort(
+    5,
+    tuple(10.0**-k for k in range(2, 7)),
+    (1e-2, 1e-3, 1e-4, 1e-5),
+    tuple(1.0 / (300 * 4**k) for k in range(5)),
+    (1e-7, 1e-6),
+    5,
+)
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every scene."""
-    effort = Effort.of(quick)
-    scenes = named_scenes()
-    part = Measurement(NAME, [])
+    found = Measurement()
     shown: list[Row] = []
-    for k, (name, scene) in enumerate(scenes.items()):
-        rows, summary = measure(name, scene, effort, begin_case(progress, k, len(scenes), name))
-        part.rows.extend(rows)
+    scenes = list(named_scenes().items())
+    for (name, scene), tick in each_case(progress, scenes, lambda case: case[0]):
+        rows, summary = measure(name, scene, QUICK if quick else FULL, tick)
+        found.rows.extend(rows)
         shown.append(summary)
     for title, columns in TABLES.items():
         cells: list[Row] = [{name: row[name] for name in ("scene", *columns)} for row in shown]
-        part.tables.append(Table(title, cells))
-    part.findings.extend(_findings(shown, part.rows))
-    return part
+        found.tables.append(Table(title, cells))
+    found.findings.extend(_findings(shown, found.rows))
+    return found
 
 
 def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[Row], Row]:
@@ -101,9 +113,8 @@ def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[R
     settings = settings_of(scene, effort.tolerances, effort.accuracies, effort.time_steps)
     found = {setting: _errors(setting, clear) for setting in settings}
     tick(0.6)
-    tasks = {str(setting): _task(setting, clear) for setting in settings}
+    tasks = {setting: run_task(*(setting.on(each.scene) for each in clear)) for setting in settings}
     taken = take_turns(tasks, effort.rounds, 0.0, tick=lambda share: tick(0.6 + 0.4 * share))
-    times = [taken[str(setting)] for setting in settings]
     rows = [
         {
             "scene": name,
@@ -120,19 +131,15 @@ def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[R
             "reference known to [rad]": max(each.known for each in clear),
             "nudge grows to [rad]": max(each.sensitivity for each in references),
         }
-        for setting, time in zip(settings, times, strict=True)
+        for setting, time in taken.items()
     ]
+    times = list(taken.values())
     medians = np.array([time.median for time in times])
     for error, flag in FRONT.items():
-        marked = front(medians, column(rows, error))
+        marked = front(medians, numbers(rows, error))
         for k, row in enumerate(rows):
             row[flag] = int(k in marked)
     return rows, _summary(rows, settings, times)
-
-
-def column(rows: Sequence[Row], name: str) -> Array:
-    """Return a column of numbers."""
-    return np.array([float(row[name]) for row in rows])
 
 
 def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
@@ -151,31 +158,17 @@ def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
     }
 
 
-def _task(setting: Setting, references: Sequence[Reference]) -> Task:
-    """Return the runs of a setting from all starts, one after another, as something to time."""
-    scenes = [setting.on(each.scene) for each in references]
-
-    def prepare() -> Callable[[], None]:
-        sessions = [Session(scene) for scene in scenes]
-
-        def call() -> None:
-            for session in sessions:
-                finish(session)
-
-        return call
-
-    return prepare
-
-
 def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[Timing]) -> Row:
     """Return the default's errors and time, and how many times the front's time that is."""
     medians = np.array([time.median for time in times])
     default = next(k for k, setting in enumerate(settings) if setting.is_default)
-    way, end = column(rows, WAY), column(rows, END)
-    sure = without_luck(settings, way)
+    way, end = numbers(rows, WAY), numbers(rows, END)
     best = fastest(medians, way, way[default])
-    spread = ratio(times[default], times[best])
     first = rows[0]
+
+    def behind(errors: Array) -> float:
+        return float(medians[default] / medians[fastest(medians, errors, errors[default])])
+
     return {
         "scene": first["scene"],
         "words right": f"{rows[default]['words right']} of {first['starts']}",
@@ -184,23 +177,47 @@ def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[Timin
         END: end[default],
         "ms": float(rows[default]["time [ms]"]),
         "fastest as exact": str(settings[best]),
-        BEHIND: f"{spread}",
-        SURELY: _behind(medians, sure, default),
-        AT_END: _behind(medians, end, default),
+        BEHIND: f"{ratio(times[default], times[best])}",
+        SURELY: behind(without_luck(settings, way)),
+        AT_END: behind(end),
     }
 
 
-def _behind(times: Array, errors: Array, default: int) -> float:
-    """Return the default's time over that of the fastest setting that is as exact."""
-    return float(times[default] / times[fastest(times, errors, errors[default])])
+def front(times: Array, errors: Array) -> list[int]:
+    """Return the settings that none beats in both, by growing time; of equals the first."""
+    found: list[int] = []
+    best = np.inf
+    for k in np.lexsort((errors, times)):
+        if errors[k] < best:
+            best = float(errors[k])
+            found.append(int(k))
+    return found
+
+
+def fastest(times: Array, errors: Array, error: float) -> int:
+    """Return the fastest setting whose error is at most as large; that is one of the front."""
+    return int(np.argmin(np.where(errors <= error, times, np.inf)))
+
+
+def without_luck(settings: Sequence[Setting], errors: Array) -> Array:
+    """Return the largest error of each setting and of all that are at least as tight.
+
+    Errors do not fall evenly: a loose setting may hit by chance what tighter ones miss.
+    """
+    return np.array(
+        [
+            max(e for other, e in zip(settings, errors, strict=True) if other.as_tight(one))
+            for one in settings
+        ]
+    )
 
 
 def _findings(shown: list[Row], rows: list[Row]) -> list[str]:
     found: list[str] = []
-    for heading, what in JUDGED.items():
+    for heading, what in COMPARED.items():
         behind = {str(row["scene"]): float(str(row[heading]).split()[0]) for row in shown}
         late = [f"{name} ({value:.2f})" for name, value in behind.items() if value > ALLOWED]
-        said = f"FAILS in {', '.join(late)}" if late else "holds"
+        said = f"{verdict(False)} in {', '.join(late)}" if late else verdict(True)
         found.append(
             f"{what}: the default takes at most {ALLOWED:g} times as long as the fastest setting "
             f"that is as exact in {len(behind) - len(late)} of {len(behind)} scenes: {said}"
@@ -209,11 +226,78 @@ def _findings(shown: list[Row], rows: list[Row]) -> list[str]:
         count = {str(row["scene"]): int(row[word]) for row in rows}
         where = ", ".join(f"{name} {k}" for name, k in count.items() if k)
         found.append(f"starts set aside because {why}: {where or 'none'}")
-    for scene in dict.fromkeys(str(row["scene"]) for row in rows if row["method"] == "paper"):
-        mine = [row for row in rows if (row["scene"], row["method"]) == (scene, "paper")]
-        best = min(mine, key=lambda row: float(row[WAY]))
+    by_paper = select(rows, method="paper")
+    for scene in distinct(by_paper, "scene"):
+        best = min(select(by_paper, scene=scene), key=lambda row: float(row[WAY]))
         found.append(
             f"{scene}: the paper's solver comes within {float(best[WAY]):.2g} rad on the way, in "
             f"{float(best['time [ms]']):.3g} ms ({best['setting']})"
         )
     return found
+
+
+def draw(rows: list[Row]) -> Any:
+    """Error against run time, a panel a scene: first on the way, then at the end."""
+    scenes = distinct(rows, "scene")
+    lines = -(-len(scenes) // ACROSS)
+    size = (3.5 * ACROSS, 3.1 * 2 * lines + 0.9)
+    figure = plotting.figure_class()(figsize=size, layout="constrained")
+    said = f"Whole folds: largest error against run time; below {NUDGE:g} rad errors count as equal"
+    figure.suptitle(said, fontsize=15, color=INK)
+    titles = {WAY: "at any time", END: "at the end"}
+    for part, error in zip(figure.subfigures(2, 1, hspace=0.03), FRONT, strict=True):
+        axes = part.subplots(lines, ACROSS, squeeze=False).ravel()
+        label = f"largest error of a joint {titles[error]} [rad]"
+        part.supylabel(label, fontsize=11, color=INK)
+        for axis, scene in zip(axes, scenes, strict=False):
+            _panel(axis, select(rows, scene=scene), error)
+            axis.set_title(scene, fontsize=11, color=INK)
+        for axis in axes[len(scenes) :]:
+            axis.set_visible(False)
+    plotting.legend_below(figure, *figure.axes, fontsize=10)
+    return figure
+
+
+def _panel(axis: Any, rows: list[Row], error: str) -> None:
+    """Draw a line for each accuracy of the magnets, over tolerances or time steps."""
+
+    def points(rows: list[Row]) -> tuple[Any, Any]:
+        return numbers(rows, "time [ms]"), np.minimum(numbers(rows, error), TALLEST)
+
+    axis.grid(visible=True, which="major", color=GRID, linewidth=0.7)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
+    adaptive, paper = select(rows, method="adaptive"), select(rows, method="paper")
+    for k, accuracy in enumerate(sorted(distinct(adaptive, "magnets"), reverse=True)):
+        label = f"magnets to {accuracy:g}" if accuracy else "no accuracy to choose"
+        style = {"color": COLOURS[1 + k], "marker": MARKERS[k], "linewidth": 1.1, "label": label}
+        axis.loglog(*points(select(adaptive, magnets=accuracy)), markersize=4.5, **style)
+    for accuracy in sorted(distinct(paper, "magnets")):
+        axis.loglog(
+            *points(select(paper, magnets=accuracy)), color="#8a8f98", marker="x", markersize=4.5,
+            linewidth=0.9, label="the paper's solver",
+        )  # fmt: skip
+    marked = [row for row in rows if row[FRONT[error]]]
+    axis.step(
+        *points(sorted(marked, key=lambda row: float(row["time [ms]"]))), where="post", color=INK,
+        linewidth=2.6, alpha=0.3, label="Pareto front", zorder=1,
+    )  # fmt: skip
+    axis.loglog(
+        *points([row for row in rows if row["default"]]), color="#d0021b", marker="*",
+        markersize=15, markeredgecolor="white", linestyle="", label="the default", zorder=5,
+    )  # fmt: skip
+    across, up = points(rows)
+    axis.set_xlabel("run time [ms]", fontsize=9)
+    axis.set_xlim(*_at_least(WIDEST, across))
+    axis.set_ylim(*_at_least(HIGHEST, up))
+    axis.tick_params(labelsize=8)
+    for which in (axis.xaxis, axis.yaxis):
+        which.set_minor_formatter("")
+    axis.xaxis.set_major_formatter("{x:g}")
+
+
+def _at_least(factor: float, values: Any) -> tuple[float, float]:
+    """Return limits around some values that are at least a factor apart."""
+    low, high = float(values.min()), float(values.max())
+    middle, reach = math.sqrt(low * high), max(math.sqrt(high / low) * 1.3, math.sqrt(factor))
+    return middle / reach, middle * reach

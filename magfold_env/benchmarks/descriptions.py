@@ -1,0 +1,41 @@
+"""What is said about the benchmarks and their parts, read before any of them is imported."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Description:
+    """One part in plain words: a title, and some sentences to each question."""
+
+    title: str
+    measured: str
+    """What was measured."""
+    how: str
+    """How, and against what."""
+    meaning: str
+    """What the result means to someone who uses the package."""
+    missing: str
+    """What it does not cover."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One benchmark: what it measures, and its parts by name."""
+
+    measures: str
+    parts: dict[str, Description]
+
+
+@cache
+def descriptions() -> dict[str, Summary]:
+    """Return all benchmarks by name."""
+    text = Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
+    return {
+        name: Summary(table.pop("measures"), {k: Description(**v) for k, v in table.items()})
+        for name, table in tomllib.loads(text).items()
+    }

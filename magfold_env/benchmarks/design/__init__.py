@@ -1,1 +1,0 @@
-"""How well, and at what cost, sequences are designed for wanted shapes."""

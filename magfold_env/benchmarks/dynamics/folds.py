@@ -1,0 +1,186 @@
+"""What a whole fold of six components costs, from release to rest, and what the first use costs.
+
+Sequences are drawn so that they pull towards a folded word, and kept if the reference, at a
+tolerance of `REFERENCE`, folds. Errors are those of the relative angles at the end. A fold that
+ends at its stops is exact there or wrong by much, so a tolerance counts as good enough only if
+every fold ends within `CLOSE` of its reference.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from magfold_env.benchmarks.runs import CLOSE, KINDS, SPEED, ended, final_difference, run_task
+from magfold_env.fold import Fold, FoldStatus
+from magfold_env.laws.random_scenes import designed_sequence
+from magfold_env.reporting.tables import (
+    Measurement,
+    Progress,
+    Row,
+    Table,
+    each_case,
+    numbers,
+    select,
+)
+from magfold_env.reporting.timing import take_turns
+from magfold_env.scene import Scene, Solver
+
+COMPONENTS = 6
+REFERENCE = 1e-5  # [rad]
+DEFAULT = Solver().tolerance
+
+FIRST, LATER = "first use", "later use"
+LIMITS = {FIRST: 60.0, LATER: 3.0}  # [s]
+LATER_USES = 5
+
+_FOLD = (
+    "import magfold_env as mf; "
+    "mf.simulate(mf.load_scene('paper/sequence-3').replace(mount='tube', feed={'speed': 0.5}))"
+)
+
+
+class Effort(NamedTuple):
+    """How much work a run of the benchmark may be."""
+
+    sequences: int
+    rounds: int
+    tolerances: tuple[float, ...]
+
+
+QUICK = Effort(3, 2, (1e-2, DEFAULT))
+FULL = Effort(40, 5, (1e-2, 3e-3, 1e-3, DEFAULT))
+
+
+def run(quick: bool, progress: Progress) -> Measurement:
+    """Measure every kind of fold at every tolerance."""
+    effort = QUICK if quick else FULL
+    found = Measurement()
+    for kind, _ in each_case(progress, list(KINDS)):
+        scenes = {f"{s}": scene_of(kind, s) for s in range(effort.sequences)}
+        exact = {name: fold(scene, REFERENCE) for name, scene in scenes.items()}
+        cases = {
+            (name, tolerance): at_tolerance(scene, tolerance)
+            for name, scene in scenes.items()
+            if exact[name].status is FoldStatus.FOLDED
+            for tolerance in effort.tolerances
+        }
+        tasks = {case: run_task(scene) for case, scene in cases.items()}
+        times = take_turns(tasks, effort.rounds, shortest=0.0)
+        for (name, tolerance), scene in cases.items():
+            end = ended(scene).fold()
+            found.rows.append(
+                {
+                    "kind": kind,
+                    "sequence": name,
+                    "word": end.word,
+                    "status": end.status.value,
+                    "tolerance [rad]": tolerance,
+                    "final error [rad]": final_difference(end, exact[name]),
+                    "steps": end.steps,
+                    "evaluations": end.evaluations,
+                    **times[name, tolerance].spread.time_cells("ms", 1e3),
+                }
+            )
+        found.tables.append(_table(kind, found.rows, effort))
+        found.findings.append(finding(kind, found.rows, effort))
+    return found
+
+
+def scene_of(kind: str, seed: int) -> Scene:
+    """Return a drawn scene; in tubes every other one is fed backward."""
+    rng = np.random.default_rng([seed, COMPONENTS])
+    feed = {"speed": SPEED, "direction": ("forward", "backward")[seed % 2]}
+    scene = Scene(sequence=designed_sequence(rng, COMPONENTS))
+    return scene.replace(**{**KINDS[kind], "feed": feed}).draw(rng)
+
+
+def at_tolerance(scene: Scene, tolerance: float) -> Scene:
+    """Return a scene with a tolerance [rad], and the usual cap on its work."""
+    return scene.replace(solver={"tolerance": tolerance})
+
+
+def fold(scene: Scene, tolerance: float) -> Fold:
+    """Simulate a drawn scene at a tolerance [rad]."""
+    return ended(at_tolerance(scene, tolerance)).fold()
+
+
+def _of(kind: str, tolerance: float, rows: list[Row]) -> list[Row]:
+    return select(rows, {"tolerance [rad]": tolerance}, kind=kind)
+
+
+def _close(rows: list[Row]) -> int:
+    return int((numbers(rows, "final error [rad]") <= CLOSE).sum())
+
+
+def _table(kind: str, rows: list[Row], effort: Effort) -> Table:
+    shown: list[Row] = []
+    for tolerance in effort.tolerances:
+        mine = _of(kind, tolerance, rows)
+        if mine:
+            times = numbers(mine, "time [ms]")
+            low, median, high = np.quantile(times, [0.25, 0.5, 0.75])
+            shown.append(
+                {
+                    "tolerance": tolerance,
+                    "folds": len(mine),
+                    f"within {CLOSE} rad": _close(mine),
+                    "evals": float(np.median(numbers(mine, "evaluations"))),
+                    "steps": float(np.median(numbers(mine, "steps"))),
+                    "ms": float(median),
+                    "quartiles, ms": f"{low:.2f} to {high:.2f}",
+                    "longest, ms": float(times.max()),
+                }
+            )
+    return Table(f"A whole fold of {COMPONENTS} components, {kind}: medians", shown)
+
+
+def finding(kind: str, rows: list[Row], effort: Effort) -> str:
+    """Return the cost at the default tolerance, and at the loosest that is good enough."""
+    parts: list[str] = []
+    for tolerance in sorted(effort.tolerances, reverse=True):
+        mine = _of(kind, tolerance, rows)
+        if mine and _close(mine) == len(mine):
+            price = np.median(numbers(mine, "time [ms]"))
+            parts.append(f"{price:.3g} ms at tolerance {tolerance:g} (all {len(mine)} folds)")
+            break
+    mine = _of(kind, DEFAULT, rows)
+    if mine:
+        price = np.median(numbers(mine, "time [ms]"))
+        close = f"{_close(mine)} of {len(mine)}"
+        parts.append(f"{price:.3g} ms at the default, {DEFAULT:g} ({close})")
+    return f"{kind}: median time of a fold that ends within {CLOSE} rad: " + ", ".join(parts)
+
+
+def first_use(quick: bool, progress: Progress) -> Measurement:
+    """Start Python, import the package and fold a chain out of its tube; first without a cache."""
+    uses = [FIRST, *[LATER] * (1 if quick else LATER_USES)]
+    with tempfile.TemporaryDirectory() as cache:
+        rows = [{"process": kind, **_timed(cache)} for kind, _ in each_case(progress, uses)]
+    table: list[Row] = []
+    for kind, limit in LIMITS.items():
+        mine = sorted(numbers(select(rows, process=kind), "processor time [s]"))
+        middle = float(mine[len(mine) // 2])
+        within = f"{'within' if middle <= limit else 'NOT within'} {limit:.0f} s"
+        table.append({"process": kind, "processor time [s]": round(middle, 1), "wanted": within})
+    return Measurement(rows, [Table("one fold in a process of its own", table)])
+
+
+def _timed(cache: str) -> Row:
+    begun, used = time.perf_counter(), _children()
+    environment = {**os.environ, "NUMBA_CACHE_DIR": cache, "OMP_NUM_THREADS": "1"}
+    subprocess.run([sys.executable, "-c", _FOLD], env=environment, check=True, capture_output=True)
+    taken = time.perf_counter() - begun
+    return {"processor time [s]": _children() - used, "time [s]": taken}
+
+
+def _children() -> float:
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime

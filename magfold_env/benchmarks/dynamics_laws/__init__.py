@@ -1,1 +1,0 @@
-"""The laws that the dynamics must hold, measured over many random scenes."""

@@ -1,1 +1,0 @@
-"""Measure the predictors by energy: what they cost, and how often they agree."""

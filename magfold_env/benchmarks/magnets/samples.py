@@ -1,0 +1,258 @@
+"""Casings and chains in many states, what they feel there, and what the engine says of it.
+
+States are evaluated in one compiled loop, so that calls cost nothing. Nothing else in this
+benchmark calls the engine's kernels.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from magfold_env.engine.compile.jit import allocating_kernel
+from magfold_env.engine.magnets.chain import add_chain_forces
+from magfold_env.engine.magnets.outer_field import add_field
+from magfold_env.engine.magnets.pairs import add_forces
+from magfold_env.engine.state import Array, IntArray, Loads, Model, Nodes, Pose, Rigid
+from magfold_env.engine.state import Magnets as Packed
+from magfold_env.engine.workspace import new_nodes, new_rigid
+from magfold_env.laws import exact_magnets
+from magfold_env.reporting.timing import Timing, enough_repeats
+from magfold_env.scene import Magnets, Scene
+from magfold_env.shapes import centres
+from magfold_env.simulation.pack import charges, pack, quadrature_of
+from magfold_env.simulation.quadrature import Rule, choose_rule
+
+
+class States(NamedTuple):
+    """Where a chain is, in some states."""
+
+    first: IntArray  # first component that is charged, (states,)
+    lo: IntArray  # first component that is free, (states,)
+    q: Array  # headings and base as the dynamics have them, (states, n + 2) [rad, m]
+    poses: Pose  # of the components, each array of shape (states, n)
+
+
+@allocating_kernel
+def sum_forces(
+    times: int, magnets: Packed, charge: Array, poses: Pose, nodes: Nodes, out: Loads
+) -> None:
+    """Sum over the nodes of casings anywhere.
+
+    Parameters
+    ----------
+    times
+        How often to do it all.
+    charge : (states, n, 4) array
+        Of the outer pole faces [A·m].
+    poses
+        Of the casings, each array of shape (states, n).
+    """
+    for _ in range(times):
+        for k in range(charge.shape[0]):
+            clear(k, out)
+            pose = Pose(poses.cos[k], poses.sin[k], poses.x[k], poses.y[k])
+            loads = Loads(out.fx[k], out.fy[k], out.torque[k])
+            add_forces(0, magnets, charge[k], pose, nodes, loads)
+
+
+@allocating_kernel
+def chain_forces(
+    times: int, model: Model, states: States, nodes: Nodes, rigid: Rigid, out: Loads
+) -> None:
+    """Do ``times`` times what the dynamics do, look-ups and all, at states of one chain.
+
+    A field from outside acts where the scene has one.
+    """
+    poses = states.poses
+    for _ in range(times):
+        for k in range(states.first.size):
+            clear(k, out)
+            if not model.magnetic:
+                continue
+            pose = Pose(poses.cos[k], poses.sin[k], poses.x[k], poses.y[k])
+            loads, lo = Loads(out.fx[k], out.fy[k], out.torque[k]), states.lo[k]
+            add_chain_forces(
+                states.first[k], lo, model, states.q[k], pose, nodes, rigid, loads
+            )  # fmt: skip
+            if model.field.present:
+                add_field(lo, model, pose, nodes, loads)
+
+
+@allocating_kernel
+def clear(k: int, out: Loads) -> None:
+    """Set the loads of a state to zero."""
+    for i in range(out.fx.shape[1]):
+        out.fx[k, i] = 0.0
+        out.fy[k, i] = 0.0
+        out.torque[k, i] = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """Equally many casings in some states, with the forces that they feel there."""
+
+    scenes: Sequence[Scene]
+    """Their poles; they have equal casings and magnets."""
+    places: Array
+    """Centres (states, n, 2) [m]."""
+    headings: Array
+    """(states, n) [rad]"""
+    force: Array
+    """Exact, (states, n, 2) [N]."""
+    torque: Array
+    """Exact, about the centres, (states, n) [N·m]."""
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return len(self.scenes)
+
+    @property
+    def first(self) -> Sample:
+        """The first state alone."""
+        arrays = self.places, self.headings, self.force, self.torque
+        return Sample(self.scenes[:1], *(each[:1] for each in arrays))
+
+    def errors(self, loads: Loads) -> Array:
+        """Largest error in every state (states,), in forces between two flush opposite faces.
+
+        Of a force, or of a torque over the side.
+        """
+        force = np.hypot(loads.fx - self.force[..., 0], loads.fy - self.force[..., 1])
+        torque = np.abs(loads.torque - self.torque) / self.scenes[0].casing.side
+        return np.maximum(force, torque).max(axis=1) / exact_magnets.flush_force(self.scenes[0])
+
+
+def sample_of(scenes: Sequence[Scene], poses: Sequence[tuple[Array, Array]]) -> Sample:
+    """Find the exact forces of scenes in poses: centres (n, 2) and headings (n,) each."""
+    exact = [exact_magnets.forces(s, *pose) for s, pose in zip(scenes, poses, strict=True)]
+    return Sample(
+        scenes,
+        np.array([places for places, _ in poses]),
+        np.array([headings for _, headings in poses]),
+        np.array([force for force, _ in exact]),
+        np.array([torque for _, torque in exact]),
+    )
+
+
+class Evaluations(ABC):
+    """The engine's magnets in some states, as often as makes a call from Python cost nothing."""
+
+    def __init__(self, states: int, n: int) -> None:
+        self._size = states
+        self._out = new_loads(states, n)
+
+    @cached_property
+    def _times(self) -> int:
+        return enough_repeats(self._evaluate)
+
+    @property
+    def evaluations(self) -> int:
+        """How many states `work` evaluates."""
+        return self._times * self._size
+
+    def work(self) -> None:
+        """Evaluate all states, `evaluations` in all."""
+        self._evaluate(self._times)
+
+    def each(self, taken: Timing) -> Timing:
+        """Return what an evaluation took, of a timing of `work`."""
+        return taken.each_of(self.evaluations)
+
+    def loads(self) -> Loads:
+        """Return forces and torques; look-ups give torques alone, which turn joints alike."""
+        self._evaluate(1)
+        return self._out
+
+    @abstractmethod
+    def _evaluate(self, times: int) -> None:
+        """Evaluate all states so many times."""
+
+
+class Sums(Evaluations):
+    """The engine's sums over the nodes of one kind of magnets, in all states of a sample.
+
+    Parameters
+    ----------
+    sample
+        The states.
+    magnets
+        Put in place of the scenes' own.
+    rule
+        How they are summed; None takes what the engine chooses for these magnets.
+    """
+
+    def __init__(self, sample: Sample, magnets: Magnets, rule: Rule | None = None) -> None:
+        super().__init__(*sample.headings.shape)
+        casing = sample.scenes[0].casing
+        self._magnets = quadrature_of(casing, magnets, rule or choose_rule(magnets))
+        self._charge = np.array([charges(scene) for scene in sample.scenes])
+        self._poses = pose_of(sample.places, sample.headings)
+        self._nodes = new_nodes(self._magnets, sample.headings.shape[1])
+
+    def _evaluate(self, times: int) -> None:
+        sum_forces(times, self._magnets, self._charge, self._poses, self._nodes, self._out)
+
+
+class Chain(Evaluations):
+    """The magnets of one chain in some states, with everything the dynamics do to save work.
+
+    Parameters
+    ----------
+    scene
+        Contact, where it is on, lets nearby components be looked up.
+    states
+        Where the chain is.
+    """
+
+    def __init__(self, scene: Scene, states: States) -> None:
+        super().__init__(states.first.size, scene.n)
+        self._model = pack(scene)
+        self._states = states
+        self._nodes = new_nodes(self._model.magnets, scene.n)
+        self._rigid = new_rigid(self._model.magnets, scene.n)
+
+    def _evaluate(self, times: int) -> None:
+        chain_forces(times, self._model, self._states, self._nodes, self._rigid, self._out)
+
+
+def pose_of(places: Array, headings: Array) -> Pose:
+    """Return poses of casings, each array of the shape of ``headings``."""
+    x, y = (np.ascontiguousarray(places[..., axis]) for axis in range(2))
+    return Pose(np.cos(headings), np.sin(headings), x, y)
+
+
+def new_loads(states: int, n: int) -> Loads:
+    """Room for the forces and torques in some states."""
+    return Loads(np.zeros((states, n)), np.zeros((states, n)), np.zeros((states, n)))
+
+
+def pinned_states(headings: Sequence[Array], side: float) -> States:
+    """Return states of a pinned chain with given headings (n,) [rad]."""
+    angles = np.array(headings)
+    places = np.array([centres(one, side) for one in angles])
+    none: IntArray = np.zeros(len(angles), dtype=np.int64)
+    q = np.concatenate([angles, np.zeros((len(angles), 2))], axis=1)
+    return States(none, none, q, pose_of(places, angles))
+
+
+def joint_torques(loads: Loads, states: States, side: float) -> Array:
+    """Torques (states, n − 1) with which forces and torques on components turn the joints [N·m].
+
+    That is the moment about a hinge of everything beyond it.
+    """
+    poses = states.poses
+    half = side / np.sqrt(2.0)
+    # Inner hinges of the components.
+    x, y = poses.x - half * poses.cos, poses.y - half * poses.sin
+    about_origin = loads.torque + poses.x * loads.fy - poses.y * loads.fx
+    moment, fx, fy = (
+        np.cumsum(each[:, ::-1], axis=1)[:, ::-1] for each in (about_origin, loads.fx, loads.fy)
+    )
+    return (moment - (x * fy - y * fx))[:, 1:]

@@ -1,1 +1,0 @@
-"""What the chains do, in probabilities, beside what energy minimisation says they do."""

@@ -1,1 +1,0 @@
-"""`magfold bench --quick` and `--full`: every benchmark as one run, one report."""
