@@ -15,16 +15,9 @@ from magfold_env.designer.make_suites import suite_words
 from magfold_env.designer.task import SPEEDS, Choice, default_scene
 from magfold_env.ensembles import ensemble, release
 from magfold_env.minimiser import Mode
+from magfold_env.reporting import tables
 from magfold_env.reporting.statistics import Share
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    each_case,
-    numbers,
-    select,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import folded_words
 
@@ -136,10 +129,10 @@ def _target_row(
 
 
 def _target_finding(rows: list[Row]) -> str:
-    runs = numbers(rows, "runs")
+    runs = tables.numbers(rows, "runs")
 
     def said(key: str) -> tuple[str, str]:
-        hits = numbers(rows, key)
+        hits = tables.numbers(rows, key)
         return f"{int((hits >= WANTED * runs).sum())}", f"mean {hits.sum() / runs.sum():.1%}"
 
     ours, theirs = said("successes"), said("minimiser")
@@ -190,9 +183,9 @@ def searches(quick: bool, progress: Progress) -> Measurement:
 def _search_table(rows: Sequence[Row]) -> list[Row]:
     table: list[Row] = []
     for objective, search in SEARCHES:
-        mine = select(rows, objective=objective, search=search)
+        mine = tables.select(rows, objective=objective, search=search)
         of_best = [float(row["of the optimum"]) for row in mine if row["of the optimum"] != ""]
-        mean = f"{numbers(mine, 'score').mean():.1%}" if objective == "probability" else ""
+        mean = f"{tables.numbers(mine, 'score').mean():.1%}" if objective == "probability" else ""
         table.append(
             {
                 "objective": objective,
@@ -200,8 +193,8 @@ def _search_table(rows: Sequence[Row]) -> list[Row]:
                 "targets": len(mine),
                 "of the optimum": f"{min(of_best):.2f}–{max(of_best):.2f}" if of_best else "",
                 "success, mean": mean,
-                "releases": int(np.median(numbers(mine, "releases"))),
-                "time [s]": f"{np.median(numbers(mine, 'time [s]')):.2g}",
+                "releases": int(np.median(tables.numbers(mine, "releases"))),
+                "time [s]": f"{np.median(tables.numbers(mine, 'time [s]')):.2g}",
             }
         )
     return table
@@ -233,11 +226,13 @@ def lengths(quick: bool, progress: Progress) -> Measurement:
                     "time [s]": taken,
                 }
             )
-    table = [_length_summary(n, select(rows, components=n)) for n in counts]
+    table = [_length_summary(n, tables.select(rows, components=n)) for n in counts]
     findings: list[str] = []
-    mine = select(rows, components=12)
+    mine = tables.select(rows, components=12)
     if mine:
-        solved = (numbers(mine, "success") >= WANTED) & (numbers(mine, "time [s]") <= LIMIT)
+        solved = (tables.numbers(mine, "success") >= WANTED) & (
+            tables.numbers(mine, "time [s]") <= LIMIT
+        )
         findings.append(
             f"{int(solved.sum())} of {len(mine)} targets of 12 components solved within "
             f"{LIMIT:.0f} s of one core each (success at least {WANTED:.0%} of {SUITE_RUNS} "
@@ -247,13 +242,13 @@ def lengths(quick: bool, progress: Progress) -> Measurement:
 
 
 def _length_summary(n: int, rows: list[Row]) -> Row:
-    times, success = numbers(rows, "time [s]"), numbers(rows, "success")
+    times, success = tables.numbers(rows, "time [s]"), tables.numbers(rows, "success")
     return {
         "components": n,
         "targets": len(rows),
         "solved": int((success >= WANTED).sum()),
         "success, mean": f"{success.mean():.1%}",
-        "releases, median": int(np.median(numbers(rows, "releases"))),
+        "releases, median": int(np.median(tables.numbers(rows, "releases"))),
         "time, median [s]": f"{np.median(times):.3g}",
         "time, longest [s]": f"{times.max():.3g}",
     }
@@ -269,7 +264,7 @@ def friction(quick: bool, progress: Progress) -> Measurement:
     rows: list[Row] = []
     table: list[Row] = []
     cases = QUICK_LENGTHS if quick else LENGTHS
-    for n, tick in each_case(progress, cases, lambda n: f"{n} components"):
+    for n, tick in tables.each_case(progress, cases, lambda n: f"{n} components"):
         words = rng.choice(folded_words(n), 2 if quick else FRICTION_WORDS, replace=False).tolist()
         longer = release(scene.replace(sequence=("NNNN",) * n), "forward")
         sequences = [

@@ -4,8 +4,7 @@ A pole face is an evenly charged rectangle whose field is closed: with r the vec
 the components of ∫ r/|r|³ dA are an arcsinh, an arcsinh and an arctangent a corner. The field of
 one face is summed over the other with Gauss-Legendre nodes along both its sides; unlike the
 engine, which has the integral out of the plane closed and sums over nodes of both faces. Nodes are
-as many as rounding is worth: more for faces that are near. Faces may differ in size and charge; a
-fixed external magnet is one more pair of them.
+as many as rounding is worth: more for faces that are near. Faces may differ in size and charge.
 
 Beside them stands what rows of point charges, the paper's model, make of two magnets.
 """
@@ -14,17 +13,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 
+from magfold_env.engine.magnets import laws
 from magfold_env.engine.magnets.pairs import FacePair, level_sum
 from magfold_env.engine.state import Array, IntArray, Nodes
 from magfold_env.engine.state import Magnets as Packed
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.reporting.tables import Row
-from magfold_env.scene import FixedMagnet, Magnets, Scene
+from magfold_env.scene import Magnets, Scene
 from magfold_env.scene.parts import MU0
 from magfold_env.simulation.pack import pack_magnets
 
@@ -55,11 +54,6 @@ class Faces:
     charge: Array
     """(faces,) [A·m]"""
 
-    def and_those_of(self, other: Self) -> Self:
-        """Return these faces, then the others."""
-        parts = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
-        return type(self)(*map(np.concatenate, parts))
-
 
 def faces_of(scene: Scene, places: Array, headings: Array) -> Faces:
     """Return the pole faces of casings with centres ``places`` (n, 2) [m] and headings (n,).
@@ -82,17 +76,6 @@ def faces_of(scene: Scene, places: Array, headings: Array) -> Faces:
         np.concatenate([along, along], axis=1).reshape(-1, 2),
         np.tile(size, (2 * len(headings), 1)),
         np.concatenate([scene.charges, -scene.charges], axis=1).ravel(),
-    )
-
-
-def faces_of_fixed(magnet: FixedMagnet) -> Faces:
-    """Return the two pole faces of a fixed magnet, the north one first."""
-    across = np.array([-np.sin(magnet.heading), np.cos(magnet.heading)])
-    return Faces(
-        magnet.poles,
-        np.tile(across, (2, 1)),
-        np.tile([magnet.width, magnet.height], (2, 1)),
-        np.array([magnet.charge, -magnet.charge]),
     )
 
 
@@ -127,42 +110,15 @@ def forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
     wanted = (one // FACES != other // FACES) & (faces.charge[one] * faces.charge[other] != 0.0)
     one, other = one[wanted], other[wanted]
     force, torque = np.zeros((n, 2)), np.zeros(n)
-    for pairs, pull, moment in _pulls(faces, one, other):
+    for pairs, pull, moment in pulls(faces, one, other):
         a, b = one[pairs] // FACES, other[pairs] // FACES
         arm, reach = faces.centre[one[pairs]] - places[a], places[b] - places[a]
-        turning = moment + _cross(arm, pull)
+        turning = moment + cross(arm, pull)
         for axis in range(2):
             force[:, axis] += np.bincount(a, pull[:, axis], n) - np.bincount(b, pull[:, axis], n)
         torque += np.bincount(a, turning, n)
         # Forces act along lines: the reaction's torque about b is what balances the moments.
-        torque += np.bincount(b, _cross(reach, pull) - turning, n)
-    return force, torque
-
-
-def field_forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
-    """Return what the external field does to casings: forces (n, 2) [N], torques (n,) [N·m].
-
-    Torques are about the centres. An even field pulls a magnet's two poles equally, and so only
-    turns it. Parameters are those of `forces`; without a field all is zero.
-    """
-    faces, n = faces_of(scene, places, headings), len(headings)
-    force, torque = np.zeros((n, 2)), np.zeros(n)
-    if scene.field is None:
-        return force, torque
-    casing = np.arange(FACES * n) // FACES
-    arm = faces.centre - places[casing]
-    even = faces.charge[:, None] * np.array(scene.field.uniform)
-    torque += np.bincount(casing, _cross(arm, even), n)
-    if scene.field.magnet is not None:
-        everything = faces.and_those_of(faces_of_fixed(scene.field.magnet))
-        one = np.repeat(np.flatnonzero(faces.charge), 2)
-        other = FACES * n + np.arange(one.size) % 2
-        for pairs, pull, moment in _pulls(everything, one, other):
-            a = casing[one[pairs]]
-            turning = moment + _cross(arm[one[pairs]], pull)
-            for axis in range(2):
-                force[:, axis] += np.bincount(a, pull[:, axis], n)
-            torque += np.bincount(a, turning, n)
+        torque += np.bincount(b, cross(reach, pull) - turning, n)
     return force, torque
 
 
@@ -201,7 +157,7 @@ def force_rows() -> list[Row]:
         nodes = new_nodes(magnets, 1)
 
         def points(gap: float, magnets: Packed = magnets, nodes: Nodes = nodes) -> float:
-            return COULOMB * charge**2 * _points_force(magnets, gap, nodes)
+            return laws.COULOMB * charge**2 * _points_force(magnets, gap, nodes)
 
         def exact(gap: float) -> float:
             return face_force(scene, gap)
@@ -245,7 +201,7 @@ def rows_at(rows: list[Row], gap: float) -> list[Row]:
     return [row for row in rows if row["gap [mm]"] == nearest]
 
 
-def _pulls(faces: Faces, one: IntArray, other: IntArray) -> Iterator[tuple[IntArray, Array, Array]]:
+def pulls(faces: Faces, one: IntArray, other: IntArray) -> Iterator[tuple[IntArray, Array, Array]]:
     """Yield some of the pairs of faces at a time, and what the first of each feels.
 
     That is the force (k, 2) [N] and the torque about the face's centre (k,) [N·m].
@@ -260,8 +216,8 @@ def _pulls(faces: Faces, one: IntArray, other: IntArray) -> Iterator[tuple[IntAr
             pairs = chosen[k : k + max(CHUNK // (count * across), 1)]
             i, j = one[pairs], other[pairs]
             u, v = faces.along[j], faces.along[i]
-            turn = np.arctan2(_cross(u, v), np.sum(u * v, axis=1))
-            x, y = np.sum(u * between[pairs], axis=1), _cross(u, between[pairs])
+            turn = np.arctan2(cross(u, v), np.sum(u * v, axis=1))
+            x, y = np.sum(u * between[pairs], axis=1), cross(u, between[pairs])
             offset = np.stack([x, y], axis=1)
             pull, moment = rectangle_pull(offset, turn, faces.size[i], faces.size[j], count, across)
             # Back from the frame of the other face, whose width lies along its x.
@@ -325,6 +281,6 @@ def rectangle_field(
     return np.asarray(along), np.sign(y) * np.asarray(through)
 
 
-def _cross(a: Array, b: Array) -> Array:
+def cross(a: Array, b: Array) -> Array:
     """Z components of products of vectors (k, 2)."""
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

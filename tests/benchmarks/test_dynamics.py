@@ -11,12 +11,13 @@ from typer.testing import CliRunner
 
 from magfold_env.benchmarks import parts, runner
 from magfold_env.benchmarks.contenders.moreau import moreau_only
-from magfold_env.benchmarks.dynamics import contact, features, smooth
+from magfold_env.benchmarks.dynamics import contact, features
 from magfold_env.benchmarks.dynamics.contact import Effort, fold
 from magfold_env.benchmarks.dynamics.smooth import needed, same_error
 from magfold_env.benchmarks.runner import Part
 from magfold_env.benchmarks.runs import CLOSE
 from magfold_env.cli import app
+from magfold_env.laws import smooth_motion
 from magfold_env.laws.smooth_motion import EULER, SmoothProblem, pendulum, prepare_engine
 from magfold_env.reporting import tables
 from magfold_env.reporting.tables import Measurement, Table
@@ -51,7 +52,7 @@ def test_cost_of_an_error_follows_the_power_law_between_settings():
 def test_double_euler_is_given_the_steps_for_the_same_error(monkeypatch):
     # Interpreted: compiling takes longer.
     euler = replace(EULER, fixed=getattr(EULER.fixed, "py_func", EULER.fixed))
-    monkeypatch.setattr(smooth, "EULER", euler)
+    monkeypatch.setattr(smooth_motion, "EULER", euler)
     problem = SmoothProblem("short", pendulum(3).scene.replace(duration=0.1))
     exact = [prepare_engine(problem, 1e-10, (k + 1) / 6)().angles for k in range(6)]
     found = same_error(problem, 2e-3, exact)

@@ -7,6 +7,7 @@ from magfold_env.laws import exact_magnets
 from magfold_env.scene import Field, FixedMagnet, Scene
 from magfold_env.scene.parts import MU0
 from tests.benchmarks.magnet_pairs import SIDE, unequal
+from tests.reference import magnet_field
 
 FIXED = FixedMagnet(
     position=(0.03, -0.05), heading=0.7, width=0.02, height=0.03, thickness=0.01, remanence=1.3
@@ -45,14 +46,14 @@ def test_magpylib_agrees_about_the_field_of_a_fixed_magnet(seed):
     cuboid.rotate_from_angax(np.degrees(FIXED.heading), "z")
     points, z = rng.uniform(-0.02, 0.02, (5, 2)), rng.uniform(-0.003, 0.003, 5)
     expected = cuboid.getB(np.column_stack([points, z]))[:, :2]
-    found = density(points, z, exact_magnets.faces_of_fixed(FIXED))
+    found = density(points, z, magnet_field.faces_of_fixed(FIXED))
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
 def test_no_field_no_force():
     scene, pose = unequal(0)
     for changed in (scene, scene.replace(field={})):
-        force, torque = exact_magnets.field_forces(changed, *pose)
+        force, torque = magnet_field.field_forces(changed, *pose)
         assert not force.any()
         assert not torque.any()
 
@@ -61,7 +62,7 @@ def test_no_field_no_force():
 def test_an_even_field_turns_the_moments_of_the_magnets(seed):
     field = np.array([0.02, -0.05])
     scene, (places, headings) = in_field(seed, uniform=tuple(field))
-    force, torque = exact_magnets.field_forces(scene, places, headings)
+    force, torque = magnet_field.field_forces(scene, places, headings)
     assert not force.any()
     assert scene.magnets is not None
     moment = scene.charges * scene.magnets.by_face("thickness")  # outwards
@@ -73,9 +74,9 @@ def test_an_even_field_turns_the_moments_of_the_magnets(seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_a_fixed_magnet_acts_as_two_more_pole_faces(seed):
     scene, (places, headings) = in_field(seed, magnet=FIXED)
-    force, torque = exact_magnets.field_forces(scene, places, headings)
+    force, torque = magnet_field.field_forces(scene, places, headings)
     here = exact_magnets.faces_of(scene, places, headings)
-    there = exact_magnets.faces_of_fixed(FIXED)
+    there = magnet_field.faces_of_fixed(FIXED)
     expected, turning = np.zeros((2, 2)), np.zeros(2)
     node, weight = np.polynomial.legendre.leggauss(12)
     for centre, along, size, charge, casing in zip(
@@ -98,9 +99,9 @@ def test_a_far_fixed_magnet_is_a_dipole():
     scene, (places, headings) = in_field(1, magnet=far)
     moment = FIXED.charge * FIXED.thickness
     even = MU0 / (4 * np.pi) * 2 * moment / 2.0**3  # on its axis
-    _, torque = exact_magnets.field_forces(scene, places, headings)
+    _, torque = magnet_field.field_forces(scene, places, headings)
     alike = scene.replace(field=Field(uniform=(even, 0.0)))
-    _, expected = exact_magnets.field_forces(alike, places, headings)
+    _, expected = magnet_field.field_forces(alike, places, headings)
     np.testing.assert_allclose(torque, expected, rtol=0, atol=0.05 * np.abs(expected).max())
 
 
@@ -112,7 +113,7 @@ def test_the_fixed_magnets_north_pole_lies_ahead():
         size = {"width": 0.02, "height": 0.02, "thickness": 0.01}
         magnet = FixedMagnet(position=(-0.06, 0.0), heading=heading, **size)
         behind = scene.replace(field=Field(magnet=magnet))
-        force, _ = exact_magnets.field_forces(behind, np.zeros((1, 2)), np.zeros(1))
+        force, _ = magnet_field.field_forces(behind, np.zeros((1, 2)), np.zeros(1))
         pulls.append(force[0, 0])
     assert pulls[0] < 0 < pulls[1]
     assert pulls[0] == pytest.approx(-pulls[1])

@@ -9,8 +9,8 @@ import pytest
 
 from magfold_env.scene import load_scene
 from magfold_env.simulation.simulate import simulate
-from tests.laws import reference_simulation as reference
-from tests.laws.reference_kernels import SLOW, run
+from tests.reference import simulation as reference
+from tests.reference.simulation_kernels import SLOW, run
 
 pytestmark = pytest.mark.laws
 

@@ -16,30 +16,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from magfold_env.benchmarks import runs
 from magfold_env.benchmarks.contenders.moreau import moreau_only
-from magfold_env.benchmarks.runs import (
-    CLOSE,
-    KINDS,
-    NUDGE,
-    Setting,
-    final_difference,
-    nudged,
-    recorded,
-    run_task,
-)
+from magfold_env.benchmarks.runs import CLOSE, KINDS, NUDGE, Setting
 from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, MARKERS, label_points, legend, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    distinct,
-    each_case,
-    numbers,
-    select,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import Task, take_turns
 from magfold_env.scene import Scene, load_scene
 
@@ -78,12 +62,12 @@ def run(quick: bool, progress: Progress) -> Measurement:
     effort = QUICK if quick else FULL
     found = Measurement()
     scenes = contact_scenes(effort)
-    for case, _ in each_case(progress, scenes, lambda case: case[0]):
+    for case, _ in tables.each_case(progress, scenes, lambda case: case[0]):
         found.rows.extend(measure(*case, effort))
     for kind in KINDS:
-        mine = select(clear(found.rows), kind=kind)
+        mine = tables.select(clear(found.rows), kind=kind)
         total = sum(other == kind for _, other, _ in scenes)
-        kept = len(distinct(mine, "scene"))
+        kept = len(tables.distinct(mine, "scene"))
         if kept:
             found.tables.append(_table(kind, mine, effort))
             found.findings.append(_finding(kind, mine))
@@ -116,7 +100,7 @@ def measure(name: str, kind: str, scene: Scene, effort: Effort) -> list[Row]:
     """Return a row for each method and tolerance."""
     finest = min(effort.tolerances) / FINER
     exact = fold(scene, finest)
-    moved = error_on_the_way(fold(nudged(scene), finest), exact)
+    moved = error_on_the_way(fold(runs.nudged(scene), finest), exact)
     tasks = {setting: _task(scene, *setting) for setting in effort.settings}
     times = take_turns(tasks, effort.rounds, shortest=0.0)
     rows: list[Row] = []
@@ -129,7 +113,7 @@ def measure(name: str, kind: str, scene: Scene, effort: Effort) -> list[Row]:
                 "kind": kind,
                 "method": method,
                 "tolerance [rad]": tolerance,
-                "final error [rad]": final_difference(end, exact),
+                "final error [rad]": runs.final_difference(end, exact),
                 "error [rad]": error_on_the_way(end, exact),
                 "word": end.word,
                 "status": end.status.value,
@@ -145,7 +129,7 @@ def measure(name: str, kind: str, scene: Scene, effort: Effort) -> list[Row]:
 
 def fold(scene: Scene, tolerance: float) -> Fold:
     """Simulate a drawn scene at a tolerance [rad] and record it."""
-    return recorded(Setting("adaptive", tolerance).on(scene))
+    return runs.recorded(Setting("adaptive", tolerance).on(scene))
 
 
 def error_on_the_way(fold: Fold, exact: Fold) -> float:
@@ -164,7 +148,7 @@ def _joints(fold: Fold) -> Array:
 
 
 def _task(scene: Scene, method: str, tolerance: float) -> Task:
-    task = run_task(Setting("adaptive", tolerance).on(scene))
+    task = runs.run_task(Setting("adaptive", tolerance).on(scene))
 
     def prepare() -> Callable[[], None]:
         finish = task()
@@ -181,17 +165,17 @@ def _task(scene: Scene, method: str, tolerance: float) -> Task:
 def _table(kind: str, rows: list[Row], effort: Effort) -> Table:
     shown: list[Row] = []
     for method, tolerance in effort.settings:
-        mine = select(rows, {"method": method, "tolerance [rad]": tolerance})
+        mine = tables.select(rows, {"method": method, "tolerance [rad]": tolerance})
         shown.append(
             {
                 "method": method,
                 "tolerance": tolerance,
-                "on the way": float(np.median(numbers(mine, "error [rad]"))),
-                "worst end": float(numbers(mine, "final error [rad]").max()),
-                "same word": f"{int(numbers(mine, 'same word').sum())} of {len(mine)}",
-                "ms": float(np.median(numbers(mine, "time [ms]"))),
-                "evals": float(np.median(numbers(mine, "evaluations"))),
-                "steps": float(np.median(numbers(mine, "steps"))),
+                "on the way": float(np.median(tables.numbers(mine, "error [rad]"))),
+                "worst end": float(tables.numbers(mine, "final error [rad]").max()),
+                "same word": f"{int(tables.numbers(mine, 'same word').sum())} of {len(mine)}",
+                "ms": float(np.median(tables.numbers(mine, "time [ms]"))),
+                "evals": float(np.median(tables.numbers(mine, "evaluations"))),
+                "steps": float(np.median(tables.numbers(mine, "steps"))),
             }
         )
     return Table(
@@ -205,8 +189,8 @@ def cost_of_close(rows: list[Row], method: str) -> Array:
     Tighter tolerances must be close too: a lucky hit does not count.
     """
     costs: list[float] = []
-    for scene in distinct(rows, "scene"):
-        mine = select(rows, scene=scene, method=method)
+    for scene in tables.distinct(rows, "scene"):
+        mine = tables.select(rows, scene=scene, method=method)
         mine.sort(key=lambda row: float(row["tolerance [rad]"]))
         best = np.inf
         for row in mine:
@@ -235,17 +219,17 @@ def draw(rows: list[Row]) -> Any:
     Scenes that are set aside are left out, if any other is left.
     """
     rows = clear(rows) or rows
-    kinds = distinct(rows, "kind")
+    kinds = tables.distinct(rows, "kind")
     figure, axes = panels(len(kinds), "Folds with contact: error on the way against run time")
     for axis, kind in zip(axes, kinds, strict=True):
         for k, method in enumerate(METHODS):
-            mine = select(rows, kind=kind, method=method)
+            mine = tables.select(rows, kind=kind, method=method)
             colour = COLOURS[k + 1]
-            for scene in distinct(mine, "scene"):
-                one = _time_and_error(select(mine, scene=scene))
+            for scene in tables.distinct(mine, "scene"):
+                one = _time_and_error(tables.select(mine, scene=scene))
                 axis.loglog(*one, color=colour, linewidth=0.7, alpha=0.45)
-            tolerances = sorted(distinct(mine, "tolerance [rad]"), reverse=True)
-            groups = [select(mine, {"tolerance [rad]": t}) for t in tolerances]
+            tolerances = sorted(tables.distinct(mine, "tolerance [rad]"), reverse=True)
+            groups = [tables.select(mine, {"tolerance [rad]": t}) for t in tolerances]
             middle = np.array([np.median(_time_and_error(g), axis=1) for g in groups]).T
             style = {"marker": MARKERS[k], "markersize": 6, "linewidth": 2.2, "label": method}
             axis.loglog(*middle, color=colour, **style)
@@ -262,4 +246,4 @@ def draw(rows: list[Row]) -> Any:
 
 def _time_and_error(rows: list[Row]) -> Any:
     """Return times [s] and errors [rad], shape (2, k)."""
-    return np.stack([1e-3 * numbers(rows, "time [ms]"), numbers(rows, "error [rad]")])
+    return np.stack([1e-3 * tables.numbers(rows, "time [ms]"), tables.numbers(rows, "error [rad]")])

@@ -17,8 +17,9 @@ from magfold_env.benchmarks.runs import ended, run_task
 from magfold_env.engine.state import Array
 from magfold_env.engine.workspace import new_work
 from magfold_env.laws.integrators import double_euler
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, INK, legend, panels
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, numbers
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import Task, take_turns, unprepared
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import headings
@@ -141,10 +142,10 @@ def draw(rows: list[Row]) -> Any:
     figure, axes = panels(1, "Cost of an evaluation by feature", width=9.5, height=5.2)
     axis = axes[0]
     place = np.arange(len(rows))
-    total = numbers(rows, "run / evaluations [µs]")
+    total = tables.numbers(rows, "run / evaluations [µs]")
     left = np.zeros(len(rows))
     for (column, label), colour in zip(PARTS.items(), (1, 5, 3), strict=True):
-        width = total * np.clip(numbers(rows, column), 0.0, 100.0) / 100.0
+        width = total * np.clip(tables.numbers(rows, column), 0.0, 100.0) / 100.0
         axis.barh(place, width, left=left, color=COLOURS[colour], label=label, height=0.65)
         left += width
     for y, value, row in zip(place, total, rows, strict=True):

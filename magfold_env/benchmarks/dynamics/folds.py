@@ -21,15 +21,8 @@ import numpy as np
 from magfold_env.benchmarks.runs import CLOSE, KINDS, SPEED, ended, final_difference, run_task
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.laws.random_scenes import designed_sequence
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    each_case,
-    numbers,
-    select,
-)
+from magfold_env.reporting import tables
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import take_turns
 from magfold_env.scene import Scene, Solver
 
@@ -63,7 +56,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every kind of fold at every tolerance."""
     effort = QUICK if quick else FULL
     found = Measurement()
-    for kind, _ in each_case(progress, list(KINDS)):
+    for kind, _ in tables.each_case(progress, list(KINDS)):
         scenes = {f"{s}": scene_of(kind, s) for s in range(effort.sequences)}
         exact = {name: fold(scene, REFERENCE) for name, scene in scenes.items()}
         cases = {
@@ -113,11 +106,11 @@ def fold(scene: Scene, tolerance: float) -> Fold:
 
 
 def _of(kind: str, tolerance: float, rows: list[Row]) -> list[Row]:
-    return select(rows, {"tolerance [rad]": tolerance}, kind=kind)
+    return tables.select(rows, {"tolerance [rad]": tolerance}, kind=kind)
 
 
 def _close(rows: list[Row]) -> int:
-    return int((numbers(rows, "final error [rad]") <= CLOSE).sum())
+    return int((tables.numbers(rows, "final error [rad]") <= CLOSE).sum())
 
 
 def _table(kind: str, rows: list[Row], effort: Effort) -> Table:
@@ -125,15 +118,15 @@ def _table(kind: str, rows: list[Row], effort: Effort) -> Table:
     for tolerance in effort.tolerances:
         mine = _of(kind, tolerance, rows)
         if mine:
-            times = numbers(mine, "time [ms]")
+            times = tables.numbers(mine, "time [ms]")
             low, median, high = np.quantile(times, [0.25, 0.5, 0.75])
             shown.append(
                 {
                     "tolerance": tolerance,
                     "folds": len(mine),
                     f"within {CLOSE} rad": _close(mine),
-                    "evals": float(np.median(numbers(mine, "evaluations"))),
-                    "steps": float(np.median(numbers(mine, "steps"))),
+                    "evals": float(np.median(tables.numbers(mine, "evaluations"))),
+                    "steps": float(np.median(tables.numbers(mine, "steps"))),
                     "ms": float(median),
                     "quartiles, ms": f"{low:.2f} to {high:.2f}",
                     "longest, ms": float(times.max()),
@@ -148,12 +141,12 @@ def finding(kind: str, rows: list[Row], effort: Effort) -> str:
     for tolerance in sorted(effort.tolerances, reverse=True):
         mine = _of(kind, tolerance, rows)
         if mine and _close(mine) == len(mine):
-            price = np.median(numbers(mine, "time [ms]"))
+            price = np.median(tables.numbers(mine, "time [ms]"))
             parts.append(f"{price:.3g} ms at tolerance {tolerance:g} (all {len(mine)} folds)")
             break
     mine = _of(kind, DEFAULT, rows)
     if mine:
-        price = np.median(numbers(mine, "time [ms]"))
+        price = np.median(tables.numbers(mine, "time [ms]"))
         close = f"{_close(mine)} of {len(mine)}"
         parts.append(f"{price:.3g} ms at the default, {DEFAULT:g} ({close})")
     return f"{kind}: median time of a fold that ends within {CLOSE} rad: " + ", ".join(parts)
@@ -163,10 +156,10 @@ def first_use(quick: bool, progress: Progress) -> Measurement:
     """Start Python, import the package and fold a chain out of its tube; first without a cache."""
     uses = [FIRST, *[LATER] * (1 if quick else LATER_USES)]
     with tempfile.TemporaryDirectory() as cache:
-        rows = [{"process": kind, **_timed(cache)} for kind, _ in each_case(progress, uses)]
+        rows = [{"process": kind, **_timed(cache)} for kind, _ in tables.each_case(progress, uses)]
     table: list[Row] = []
     for kind, limit in LIMITS.items():
-        mine = sorted(numbers(select(rows, process=kind), "processor time [s]"))
+        mine = sorted(tables.numbers(tables.select(rows, process=kind), "processor time [s]"))
         middle = float(mine[len(mine) // 2])
         within = f"{'within' if middle <= limit else 'NOT within'} {limit:.0f} s"
         table.append({"process": kind, "processor time [s]": round(middle, 1), "wanted": within})

@@ -19,34 +19,11 @@ import numpy as np
 
 from magfold_env.benchmarks.contenders import dense
 from magfold_env.engine.state import Array
-from magfold_env.laws.smooth_motion import (
-    ADAMS,
-    ADAPTIVE,
-    DOP853,
-    EULER,
-    FIXED,
-    PARTS,
-    Integrator,
-    Run,
-    SmoothProblem,
-    magnetic_chain,
-    pendulum,
-    prepare_engine,
-)
+from magfold_env.laws import smooth_motion
+from magfold_env.laws.smooth_motion import ADAPTIVE, DOP853, Integrator, Run, SmoothProblem
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, MARKERS, legend, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    Tick,
-    distinct,
-    each_case,
-    numbers,
-    renamed,
-    select,
-    verdict,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.reporting.timing import Spread, Task, ratio, take_turns
 
 ENGINE = "engine"
@@ -96,7 +73,7 @@ class Case:
 
 def shares() -> Array:
     """Return the ends of the equal parts of a run, as shares of it."""
-    return np.arange(1, PARTS + 1) / PARTS
+    return np.arange(1, smooth_motion.PARTS + 1) / smooth_motion.PARTS
 
 
 def case(
@@ -106,7 +83,7 @@ def case(
 
     def prepare(share: float) -> Callable[[], Run]:
         if method is None:
-            return prepare_engine(problem, setting, share)
+            return smooth_motion.prepare_engine(problem, setting, share)
         return method.prepare(problem, setting, share)
 
     runs = [prepare(share)() for share in shares()]
@@ -138,11 +115,11 @@ def same_error(problem: SmoothProblem, error: float, exact: list[Array]) -> Case
 
     It is of first order: the error times the steps is nearly constant.
     """
-    found = case(problem, EULER, FEWEST_STEPS, exact)
+    found = case(problem, smooth_motion.EULER, FEWEST_STEPS, exact)
     steps = float(FEWEST_STEPS)
     for _ in range(6):
         steps = round(steps * found.error / error)
-        found = case(problem, EULER, steps, exact)
+        found = case(problem, smooth_motion.EULER, steps, exact)
         if NEAR < found.error / error <= 1.0:
             break
     return found
@@ -151,8 +128,12 @@ def same_error(problem: SmoothProblem, error: float, exact: list[Array]) -> Case
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure all smooth problems."""
     found = Measurement()
-    problems = [pendulum(3), pendulum(6), magnetic_chain()]
-    for problem, tick in each_case(progress, problems, lambda problem: problem.name):
+    problems = [
+        smooth_motion.pendulum(3),
+        smooth_motion.pendulum(6),
+        smooth_motion.magnetic_chain(),
+    ]
+    for problem, tick in tables.each_case(progress, problems, lambda problem: problem.name):
         _measure(problem, QUICK if quick else FULL, found, tick)
     if not quick:
         progress(1.0, "independent check")
@@ -162,13 +143,13 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 def _measure(problem: SmoothProblem, effort: Effort, found: Measurement, tick: Tick) -> None:
     exact = [DOP853.prepare(problem, EXACT, share)().angles for share in shares()]
-    second = ADAMS.prepare(problem, 1e-12)().angles
+    second = smooth_motion.ADAMS.prepare(problem, 1e-12)().angles
     agreement = float(np.abs(second - exact[-1]).max())
     tick(0.1)
     cases = [case(problem, None, tolerance, exact) for tolerance in ENGINE_TOLERANCES]
     for method in ADAPTIVE:
         cases += [case(problem, method, tolerance, exact) for tolerance in TOLERANCES]
-    for method in FIXED:
+    for method in smooth_motion.FIXED:
         cases += fixed_cases(problem, method, exact, min(TARGETS), effort.seconds)
     at_default = next(c for c in cases if c.method == ENGINE and c.setting == DEFAULT)
     match = same_error(problem, at_default.error, exact)
@@ -199,11 +180,11 @@ def _measure(problem: SmoothProblem, effort: Effort, found: Measurement, tick: T
 
 
 def _over_tolerance(rows: list[Row]) -> Array:
-    return numbers(rows, "error [rad]") / numbers(rows, "setting")
+    return tables.numbers(rows, "error [rad]") / tables.numbers(rows, "setting")
 
 
 def _engine_table(problem: SmoothProblem, rows: list[Row]) -> Table:
-    mine = select(rows, method=ENGINE)
+    mine = tables.select(rows, method=ENGINE)
     told = [
         row | {"error / tolerance": share}
         for row, share in zip(mine, _over_tolerance(mine).tolist(), strict=True)
@@ -215,13 +196,13 @@ def _engine_table(problem: SmoothProblem, rows: list[Row]) -> Table:
         "evaluations": "evaluations",
         "time [µs]": "time [µs]",
     }
-    return Table(f"The engine on {problem.name}", renamed(told, columns))
+    return Table(f"The engine on {problem.name}", tables.renamed(told, columns))
 
 
 def _target_table(problem: SmoothProblem, rows: list[Row]) -> Table:
     shown: list[Row] = []
-    for method in distinct(rows, "method"):
-        mine = select(rows, method=method)
+    for method in tables.distinct(rows, "method"):
+        mine = tables.select(rows, method=method)
         cells: Row = {"method": method}
         for target in TARGETS:
             cells[f"µs, {target:g}"] = needed(mine, "time [µs]", target)
@@ -237,7 +218,7 @@ def needed(rows: list[Row], cost: str, error: float) -> float:
 
     The overhead of a call is taken off times.
     """
-    errors, costs = numbers(rows, "error [rad]"), numbers(rows, cost)
+    errors, costs = tables.numbers(rows, "error [rad]"), tables.numbers(rows, cost)
     if cost.startswith("time"):
         costs = np.maximum(costs - float(rows[0]["call overhead [µs]"]), 1e-3)
     order = np.argsort(costs)
@@ -253,14 +234,14 @@ def needed(rows: list[Row], cost: str, error: float) -> float:
 
 
 def _findings(problem: SmoothProblem, rows: list[Row], quotient: Spread, match: Case) -> list[str]:
-    mine = [row for row in select(rows, method=ENGINE) if row["setting"] in BOUNDED]
+    mine = [row for row in tables.select(rows, method=ENGINE) if row["setting"] in BOUNDED]
     worst = float(_over_tolerance(mine).max())
     return [
         f"{problem.name}: the engine's error is at most {worst:.2g} times the tolerance, from "
-        f"1e-3 to 1e-9; {ALLOWED:g} is allowed: {verdict(worst <= ALLOWED)}",
+        f"1e-3 to 1e-9; {ALLOWED:g} is allowed: {tables.verdict(worst <= ALLOWED)}",
         f"{problem.name}: double Euler takes {quotient} times the engine's time for its error at "
         f"1e-3, {match.error:.2g} rad, in {match.setting:.0f} steps; {WANTED:g} is asked for: "
-        f"{verdict(quotient.median >= WANTED)}",
+        f"{tables.verdict(quotient.median >= WANTED)}",
     ]
 
 
@@ -278,15 +259,15 @@ def independent_check(problem: SmoothProblem) -> str:
 
 def draw(rows: list[Row]) -> Any:
     """Work-precision diagrams: error against run time, a panel a problem."""
-    problems, methods = distinct(rows, "problem"), distinct(rows, "method")
+    problems, methods = tables.distinct(rows, "problem"), tables.distinct(rows, "method")
     figure, axes = panels(len(problems), "Smooth motion: error against run time")
     for axis, problem in zip(axes, problems, strict=True):
         for k, method in enumerate(methods):
-            mine = select(rows, problem=problem, method=method)
-            time = numbers(mine, "time [µs]") - numbers(mine, "call overhead [µs]")
+            mine = tables.select(rows, problem=problem, method=method)
+            time = tables.numbers(mine, "time [µs]") - tables.numbers(mine, "call overhead [µs]")
             axis.loglog(
                 1e-6 * np.maximum(time, 1.0),
-                numbers(mine, "error [rad]"),
+                tables.numbers(mine, "error [rad]"),
                 color=COLOURS[k % len(COLOURS)],
                 marker=MARKERS[k % len(MARKERS)],
                 markersize=5,
@@ -305,11 +286,13 @@ def draw(rows: list[Row]) -> Any:
 
 def restarts(quick: bool, progress: Progress) -> Measurement:
     """Count the evaluations that each method needs, by the number of arcs."""
-    problem = magnetic_chain()
+    problem = smooth_motion.magnetic_chain()
     exact = DOP853.prepare(problem, EXACT)().angles
     found = Measurement()
     shown: list[Row] = []
-    for method, _ in each_case(progress, ADAPTIVE, lambda method: f"restarts: {method.name}"):
+    for method, _ in tables.each_case(
+        progress, ADAPTIVE, lambda method: f"restarts: {method.name}"
+    ):
         for arcs in ARCS:
             mine: list[Row] = []
             for tolerance in ARC_TOLERANCES[:: 2 if quick else 1]:

@@ -20,18 +20,9 @@ from numpy.typing import NDArray
 
 from magfold_env.benchmarks.env import players
 from magfold_env.benchmarks.env.players import ENVS, TUBE_FEED, rate_cells, rate_verdict
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, INK, MARKERS, legend, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    Tick,
-    distinct,
-    each_case,
-    numbers,
-    select,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.reporting.timing import Task, ratio, take_turns
 
 LENGTHS = (4, 6, 8, 12)
@@ -79,7 +70,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
     effort = QUICK if quick else FULL
     rows: list[Row] = []
     cases = list(product(effort.lengths, WAYS))
-    for (n, clock), tick in each_case(progress, cases, lambda case: f"n = {case[0]}"):
+    for (n, clock), tick in tables.each_case(progress, cases, lambda case: f"n = {case[0]}"):
         rows.extend(measure(n, clock, effort, tick))
     title = f"Tube-feed episodes a second, dynamics, {effort.envs} in a round"
     return Measurement(rows, [Table(title, rows)], _findings(rows))
@@ -122,7 +113,7 @@ def _findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
     clocks = {1: CORE, 2: WALL}
     for threads, wanted in WANTED.items():
-        for row in select(rows, n=COMPONENTS, threads=threads, clock=clocks[threads]):
+        for row in tables.select(rows, n=COMPONENTS, threads=threads, clock=clocks[threads]):
             rate = float(row["episodes/s"])
             cores = "one core" if threads == 1 else f"{threads} threads"
             found.append(
@@ -137,10 +128,10 @@ def draw(rows: list[Row]) -> Any:
     figure, axes = panels(len(WAYS), "Tube-feed episodes a second, dynamics")
     for axis, (clock, ways) in zip(axes, WAYS.items(), strict=True):
         for k, way in enumerate(ways):
-            mine = select(rows, clock=clock, form=way.form, threads=way.threads)
+            mine = tables.select(rows, clock=clock, form=way.form, threads=way.threads)
             axis.errorbar(
-                numbers(mine, "n"),
-                numbers(mine, "episodes/s"),
+                tables.numbers(mine, "n"),
+                tables.numbers(mine, "episodes/s"),
                 players.rate_quartiles(mine, "episodes/s"),
                 color=COLOURS[k + 1],
                 marker=MARKERS[k],
@@ -161,7 +152,7 @@ def draw(rows: list[Row]) -> Any:
         axis.set_yscale("log")
         axis.set_title(clock, fontsize=11)
         axis.set_xlabel("components n")
-        axis.set_xticks(sorted(distinct(rows, "n")))
+        axis.set_xticks(sorted(tables.distinct(rows, "n")))
         legend(axis, "lower left")
     axes[0].set_ylabel("episodes a second")
     return figure
@@ -196,7 +187,7 @@ def draw_quasistatic(rows: list[Row]) -> Any:
     figure, axes = panels(1, "Quasistatic tube-feed steps a second, one core", 7.0, 3.2)
     axis, places = axes[0], np.arange(len(rows))
     quartiles = players.rate_quartiles(rows, "steps/s")
-    axis.barh(places, numbers(rows, "steps/s"), xerr=quartiles, color=COLOURS[1], capsize=3)
+    axis.barh(places, tables.numbers(rows, "steps/s"), xerr=quartiles, color=COLOURS[1], capsize=3)
     axis.set_yticks(places, [f"{row['form']}, shaping {row['shaping']}" for row in rows])
     axis.invert_yaxis()
     axis.set_xlabel("steps/s")

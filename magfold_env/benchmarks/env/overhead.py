@@ -14,28 +14,13 @@ from typing import Any, get_args
 
 import numpy as np
 
-from magfold_env.benchmarks.env.players import (
-    TUBE_FEED,
-    KernelClock,
-    Vector,
-    drawn_actions,
-    step_vector,
-    vector,
-)
+from magfold_env.benchmarks.env import players
+from magfold_env.benchmarks.env.players import TUBE_FEED, KernelClock, Vector
 from magfold_env.engine.state import Array
 from magfold_env.envs.tasks.options import Fidelity
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import INK, curve, legend_below, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    Tick,
-    distinct,
-    each_case,
-    numbers,
-    select,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.reporting.timing import Task, Timing, take_turns
 
 COUNTS = (1, 4, 16, 64, 256)
@@ -50,10 +35,10 @@ def run(quick: bool, progress: Progress) -> Measurement:
     counts, rounds = ((1, 4), 3) if quick else (COUNTS, 9)
     found = Measurement()
     fidelities: tuple[Fidelity, ...] = get_args(Fidelity)
-    for fidelity, tick in each_case(progress, fidelities):
+    for fidelity, tick in tables.each_case(progress, fidelities):
         found.rows.extend(measure(fidelity, counts, rounds, tick))
     for fidelity in fidelities:
-        shown = _shown(select(found.rows, fidelity=fidelity))
+        shown = _shown(tables.select(found.rows, fidelity=fidelity))
         found.tables.append(Table(f"Python's share of a vector step, {fidelity}, µs", shown))
     found.findings.extend(_findings(found.rows))
     return found
@@ -62,7 +47,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick) -> list[Row]:
     """Return a row for each number of environments and way to measure."""
     envs = {
-        count: vector(TUBE_FEED, count, components=COMPONENTS, fidelity=fidelity)
+        count: players.vector(TUBE_FEED, count, components=COMPONENTS, fidelity=fidelity)
         for count in counts
     }
     firsts = {count: _first_step(env) for count, env in envs.items()}
@@ -83,7 +68,7 @@ def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick
 
 
 def _first_step(env: Vector) -> Task:
-    (action,) = drawn_actions(env, 1, SEED)
+    (action,) = players.drawn_actions(env, 1, SEED)
 
     def prepare() -> Callable[[], object]:
         env.reset()
@@ -94,9 +79,9 @@ def _first_step(env: Vector) -> Task:
 
 def outside_kernels(env: Vector, rounds: int) -> Array:
     """Return the time of each step of an episode [s] outside the kernels, shape (rounds, steps)."""
-    actions = drawn_actions(env, COMPONENTS, SEED)
+    actions = players.drawn_actions(env, COMPONENTS, SEED)
     env.reset(seed=SEED)
-    step_vector(env, actions)  # compiles
+    players.step_vector(env, actions)  # compiles
     clock = KernelClock()
     samples = np.zeros((rounds, COMPONENTS))
     with clock.running():
@@ -112,7 +97,7 @@ def outside_kernels(env: Vector, rounds: int) -> Array:
 
 def fit(rows: list[Row]) -> tuple[float, float]:
     """Return µs a step and µs an environment, by least squares of relative errors."""
-    count, taken = numbers(rows, "envs"), numbers(rows, "time [µs]")
+    count, taken = tables.numbers(rows, "envs"), tables.numbers(rows, "time [µs]")
     lines = np.stack([1.0 / taken, count / taken], axis=1)
     (step, env), *_ = np.linalg.lstsq(lines, np.ones(len(rows)))
     return float(step), float(env)
@@ -128,8 +113,10 @@ def groups(rows: list[Row]) -> dict[tuple[str, str], list[Row]]:
 
 def _shown(rows: list[Row]) -> list[Row]:
     shown: list[Row] = []
-    for count in distinct(rows, "envs"):
-        times = {str(row["measured on"]): row["time [µs]"] for row in select(rows, envs=count)}
+    for count in tables.distinct(rows, "envs"):
+        times = {
+            str(row["measured on"]): row["time [µs]"] for row in tables.select(rows, envs=count)
+        }
         shown.append({"envs": count, "wanted": allowed(count), **times})
     return shown
 
@@ -154,14 +141,16 @@ def _findings(rows: list[Row]) -> list[str]:
 
 def draw(rows: list[Row]) -> Any:
     """Python's share of a vector step against the number of environments, a panel a fidelity."""
-    fidelities = distinct(rows, "fidelity")
+    fidelities = tables.distinct(rows, "fidelity")
     figure, axes = panels(len(fidelities), "Python's share of a vector step")
-    counts = sorted(distinct(rows, "envs"))
+    counts = sorted(tables.distinct(rows, "envs"))
     step, env = WANTED
     for axis, fidelity in zip(axes, fidelities, strict=True):
-        mine = select(rows, fidelity=fidelity)
-        for k, way in enumerate(distinct(mine, "measured on")):
-            curve(axis, select(mine, {"measured on": way}), "envs", "time [µs]", k, label=way)
+        mine = tables.select(rows, fidelity=fidelity)
+        for k, way in enumerate(tables.distinct(mine, "measured on")):
+            curve(
+                axis, tables.select(mine, {"measured on": way}), "envs", "time [µs]", k, label=way
+            )
         asked = f"asked for: {step:g} µs + {env:g} µs an environment"
         limits = [allowed(count) for count in counts]
         axis.loglog(counts, limits, color=INK, linestyle=":", label=asked)

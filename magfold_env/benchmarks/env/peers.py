@@ -13,23 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.env.players import (
-    TUBE_FEED,
-    episode_length,
-    rate_cells,
-    single,
-    stepping,
-)
+from magfold_env.benchmarks.env import players
+from magfold_env.benchmarks.env.players import TUBE_FEED
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, MARKERS, legend_below, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    distinct,
-    numbers,
-    select,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import take_turns
 
 SEED = 41
@@ -90,11 +78,11 @@ def run(quick: bool, progress: Progress) -> Measurement:
         mujoco.set_mju_user_warning(str)  # what is returned goes nowhere
     lengths: dict[str, float] = {}
     for each in there:
-        env = single(each.env_id, **each.options)
+        env = players.single(each.env_id, **each.options)
         env.reset(seed=SEED)
-        lengths[each.title] = episode_length(env, effort.steps(each))
+        lengths[each.title] = players.episode_length(env, effort.steps(each))
     tasks = {
-        (each, form): stepping(
+        (each, form): players.stepping(
             each.env_id,
             effort.envs if form == VECTOR else None,
             effort.steps(each),
@@ -108,7 +96,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
     for (each, form), taken in times.items():
         length = lengths[each.title]
         row: Row = {"task": each.title, "form": form}
-        row |= rate_cells("steps", taken, effort.steps(each))
+        row |= players.rate_cells("steps", taken, effort.steps(each))
         row |= {"steps an episode": length, "episodes/s": float(row["steps/s"]) / length}
         rows.append(row)
     findings: list[str] = []
@@ -130,11 +118,11 @@ def installed() -> bool:
 def draw(rows: list[Row]) -> Any:
     """Draw steps and episodes a second of all tasks, alone and side by side."""
     figure, axes = panels(2, "Beside other tasks, one core, random actions", 6.0, 3.8, shared=False)
-    titles = distinct(rows, "task")
+    titles = tables.distinct(rows, "task")
     for axis, what in zip(axes, ("steps/s", "episodes/s"), strict=True):
         for k, form in enumerate((SINGLE, VECTOR)):
             axis.plot(
-                numbers(select(rows, form=form), what),
+                tables.numbers(tables.select(rows, form=form), what),
                 np.arange(len(titles)),
                 color=COLOURS[k + 1],
                 linestyle="none",

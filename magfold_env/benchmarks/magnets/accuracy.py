@@ -15,20 +15,9 @@ import numpy as np
 from magfold_env.benchmarks.magnets import poses
 from magfold_env.benchmarks.magnets.samples import Sample, Sums, sample_of
 from magfold_env.engine.state import Array
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, curve, label_points, legend_below, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    Tick,
-    distinct,
-    each_case,
-    numbers,
-    select,
-    verdict,
-    without_quartiles,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.reporting.timing import take_turns, unprepared
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres
@@ -80,12 +69,12 @@ def run(quick: bool, progress: Progress) -> Measurement:
             for k in range(effort.long)
         ],
     }
-    for name, tick in each_case(progress, list(sets)):
+    for name, tick in tables.each_case(progress, list(sets)):
         sample = sample_of([scene for scene, _ in sets[name]], [pose for _, pose in sets[name]])
         rows = measure(name, sample, effort, tick)
         found.rows.extend(rows)
         title = f"Forces and torques of {sample.size} {name}: errors in flush forces, µs a state"
-        found.tables.append(Table(title, without_quartiles(rows, "states")))
+        found.tables.append(Table(title, tables.without_quartiles(rows, "states")))
         found.findings.extend(_findings(name, sample, rows))
     return found
 
@@ -136,16 +125,16 @@ def measure(name: str, sample: Sample, effort: Effort, tick: Tick) -> list[Row]:
 
 def _findings(name: str, sample: Sample, rows: list[Row]) -> list[str]:
     """Say whether the bounds hold, and what the point model is off by."""
-    bounded = select(rows, model=BOUND)
-    used = numbers(bounded, "worst error") / numbers(bounded, "setting")
+    bounded = tables.select(rows, model=BOUND)
+    used = tables.numbers(bounded, "worst error") / tables.numbers(bounded, "setting")
     shares = ", ".join(
         f"{share:.0%} of {float(row['setting']):g}"
         for share, row in zip(used, bounded, strict=True)
     )
-    best = min(select(rows, model=POINTS), key=lambda row: float(row["worst error"]))
+    best = min(tables.select(rows, model=POINTS), key=lambda row: float(row["worst error"]))
     return [
         f"{sample.size} {name}: the worst errors are {shares}; the bound "
-        f"{verdict((used <= 1.0).all())}",
+        f"{tables.verdict((used <= 1.0).all())}",
         f"{sample.size} {name}: no number of point charges has a smaller worst error than "
         f"{float(best['worst error']):.2g} flush forces (at h = {best['setting']:.0f})",
     ]
@@ -153,13 +142,13 @@ def _findings(name: str, sample: Sample, rows: list[Row]) -> list[str]:
 
 def draw(rows: list[Row]) -> Any:
     """Worst error against time, a panel a kind of states; settings are written at the points."""
-    states, models = distinct(rows, "states"), distinct(rows, "model")
+    states, models = tables.distinct(rows, "states"), tables.distinct(rows, "model")
     rows = [row | {"drawn": max(float(row["worst error"]), SMALLEST)} for row in rows]
     title = "Magnet forces: worst error against time"
     figure, axes = panels(len(states), title, 4.4, 4.6, shared=False)
     for axis, name in zip(axes, states, strict=True):
         for k, model in enumerate(models):
-            mine = select(rows, states=name, model=model)
+            mine = tables.select(rows, states=name, model=model)
             bold, colour = model == BOUND, COLOURS[(2, 1, 3)[k % 3]]
             style = {"linewidth": 2.2, "zorder": 3} if bold else {"linewidth": 1.3, "zorder": 2}
             label = f"{model} ({DRAWN[model]})"

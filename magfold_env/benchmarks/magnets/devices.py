@@ -14,19 +14,9 @@ import numpy as np
 
 from magfold_env.benchmarks.magnets.poses import AT_STOPS, FOLDED, UNFOLDED, random_scene, shapes
 from magfold_env.benchmarks.magnets.samples import Chain, pinned_states
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, INK, legend, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    Tick,
-    distinct,
-    each_case,
-    numbers,
-    select,
-    verdict,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.reporting.timing import ratio, take_turns, unprepared
 from magfold_env.scene import Scene
 
@@ -51,9 +41,11 @@ def run(quick: bool, progress: Progress) -> Measurement:
     lengths, rounds = (QUICK_LENGTHS, 2) if quick else (LENGTHS, 9)
     found = Measurement()
     cases = list(product(lengths, (UNFOLDED, FOLDED)))
-    for (n, shape), tick in each_case(progress, cases, lambda case: f"n = {case[0]}, {case[1]}"):
+    for (n, shape), tick in tables.each_case(
+        progress, cases, lambda case: f"n = {case[0]}, {case[1]}"
+    ):
         found.rows.extend(_measure(n, shape, rounds, tick))
-    found.tables.extend(_table(n, select(found.rows, n=n)) for n in lengths)
+    found.tables.extend(_table(n, tables.select(found.rows, n=n)) for n in lengths)
     found.findings.extend(_findings(found.rows))
     return found
 
@@ -136,13 +128,13 @@ def _table(n: int, rows: list[Row]) -> Table:
 def _findings(rows: list[Row]) -> list[str]:
     """Say what each feature costs, and whether those that leave less to do take no longer."""
     found: list[str] = []
-    for name in distinct(rows, "feature"):
+    for name in tables.distinct(rows, "feature"):
         if name == DEFAULT:
             continue
-        shares = numbers(select(rows, feature=name), "time / default")
+        shares = tables.numbers(tables.select(rows, feature=name), "time / default")
         asked = ""
         if name not in COSTLY:
-            held = verdict(shares.max() <= NOISE)
+            held = tables.verdict(shares.max() <= NOISE)
             asked = f"; at most 1 is asked for, to within {NOISE - 1.0:.0%}: {held}"
         found.append(
             f"{name}: {shares.min():.2g} to {shares.max():.2g} times as long as the default{asked}"
@@ -154,14 +146,14 @@ def draw(rows: list[Row]) -> Any:
     """Bars of the time over the default chain's, feature by feature, a colour a chain."""
     rows = [row for row in rows if row["feature"] != DEFAULT]
     chains = list(dict.fromkeys((row["n"], row["shape"]) for row in rows))
-    names = distinct(rows, "feature")
+    names = tables.distinct(rows, "feature")
     figure, axes = panels(1, "Magnets in the dynamics: time over the default chain's", 9.0, 5.0)
     axis = axes[0]
     height = 0.8 / len(chains)
     for k, (n, shape) in enumerate(chains):
-        mine = select(rows, n=n, shape=shape)
+        mine = tables.select(rows, n=n, shape=shape)
         place = [names.index(str(row["feature"])) + (k + 0.5) * height - 0.4 for row in mine]
-        shares = numbers(mine, "time / default")
+        shares = tables.numbers(mine, "time / default")
         axis.barh(place, shares, 0.9 * height, color=COLOURS[k + 1], label=f"n = {n}, {shape}")
     axis.axvline(1.0, color=INK, linewidth=1.0, linestyle="--")
     axis.set_yticks(range(len(names)), names, fontsize=9)

@@ -22,17 +22,9 @@ import numpy as np
 from magfold_env.benchmarks.magnets.accuracy import FLUSH, SMALLEST
 from magfold_env.benchmarks.magnets.poses import FOLDED, UNFOLDED, random_scene, shapes
 from magfold_env.benchmarks.magnets.samples import Sample, Sums
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, INK, curve, label_points, legend_below, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    Tick,
-    distinct,
-    each_case,
-    select,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.reporting.timing import ratio, take_turns, unprepared
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
@@ -101,7 +93,9 @@ def run(quick: bool, progress: Progress) -> Measurement:
     effort = QUICK if quick else FULL
     found = Measurement()
     cases = list(product(effort.lengths, (UNFOLDED, FOLDED)))
-    for (n, shape), tick in each_case(progress, cases, lambda case: f"n = {case[0]}, {case[1]}"):
+    for (n, shape), tick in tables.each_case(
+        progress, cases, lambda case: f"n = {case[0]}, {case[1]}"
+    ):
         rows = _measure(n, shape, effort, tick)
         found.rows.extend(rows)
         found.tables.append(_table(n, shape, rows))
@@ -167,7 +161,7 @@ def fastest(rows: list[Row], bound: float) -> dict[int, Row]:
     With the nodes of that bound; orders that err by more at all radii are left out.
     """
     best: dict[int, Row] = {}
-    for row in sorted(select(rows, {BOUND: bound}), key=_time):
+    for row in sorted(tables.select(rows, {BOUND: bound}), key=_time):
         if row["order"] != NONE and float(row["error"]) <= bound:
             best.setdefault(int(row["order"]), row)
     return best
@@ -206,7 +200,7 @@ def _findings(n: int, shape: str, effort: Effort, rows: list[Row]) -> list[str]:
     found: list[str] = []
     for bound in effort.bounds:
         own = Setting.of(own_rule(bound))
-        row = next(row for row in select(rows, {BOUND: bound}) if _setting(row) == own)
+        row = next(row for row in tables.select(rows, {BOUND: bound}) if _setting(row) == own)
         gains.append(
             f"{float(row['times faster']):.3g}-fold at {bound:g} "
             f"(error {float(row['error']) / bound:.0%} of the bound)"
@@ -232,19 +226,19 @@ def draw(rows: list[Row]) -> Any:
     Times are those with the nodes of the middle bound.
     """
     chains = list(dict.fromkeys((row["n"], row["shape"]) for row in rows))
-    bounds = sorted(distinct(rows, BOUND))
+    bounds = sorted(tables.distinct(rows, BOUND))
     bound = bounds[len(bounds) // 2]
     title = f"Far field: its error against time, with the nodes of accuracy {bound:g}"
     figure, axes = panels(len(chains), title, 4.2, 4.4, shared=False)
     rows = [row | {"drawn": max(float(row["error"]), SMALLEST)} for row in rows]
     for axis, (n, shape) in zip(axes, chains, strict=True):
-        here = select(rows, {BOUND: bound}, n=n, shape=shape)
+        here = tables.select(rows, {BOUND: bound}, n=n, shape=shape)
         for k, (order, name) in enumerate(ORDERS.items()):
-            mine = sorted(select(here, order=order), key=lambda row: float(row[RADIUS]))
+            mine = sorted(tables.select(here, order=order), key=lambda row: float(row[RADIUS]))
             points = curve(axis, mine, TIME, "drawn", k, color=COLOURS[k + 1], label=name)
             texts = [f"{float(row[RADIUS]):g}" for row in mine]
             label_points(axis, zip(*points, strict=True), texts, fontsize=7, color=COLOURS[k + 1])
-        without = _time(select(here, order=NONE)[0])
+        without = _time(tables.select(here, order=NONE)[0])
         axis.axvline(without, color=INK, linewidth=1.0, linestyle="--", label="without a far field")
         axis.set_title(f"n = {n}, {shape}", fontsize=11)
         axis.set_xlabel("time of an evaluation [µs]")

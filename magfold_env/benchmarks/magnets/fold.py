@@ -17,20 +17,9 @@ from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.state import LO, Array, IntArray, Pose
 from magfold_env.laws import exact_magnets
 from magfold_env.laws.along_folds import SteppedSession
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, legend, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    Tick,
-    distinct,
-    each_case,
-    numbers,
-    select,
-    verdict,
-    without_quartiles,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.reporting.timing import take_turns, unprepared
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.pack import pack
@@ -75,9 +64,9 @@ def run(quick: bool, progress: Progress) -> Measurement:
     effort = QUICK if quick else FULL
     rows: list[Row] = []
     scenes = list(folds(effort).items())
-    for (name, scene), tick in each_case(progress, scenes, lambda case: case[0]):
+    for (name, scene), tick in tables.each_case(progress, scenes, lambda case: case[0]):
         rows.extend(_measure(name, scene, effort, tick))
-    table = Table("Magnets of a chain of six, averages over a fold", without_quartiles(rows))
+    table = Table("Magnets of a chain of six, averages over a fold", tables.without_quartiles(rows))
     return Measurement(rows, [table], _findings(rows))
 
 
@@ -177,11 +166,11 @@ def errors_of(scenes: dict[float, Scene], states: States, count: int) -> dict[fl
 def _findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
     for bound in BOUNDS:
-        mine = select(rows, accuracy=bound)
-        times, error = numbers(mine, "time [µs]"), numbers(mine, "worst error").max()
+        mine = tables.select(rows, accuracy=bound)
+        times, error = tables.numbers(mine, "time [µs]"), tables.numbers(mine, "worst error").max()
         asked = ""
         if bound in ASKED:
-            held = verdict(times.max() <= ASKED[bound])
+            held = tables.verdict(times.max() <= ASKED[bound])
             asked = f"; at most {ASKED[bound]:g} is asked for: {held}"
         found.append(
             f"accuracy {bound:g}: the magnets take {times.min():.3g} to {times.max():.3g} µs an "
@@ -194,17 +183,25 @@ def draw(rows: list[Row]) -> Any:
     """Bars of the average time by fold and accuracy; ticks stand for all pairs summed."""
     figure, axes = panels(1, "Magnets of a chain of six: average over a fold", 8.0, 4.6)
     axis = axes[0]
-    names, bounds = distinct(rows, "fold"), distinct(rows, "accuracy")
+    names, bounds = tables.distinct(rows, "fold"), tables.distinct(rows, "accuracy")
     for k, bound in enumerate(bounds):
-        mine = select(rows, accuracy=bound)
+        mine = tables.select(rows, accuracy=bound)
         place = [names.index(str(row["fold"])) + (k - 1) * 0.26 for row in mine]
         colour = COLOURS[k + 1]
-        axis.bar(place, numbers(mine, "time [µs]"), 0.24, color=colour, label=f"accuracy {bound:g}")
-        axis.scatter(place, numbers(mine, "all pairs summed [µs]"), color=colour, marker="_", s=130)
+        axis.bar(
+            place,
+            tables.numbers(mine, "time [µs]"),
+            0.24,
+            color=colour,
+            label=f"accuracy {bound:g}",
+        )
+        axis.scatter(
+            place, tables.numbers(mine, "all pairs summed [µs]"), color=colour, marker="_", s=130
+        )
         if bound in ASKED:
             axis.axhline(ASKED[bound], color=colour, linewidth=1.0, linestyle="--")
     axis.set_xticks(range(len(names)), [name.replace(", ", "\n", 1) for name in names], fontsize=8)
-    axis.set_ylim(0.0, 1.25 * float(numbers(rows, "all pairs summed [µs]").max()))
+    axis.set_ylim(0.0, 1.25 * float(tables.numbers(rows, "all pairs summed [µs]").max()))
     axis.grid(visible=False, axis="x")
     axis.set_ylabel("time an evaluation [µs]")
     axis.set_xlabel(

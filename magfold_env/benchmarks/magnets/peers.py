@@ -18,31 +18,14 @@ from typing import Any
 import numpy as np
 
 from magfold_env.benchmarks.contenders.magpylib import MAGPYLIB, Mesh, Peer, installed
+from magfold_env.benchmarks.magnets import samples
 from magfold_env.benchmarks.magnets.poses import FOLDED, UNFOLDED, random_scene, shapes
-from magfold_env.benchmarks.magnets.samples import (
-    Chain,
-    Loads,
-    Sample,
-    Sums,
-    joint_torques,
-    pinned_states,
-    sample_of,
-)
+from magfold_env.benchmarks.magnets.samples import Loads, Sample
 from magfold_env.engine.state import Array
 from magfold_env.laws import exact_magnets
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, curve, legend, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    Tick,
-    distinct,
-    each_case,
-    numbers,
-    select,
-    without_quartiles,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.reporting.timing import Spread, Timing, ratio, take_turns, unprepared
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
@@ -89,7 +72,9 @@ def run(quick: bool, progress: Progress) -> Measurement:
     meshes, rounds = QUICK if quick else FULL
     rows: list[Row] = []
     cases = list(product(meshes, (UNFOLDED, FOLDED)))
-    for (n, shape), tick in each_case(progress, cases, lambda case: f"n = {case[0]}, {case[1]}"):
+    for (n, shape), tick in tables.each_case(
+        progress, cases, lambda case: f"n = {case[0]}, {case[1]}"
+    ):
         rows.extend(measure(n, shape, meshes[n], rounds, tick))
     return Measurement(rows, [_table(rows)], _findings(rows))
 
@@ -98,7 +83,7 @@ def chain_sample(n: int, shape: str) -> Sample:
     """Return a chain of random poles in one shape, and its exact forces."""
     scene = random_scene(np.random.default_rng(SEED), n)
     headings = shapes(n)[shape]
-    return sample_of([scene], [(centres(headings, scene.casing.side), headings)])
+    return samples.sample_of([scene], [(centres(headings, scene.casing.side), headings)])
 
 
 def measure(n: int, shape: str, meshes: tuple[Mesh, ...], rounds: int, tick: Tick) -> list[Row]:
@@ -123,7 +108,7 @@ def _peer(sample: Sample, peer: Peer, mesh: Mesh) -> Contender:
 
 
 def _sums(sample: Sample, bound: float) -> Contender:
-    sums = Sums(sample, Magnets(accuracy=bound))
+    sums = samples.Sums(sample, Magnets(accuracy=bound))
     found = sums.loads()
     errors = float(sample.errors(found)[0]), joint_error(sample, found)
     return Contender(SUMS, f"{bound:g}", *errors, sums.work, sums.evaluations)
@@ -131,9 +116,9 @@ def _sums(sample: Sample, bound: float) -> Contender:
 
 def _dynamics(sample: Sample, bound: float) -> Contender:
     scene = sample.scenes[0]
-    states = pinned_states(list(sample.headings), scene.casing.side)
+    states = samples.pinned_states(list(sample.headings), scene.casing.side)
     changed = scene.replace(magnets={"accuracy": bound})
-    chain = Chain(changed, states)
+    chain = samples.Chain(changed, states)
     error = joint_error(sample, chain.loads())
     return Contender(DYNAMICS, f"{bound:g}", math.nan, error, chain.work, chain.evaluations)
 
@@ -142,9 +127,11 @@ def joint_error(sample: Sample, loads: Loads) -> float:
     """Worst error of the torques at the joints over the side, in flush forces."""
     scene = sample.scenes[0]
     side = scene.casing.side
-    states = pinned_states(list(sample.headings), side)
+    states = samples.pinned_states(list(sample.headings), side)
     exact = Loads(sample.force[..., 0], sample.force[..., 1], sample.torque)
-    apart: Array = joint_torques(loads, states, side) - joint_torques(exact, states, side)
+    apart: Array = samples.joint_torques(loads, states, side) - samples.joint_torques(
+        exact, states, side
+    )
     return float(np.abs(apart).max()) / side / exact_magnets.flush_force(scene)
 
 
@@ -190,17 +177,17 @@ def _table(rows: list[Row]) -> Table:
             key: "" if isinstance(cell, float) and math.isnan(cell) else cell
             for key, cell in row.items()
         }
-        for row in without_quartiles(rows)
+        for row in tables.without_quartiles(rows)
     ]
     return Table("All magnets of a chain, beside magpylib: errors in flush forces", shown)
 
 
 def _findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
-    for n in distinct(rows, "n"):
-        mine = select(rows, n=n, by=MAGPYLIB)
+    for n in tables.distinct(rows, "n"):
+        mine = tables.select(rows, n=n, by=MAGPYLIB)
         for by in (SUMS, DYNAMICS):
-            factors = numbers(mine, f"time / {by}")
+            factors = tables.numbers(mine, f"time / {by}")
             held = int((factors >= WANTED).sum())
             found.append(
                 f"n = {n}: magpylib's getFT takes {min(factors):.3g} to {max(factors):.3g} times "
@@ -218,7 +205,7 @@ def draw(rows: list[Row]) -> Any:
         for k, (by, label) in enumerate(DRAWN.items()):
             mine = [
                 row | {"time [s]": 1e-6 * float(row["time [µs]"])}
-                for row in select(rows, n=n, shape=shape, by=by)
+                for row in tables.select(rows, n=n, shape=shape, by=by)
             ]
             colour = COLOURS[(2, 1, 3)[k]]
             curve(axis, mine, "time [s]", "joint error", k, color=colour, label=label)

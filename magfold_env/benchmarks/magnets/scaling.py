@@ -19,21 +19,9 @@ import numpy as np
 from magfold_env.benchmarks.magnets.poses import AT_STOPS, FOLDED, UNFOLDED, random_scene, shapes
 from magfold_env.benchmarks.magnets.samples import Chain, pinned_states
 from magfold_env.laws.exact_magnets import FACES
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import INK, curve, legend, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    Tick,
-    distinct,
-    each_case,
-    growth,
-    numbers,
-    renamed,
-    select,
-    verdict,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.reporting.timing import take_turns, unprepared
 from magfold_env.scene import Magnets
 
@@ -54,7 +42,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
     """Measure all lengths, then the price of a pair of nodes."""
     lengths, rounds = (QUICK_LENGTHS, 2) if quick else (LENGTHS, 7)
     rows: list[Row] = []
-    for n, tick in each_case(progress, lengths, lambda n: f"n = {n}"):
+    for n, tick in tables.each_case(progress, lengths, lambda n: f"n = {n}"):
         rows += _time(n, list(shapes(n)), BOUNDS, rounds, tick)
     progress(1.0, "pairs of nodes")
     fixed = measure_nodes(NODES_AT, rounds)
@@ -104,8 +92,8 @@ def _time(
 def _table(rows: list[Row]) -> Table:
     """Return the times, a row a length and a column a shape and accuracy."""
     shown: list[Row] = []
-    for n in distinct(rows, "n"):
-        mine = select(rows, n=n)
+    for n in tables.distinct(rows, "n"):
+        mine = tables.select(rows, n=n)
         line: Row = {"n": n}
         for row in mine:
             line[f"{row['shape']}, {row['magnets']}"] = f"{float(row['time [µs]']):.3g}"
@@ -117,16 +105,16 @@ def _table(rows: list[Row]) -> Table:
 def _node_table(rows: list[Row]) -> Table:
     keys = ("magnets", "n", "time [µs]", "ns a pair", "ns a pair of nodes")
     title = "Fixed numbers of nodes a face: the price of a pair"
-    return Table(title, renamed(rows, dict(zip(keys, keys, strict=True))))
+    return Table(title, tables.renamed(rows, dict(zip(keys, keys, strict=True))))
 
 
 def _findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
     longest = max(int(row["n"]) for row in rows)
     for shape, bound in product((UNFOLDED, FOLDED, AT_STOPS), BOUNDS):
-        slope = growth(select(rows, shape=shape, magnets=bound), LONG)
+        slope = tables.growth(tables.select(rows, shape=shape, magnets=bound), LONG)
         if math.isfinite(slope):
-            asked = f"; at most {STEEPEST} is asked for: {verdict(slope <= STEEPEST)}"
+            asked = f"; at most {STEEPEST} is asked for: {tables.verdict(slope <= STEEPEST)}"
             found.append(
                 f"{shape}, {bound}: the time grows like n to the {slope:.2f} "
                 f"from n = {LONG} to {longest}{asked if shape == UNFOLDED else ''}"
@@ -140,13 +128,13 @@ def draw(rows: list[Row]) -> Any:
     axis = axes[0]
     for k, shape in enumerate(shapes(2)):
         for bound, line in zip(BOUNDS, ("-", "--"), strict=True):
-            mine = select(rows, shape=shape, magnets=bound)
+            mine = tables.select(rows, shape=shape, magnets=bound)
             style = {"linestyle": line, "linewidth": 1.6, "label": f"{shape}, {bound}"}
             curve(axis, mine, "n", "time [µs]", k, **style)
-    first = select(rows, shape=UNFOLDED, magnets=next(iter(BOUNDS)))
+    first = tables.select(rows, shape=UNFOLDED, magnets=next(iter(BOUNDS)))
     longer = [row for row in first if int(row["n"]) >= LONG]
     if longer:
-        n = numbers(longer, "n")
+        n = tables.numbers(longer, "n")
         for power, style in SLOPES.items():
             line = float(longer[0]["time [µs]"]) * (n / n[0]) ** power
             label = f"n to the {power:g}"

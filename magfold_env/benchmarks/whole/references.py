@@ -12,16 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.benchmarks.runs import (
-    CLOSE,
-    NUDGE,
-    Setting,
-    difference,
-    final_difference,
-    has_accuracy,
-    nudged,
-    recorded,
-)
+from magfold_env.benchmarks import runs
+from magfold_env.benchmarks.runs import CLOSE, NUDGE, Setting, has_accuracy
 from magfold_env.fold import Fold
 from magfold_env.scene import Magnets, Scene, Solver, load_scene
 
@@ -111,11 +103,11 @@ class Reference:
 
     def error_on_the_way(self, run: Fold) -> float:
         """Largest difference of a joint's angle at any time [rad], as far as it is known."""
-        return max(difference(run, self.fold), self.known, NUDGE)
+        return max(runs.difference(run, self.fold), self.known, NUDGE)
 
     def final_error(self, run: Fold) -> float:
         """Largest difference of a joint's angle at the end [rad]."""
-        return max(final_difference(run, self.fold), NUDGE)
+        return max(runs.final_difference(run, self.fold), NUDGE)
 
 
 def reference(scene: Scene, tolerance: float, accuracy: float) -> Reference:
@@ -124,6 +116,6 @@ def reference(scene: Scene, tolerance: float, accuracy: float) -> Reference:
         Setting("adaptive", k * tolerance, k * accuracy if has_accuracy(scene) else None)
         for k in (1.0, LOOSER)
     )
-    exact, second = recorded(tight.on(scene)), recorded(looser.on(scene))
-    moved = recorded(looser.on(nudged(scene)))
-    return Reference(scene, exact, difference(second, exact), difference(moved, second))
+    exact, second = runs.recorded(tight.on(scene)), runs.recorded(looser.on(scene))
+    moved = runs.recorded(looser.on(runs.nudged(scene)))
+    return Reference(scene, exact, runs.difference(second, exact), runs.difference(moved, second))

@@ -19,16 +19,9 @@ import numpy as np
 from magfold_env.benchmarks.contenders.bare_pendulum import prepare_swing
 from magfold_env.benchmarks.dynamics.features import FRAME_RATE, SEED
 from magfold_env.benchmarks.runs import ended, run_task
+from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, INK, legend, panels
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    numbers,
-    renamed,
-    verdict,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.reporting.timing import Spread, Task, Timing, ratio, take_turns, unprepared
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.session import Session
@@ -106,7 +99,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
     rows.append({**last, "end": "unsettled", "simulated [s]": bare.scene.duration})
     table = Table(
         f"What a scene does not need: {SEQUENCE}, fed backward on a slope",
-        renamed(
+        tables.renamed(
             rows,
             {
                 "group": "group",
@@ -165,7 +158,7 @@ def _finding(bare: Row) -> str:
     spread = Spread(*(float(bare[name]) for name in OVER_SPREAD))
     return (
         f"a scene that lacks everything takes {spread} times as long an evaluation as the floor; "
-        f"{ALLOWED:g} is asked for: {verdict(spread.median <= ALLOWED)}"
+        f"{ALLOWED:g} is asked for: {tables.verdict(spread.median <= ALLOWED)}"
     )
 
 
@@ -184,7 +177,7 @@ def draw(rows: list[Row]) -> Any:
     )
     axis = axes[0]
     place = np.arange(len(rows))
-    over, low, high = (numbers(rows, name) for name in OVER_SPREAD)
+    over, low, high = (tables.numbers(rows, name) for name in OVER_SPREAD)
     spread = np.stack([over - low, high - over])
     for group, colour in GROUPS.items():
         mine = [k for k, row in enumerate(rows) if row["group"] == group]

@@ -17,28 +17,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from magfold_env.benchmarks.runs import CLOSE, NUDGE, Setting, recorded, run_task
-from magfold_env.benchmarks.whole.references import (
-    Reference,
-    drawn,
-    named_scenes,
-    reference,
-    settings_of,
-)
+from magfold_env.benchmarks.whole import references
+from magfold_env.benchmarks.whole.references import Reference
 from magfold_env.engine.state import Array
-from magfold_env.reporting import plotting
+from magfold_env.reporting import plotting, tables
 from magfold_env.reporting.plotting import COLOURS, GRID, INK, MARKERS
-from magfold_env.reporting.tables import (
-    Measurement,
-    Progress,
-    Row,
-    Table,
-    Tick,
-    distinct,
-    each_case,
-    numbers,
-    select,
-    verdict,
-)
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.reporting.timing import Timing, ratio, take_turns
 from magfold_env.scene import Scene
 
@@ -93,8 +77,8 @@ def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every scene."""
     found = Measurement()
     shown: list[Row] = []
-    scenes = list(named_scenes().items())
-    for (name, scene), tick in each_case(progress, scenes, lambda case: case[0]):
+    scenes = list(references.named_scenes().items())
+    for (name, scene), tick in tables.each_case(progress, scenes, lambda case: case[0]):
         rows, summary = measure(name, scene, QUICK if quick else FULL, tick)
         found.rows.extend(rows)
         shown.append(summary)
@@ -107,10 +91,12 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[Row], Row]:
     """Return a row for every setting of a scene, and what is to be read of them."""
-    references = [reference(drawn(scene, seed), *effort.reference) for seed in range(effort.starts)]
-    clear = [each for each in references if not (each.sensitive or each.unsure)] or references
+    starts = [references.drawn(scene, seed) for seed in range(effort.starts)]
+    known = [references.reference(start, *effort.reference) for start in starts]
+    clear = [each for each in known if not (each.sensitive or each.unsure)] or known
     tick(0.3)
-    settings = settings_of(scene, effort.tolerances, effort.accuracies, effort.time_steps)
+    grid = (effort.tolerances, effort.accuracies, effort.time_steps)
+    settings = references.settings_of(scene, *grid)
     found = {setting: _errors(setting, clear) for setting in settings}
     tick(0.6)
     tasks = {setting: run_task(*(setting.on(each.scene) for each in clear)) for setting in settings}
@@ -126,17 +112,17 @@ def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[R
             **found[setting],
             **time.spread.time_cells("ms", 1e3 / len(clear)),
             "starts": len(clear),
-            "sensitive": sum(each.sensitive for each in references),
-            "unsure": sum(each.unsure and not each.sensitive for each in references),
+            "sensitive": sum(each.sensitive for each in known),
+            "unsure": sum(each.unsure and not each.sensitive for each in known),
             "reference known to [rad]": max(each.known for each in clear),
-            "nudge grows to [rad]": max(each.sensitivity for each in references),
+            "nudge grows to [rad]": max(each.sensitivity for each in known),
         }
         for setting, time in taken.items()
     ]
     times = list(taken.values())
     medians = np.array([time.median for time in times])
     for error, flag in FRONT.items():
-        marked = front(medians, numbers(rows, error))
+        marked = front(medians, tables.numbers(rows, error))
         for k, row in enumerate(rows):
             row[flag] = int(k in marked)
     return rows, _summary(rows, settings, times)
@@ -162,7 +148,7 @@ def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[Timin
     """Return the default's errors and time, and how many times the front's time that is."""
     medians = np.array([time.median for time in times])
     default = next(k for k, setting in enumerate(settings) if setting.is_default)
-    way, end = numbers(rows, WAY), numbers(rows, END)
+    way, end = tables.numbers(rows, WAY), tables.numbers(rows, END)
     best = fastest(medians, way, way[default])
     first = rows[0]
 
@@ -217,7 +203,7 @@ def _findings(shown: list[Row], rows: list[Row]) -> list[str]:
     for heading, what in COMPARED.items():
         behind = {str(row["scene"]): float(str(row[heading]).split()[0]) for row in shown}
         late = [f"{name} ({value:.2f})" for name, value in behind.items() if value > ALLOWED]
-        said = f"{verdict(False)} in {', '.join(late)}" if late else verdict(True)
+        said = f"{tables.verdict(False)} in {', '.join(late)}" if late else tables.verdict(True)
         found.append(
             f"{what}: the default takes at most {ALLOWED:g} times as long as the fastest setting "
             f"that is as exact in {len(behind) - len(late)} of {len(behind)} scenes: {said}"
@@ -226,9 +212,9 @@ def _findings(shown: list[Row], rows: list[Row]) -> list[str]:
         count = {str(row["scene"]): int(row[word]) for row in rows}
         where = ", ".join(f"{name} {k}" for name, k in count.items() if k)
         found.append(f"starts set aside because {why}: {where or 'none'}")
-    by_paper = select(rows, method="paper")
-    for scene in distinct(by_paper, "scene"):
-        best = min(select(by_paper, scene=scene), key=lambda row: float(row[WAY]))
+    by_paper = tables.select(rows, method="paper")
+    for scene in tables.distinct(by_paper, "scene"):
+        best = min(tables.select(by_paper, scene=scene), key=lambda row: float(row[WAY]))
         found.append(
             f"{scene}: the paper's solver comes within {float(best[WAY]):.2g} rad on the way, in "
             f"{float(best['time [ms]']):.3g} ms ({best['setting']})"
@@ -238,7 +224,7 @@ def _findings(shown: list[Row], rows: list[Row]) -> list[str]:
 
 def draw(rows: list[Row]) -> Any:
     """Error against run time, a panel a scene: first on the way, then at the end."""
-    scenes = distinct(rows, "scene")
+    scenes = tables.distinct(rows, "scene")
     lines = -(-len(scenes) // ACROSS)
     size = (3.5 * ACROSS, 3.1 * 2 * lines + 0.9)
     figure = plotting.figure_class()(figsize=size, layout="constrained")
@@ -250,7 +236,7 @@ def draw(rows: list[Row]) -> Any:
         label = f"largest error of a joint {titles[error]} [rad]"
         part.supylabel(label, fontsize=11, color=INK)
         for axis, scene in zip(axes, scenes, strict=False):
-            _panel(axis, select(rows, scene=scene), error)
+            _panel(axis, tables.select(rows, scene=scene), error)
             axis.set_title(scene, fontsize=11, color=INK)
         for axis in axes[len(scenes) :]:
             axis.set_visible(False)
@@ -262,20 +248,20 @@ def _panel(axis: Any, rows: list[Row], error: str) -> None:
     """Draw a line for each accuracy of the magnets, over tolerances or time steps."""
 
     def points(rows: list[Row]) -> tuple[Any, Any]:
-        return numbers(rows, "time [ms]"), np.minimum(numbers(rows, error), TALLEST)
+        return tables.numbers(rows, "time [ms]"), np.minimum(tables.numbers(rows, error), TALLEST)
 
     axis.grid(visible=True, which="major", color=GRID, linewidth=0.7)
     axis.set_axisbelow(True)
     axis.spines[["top", "right"]].set_visible(False)
-    adaptive, paper = select(rows, method="adaptive"), select(rows, method="paper")
-    for k, accuracy in enumerate(sorted(distinct(adaptive, "magnets"), reverse=True)):
+    adaptive, paper = tables.select(rows, method="adaptive"), tables.select(rows, method="paper")
+    for k, accuracy in enumerate(sorted(tables.distinct(adaptive, "magnets"), reverse=True)):
         label = f"magnets to {accuracy:g}" if accuracy else "no accuracy to choose"
         style = {"color": COLOURS[1 + k], "marker": MARKERS[k], "linewidth": 1.1, "label": label}
-        axis.loglog(*points(select(adaptive, magnets=accuracy)), markersize=4.5, **style)
-    for accuracy in sorted(distinct(paper, "magnets")):
+        axis.loglog(*points(tables.select(adaptive, magnets=accuracy)), markersize=4.5, **style)
+    for accuracy in sorted(tables.distinct(paper, "magnets")):
         axis.loglog(
-            *points(select(paper, magnets=accuracy)), color="#8a8f98", marker="x", markersize=4.5,
-            linewidth=0.9, label="the paper's solver",
+            *points(tables.select(paper, magnets=accuracy)), color="#8a8f98", marker="x",
+            markersize=4.5, linewidth=0.9, label="the paper's solver",
         )  # fmt: skip
     marked = [row for row in rows if row[FRONT[error]]]
     axis.step(

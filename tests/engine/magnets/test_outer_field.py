@@ -14,6 +14,7 @@ from magfold_env.laws import exact_magnets as exact
 from magfold_env.scene import Magnets, Scene
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
+from tests.reference import magnet_field
 
 SIDE = 0.0125
 THICKNESS = 0.0025
@@ -113,7 +114,7 @@ def test_a_fixed_magnet_acts_within_the_bound(count, gap, bound):
         scene = scene_of(rng, bound)
         pose = places(rng)
         force, torque = Casings(scene).forces(*pose)
-        wanted, turning = exact.field_forces(scene, *pose)
+        wanted, turning = magnet_field.field_forces(scene, *pose)
         error = max(np.hypot(*(force - wanted)[0]), abs(torque - turning)[0] / SIDE)
         # A charge twice as dense as the chain's own makes twice the error.
         worst = max(worst, error / exact.flush_force(scene) / 2.0)
@@ -146,7 +147,7 @@ def test_public_forces_and_energy_contain_the_field():
     places = reference.centres(np.append(angles, [0.0, 0.0]), SIDE)
     force, torque = mf.forces(scene, angles)
     own, turning = mf.forces(bare, angles)
-    wanted, twist = exact.field_forces(scene, places, angles)
+    wanted, twist = magnet_field.field_forces(scene, places, angles)
     unit = 1e-3 * exact.flush_force(scene)
     np.testing.assert_allclose(force - own, wanted, rtol=0, atol=unit)
     np.testing.assert_allclose(torque - turning, twist, rtol=0, atol=unit * SIDE)

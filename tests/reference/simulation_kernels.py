@@ -1,4 +1,4 @@
-"""The loops of `tests.laws.reference_simulation`, all in one file.
+"""The loops of `tests.reference.simulation`, all in one file.
 
 numba's cache sees no edit in another file of what a kernel calls.
 """

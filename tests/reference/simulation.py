@@ -15,7 +15,7 @@ import numpy as np
 
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word
-from tests.laws.reference_kernels import run
+from tests.reference.simulation_kernels import run
 
 NODES = 8  # a pole face
 NORMALS = np.radians([45.0, 135.0, -135.0, -45.0])
