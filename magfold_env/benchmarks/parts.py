@@ -5,7 +5,10 @@ What is said about them stands in `descriptions.toml`.
 
 from __future__ import annotations
 
-from magfold_env.benchmarks import design, energy, predict
+from collections.abc import Sequence
+from pathlib import Path
+
+from magfold_env.benchmarks import design, energy, predict, runner
 from magfold_env.benchmarks.dynamics import contact, features, folds, scaling, smooth
 from magfold_env.benchmarks.env import episodes, overhead
 from magfold_env.benchmarks.env import peers as tasks
@@ -63,3 +66,8 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
     },
 }
 """Parts by benchmark, in the order of the suite's report."""
+
+
+def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
+    """Measure parts of a benchmark, print, and write tables and diagrams: see `runner.run`."""
+    runner.run(name, BENCHMARKS[name], only, quick, out)

@@ -8,7 +8,6 @@ from typing import Annotated
 
 import typer
 
-from magfold_env.benchmarks import runner
 from magfold_env.benchmarks.descriptions import Summary, descriptions
 from magfold_env.cli.options import errors_in_one_line
 
@@ -71,8 +70,7 @@ def _add(name: str, summary: Summary) -> None:
         out: Out = None,
     ) -> None:
         with errors_in_one_line():
-            parts = import_module("magfold_env.benchmarks.parts").BENCHMARKS[name]
-            runner.run(name, parts, only or [], quick, out)
+            import_module("magfold_env.benchmarks.parts").run(name, only or [], quick, out)
 
 
 for _name, _summary in descriptions().items():

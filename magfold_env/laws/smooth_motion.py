@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from magfold_env.laws.integrators import (
     runge_kutta,
     velocity_verlet,
 )
+from magfold_env.laws.overlap import TO_FACE, Boxes, separation
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import centres
 from magfold_env.simulation.pack import pack
@@ -48,11 +48,6 @@ class SmoothProblem:
     def until(self) -> float:
         """Length of the run [s]."""
         return self.scene.duration
-
-    @property
-    def times(self) -> Array:
-        """Ends of the run's equal parts [s], the last its own end, shape (`PARTS`,)."""
-        return self.until * np.arange(1, PARTS + 1) / PARTS
 
     @cached_property
     def model(self) -> Model:
@@ -107,21 +102,12 @@ def first_contact(scene: Scene) -> float:
 
 
 def overlap(scene: Scene, angles: Array) -> bool:
-    """Whether two casings that are not near neighbours overlap, by separating axes."""
+    """Whether two casings that are not near neighbours overlap; stops keep those apart."""
     side = scene.casing.side
-    places = centres(angles, side)
-    turns = angles[:, None] + np.pi / 2 * np.arange(4)
-    spokes = side / math.sqrt(2.0) * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-    corners = places[:, None] + spokes
-    normals = np.stack([np.cos(turns[:, :2] + np.pi / 4), np.sin(turns[:, :2] + np.pi / 4)], -1)
-    for i, j in combinations(range(scene.n), 2):
-        if j - i < APART:
-            continue  # stops keep them apart
-        axes = np.concatenate([normals[i], normals[j]])
-        one, other = corners[i] @ axes.T, corners[j] @ axes.T
-        if ((one.max(0) > other.min(0)) & (other.max(0) > one.min(0))).all():
-            return True
-    return False
+    half = np.full((scene.n, 2), 0.5 * side)
+    squares = Boxes(centres(angles, side), angles + TO_FACE, half)
+    one, other = np.triu_indices(scene.n, APART)
+    return bool((separation(squares.of(one), squares.of(other)) < 0.0).any())
 
 
 Fixed = Callable[[Model, Work, Array, float, int], int]

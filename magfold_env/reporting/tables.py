@@ -68,7 +68,7 @@ def each_case(
 # --- rows and columns -------------------------------------------------------------------------
 
 
-def numbers(rows: Sequence[Row], name: str) -> npt.NDArray[np.float64]:
+def numbers(rows: Sequence[Row], name: str) -> Any:
     """Return a column of numbers."""
     return np.array([float(row[name]) for row in rows])
 
@@ -102,7 +102,8 @@ def growth(rows: Sequence[Row], since: int, time: str = "time [µs]") -> float:
     longer = [row for row in rows if float(row["n"]) >= since]
     if len(longer) < 2:
         return math.nan
-    n, times = np.log(numbers(longer, "n")), np.log(numbers(longer, time))
+    n: npt.NDArray[np.float64] = np.log(numbers(longer, "n"))
+    times: npt.NDArray[np.float64] = np.log(numbers(longer, time))
     return float(np.polyfit(n, times, 1)[0])
 
 
