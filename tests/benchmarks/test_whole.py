@@ -142,7 +142,7 @@ def test_work_precision_has_every_setting_and_its_front(
     pytest.importorskip("matplotlib.figure")
     named = references.named_scenes()
     few = {name: named[name] for name in ("sequence 1, free", references.PENDULUM)}
-    monkeypatch.setattr(work_precision, "named_scenes", lambda: few)
+    monkeypatch.setattr(references, "named_scenes", lambda: few)
     monkeypatch.setattr(work_precision, "QUICK", SMALL)
     shares: list[float] = []
     part = work_precision.run(True, lambda share, _: shares.append(share))
