@@ -343,10 +343,11 @@ class Episodes(Generic[ObsType]):
 
 def status_names(status: Ints) -> Any:
     """Return how chains ended, as an array of str."""
-    return _objects([str(STATUSES[number]) for number in status.tolist()])
+    names = [str(each) for each in STATUSES]
+    return _objects([names[int(number)] for number in status])
 
 
-def _objects(values: Sequence[Any]) -> Any:
-    found = np.empty(len(values), dtype=object)
+def _objects(values: Sequence[str]) -> Any:
+    found: Any = np.empty(len(values), dtype=object)
     found[:] = values
     return found

@@ -85,7 +85,7 @@ def test_no_sequence_is_surer_than_the_minimisers() -> None:
 
     def margin(sequence: tuple[str, ...]) -> float:
         signs = np.array([[1.0 if x == "N" else -1.0 for x in each] for each in sequence])
-        poles = signs * rules.strengths
+        poles = signs * rules.packed.strengths
         least = np.inf
         for right, others in (((1,), ((0,), (-1,))), ((1, -1), ((1, 0), (1, 1)))):
             energies = [rules.lattice.energy_of(np.array(turns), poles[: len(right) + 1])

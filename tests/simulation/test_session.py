@@ -71,6 +71,7 @@ def test_recording_in_pieces_changes_nothing(monkeypatch):
     assert recorded.evaluations == plain.evaluations
     assert (recorded.angles == plain.angles).all()
     path = recorded.fold().trajectory
+    assert path is not None
     assert len(path) == int(plain.time * 2000.0) + 1
     assert (np.diff(path.time) > 0.0).all()
 
