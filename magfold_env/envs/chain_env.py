@@ -176,8 +176,8 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
 
 
 def first_of(observations: Any) -> Any:
-    """Return the first of some observations, in an array or in a dictionary of such."""
+    """Return a copy of the first of some observations, in an array or a dictionary of such."""
     if isinstance(observations, dict):
         parts = cast("dict[str, Any]", observations)
-        return {key: values[0] for key, values in parts.items()}
-    return observations[0]
+        return {key: values[0].copy() for key, values in parts.items()}
+    return observations[0].copy()

@@ -57,9 +57,10 @@ class SteppedSession(Session):
         self._state.counter[FRESH] = 1
 
     def go_on(self) -> None:
-        """Forget that the run has ended."""
+        """Forget that the run has ended, and give it its time to settle again."""
         self._status = None
         self._message = ""
+        self._state.clock[END] = self.time + self._scene.duration
 
     def wait(self, duration: float) -> None:
         """Go on for a time [s], whatever happened before."""

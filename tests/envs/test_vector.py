@@ -164,10 +164,10 @@ def test_feed_control_truncates_alike(mode: AutoresetMode) -> None:
     native.close()
 
 
-def test_errors_of_single_environments_are_raised() -> None:
+def test_a_wrong_action_is_named_with_its_environment() -> None:
     env = gymnasium.make_vec("MagFold/FeedControl-v0", num_envs=3, threads=2)
     env.reset(seed=0)
-    with pytest.raises(ValueError, match=r"action: .* is not allowed"):
+    with pytest.raises(ValueError, match=r"actions\[1\]: .* is not allowed"):
         env.step(np.array([1, 12, 3]))
 
 

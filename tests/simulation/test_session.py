@@ -68,7 +68,7 @@ def test_recording_in_pieces_changes_nothing(monkeypatch):
     plain, recorded = Session(scene), Session(scene, 2000.0)
     for session in (plain, recorded):
         session.settle()
-    assert recorded.evaluations == plain.evaluations
+    assert recorded.steps == plain.steps
     assert (recorded.angles == plain.angles).all()
     path = recorded.fold().trajectory
     assert path is not None

@@ -181,7 +181,7 @@ def given_for_each(
     found: list[Any] = list(given)
     if len(found) != count:
         raise ValueError(
-            f"options[{keys[0]!r}]: {len(found)} are not allowed; must be one, or {count}, one for "
-            "each environment"
+            f"options[{keys[0]!r}]: {len(found)} {'words' if kind is str else 'numbers'} are not "
+            f"allowed; must be one, or {count}, one for each environment"
         )
     return found
