@@ -16,7 +16,7 @@ from agents.settings import CurriculumSettings, EnvSettings, SettingsError, Trai
 from magfold_env.envs.episodes import EpisodesState
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.envs.wrappers.curriculum import Curriculum
-from magfold_env.envs.wrappers.sb3 import FoldVecEnv, make_sb3_vec
+from magfold_env.sb3 import FoldVecEnv, make_sb3_vec
 
 
 class Resumable(gymnasium.Wrapper[Any, Any, Any, Any]):

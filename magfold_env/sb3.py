@@ -1,7 +1,7 @@
 """Vector environments for Stable-Baselines3, which this module needs; the package does not.
 
 >>> from stable_baselines3 import PPO
->>> from magfold_env.envs.wrappers.sb3 import make_sb3_vec
+>>> from magfold_env.sb3 import make_sb3_vec
 >>> model = PPO("MlpPolicy", make_sb3_vec("MagFold/TubeFeed-v0", 64, shaping=True))
 """
 

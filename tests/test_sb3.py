@@ -17,7 +17,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 from magfold_env.envs.feed_control import FeedControlEnv
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
-from magfold_env.envs.wrappers.sb3 import FoldVecEnv, make_sb3_vec
+from magfold_env.sb3 import FoldVecEnv, make_sb3_vec
 from tests.envs.vectors import same
 
 QUICK: dict[str, Any] = {"fidelity": "quasistatic", "components": 3}
