@@ -164,10 +164,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
 
     def _info(self, ends: Columns | None = None) -> dict[str, Any]:
         told = self.episodes.told(_ROW) | (ends or {})
-        return {
-            key: column[0] if column.dtype == object else column[0].item()
-            for key, column in told.items()
-        }
+        return {key: column.tolist()[0] for key, column in told.items()}
 
     def _show(self) -> None:
         """Play what has happened since the last time, if there is a window."""

@@ -76,9 +76,10 @@ def component(forward: bool, place: int, n: int) -> int:
 
 
 @kernel
-def write_words(angles: Floats, out: NDArray[np.uint32]) -> None:
-    """Fill in the letters of the nearest fold words, (m, n - 1), as code points."""
-    for k in range(angles.shape[0]):
+def write_words(rows: Ints, angles: Floats, out: NDArray[np.uint32]) -> None:
+    """Fill in the letters of the words nearest to some chains, (rows, n - 1), as code points."""
+    for r in range(rows.size):
+        k: int = rows[r]
         for j in range(angles.shape[1] - 1):
             angle = angles[k, j + 1] - angles[k, j]
             turned = angle - 2.0 * np.pi * np.rint(angle / (2.0 * np.pi))
@@ -87,4 +88,4 @@ def write_words(angles: Floats, out: NDArray[np.uint32]) -> None:
                 letter = 76  # L
             elif turned < -0.25 * np.pi:
                 letter = 82  # R
-            out[k, j] = letter
+            out[r, j] = letter

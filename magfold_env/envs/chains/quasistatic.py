@@ -54,6 +54,15 @@ class _Lattice(NamedTuple):
     speeds: Floats  # asked for, component 1 first, (m, n) [m/s]
 
 
+@by_pointer
+class _Chains(NamedTuple):
+    """All that kernels need, as one: every argument that is a tuple costs time at each call."""
+
+    arrays: ChainArrays
+    lattice: _Lattice
+    rules: _Rules
+
+
 class QuasistaticRules:
     """What all chains of one scene share.
 
@@ -130,13 +139,14 @@ class QuasistaticChains:
             speeds=np.zeros((count, n)),
         )
         self.arrays = ChainArrays.empty(count, n)
+        self._chains = _Chains(self.arrays, self._lattice, rules.packed)
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator] = (), kind: int = 0) -> None:
         """Put chains into their tubes; nothing is random about them, and there is one kind."""
         self.arrays.clear(rows, self._rules.forward)
         for array in self._lattice:
             array[rows] = 0
-        _come_out(rows, 0, self.arrays, self._lattice, self._rules.packed)
+        _come_out(rows, 0, self._chains)
 
     def feed(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
         """Feed the next component of each chain and decide a joint.
@@ -167,7 +177,7 @@ class QuasistaticChains:
     def energies(self, rows: Ints) -> Floats:
         """Return the magnetic energies of the components that are out [J]."""
         found = np.empty(len(rows))
-        _energies(rows, self._lattice, self._rules.packed, found)
+        _energies(rows, self._chains, found)
         return found
 
     def message(self, row: int) -> str:
@@ -211,9 +221,7 @@ class QuasistaticChains:
 
     def _feed(self, rows: Ints, signs: Floats, speeds: Floats, scaled: Floats) -> None:
         """Feed components with some poles (rows, components, 4), in the order of feed."""
-        rules = self._rules.packed
-        _choose(rows, signs, speeds, scaled, self.arrays, self._lattice, rules)
-        _come_out(rows, signs.shape[1], self.arrays, self._lattice, rules)
+        _feed(rows, signs, speeds, scaled, self._chains)
 
 
 class QuasistaticFold(NamedTuple):
@@ -261,15 +269,27 @@ def fold(scene: Scene) -> QuasistaticFold:
 
 
 @kernel
+def _feed(
+    rows: Ints,
+    signs: Floats,
+    speeds: Floats,
+    scaled: Floats,
+    chains: _Chains,
+) -> None:
+    """Note poles (rows, components, 4) in the order of feed, and release these components."""
+    _choose(rows, signs, speeds, scaled, chains)
+    _come_out(rows, signs.shape[1], chains)
+
+
+@kernel
 def _choose(
     rows: Ints,
     signs: Floats,
     speeds: Floats,
     scaled: Floats,
-    arrays: ChainArrays,
-    lattice: _Lattice,
-    rules: _Rules,
+    chains: _Chains,
 ) -> None:
+    arrays, lattice, rules = chains.arrays, chains.lattice, chains.rules
     n = rules.strengths.shape[0]
     for j in range(rows.size):
         k: int = rows[j]
@@ -285,10 +305,9 @@ def _choose(
 
 
 @kernel
-def _come_out(
-    rows: Ints, until: int, arrays: ChainArrays, lattice: _Lattice, rules: _Rules
-) -> None:
+def _come_out(rows: Ints, until: int, chains: _Chains) -> None:
     """Release ``until`` components of each chain, and say how those have ended that are all out."""
+    arrays, lattice, rules = chains.arrays, chains.lattice, chains.rules
     n = rules.strengths.shape[0]
     for j in range(rows.size):
         k: int = rows[j]
@@ -316,7 +335,8 @@ def _come_out(
 
 
 @kernel
-def _energies(rows: Ints, lattice: _Lattice, rules: _Rules, found: Floats) -> None:
+def _energies(rows: Ints, chains: _Chains, found: Floats) -> None:
+    lattice, rules = chains.lattice, chains.rules
     for j in range(rows.size):
         k: int = rows[j]
         found[j] = energy(
