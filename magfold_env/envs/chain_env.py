@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
 import gymnasium
 import numpy as np
 
-from magfold_env.envs.episodes import Columns, Episodes, EpisodesState, World
+from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
 from magfold_env.envs.pictures.viewer import RENDER_MODES, Viewer
 from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.tasks.world import World
 from magfold_env.scene import Scene
 from magfold_env.simulation.chain_state import ChainState
 
@@ -108,11 +109,10 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         if episodes.is_over(0):
             raise gymnasium.error.ResetNeeded("the episode is over; call reset() first")
         rewards, ends = episodes.step(_ROW, self.world.actions.read_one(action))
-        info = self._info(ends)
         self._show()
-        terminated = bool(ends)
-        truncated = not terminated and episodes.is_over(0)
-        return self._observation(), float(rewards[0]), terminated, truncated, info
+        terminated, truncated = bool(ends), bool(episodes.truncated[0])
+        observation, info = self._observation(), self._info(ends)
+        return observation, float(rewards[0]), terminated, truncated, info
 
     def get_state(self) -> EpisodesState:
         """Return everything that decides how the environment goes on.
@@ -143,11 +143,11 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
             Before the first reset.
         """
         self._running()
-        return self.viewer.render(self.moment)
+        return self.viewer.render(self.snapshot)
 
-    def moment(self) -> "Snapshot":
-        """Return what a picture of this moment shows."""
-        return self._running().moment(0)
+    def snapshot(self) -> "Snapshot":
+        """Return what a picture shows."""
+        return self._running().snapshot(0)
 
     def close(self) -> None:
         """Close the window, if there is one; the environment stays as it is."""
@@ -160,21 +160,19 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
 
     def _observation(self) -> ObsType:
         """Return a new observation."""
-        return first_of(self.episodes.observe())
+        observations: Any = self.episodes.observe()
+        if isinstance(observations, dict):
+            parts = cast("dict[str, Any]", observations)
+            return cast("Any", {key: values[0].copy() for key, values in parts.items()})
+        return observations[0].copy()
 
     def _info(self, ends: Columns | None = None) -> dict[str, Any]:
-        told = self.episodes.told(_ROW) | (ends or {})
+        told = self.episodes.told(_ROW)
+        if ends:
+            told |= ends
         return {key: column.tolist()[0] for key, column in told.items()}
 
     def _show(self) -> None:
         """Play what has happened since the last time, if there is a window."""
         if self.render_mode == "human":
-            self.viewer.play(self.episodes.chains.motion(), self.moment())
-
-
-def first_of(observations: Any) -> Any:
-    """Return a copy of the first of some observations, in an array or a dictionary of such."""
-    if isinstance(observations, dict):
-        parts = cast("dict[str, Any]", observations)
-        return {key: values[0].copy() for key, values in parts.items()}
-    return observations[0].copy()
+            self.viewer.play(self.episodes.chains.motion(), self.snapshot())

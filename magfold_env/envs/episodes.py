@@ -8,15 +8,18 @@ import copy
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
 
 from magfold_env.envs.chains.arrays import STATUSES, Bools, ChainArrays, Floats, Ints, write_words
-from magfold_env.envs.spaces.observation import ObservationLayout
-from magfold_env.envs.tasks.reward import RewardRule
+from magfold_env.envs.chains.lattice import LatticeFeed
+from magfold_env.envs.tasks.checks import given_for_each
+from magfold_env.envs.tasks.forecast import Forecast, energy_lines, forecast
+from magfold_env.envs.tasks.goals import Goals
+from magfold_env.envs.tasks.reward import energy_potential
 from magfold_env.scene import Scene
 from magfold_env.simulation.chain_state import ChainState
 
@@ -27,29 +30,8 @@ ObsType = TypeVar("ObsType")
 Columns = dict[str, Any]
 """What is told of some episodes: an array for every key, with an entry for each."""
 
-
-class World(Protocol):
-    """What all episodes of an environment share."""
-
-    @property
-    def scene(self) -> Scene:
-        """What episodes are drawn from, randomisation included."""
-        ...
-
-    @property
-    def layout(self) -> ObservationLayout:
-        """Where each group of entries lies in an observation."""
-        ...
-
-    @property
-    def actions(self) -> Any:
-        """How actions are written and read."""
-        ...
-
-    @property
-    def rule(self) -> RewardRule:
-        """How episodes are rewarded."""
-        ...
+Lines = list[tuple[str, str]]
+"""Names and values that are to be read beside a picture."""
 
 
 @dataclass(frozen=True)
@@ -89,11 +71,13 @@ class Episodes(Generic[ObsType]):
     ----------
     chains : DynamicChains or QuasistaticChains
         The chains.
-    steps : array of int, shape (m,)
-        Number of steps taken in each episode.
+    goals : Goals
+        What they are to fold into.
+    numbers : array of int, shape (m,)
+        Numbers of the targets, or tasks, of the episodes.
     """
 
-    kept: tuple[str, ...] = ("steps", "numbers", "_potentials")
+    kept: tuple[str, ...] = ("numbers", "_potentials")
     """Names of the arrays, one entry an episode, that are part of its state."""
 
     def __init__(
@@ -106,9 +90,9 @@ class Episodes(Generic[ObsType]):
         self._begun: Bools = np.zeros(count, dtype=np.bool_)
         self._all_begun = False
         self._never: Bools = np.zeros(count, dtype=np.bool_)
-        self.steps: Ints = np.zeros(count, dtype=np.int64)
         self.numbers: Ints = np.zeros(count, dtype=np.int64)
         self._potentials: Floats = np.zeros(count)
+        self.goals = Goals(world.words, world.match, count)
         self.chains: Any = self._make_chains(threads, frame_rate)
 
     # --- what differs from environment to environment --------------------------------------
@@ -117,37 +101,25 @@ class Episodes(Generic[ObsType]):
     def _make_chains(self, threads: int, frame_rate: float | None) -> Any:
         """Return the chains."""
 
-    @property
-    @abstractmethod
-    def choices(self) -> int:
-        """How many targets, or tasks, there are to be drawn."""
-
-    @abstractmethod
-    def given(self, options: Mapping[str, Any], others: Sequence[str] = ()) -> Sequence[int] | None:
-        """Return the targets, or tasks, of all episodes that options of `reset` ask for.
-
-        `others` are options that may be there besides.
-        """
-
     @abstractmethod
     def _load(self, rows: Ints) -> None:
-        """Set what episodes want, and draw their chains."""
+        """Draw the chains of episodes, and load them."""
 
     @abstractmethod
     def _act(self, rows: Ints, choice: Any) -> None:
         """Do what actions ask for."""
 
     @abstractmethod
-    def _shaped(self, rows: Ints) -> Floats:
-        """Return Φ of the shaping of episodes that go on."""
+    def acting(self, row: int) -> int:
+        """Return how many components of a chain have magnets that act, in the order of feed."""
+
+    @abstractmethod
+    def lattice(self, row: int) -> LatticeFeed:
+        """Return what energy minimisation needs to know of a chain."""
 
     @abstractmethod
     def told(self, rows: Ints) -> Columns:
         """Return the info of some episodes: the little there is on their way."""
-
-    @abstractmethod
-    def told_at_end(self, rows: Ints) -> Columns:
-        """Return what is told besides of episodes that have terminated."""
 
     @abstractmethod
     def observe(self) -> ObsType:
@@ -158,8 +130,8 @@ class Episodes(Generic[ObsType]):
         """Return the drawn scene of a chain, with what is chosen of it so far."""
 
     @abstractmethod
-    def moment(self, row: int) -> "Snapshot":
-        """Return what a picture of an episode shows."""
+    def _shown(self, row: int) -> tuple[str, Lines, Lines]:
+        """Return how far an episode has come, and what a picture tells above and below energies."""
 
     # --- what does not ---------------------------------------------------------------------
 
@@ -187,6 +159,15 @@ class Episodes(Generic[ObsType]):
         """Return whether an episode has ended."""
         return bool(self.arrays.status[row] > 0 or self.truncated[row])
 
+    def given(self, options: Mapping[str, Any], others: Sequence[str] = ()) -> Sequence[int] | None:
+        """Return the targets, or tasks, of all episodes that options of `reset` ask for, by number.
+
+        `others` are options that may be there besides.
+        """
+        key, kind = self.world.option
+        found = given_for_each(options, (key, *others), self.count, kind)
+        return None if found is None else [self.world.number_of(each) for each in found]
+
     def begin(self, rows: Ints, given: Sequence[int] | None = None) -> None:
         """Begin some episodes.
 
@@ -203,10 +184,10 @@ class Episodes(Generic[ObsType]):
         for row in rows.tolist():
             if self.rngs[row] is None:
                 self.rngs[row] = seeding.np_random()[0]
-            self.numbers[row] = self.rngs[row].integers(self.choices)
+            self.numbers[row] = self.rngs[row].integers(len(self.world.words))
         if given is not None:
             self.numbers[rows] = np.asarray(given)[rows]
-        self.steps[rows] = 0
+        self._want(rows)
         self._load(rows)
         if not self._all_begun:
             self._begun[rows] = True
@@ -233,11 +214,11 @@ class Episodes(Generic[ObsType]):
         if not len(rows):
             return np.zeros(0), {}
         self._act(rows, choice)
-        self.steps[rows] += 1
         rewards = self._step_rewards(rows)
-        over = self.terminated[rows]
-        if np.count_nonzero(over) == 0:
+        ended = self.arrays.status[rows]
+        if np.count_nonzero(ended) == 0:
             return rewards, {}
+        over = ended > 0
         ends = self.told_at_end(rows[over])
         rewards[over] += self._end_rewards(ends)
         return rewards, ends
@@ -264,13 +245,81 @@ class Episodes(Generic[ObsType]):
             found[going] = self._shaped(rows[going])
         return found
 
+    def _shaped(self, rows: Ints) -> Floats:
+        """Return Φ of the shaping of episodes that go on."""
+        arrays = self.arrays
+        if self.world.rule.shaping == "similarity":
+            return self.goals.judge(rows, arrays.status, arrays.angles)[0]
+        wanted = [
+            self.lattice(row).energy_as(
+                str(self.goals.names[row]), arrays.signs[row], self.acting(row)
+            )
+            for row in rows.tolist()
+        ]
+        return energy_potential(self.chains.energies(rows), np.array(wanted))
+
+    def told_at_end(self, rows: Ints) -> Columns:
+        """Return what is told besides of episodes that have terminated."""
+        status = self.arrays.status
+        _, score, success = self.goals.judge(rows, status, self.arrays.angles)
+        return {
+            "status": _STATUS_NAMES[status[rows]],
+            "message": self.messages(rows),
+            "energy": self.chains.energies(rows),
+            "score": score,
+            "is_success": success == 1.0,
+        }
+
+    def forecast(self, row: int) -> Forecast | None:
+        """Return what energy minimisation says of the components of a chain that have magnets.
+
+        None where it has nothing to say: before the first, in an external field, and where it is
+        itself what happens.
+        """
+        world = self.world
+        if self.arrays.fed[row] == 0 or world.in_field or world.fidelity == "quasistatic":
+            return None
+        return forecast(self.lattice(row), self.arrays, row, self.goals.names[row])
+
+    def snapshot(self, row: int) -> "Snapshot":
+        """Return what a picture of an episode shows."""
+        from magfold_env.render.snapshot import Snapshot  # noqa: PLC0415 - needs the extra
+
+        one, arrays = self.rows[row : row + 1], self.arrays
+        found, is_loaded = self.forecast(row), bool(arrays.fed[row] > 0)
+        title, wanted, done = self._shown(row)
+        lines: Lines = [("word", self.words(one)[0]), *wanted]
+        if is_loaded:
+            lines += energy_lines(float(self.chains.energies(one)[0]), found)
+        lines += done
+        message = ""
+        if self.terminated[row]:
+            ends = {key: column[0] for key, column in self.told_at_end(one).items()}
+            title, message = ends["status"], ends["message"]
+            lines.append(("score", f"{ends['score']:.2f}"))
+            if not ends.get("baseline_flagged", True):
+                lines.append(("baseline", f"{ends['baseline']:.2f}"))
+        return Snapshot(
+            scene=self.scene(row),
+            angles=arrays.angles[row].copy(),
+            base=arrays.base[row].copy(),
+            released=int(arrays.released[row].sum()),
+            target=self.goals.names[row],
+            held=self.chains.held(row),
+            title=title,
+            message=message,
+            rows=tuple(lines),
+            predicted=None if found is None else found.word,
+            is_loaded=is_loaded,
+        )
+
     def words(self, rows: Ints) -> Any:
         """Return the fold words nearest to some chains as they are, an array of str."""
         n = self.arrays.angles.shape[1]
         letters = np.empty((len(rows), n - 1), dtype=np.uint32)
         write_words(rows, self.arrays.angles, letters)
         if len(rows) == 1:  # several times as fast as an array of one
-            return _objects([letters.tobytes().decode("utf-32")])
+            return np.array([letters.tobytes().decode("utf-32")], dtype=object)
         return letters.view(f"<U{n - 1}")[:, 0].astype(object)
 
     def state(self, row: int) -> ChainState:
@@ -281,7 +330,7 @@ class Episodes(Generic[ObsType]):
 
     def messages(self, rows: Ints) -> Any:
         """Return how some episodes ended, in words."""
-        return _objects([self.chains.message(row) for row in rows.tolist()])
+        return np.array([self.chains.message(row) for row in rows.tolist()], dtype=object)
 
     def get_state(self) -> EpisodesState:
         """Return everything that decides how the episodes go on.
@@ -314,9 +363,9 @@ class Episodes(Generic[ObsType]):
         self._begun[:] = self._all_begun = True
         self._want(self.rows)
 
-    @abstractmethod
     def _want(self, rows: Ints) -> None:
         """Set what episodes want, by their `numbers`."""
+        self.goals.want(rows, self.numbers[rows])
 
     def check_begun(self) -> None:
         """Refuse episodes that have not begun.
@@ -347,13 +396,4 @@ class Episodes(Generic[ObsType]):
         self.rngs = state["rngs"]
 
 
-def status_names(status: Ints) -> Any:
-    """Return how chains ended, as an array of str."""
-    names = [str(each) for each in STATUSES]
-    return _objects([names[int(number)] for number in status])
-
-
-def _objects(values: Sequence[str]) -> Any:
-    found: Any = np.empty(len(values), dtype=object)
-    found[:] = values
-    return found
+_STATUS_NAMES: Any = np.array([str(each) for each in STATUSES], dtype=object)

@@ -1,32 +1,27 @@
 """``MagFold/FeedControl-v0``: steer a given chain into one of its folds by the feed speed alone."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
-from magfold_env.envs.chains.draws import REFERENCE_SPEED
+from magfold_env.envs.chains.draws import REFERENCE_SPEED, DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
-from magfold_env.envs.episodes import Columns, Episodes, status_names
-from magfold_env.envs.pictures.moments import Rows, chain_moment, energy_rows, or_dash
+from magfold_env.envs.chains.lattice import LatticeFeed
+from magfold_env.envs.episodes import Columns, Episodes, Lines
 from magfold_env.envs.pictures.viewer import RENDER_MODES
 from magfold_env.envs.spaces.action_table import SpeedTable
 from magfold_env.envs.spaces.actions import FASTEST, signs_of
 from magfold_env.envs.spaces.observation import squash
-from magfold_env.envs.tasks.checks import given_for_each
 from magfold_env.envs.tasks.control_tasks import ControlOptions, ControlSetup, ControlTask
-from magfold_env.envs.tasks.forecast import Forecast, forecast
+from magfold_env.envs.tasks.forecast import or_dash
 from magfold_env.envs.tasks.goals import Goals
-from magfold_env.envs.tasks.reward import energy_potential
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import Scene
-
-if TYPE_CHECKING:
-    from magfold_env.render.snapshot import Snapshot
 
 INTERVAL = 0.02
 """Time between two decisions [s]."""
@@ -43,34 +38,21 @@ class ControlEpisodes(Episodes[NDArray[np.float32]]):
 
     world: ControlSetup
     chains: DynamicChains
-    kept = (*Episodes.kept, "asked")
+    kept = (*Episodes.kept, "steps", "asked")
 
     def __init__(
         self, world: ControlSetup, count: int, threads: int = 1, frame_rate: float | None = None
     ) -> None:
         super().__init__(world, count, threads)
+        self.steps: Ints = np.zeros(count, dtype=np.int64)
+        """Number of steps taken in each episode, (m,)."""
         self.asked: Floats = np.zeros((count, HORIZON))
         """Feed speeds asked for in each step [m/s]."""
-        self.goals = Goals([task.target for task in world.tasks], world.match, count)
         self.avoided = Goals([task.avoid for task in world.tasks], world.match, count)
 
     def _make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
-        return DynamicChains(self.world.templates, self.count, threads, endless=True)
-
-    @property
-    def choices(self) -> int:
-        """How many tasks there are to be drawn."""
-        return len(self.world.tasks)
-
-    def given(self, options: Mapping[str, Any], others: Sequence[str] = ()) -> Sequence[int] | None:
-        """Return the tasks of all episodes that options of `reset` ask for, by number."""
-        numbers = given_for_each(options, ("task", *others), self.count, int)
-        for number in numbers or ():
-            if number not in range(self.choices):
-                raise ValueError(
-                    f"options['task']: {number!r} is not allowed; must be 0..{self.choices - 1}"
-                )
-        return numbers
+        templates = self.world.templates
+        return DynamicChains(DrawnChains(templates, self.count, threads, endless=True))
 
     @property
     def truncated(self) -> Bools:
@@ -89,6 +71,10 @@ class ControlEpisodes(Episodes[NDArray[np.float32]]):
         out = int(self.arrays.released[row].sum())
         return min(out + (self.chains.progress_of_next(row) > 0.0), n)
 
+    def lattice(self, row: int) -> LatticeFeed:
+        """Return what energy minimisation needs to know of a chain."""
+        return self.world.lattice(int(self.numbers[row]))
+
     def told(self, rows: Ints) -> Columns:
         """Return the info of some episodes: the little there is on their way."""
         return {
@@ -101,16 +87,9 @@ class ControlEpisodes(Episodes[NDArray[np.float32]]):
 
     def told_at_end(self, rows: Ints) -> Columns:
         """Return what is told besides of episodes that have terminated."""
-        status, angles = self.arrays.status, self.arrays.angles
-        _, score, success = self.goals.judge(rows, status, angles)
-        missed = self.avoided.judge(rows, status, angles)[2] == 0.0
-        return {
-            "status": status_names(status[rows]),
-            "message": self.messages(rows),
-            "energy": self.chains.energies(rows),
-            "score": np.where(missed, score, 0.0),
-            "is_success": success == 1.0,
-        }
+        ends = super().told_at_end(rows)
+        avoided = self.avoided.judge(rows, self.arrays.status, self.arrays.angles)[2] == 1.0
+        return ends | {"score": np.where(avoided, 0.0, ends["score"])}
 
     def observe(self) -> NDArray[np.float32]:
         """Return new observations, (m, size)."""
@@ -130,40 +109,17 @@ class ControlEpisodes(Episodes[NDArray[np.float32]]):
             )
         return out
 
-    def forecast(self, row: int) -> Forecast | None:
-        """Return what energy minimisation says of the whole chain; None in an external field."""
-        if self.world.in_field:
-            return None
-        rules = self.world.rules(int(self.numbers[row]))
-        return forecast(rules, self.arrays, row, self.goals.names[row])
-
-    def moment(self, row: int) -> "Snapshot":
-        """Return what a picture of an episode shows."""
-        found, one = self.forecast(row), self.rows[row : row + 1]
-        step, over = int(self.steps[row]), bool(self.terminated[row])
-        told = {key: column[0] for key, column in self.told(one).items()}
-        rows: Rows = [
-            ("word", told["word"]),
-            ("target", told["target"]),
-            ("to avoid", told["avoid"]),
-            *energy_rows(float(self.chains.energies(one)[0]), found),
-            ("time", f"{told['time']:.2f} s"),
-            ("push", or_dash(told["force"], "mN")),
-        ]
+    def _shown(self, row: int) -> tuple[str, Lines, Lines]:
+        step, out = int(self.steps[row]), int(self.arrays.released[row].sum())
+        wanted: Lines = [("target", self.goals.names[row]), ("to avoid", self.avoided.names[row])]
+        push = or_dash(float(self.chains.force[row]), "mN")
+        done: Lines = [("time", f"{INTERVAL * step:.2f} s"), ("push", push)]
         if step:
-            rows.append(("feed speed", f"{1e3 * self.asked[row, step - 1]:.0f} mm/s"))
-        title = f"{int(self.arrays.released[row].sum())} of {self.world.scene.n} out"
-        message = ""
-        if over:
-            ends = self.told_at_end(one)
-            rows.append(("score", f"{ends['score'][0]:.2f}"))
-            title, message = ends["status"][0], ends["message"][0]
-        return chain_moment(
-            self, row, told["target"], found, title=title, message=message, rows=tuple(rows)
-        )
+            done.append(("feed speed", f"{1e3 * self.asked[row, step - 1]:.0f} mm/s"))
+        return f"{out} of {self.world.scene.n} out", wanted, done
 
     def _load(self, rows: Ints) -> None:
-        self._want(rows)
+        self.steps[rows] = 0
         kinds = np.array(self.world.kinds)[self.numbers[rows]]
         for kind in np.unique(kinds).tolist():
             self.chains.begin(rows[kinds == kind], self.rngs, kind)
@@ -173,25 +129,14 @@ class ControlEpisodes(Episodes[NDArray[np.float32]]):
             self.chains.load(self.rows[row : row + 1], signs)
 
     def _want(self, rows: Ints) -> None:
-        self.goals.want(rows, self.numbers[rows])
+        super()._want(rows)
         self.avoided.want(rows, self.numbers[rows])
 
     def _act(self, rows: Ints, choice: tuple[Floats]) -> None:
         (speeds,) = choice
         self.asked[rows, self.steps[rows]] = speeds
+        self.steps[rows] += 1
         self.chains.push(rows, speeds, INTERVAL, self.world.push_limit)
-
-    def _shaped(self, rows: Ints) -> Floats:
-        arrays = self.arrays
-        if self.world.rule.shaping == "similarity":
-            return self.goals.judge(rows, arrays.status, arrays.angles)[0]
-        wanted = [
-            self.world.rules(int(self.numbers[row])).energy_as(
-                str(self.goals.names[row]), arrays.signs[row], self.acting(row)
-            )
-            for row in rows.tolist()
-        ]
-        return energy_potential(self.chains.energies(rows), np.array(wanted))
 
 
 class FeedControlEnv(ChainEnv[NDArray[np.float32]]):
@@ -292,7 +237,7 @@ def replay(scene: Scene, speeds: Sequence[float], push_limit: float | None) -> D
     push_limit : float or None
         The environment's.
     """
-    chains, row = DynamicChains((scene,), 1, endless=True), np.array([0])
+    chains, row = DynamicChains(DrawnChains((scene,), 1, endless=True)), np.array([0])
     chains.begin(row, [np.random.default_rng()])
     chains.drawn.factors[:] = scene.speeds / REFERENCE_SPEED
     chains.load(row, np.array([[signs_of(faces) for faces in scene.sequence]]))

@@ -168,11 +168,13 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
     def render(self) -> tuple[Any, ...]:
         """Return a picture, or a text, of each environment, as `render_mode` says."""
         self.episodes.check_begun()
-        return tuple(self._viewer.render(partial(self.moment, row)) for row in range(self.num_envs))
+        return tuple(
+            self._viewer.render(partial(self.snapshot, row)) for row in range(self.num_envs)
+        )
 
-    def moment(self, row: int) -> "Snapshot":
+    def snapshot(self, row: int) -> "Snapshot":
         """Return what a picture of an environment shows."""
-        return self.episodes.moment(row)
+        return self.episodes.snapshot(row)
 
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads."""

@@ -80,7 +80,7 @@ def test_the_minimiser_designs_what_folds_joint_by_joint(direction: str) -> None
 def test_no_sequence_is_surer_than_the_minimisers() -> None:
     env = TubeFeedEnv(components=3, fidelity="quasistatic")
     found = energy_design(env.scene, "LR", "forward")  # pyright: ignore[reportArgumentType]
-    rules = env.task.rules
+    rules = env.task.lattice
     faces = ["".join(each) for each in product("NS", repeat=4)]
 
     def margin(sequence: tuple[str, ...]) -> float:
@@ -88,7 +88,7 @@ def test_no_sequence_is_surer_than_the_minimisers() -> None:
         poles = signs * rules.packed.strengths
         least = np.inf
         for right, others in (((1,), ((0,), (-1,))), ((1, -1), ((1, 0), (1, 1)))):
-            energies = [rules.lattice.energy_of(np.array(turns), poles[: len(right) + 1])
+            energies = [rules.energy_of(np.array(turns), poles[: len(right) + 1])
                         for turns in (right, *others)]  # fmt: skip
             least = min(least, min(energies[1:]) - energies[0])
         return least

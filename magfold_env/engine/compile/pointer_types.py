@@ -13,7 +13,8 @@ does.
 A kernel that calls another contains it. The integrator takes most of the time that the engine needs
 to compile, so that what runs many chains calls it where it lies: it is compiled once, and one chain
 and many run the same machine code. A call by name from Python, on the other hand, first finds out
-the types of all that its arguments hold, which takes 40 µs for a chain. Addresses are integers.
+the types of all that its arguments hold, which takes 40 µs for a chain. Addresses are integers, and
+a `Pointer` knows its type.
 """
 
 from __future__ import annotations
@@ -79,8 +80,22 @@ class Packed:
         """Where the words begin; they stay there as long as this object exists."""
         return address_of(self.words)
 
+    @cached_property
+    def pointer(self) -> Pointer:
+        """The same for calls from Python that must not take long."""
+        return Pointer(self)
+
     def __getstate__(self) -> None:
         """Leave the words out of copies, which have other arrays."""
+
+
+class Pointer:
+    """A marked NamedTuple with its type: of a tuple numba looks at every field, at every call."""
+
+    def __init__(self, packed: Packed) -> None:
+        self.packed = packed  # whose words lie there
+        self.address = packed.address
+        self._numba_type_ = typeof_impl(packed, None)
 
 
 def address_of(buffer: Any) -> int:
@@ -288,7 +303,7 @@ def check() -> None:
     cube, row, counter = np.arange(6.0).reshape(2, 1, 3), np.array([3.0, 7.0]), np.array([4])
     outer = _Outer(True, _Inner(0.25, row), cube)
     expected = 0.25 * 7.0 + 5.0 * 3 + 0.5
-    if read(outer, outer, outer, 0.5) != expected or row.tolist() != [4.0, 7.0]:
+    if read(outer, outer.pointer, outer, 0.5) != expected or row.tolist() != [4.0, 7.0]:
         raise RuntimeError("a kernel reads other numbers than a tuple holds")
     code = code_of(read, outer, outer, outer, 0.5)
     if call(code, outer.address, counter) != expected + 4 + 5 or counter.tolist() != [6]:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.engine.compile.by_pointer import by_pointer
+from magfold_env.engine.compile.by_pointer import by_pointer, pointer
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.fold import FoldStatus
 
@@ -59,9 +59,7 @@ class ChainArrays(NamedTuple):
 
     def clear(self, rows: Ints, forward: bool) -> None:
         """Forget some chains, and say how they are fed."""
-        for array in self:
-            array[rows] = 0
-        self.forward[rows] = forward
+        clear(rows, forward, pointer(self))
 
     def order(self, row: int) -> range:
         """Return the components' indices (number − 1) in the order in which they leave the tube."""
@@ -73,6 +71,19 @@ class ChainArrays(NamedTuple):
 def component(forward: bool, place: int, n: int) -> int:
     """Index of the component at a place in the order of feed; both count from 0."""
     return place if forward else n - 1 - place
+
+
+@kernel
+def clear(rows: Ints, forward: bool, arrays: ChainArrays) -> None:
+    """See `ChainArrays.clear`."""
+    for r in range(rows.size):
+        k: int = rows[r]
+        arrays.forward[k] = forward
+        arrays.fed[k] = arrays.status[k] = 0
+        arrays.released[k] = False
+        arrays.signs[k] = 0.0
+        arrays.speeds[k] = arrays.angles[k] = arrays.rates[k] = 0.0
+        arrays.base[k] = arrays.base_velocity[k] = 0.0
 
 
 @kernel

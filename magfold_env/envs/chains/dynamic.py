@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.engine import outcomes
+from magfold_env.engine.compile.by_pointer import pointer
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.envs.chains.arrays import (
     FAILED,
@@ -34,35 +35,20 @@ class DynamicChains:
 
     Parameters
     ----------
-    templates : sequence of Scene
-        Tube scenes that chains are drawn from; see `DrawnChains`.
-    count : int
-        How many chains.
-    threads : int
-        How many threads feed them.
-    frame_rate : float, optional
-        Frames that are recorded a simulated second [1/s], of a single chain; they change nothing.
-    endless : bool
-        Whether chains that are all out may take longer to settle than the scenes allow.
+    drawn : DrawnChains
+        The chains as they are drawn.
     """
 
-    def __init__(
-        self,
-        templates: Sequence[Scene],
-        count: int,
-        threads: int = 1,
-        frame_rate: float | None = None,
-        *,
-        endless: bool = False,
-    ) -> None:
-        self.drawn = DrawnChains(templates, count, threads, frame_rate, endless=endless)
-        self._chains = self.drawn.chains
+    def __init__(self, drawn: DrawnChains) -> None:
+        self.drawn, self._chains = drawn, drawn.chains
+        count, n = drawn.factors.shape
         self._length = self._chains.models[0].bodies.length
         self._flip: Bools = np.zeros(count, dtype=np.bool_)
         self._messages = [""] * count
         self.force: Floats = np.zeros(count)
         """The force that the feed of a chain that is pushed needs [N], (m,)."""
-        self.arrays = ChainArrays.empty(count, templates[0].n)
+        self.arrays = ChainArrays.empty(count, n)
+        self._seen = pointer(self.arrays)
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator], kind: int = 0) -> None:
         """Put chains into their tubes; all that is random is drawn here, row k from ``rngs[k]``."""
@@ -73,29 +59,27 @@ class DynamicChains:
         self._take_in(rows)
 
     def feed(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
-        """Feed the next component of each chain; after its last one a chain settles.
+        """Feed the next component of each chain, or all; after its last one a chain settles.
 
         Parameters
         ----------
-        patterns : array of int, shape (rows,)
-            Numbers of the patterns.
+        patterns : array of int, shape (rows, components)
+            Numbers of the patterns, of one component or of all, component 1 first.
         speeds, scaled : array, shape (rows,)
             Feed speeds [m/s], and the same on the log scale from −1 to 1.
         """
         drawn, chains = self.drawn, self._chains
-        _choose(
-            rows, SIGNS[patterns], speeds, scaled, self.arrays, drawn.strengths, drawn.factors,
-            chains.waiting, chains.speeds,
-        )  # fmt: skip
-        chains.feed(rows)
-        self._take_in(rows)
-
-    def run(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
-        """Feed whole chains, `patterns` (rows, n), each at one speed, and let them settle."""
-        self.load(rows, SIGNS[patterns])
-        self.arrays.speeds[rows] = scaled[:, None]
-        self.drawn.set_speeds(rows, speeds)
-        self._chains.feed(rows, whole=True)
+        signs, whole = SIGNS.take(patterns, axis=0), patterns.shape[1] > 1
+        if whole:
+            self.load(rows, signs)
+            self.arrays.speeds[rows] = scaled[:, None]
+            drawn.set_speeds(rows, speeds)
+        else:
+            _choose(
+                rows, signs, speeds, scaled, self._seen, drawn.strengths, drawn.factors,
+                chains.waiting, chains.speeds,
+            )  # fmt: skip
+        chains.feed(rows, whole=whole)
         self._take_in(rows)
 
     def load(self, rows: Ints, signs: Floats) -> None:
@@ -204,7 +188,7 @@ class DynamicChains:
             rows, self._flip, self._length, chains.counters, chains.q, chains.v, arrays.angles,
             arrays.rates, arrays.base, arrays.base_velocity,
         )  # fmt: skip
-        _release(rows, chains.released, arrays)
+        _release(rows, chains.released, self._seen)
         for row in rows[chains.outcomes[rows] != outcomes.REACHED].tolist():
             status, self._messages[row] = ending(
                 int(chains.outcomes[row]),
@@ -235,7 +219,7 @@ def _choose(
         i = component(flip, arrays.fed[k], n)
         inside = n - 1 - i if flip else i
         for face in range(4):
-            arrays.signs[k, i, face] = signs[j, face]
+            arrays.signs[k, i, face] = signs[j, 0, face]
         for face in range(4):
             other = _TURNED[face] if flip else face
             charges[k, inside, face] = arrays.signs[k, i, other] * strengths[k, i, other]

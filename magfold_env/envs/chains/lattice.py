@@ -10,66 +10,74 @@ of `magfold_env.minimiser.lattice`, with the first row at the origin.
 """
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import allocating_kernel, kernel
 from magfold_env.minimiser.couplings import FACES, Couplings, couplings
-from magfold_env.minimiser.energies import TIE, energy_unit, refuse_field
+from magfold_env.minimiser.energies import TIE, energy_unit, refuse_field, strengths
 from magfold_env.scene import Scene
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
+LETTERS = {0: "S", 1: "L", -1: "R"}
+"""Letters of joints by their quarter turns."""
+
+TURNS = {letter: turn for turn, letter in LETTERS.items()}
+"""Quarter turns of joints by their letters."""
+
 DEAD_END = 2
 """No letter of the joint is free of overlap."""
 
 
+@by_pointer
+class LatticeRules(NamedTuple):
+    """What kernels need to know of a scene."""
+
+    built: bool  # all magnets act from the beginning
+    pitch: float  # distance of a component's hinges [m]
+    turn: int  # 1 in forward and −1 in backward feed
+    tie: float  # energies [J] nearer than this are equal
+    table: Floats  # `pose_table`
+    strengths: Floats  # charge of every pole face, component 1 first, (n, 4)
+
+
 class LatticeFeed:
-    """What the minimiser needs to know of a scene, whatever its sequence.
+    """What the minimiser needs to know of a scene, whatever its sequence and speeds.
 
     Parameters
     ----------
     scene : Scene
-        Its magnets, casing, number of components and direction of feed count.
+        A tube scene.
 
     Raises
     ------
     ValueError
-        If the scene is in an external field.
+        If the scene is in an external field, of which energy minimisation knows nothing.
     """
 
     def __init__(self, scene: Scene) -> None:
         refuse_field(scene)
+        self.scene = scene
         self.n = scene.n
-        self.turn = 1 if scene.feed.direction == "forward" else -1
-        self.tie = TIE * energy_unit(scene)
-        self.table = pose_table(couplings(scene), scene.n)
+        self.forward = scene.feed.direction == "forward"
+        self.packed = LatticeRules(
+            built=scene.feed.loading == "preloaded",
+            pitch=scene.casing.diagonal,
+            turn=1 if self.forward else -1,
+            tie=TIE * energy_unit(scene),
+            table=pose_table(couplings(scene), scene.n),
+            strengths=np.ascontiguousarray(strengths(scene)),
+        )
 
-    def lay(self, row: int, acting: int, poles: Floats, cells: Ints, quarters: Ints) -> int:
-        """Decide the joint before a row and place it and the rows beyond, straight.
-
-        Parameters
-        ----------
-        row : int
-            The row that comes out, 1 or more; those before it lie where they are.
-        acting : int
-            Number of rows that have magnets, more than `row`; only they are placed.
-        poles : array, shape (n, 4)
-            Pole charges in units of the strongest, N positive.
-        cells : array of int, shape (n, 2)
-            Centres, in half hinge-to-hinge lengths.
-        quarters : array of int, shape (n,)
-            Headings in quarter turns.
-
-        Returns
-        -------
-        int
-            The quarter turns of the joint: 0, 1 or −1 for S, L or R; `DEAD_END` where every
-            letter overlaps.
-        """
-        return int(lay(row, acting, self.turn, self.tie, self.table, poles, cells, quarters))
+    @property
+    def turn(self) -> int:
+        """1 in forward and −1 in backward feed."""
+        return self.packed.turn
 
     def lay_many(self, row: int, before: Ints, poles: Floats, taken: Ints) -> None:
         """Decide the joint before a row for many chains that are alike up to there.
@@ -85,15 +93,30 @@ class LatticeFeed:
         taken : array of int, shape (m,)
             Filled with what `lay` returns.
         """
-        lay_many(row, before, self.turn, self.tie, self.table, poles, taken)
-
-    def energy(self, acting: int, poles: Floats, cells: Ints, quarters: Ints) -> float:
-        """Return the magnetic energy of the first `acting` rows [J]; for the rest see `lay`."""
-        return float(energy(acting, self.table, poles, cells, quarters))
+        lay_many(row, before, self.turn, self.packed.tie, self.packed.table, poles, taken)
 
     def energy_of(self, turns: Ints, poles: Floats) -> float:
         """Return the energy [J] of the first rows, one more than `turns`, in a given shape."""
-        return float(energy_of(turns, self.turn, self.table, poles))
+        return float(energy_of(turns, self.turn, self.packed.table, poles))
+
+    def energy_as(self, word: str, signs: Floats, count: int) -> float:
+        """Return the energy [J] of the first `count` components in the order of feed, in a shape.
+
+        Parameters
+        ----------
+        word : str
+            The shape of the whole chain.
+        signs : array, shape (n, 4)
+            The outward poles of its components, component 1 first.
+        count : int
+            How many of them have magnets.
+        """
+        turns = np.array([TURNS[letter] for letter in word], dtype=np.int64)
+        poles = signs * self.packed.strengths
+        if not self.forward:
+            turns, poles = turns[::-1], poles[::-1]
+        acting = np.ascontiguousarray(turns[: max(count - 1, 0)])
+        return self.energy_of(acting, np.ascontiguousarray(poles))
 
 
 @lru_cache(maxsize=16)
@@ -184,7 +207,33 @@ def lay(
     cells: Ints,
     quarters: Ints,
 ) -> int:
-    """See `LatticeFeed.lay`; ``turn`` is 1 in forward and −1 in backward feed."""
+    """Decide the joint before a row and place it and the rows beyond, straight.
+
+    Parameters
+    ----------
+    row : int
+        The row that comes out, 1 or more; those before it lie where they are.
+    acting : int
+        Number of rows that have magnets, more than `row`; only they are placed.
+    turn : int
+        1 in forward and −1 in backward feed.
+    tie : float
+        Energies nearer than this are equal [J].
+    table : array
+        `pose_table`.
+    poles : array, shape (n, 4)
+        Pole charges in units of the strongest, N positive.
+    cells : array of int, shape (n, 2)
+        Centres, in half hinge-to-hinge lengths.
+    quarters : array of int, shape (n,)
+        Headings in quarter turns.
+
+    Returns
+    -------
+    int
+        The quarter turns of the joint: 0, 1 or −1 for S, L or R; `DEAD_END` where every
+        letter overlaps.
+    """
     best, least = DEAD_END, np.inf
     for option in range(3):
         letter = option if option < 2 else -1

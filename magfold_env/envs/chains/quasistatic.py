@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.engine.compile.by_pointer import by_pointer
+from magfold_env.engine.compile.by_pointer import by_pointer, pointer
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.envs.chains.arrays import (
     FOLDED,
@@ -19,27 +19,20 @@ from magfold_env.envs.chains.arrays import (
     ChainArrays,
     Floats,
     Ints,
+    clear,
     component,
 )
-from magfold_env.envs.chains.lattice import DEAD_END, LatticeFeed, energy, in_line, lay
+from magfold_env.envs.chains.lattice import (
+    DEAD_END,
+    LETTERS,
+    LatticeFeed,
+    LatticeRules,
+    energy,
+    in_line,
+    lay,
+)
 from magfold_env.envs.spaces.actions import SIGNS, letters_of, signs_of
-from magfold_env.minimiser.energies import strengths
 from magfold_env.scene import Scene
-
-_LETTERS = {0: "S", 1: "L", -1: "R"}
-_TURNS = {letter: turn for turn, letter in _LETTERS.items()}
-
-
-@by_pointer
-class _Rules(NamedTuple):
-    """What kernels need to know of a scene."""
-
-    built: bool  # all magnets act from the beginning
-    pitch: float  # distance of a component's hinges [m]
-    turn: int  # 1 in forward and −1 in backward feed
-    tie: float  # energies [J] nearer than this are equal
-    table: Floats  # `magfold_env.envs.chains.lattice.pose_table`
-    strengths: Floats  # charge of every pole face, component 1 first, (n, 4)
 
 
 @by_pointer
@@ -60,55 +53,7 @@ class _Chains(NamedTuple):
 
     arrays: ChainArrays
     lattice: _Lattice
-    rules: _Rules
-
-
-class QuasistaticRules:
-    """What all chains of one scene share.
-
-    Parameters
-    ----------
-    scene : Scene
-        A tube scene; its sequence and speeds are ignored.
-
-    Raises
-    ------
-    ValueError
-        If it is in an external field, of which energy minimisation knows nothing.
-    """
-
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self.n = scene.n
-        self.forward = scene.feed.direction == "forward"
-        self.lattice = LatticeFeed(scene)
-        self.packed = _Rules(
-            built=scene.feed.loading == "preloaded",
-            pitch=scene.casing.diagonal,
-            turn=self.lattice.turn,
-            tie=self.lattice.tie,
-            table=self.lattice.table,
-            strengths=np.ascontiguousarray(strengths(scene)),
-        )
-
-    def energy_as(self, word: str, signs: Floats, count: int) -> float:
-        """Return the energy [J] of the first `count` components in the order of feed, in a shape.
-
-        Parameters
-        ----------
-        word : str
-            The shape of the whole chain.
-        signs : array, shape (n, 4)
-            The outward poles of its components, component 1 first.
-        count : int
-            How many of them have magnets.
-        """
-        turns = np.array([_TURNS[letter] for letter in word], dtype=np.int64)
-        poles = signs * self.packed.strengths
-        if not self.forward:
-            turns, poles = turns[::-1], poles[::-1]
-        acting = np.ascontiguousarray(turns[: max(count - 1, 0)])
-        return self.lattice.energy_of(acting, np.ascontiguousarray(poles))
+    rules: LatticeRules
 
 
 class QuasistaticChains:
@@ -116,7 +61,7 @@ class QuasistaticChains:
 
     Parameters
     ----------
-    rules : QuasistaticRules
+    rules : LatticeFeed
         The scene's.
     count : int
         How many.
@@ -127,7 +72,7 @@ class QuasistaticChains:
         What the chains look like.
     """
 
-    def __init__(self, rules: QuasistaticRules, count: int) -> None:
+    def __init__(self, rules: LatticeFeed, count: int) -> None:
         n = rules.n
         self._rules = rules
         self._lattice = _Lattice(
@@ -139,40 +84,33 @@ class QuasistaticChains:
             speeds=np.zeros((count, n)),
         )
         self.arrays = ChainArrays.empty(count, n)
-        self._chains = _Chains(self.arrays, self._lattice, rules.packed)
+        self._chains = pointer(_Chains(self.arrays, self._lattice, rules.packed))
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator] = (), kind: int = 0) -> None:
         """Put chains into their tubes; nothing is random about them, and there is one kind."""
-        self.arrays.clear(rows, self._rules.forward)
-        for array in self._lattice:
-            array[rows] = 0
-        _come_out(rows, 0, self._chains)
+        _begin(rows, self._rules.forward, self._chains)
 
     def feed(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
-        """Feed the next component of each chain and decide a joint.
+        """Feed the next components of each chain, and decide a joint for each.
 
         Parameters
         ----------
-        patterns : array of int, shape (rows,)
-            Numbers of the patterns.
+        patterns : array of int, shape (rows, components)
+            Numbers of the patterns, of one component or of all, component 1 first.
         speeds, scaled : array, shape (rows,)
             Feed speeds [m/s], which change nothing, and the same on the log scale from −1 to 1.
         """
-        self._feed(rows, SIGNS[patterns][:, None], speeds, scaled)
-
-    def run(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
-        """Feed whole chains, `patterns` (rows, n), and decide their joints one after another."""
-        signs = SIGNS[patterns]
-        self._feed(rows, signs if self._rules.forward else signs[:, ::-1], speeds, scaled)
+        ordered = patterns if self._rules.forward else patterns[:, ::-1]
+        _feed(rows, SIGNS.take(ordered, axis=0), speeds, scaled, self._chains)
 
     def predict(self, row: int, signs: Floats) -> None:
         """Feed components with these outward poles (count, 4), in the order of feed."""
         one = np.zeros(1)
-        self._feed(np.array([row]), signs[None], one, one)
+        _feed(np.array([row]), np.ascontiguousarray(signs[None]), one, one, self._chains)
 
     def word(self, row: int) -> str:
         """Return the fold word as far as it is decided, straight from there on."""
-        return "".join(_LETTERS[turn] for turn in self._lattice.turns[row].tolist())
+        return "".join(LETTERS[turn] for turn in self._lattice.turns[row].tolist())
 
     def energies(self, rows: Ints) -> Floats:
         """Return the magnetic energies of the components that are out [J]."""
@@ -219,10 +157,6 @@ class QuasistaticChains:
     def close(self) -> None:
         """Do nothing: there are no threads."""
 
-    def _feed(self, rows: Ints, signs: Floats, speeds: Floats, scaled: Floats) -> None:
-        """Feed components with some poles (rows, components, 4), in the order of feed."""
-        _feed(rows, signs, speeds, scaled, self._chains)
-
 
 class QuasistaticFold(NamedTuple):
     """How a chain ends that folds by energy alone."""
@@ -242,12 +176,12 @@ class QuasistaticFold(NamedTuple):
         return self.status is not None and self.message.startswith("stuck")
 
 
-def predict(rules: QuasistaticRules, signs: Floats) -> QuasistaticFold:
+def predict(rules: LatticeFeed, signs: Floats) -> QuasistaticFold:
     """Return what becomes of a chain of which some components are fed.
 
     Parameters
     ----------
-    rules : QuasistaticRules
+    rules : LatticeFeed
         Those of the scene.
     signs : array, shape (count, 4)
         Outward poles of the components that are fed, in the order of feed.
@@ -263,9 +197,22 @@ def predict(rules: QuasistaticRules, signs: Floats) -> QuasistaticFold:
 
 def fold(scene: Scene) -> QuasistaticFold:
     """Return how a chain ends that is fed out as a tube scene says."""
-    rules = QuasistaticRules(scene)
+    rules = LatticeFeed(scene)
     signs = np.array([signs_of(faces) for faces in scene.sequence])
     return predict(rules, signs if rules.forward else signs[::-1])
+
+
+@kernel
+def _begin(rows: Ints, forward: bool, chains: _Chains) -> None:
+    """Put chains into their tubes."""
+    lattice = chains.lattice
+    clear(rows, forward, chains.arrays)
+    for j in range(rows.size):
+        k: int = rows[j]
+        lattice.out[k] = 0
+        lattice.cells[k] = lattice.quarters[k] = lattice.turns[k] = 0
+        lattice.poles[k] = lattice.speeds[k] = 0.0
+    _come_out(rows, 0, chains)
 
 
 @kernel

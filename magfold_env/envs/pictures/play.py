@@ -92,22 +92,22 @@ class Game:
 
     def draw(self) -> None:
         """Show the chain, and the choice for the component in the mouth."""
-        moment = self.env.moment()
+        snapshot = self.env.snapshot()
         help_line = ("help", "H")
         if self._is_over:
-            moment = replace(moment, rows=(*moment.rows, ("again", "R"), help_line))
+            snapshot = replace(snapshot, rows=(*snapshot.rows, ("again", "R"), help_line))
         else:
-            index, scene = self.env.next_component, moment.scene
+            index, scene = self.env.next_component, snapshot.scene
             sequence = [*scene.sequence]
             sequence[index] = self.faces
             speed = f"{1e3 * self.env.actions.speeds[self.level]:.0f} mm/s"
-            moment = replace(
-                moment,
+            snapshot = replace(
+                snapshot,
                 scene=scene.replace(sequence=tuple(sequence)),
                 marked=index,
-                rows=(*moment.rows, ("next", self.faces), ("at speed", speed), help_line),
+                rows=(*snapshot.rows, ("next", self.faces), ("at speed", speed), help_line),
             )
-        self.env.viewer.show(replace(moment, overlay=HELP if self._has_help else ()))
+        self.env.viewer.show(replace(snapshot, overlay=HELP if self._has_help else ()))
 
     def _choose(self, key: str) -> None:
         """Change the choice for the next component, or feed it."""

@@ -84,27 +84,27 @@ class Viewer:
         """Forget the motion of the episode before."""
         self._seen = 0
 
-    def render(self, moment: Callable[[], Snapshot]) -> Any:
-        """Return a moment as an array or as text, or show it, as the mode says."""
+    def render(self, snapshot: Callable[[], Snapshot]) -> Any:
+        """Return a snapshot as an array or as text, or show it, as the mode says."""
         if self.mode is None:
             return None
         if self.mode == "ansi":
-            return text_of(moment())
+            return text_of(snapshot())
         if self.mode == "human":
-            self.show(moment())
+            self.show(snapshot())
             return None
         from magfold_env.render.snapshot import snapshot_picture  # noqa: PLC0415
 
-        return np.array(snapshot_picture(moment()))
+        return np.array(snapshot_picture(snapshot()))
 
-    def show(self, moment: Snapshot) -> None:
-        """Show a moment in the window."""
+    def show(self, snapshot: Snapshot) -> None:
+        """Show a snapshot in the window."""
         from magfold_env.render.snapshot import snapshot_picture  # noqa: PLC0415
 
-        self.window.show(snapshot_picture(moment, self.window.size))
+        self.window.show(snapshot_picture(snapshot, self.window.size))
 
-    def play(self, motion: Trajectory | None, moment: Snapshot) -> None:
-        """Show the motion that led to a moment, then the moment, no sooner than `fps` allows.
+    def play(self, motion: Trajectory | None, snapshot: Snapshot) -> None:
+        """Show the motion that led to a snapshot, then the snapshot, no sooner than `fps` allows.
 
         A key or the wish to quit ends the motion; both stay to be read.
         """
@@ -118,28 +118,28 @@ class Viewer:
             new = slice(self._seen, None)
             angles, base, released = motion.angles[new], motion.base[new], motion.released[new]
             times, self._seen = motion.time[new], len(motion)
-            view = motion_view(moment.scene, angles, base, released)
-            view = view.joined(snapshot_view(moment))
+            view = motion_view(snapshot.scene, angles, base, released)
+            view = view.joined(snapshot_view(snapshot))
             begun = time.monotonic()
             k = 0
             # Frames for which there is no time are left out, lest a slow machine fall behind.
             while k < len(angles) and not self.window.is_interrupted():
                 passing = replace(
-                    moment,
+                    snapshot,
                     angles=angles[k],
                     base=base[k],
                     released=int(released[k]),
-                    held=np.zeros_like(moment.held),
+                    held=np.zeros_like(snapshot.held),
                     # How it ends is not told before.
                     title=f"t = {times[k]:.2f} s",
                     message="",
-                    rows=(("target", moment.target),),
+                    rows=(("target", snapshot.target),),
                 )
                 self.window.show(snapshot_picture(passing, self.window.size, view))
                 k = max(k + 1, int((time.monotonic() - begun) / SLOWDOWN * FRAME_RATE))
         if not self.window.is_interrupted():
             time.sleep(max(0.0, self._last + 1.0 / self._fps - time.monotonic()))
-        self.show(moment)
+        self.show(snapshot)
         self._last = time.monotonic()
 
     def close(self) -> None:
@@ -148,22 +148,22 @@ class Viewer:
             self._window.close()
 
 
-def text_of(moment: Snapshot) -> str:
-    """Return a moment in words: what the picture's panel says, and a line for each component."""
-    scene = moment.scene
-    out = np.arange(scene.n) < moment.released
+def text_of(snapshot: Snapshot) -> str:
+    """Return a snapshot in words: what the picture's panel says, and a line for each component."""
+    scene = snapshot.scene
+    out = np.arange(scene.n) < snapshot.released
     if scene.feed.direction == "backward":
         out = out[::-1]
-    joints = np.rad2deg(np.diff(moment.angles))
-    lines = [f"target {moment.target}, {moment.title}"]
-    if moment.predicted is not None:
-        lines.append(f"predicted {moment.predicted}")
-    lines += [f"{name} {value}" for name, value in moment.rows if name != "target"]
+    joints = np.rad2deg(np.diff(snapshot.angles))
+    lines = [f"target {snapshot.target}, {snapshot.title}"]
+    if snapshot.predicted is not None:
+        lines.append(f"predicted {snapshot.predicted}")
+    lines += [f"{name} {value}" for name, value in snapshot.rows if name != "target"]
     for k, faces in enumerate(scene.sequence):
         place = "out" if out[k] else "in the tube"
-        held = ", held by friction" if moment.held[k] else ""
+        held = ", held by friction" if snapshot.held[k] else ""
         bend = f", then {joints[k]:+.0f}°" if k < len(joints) and out[k] and out[k + 1] else ""
         lines.append(f"{k + 1:2d} {faces if out[k] else '....'} {place}{held}{bend}")
-    if moment.message:
-        lines.append(moment.message)
+    if snapshot.message:
+        lines.append(snapshot.message)
     return "\n".join(lines) + "\n"

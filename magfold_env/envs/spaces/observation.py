@@ -7,6 +7,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from magfold_env.engine.compile.by_pointer import pointer
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.envs.chains.arrays import ChainArrays
 
@@ -87,7 +88,7 @@ class ObservationLayout:
         out : array, shape (m, size)
             The observations.
         """
-        _fill(self.side, arrays, words, out)
+        _fill(self.side, pointer(arrays), words, out)
 
 
 @kernel

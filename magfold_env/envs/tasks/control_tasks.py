@@ -1,7 +1,4 @@
-"""Chains with two folds, of which the feed speed decides: the tasks of feed control.
-
-`ControlSetup` holds all that episodes share and no chain itself.
-"""
+"""Chains with two folds, of which the feed speed decides: the tasks of feed control."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -10,7 +7,7 @@ from typing import Any, Literal, TypedDict, Unpack
 
 import yaml
 
-from magfold_env.envs.chains.quasistatic import QuasistaticRules
+from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.action_table import ActionKind, SpeedTable
 from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tasks.checks import one_of, refuse_unknown, share_of
@@ -18,6 +15,7 @@ from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.randomisation import Randomisation, randomised
 from magfold_env.envs.tasks.reward import RewardRule, Shaping
 from magfold_env.envs.tasks.targets import is_target
+from magfold_env.envs.tasks.world import World
 from magfold_env.files import configs_dir
 from magfold_env.scene import Problem, Scene, SceneError, load_scene
 from magfold_env.scene.parts import Part
@@ -121,7 +119,7 @@ class ControlOptions(TypedDict, total=False):
     """As in `FoldOptions`."""
 
 
-class ControlSetup:
+class ControlSetup(World):
     """Tasks and the world they are set in.
 
     Parameters
@@ -137,6 +135,9 @@ class ControlSetup:
         For any option that is not allowed; the message names it and what is.
     """
 
+    option = ("task", int)
+    fidelity = "dynamics"
+
     def __init__(self, scene: str | Path | Scene, **options: Unpack[ControlOptions]) -> None:
         refuse_unknown(options, ControlOptions)
         _refuse_misplaced(options)
@@ -146,11 +147,12 @@ class ControlSetup:
         found = read_tasks(options.get("tasks", "two-folds-6"))
         share = share_of("difficulty", options.get("difficulty", 1.0))
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
+        self.words = tuple(task.target for task in self.tasks)
         self.scene = randomised(
             scene.replace(sequence=found[0].sequence, start_angles=None),
             options.get("randomisation", "nominal"),
         )
-        self.match: Match = one_of("match", options.get("match", "word"), Match)
+        self.match = one_of("match", options.get("match", "word"), Match)
         self.actions = SpeedTable(options.get("speeds", 9), options.get("actions", "discrete"))
         self.rule = RewardRule.of(
             options.get("reward", "score"),
@@ -171,23 +173,26 @@ class ControlSetup:
         )
         """Which of the templates each task has."""
         # No functools.cache: environments are pickled.
-        self._rules: dict[int, QuasistaticRules] = {}
+        self._lattices: dict[int, LatticeFeed] = {}
 
-    @property
-    def in_field(self) -> bool:
-        """Whether an external field acts, of which energy minimisation knows nothing."""
-        return self.scene.field is not None and self.scene.field.any
+    def number_of(self, value: int) -> int:
+        """Return the number of a task; see `World.number_of`."""
+        if value not in range(len(self.tasks)):
+            raise ValueError(
+                f"options['task']: {value!r} is not allowed; must be 0..{len(self.tasks) - 1}"
+            )
+        return value
 
     def scene_of(self, number: int, drawn: Scene) -> Scene:
         """Return a drawn scene with the chain of a task."""
         return drawn.replace(sequence=self.tasks[number].sequence)
 
-    def rules(self, number: int) -> QuasistaticRules:
-        """Return the energies of the chain of a task on the lattice."""
+    def lattice(self, number: int) -> LatticeFeed:
+        """Return what energy minimisation needs to know of the chain of a task."""
         kind = self.kinds[number]
-        if kind not in self._rules:
-            self._rules[kind] = QuasistaticRules(self.templates[kind])
-        return self._rules[kind]
+        if kind not in self._lattices:
+            self._lattices[kind] = LatticeFeed(self.templates[kind])
+        return self._lattices[kind]
 
 
 def _refuse_misplaced(options: Mapping[str, Any]) -> None:

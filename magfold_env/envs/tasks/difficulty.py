@@ -12,16 +12,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.chains.lattice import LatticeFeed
+from magfold_env.envs.chains.lattice import TURNS, LatticeFeed
 from magfold_env.envs.spaces.actions import SIGNS
 from magfold_env.envs.tasks.checks import share_of
-from magfold_env.minimiser.energies import strengths
 from magfold_env.scene import Scene
 
 POPULATION = 4096
 """Chains at a time; makes the difficulty of six components exact to about 0.1."""
-
-_TURNS = {"S": 0, "L": 1, "R": -1}
 
 
 def difficulties(scene: Scene, words: tuple[str, ...]) -> dict[str, float]:
@@ -35,10 +32,10 @@ def difficulties(scene: Scene, words: tuple[str, ...]) -> dict[str, float]:
         Fold words of the scene's chain.
     """
     lattice = LatticeFeed(scene)
-    strength = strengths(scene)
+    strength = lattice.packed.strengths
     order = slice(None) if lattice.turn == 1 else slice(None, None, -1)
     return {
-        word: _difficulty(lattice, strength[order], [_TURNS[x] for x in word[order]])
+        word: _difficulty(lattice, strength[order], [TURNS[x] for x in word[order]])
         for word in words
     }
 

@@ -1,8 +1,4 @@
-"""A folding task: scene, targets, actions, observation and reward, put together from options.
-
-It holds all that the chains of one environment share and no chain itself, so that one chain or
-many can be run on it.
-"""
+"""A folding task: scene, targets, actions, observation and reward, put together from options."""
 
 from functools import cached_property
 from itertools import cycle, islice
@@ -12,7 +8,7 @@ from typing import Literal, Unpack
 from magfold_env.designer.suites import Suite, load_suite, suite_names
 from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
 from magfold_env.envs.baselines.baseline_store import BaselineStore
-from magfold_env.envs.chains.quasistatic import QuasistaticRules
+from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.action_table import ActionTable
 from magfold_env.envs.spaces.actions import read_catalogue
 from magfold_env.envs.spaces.observation import ObservationLayout
@@ -22,11 +18,12 @@ from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.options import Fidelity, FoldOptions
 from magfold_env.envs.tasks.randomisation import randomised
 from magfold_env.envs.tasks.reward import RewardRule
-from magfold_env.envs.tasks.targets import resolve_targets
+from magfold_env.envs.tasks.targets import pick_target, resolve_targets
+from magfold_env.envs.tasks.world import World
 from magfold_env.scene import Scene, load_scene
 
 
-class FoldTask:
+class FoldTask(World):
     """What is to be folded, and how it is chosen, seen and rewarded.
 
     Parameters
@@ -48,6 +45,8 @@ class FoldTask:
         For any option that is not allowed; the message names it and what is.
     """
 
+    option = ("target", str)
+
     def __init__(
         self,
         scene: str | Path | Scene | None,
@@ -66,10 +65,10 @@ class FoldTask:
         given = scene if isinstance(scene, Scene) else load_scene(scene)
         given = feedable(lengthened(given, components), at_a_time)
         self.at_a_time = at_a_time
-        self.fidelity: Fidelity = one_of("fidelity", options.get("fidelity", "dynamics"), Fidelity)
-        self.match: Match = one_of("match", options.get("match", "word"), Match)
+        self.fidelity = one_of("fidelity", options.get("fidelity", "dynamics"), Fidelity)
+        self.match = one_of("match", options.get("match", "word"), Match)
         self.scene = randomised(given, options.get("randomisation", "nominal"))
-        self.targets = easiest(
+        self.words = easiest(
             self.scene, resolve_targets(targets, given.n), options.get("difficulty", 1.0)
         )
         self.actions = ActionTable(
@@ -97,17 +96,16 @@ class FoldTask:
                 )
             self._baselines = BaselineStore(self.scene, self.match)
         if self.fidelity == "quasistatic" or self.rule.shaping == "energy":
-            _ = self.rules
-
-    @property
-    def in_field(self) -> bool:
-        """Whether an external field acts, of which energy minimisation knows nothing."""
-        return self.scene.field is not None and self.scene.field.any
+            _ = self.lattice
 
     @cached_property
-    def rules(self) -> QuasistaticRules:
-        """The energies of the chain on the lattice."""
-        return QuasistaticRules(self.scene)
+    def lattice(self) -> LatticeFeed:
+        """What energy minimisation needs to know of the chain."""
+        return LatticeFeed(self.scene)
+
+    def number_of(self, value: str) -> int:
+        """Return the number of a target; see `World.number_of`."""
+        return self.words.index(pick_target(value, self.words))
 
     def baseline_of(self, target: str) -> Baseline:
         """Return the energy minimiser's result for `target`; flagged where there is none.

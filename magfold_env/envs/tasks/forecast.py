@@ -1,9 +1,11 @@
 """What energy minimisation says of a chain, to be shown beside what happens."""
 
+import math
 from dataclasses import dataclass
 
 from magfold_env.envs.chains.arrays import ChainArrays
-from magfold_env.envs.chains.quasistatic import QuasistaticRules, predict
+from magfold_env.envs.chains.lattice import LatticeFeed
+from magfold_env.envs.chains.quasistatic import predict
 
 
 @dataclass(frozen=True)
@@ -28,12 +30,12 @@ class Forecast:
     is_stuck: bool
 
 
-def forecast(rules: QuasistaticRules, arrays: ChainArrays, row: int, target: str) -> Forecast:
+def forecast(rules: LatticeFeed, arrays: ChainArrays, row: int, target: str) -> Forecast:
     """Return what `rules` make of the components of a chain that are fed so far.
 
     Parameters
     ----------
-    rules : QuasistaticRules
+    rules : LatticeFeed
         Those of the scene.
     arrays : ChainArrays
         The chains.
@@ -52,3 +54,18 @@ def forecast(rules: QuasistaticRules, arrays: ChainArrays, row: int, target: str
         rules.energy_as(target, signs, fed),
         found.is_stuck,
     )
+
+
+def energy_lines(energy: float, found: Forecast | None) -> list[tuple[str, str]]:
+    """Return what is to be read of energies [J]: the chain's, and what is predicted and wanted."""
+    lines = [("energy", or_dash(energy, "mJ"))]
+    if found is not None:
+        stuck = ", stuck" if found.is_stuck else ""
+        lines.append(("as predicted", or_dash(found.energy, "mJ") + stuck))
+        lines.append(("as the target", or_dash(found.target_energy, "mJ")))
+    return lines
+
+
+def or_dash(value: float, unit: str) -> str:
+    """Return a value in thousandths of its SI unit; a dash for no number."""
+    return f"{1e3 * value:.2f} {unit}" if math.isfinite(value) else "–"

@@ -181,7 +181,8 @@ class Goals:
             `Goal.potential`, `Goal.score`, and 1 where `Goal.is_reached`, else 0.
         """
         out = np.empty((3, len(rows)))
-        joints = np.diff(angles[rows], axis=1)
+        headings = angles[rows]
+        joints = headings[:, 1:] - headings[:, :-1]
         _judge(rows, status, joints, self._counts, self._angles, self._folds, self._scratch, out)
         return out
 

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.envs.chains.quasistatic import QuasistaticChains, QuasistaticRules, fold
+from magfold_env.envs.chains.lattice import LatticeFeed
+from magfold_env.envs.chains.quasistatic import QuasistaticChains, fold
 from magfold_env.envs.spaces.actions import PATTERNS, signs_of
 from magfold_env.shapes import overlaps, word_to_angles
 
@@ -69,7 +70,7 @@ def test_magnets_act_only_once_they_are_out(direction: str) -> None:
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_component_by_component_or_at_once_gives_the_same(direction: str) -> None:
     scene = built(7, direction).replace(feed={"loading": "at_mouth"})
-    rules = QuasistaticRules(scene)
+    rules = LatticeFeed(scene)
     rng = np.random.default_rng(2)
     for _ in range(20):
         sequence = random_sequence(rng, 7)
@@ -79,8 +80,8 @@ def test_component_by_component_or_at_once_gives_the_same(direction: str) -> Non
             chains.begin(ROW)
         while steps.arrays.status[0] == 0:
             index = steps.arrays.order(0)[int(steps.arrays.fed[0])]
-            steps.feed(ROW, patterns[:, index], SPEED, SPEED)
-        whole.run(ROW, patterns, SPEED, SPEED)
+            steps.feed(ROW, patterns[:, index : index + 1], SPEED, SPEED)
+        whole.feed(ROW, patterns, SPEED, SPEED)
         assert steps.word(0) == whole.word(0)
         assert steps.arrays.status[0] == whole.arrays.status[0]
         np.testing.assert_array_equal(steps.arrays.angles, whole.arrays.angles)
@@ -92,7 +93,7 @@ def test_component_by_component_or_at_once_gives_the_same(direction: str) -> Non
 def test_the_chain_lies_where_the_tube_has_it(direction: str) -> None:
     scene = built(6, direction).replace(feed={"loading": "at_mouth"})
     pitch = scene.casing.diagonal
-    chains = QuasistaticChains(QuasistaticRules(scene), 1)
+    chains = QuasistaticChains(LatticeFeed(scene), 1)
     chains.begin(ROW)
     rng = np.random.default_rng(3)
     for out in range(7):
@@ -108,12 +109,12 @@ def test_the_chain_lies_where_the_tube_has_it(direction: str) -> None:
         np.testing.assert_allclose(inside[:, 1], 0.0, atol=1e-12)
         assert (inside[:, 0] <= 1e-12).all()
         if out < 6:
-            chains.feed(ROW, rng.integers(16, size=1), SPEED, SPEED)
+            chains.feed(ROW, rng.integers(16, size=(1, 1)), SPEED, SPEED)
 
 
 def test_energies_of_a_target_are_those_of_its_word() -> None:
     scene = built(6).replace(feed={"loading": "at_mouth"})
-    rules = QuasistaticRules(scene)
+    rules = LatticeFeed(scene)
     sequence = random_sequence(np.random.default_rng(4), 6)
     signs = np.array([signs_of(faces) for faces in sequence])
     headings = np.concatenate([[0.0], np.cumsum(word_to_angles("LRRLR"))])

@@ -98,11 +98,13 @@ def after(*faces: str) -> TubeFeedEnv:
 
 
 def test_the_ghost_shows_where_the_chain_differs_from_the_target() -> None:
-    moment = after("SSNN", "NNNN", "SSSS").moment()
-    assert dict(moment.rows)["word"] == "LL"
+    snapshot = after("SSNN", "NNNN", "SSSS").snapshot()
+    assert dict(snapshot.rows)["word"] == "LL"
     faint = {}
     for target in ("LL", "RR", "LR", "RL"):
-        picture = np.asarray(snapshot_picture(replace(moment, target=target)))[:, :540].astype(int)
+        picture = np.asarray(snapshot_picture(replace(snapshot, target=target)))[:, :540].astype(
+            int
+        )
         light = picture.min(axis=-1) > 180
         faint[target] = int((light & (picture[..., 1] >= picture[..., 0] + 15)).sum())
     # Under a chain that lies as it should, nothing of the ghost is seen but smoothed edges.
@@ -116,8 +118,8 @@ def test_what_touches_is_shown() -> None:
     assert count(straight, style.GOOD) == 0
     assert count(folded, style.GOOD) > 500
     assert count(folded, style.CONFLICT) == 0
-    moment = after("SSNN", "NNNN", "SSSS").moment()
-    equal = replace(moment, scene=moment.scene.replace(sequence=("NNNN",) * 3))
+    snapshot = after("SSNN", "NNNN", "SSSS").snapshot()
+    equal = replace(snapshot, scene=snapshot.scene.replace(sequence=("NNNN",) * 3))
     repelling = np.asarray(snapshot_picture(equal))[:400, :540]
     assert count(repelling, style.CONFLICT) > 500
     assert count(repelling, style.GOOD) == 0
@@ -126,12 +128,12 @@ def test_what_touches_is_shown() -> None:
 def test_what_friction_holds_is_shown() -> None:
     # Equal poles drive the joints apart, so that friction alone brings the chain to rest.
     env = after("SSSS", "SSSS", "SSSS")
-    moment = env.moment()
-    assert moment.title == "misfolded"
-    assert moment.held.all()
-    free = np.asarray(snapshot_picture(replace(moment, held=np.zeros(3, dtype=np.bool_))))
+    snapshot = env.snapshot()
+    assert snapshot.title == "misfolded"
+    assert snapshot.held.all()
+    free = np.asarray(snapshot_picture(replace(snapshot, held=np.zeros(3, dtype=np.bool_))))
     assert count(env.render(), style.HELD) > count(free, style.HELD) + 50
-    assert not after("SSSS").moment().held[1:].any()
+    assert not after("SSSS").snapshot().held[1:].any()
 
 
 def test_the_prediction_is_the_minimisers() -> None:
@@ -141,13 +143,13 @@ def test_the_prediction_is_the_minimisers() -> None:
     target = dynamic.targets[0]
     for env in (dynamic, static):
         env.reset(seed=0, options={"target": target})
-    assert dynamic.moment().predicted is None
+    assert dynamic.snapshot().predicted is None
     for action in ([3, 4], [9, 4], [12, 4], [5, 4], [10, 4]):
         info = static.step(action)[4]
         dynamic.step(action)
-        assert dynamic.moment().predicted == info["word"]
-        assert static.moment().predicted is None
-    assert dict(dynamic.moment().rows)["as predicted"] == dict(static.moment().rows)["energy"]
+        assert dynamic.snapshot().predicted == info["word"]
+        assert static.snapshot().predicted is None
+    assert dict(dynamic.snapshot().rows)["as predicted"] == dict(static.snapshot().rows)["energy"]
 
 
 @every_variant
@@ -155,9 +157,9 @@ def test_text_names_the_target_and_every_component(env_id: str, options: dict) -
     env = made(env_id, "ansi", options)
     for _ in episode(env):
         lines = env.render().splitlines()
-        assert lines[0].startswith(f"target {env.moment().target}, ")
+        assert lines[0].startswith(f"target {env.snapshot().target}, ")
         assert sum(" out" in line or " in the tube" in line for line in lines) >= env.scene.n
-    assert text_of(env.moment()) == env.render()
+    assert text_of(env.snapshot()) == env.render()
 
 
 @every_variant
