@@ -299,11 +299,15 @@ class Boxes(NamedTuple):
     b: PerBox
 
 
+JOINT_STOPS, CONTACTS, ALL_ROWS, LET_GO = range(4)
+"""Entries of `Rows.counts`: where joint stops, contacts and all rows end; contacts just let go."""
+
+
 @by_pointer
 class Rows(NamedTuple):
     """Constraints: joint stops, then contacts, then three a component that friction may hold."""
 
-    counts: Annotated[IntArray, 4]  # stops, stops and contacts, all; contacts just let go
+    counts: Annotated[IntArray, 4]
     id: Annotated[IntArray, "rows", 4]  # joint and sign; box, other and its corner; component
     jacobian: Annotated[Array, "rows", "n + 2"]
     response: Annotated[Array, "rows", "n + 2"]  # M⁻¹Jᵀ

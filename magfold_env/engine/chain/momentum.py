@@ -5,7 +5,7 @@ from __future__ import annotations
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import is_free
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.state import LO, Array, Model, State, Work
+from magfold_env.engine.state import CONTACTS, JOINT_STOPS, LO, Array, Model, State, Work
 
 
 @kernel
@@ -46,7 +46,7 @@ def held_or_walled(model: Model, work: Work) -> bool:
     for i in range(model.n):
         if work.friction.slow[i] == 1:
             return True
-    for r in range(work.rows.counts[0], work.rows.counts[1]):
+    for r in range(work.rows.counts[JOINT_STOPS], work.rows.counts[CONTACTS]):
         if work.rows.id[r, 1] >= model.n or work.rows.id[r, 0] >= model.n:
             return True
     return False

@@ -6,7 +6,7 @@ from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, constraints, jacobian
 from magfold_env.engine.contact.complementarity import solve_nonnegative
-from magfold_env.engine.state import LO, Array, Model, State, Work
+from magfold_env.engine.state import JOINT_STOPS, LET_GO, LO, Array, Model, State, Work
 from magfold_env.engine.stepping.dynamics import apply_multipliers, rate_of
 from magfold_env.engine.stepping.stages import interpolate
 
@@ -123,12 +123,12 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
     found = mark_hopping_contacts(lo, model, state, work, acceleration) or found
     if not found:
         return constraints.OK
-    dropped = work.rows.counts[3]
+    dropped = work.rows.counts[LET_GO]
     rows = constraints.collect_rows(lo, model, state, work)
     constraints.prepare(lo, model, state.v, work)
     for r in range(rows):
         work.rows.bias[r] = rate_of(lo, work, r, state.v)
-        work.rows.equality[r] = int(r < work.rows.counts[0] or stays(work, r, dropped))
+        work.rows.equality[r] = int(r < work.rows.counts[JOINT_STOPS] or stays(work, r, dropped))
         work.rows.passive[r] = 1
     solved = solve_nonnegative(rows, work)
     if solved:
@@ -147,12 +147,12 @@ def mark_hopping_contacts(
     lo: int, model: Model, state: State, work: Work, acceleration: Array
 ) -> bool:
     """Mark the contacts let go that will be back after an unseen hop; whether there are any."""
-    if work.rows.counts[3] == 0:
+    if work.rows.counts[LET_GO] == 0:
         return False
     found = False
     constraints.place_touching(lo, model, state.q, work)
     articulated.centre_motion(lo, model.bodies, work.pose, state.v, work.centres)
-    for d in range(work.rows.counts[3]):
+    for d in range(work.rows.counts[LET_GO]):
         r = work.rows.bias.size - 1 - d
         jacobian.contact_row(lo, model, work.pose, work, r, state.v)
         rate = rate_of(lo, work, r, state.v)

@@ -10,7 +10,7 @@ from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.constraints import first_joint
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.solver import solve_with_friction
-from magfold_env.engine.state import LO, Array, Model, State, Work
+from magfold_env.engine.state import ALL_ROWS, CONTACTS, JOINT_STOPS, LO, Array, Model, State, Work
 from magfold_env.engine.stepping.dynamics import accelerations, apply_multipliers
 
 SLACK = 0.01  # share of µ g by which a step may end beyond what friction can do
@@ -26,7 +26,7 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     Marks them in ``state.stuck`` and leaves only their rows for the stages to come.
     """
     lo, n = state.counter[LO], model.n
-    rows = work.rows.counts[1]
+    rows = work.rows.counts[CONTACTS]
     count = rows
     if model.frictional:
         articulated.place(lo, model.bodies, state.q, work.pose)
@@ -38,7 +38,7 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
             if law.speed(model, work, state.v, i) <= law.AT_REST:
                 work.rows.id[count, 0] = i
                 count += 3
-    work.rows.counts[2] = count
+    work.rows.counts[ALL_ROWS] = count
     solved = accelerations(model, state, state.q, state.v, work, out)
     if count == rows:
         return solved
@@ -55,7 +55,7 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
             state.stuck[i] = 1
             work.rows.id[keep, 0] = i
             keep += 3
-    work.rows.counts[2] = keep
+    work.rows.counts[ALL_ROWS] = keep
     return solved
 
 
@@ -75,7 +75,7 @@ def acceleration_left(count: int, work: Work, r: int) -> float:
 def within_grip(model: Model, work: Work) -> bool:
     """Whether friction can supply all the forces that would hold the candidates."""
     lam = work.rows.multiplier
-    for r in range(work.rows.counts[1], work.rows.counts[2], 3):
+    for r in range(work.rows.counts[CONTACTS], work.rows.counts[ALL_ROWS], 3):
         size = math.sqrt(lam[r] ** 2 + lam[r + 1] ** 2 + lam[r + 2] ** 2)
         if size > model.grip[work.rows.id[r, 0]]:
             return False
@@ -90,7 +90,7 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
     much of one, where others would do. So accelerations are compared. What hardly moves within the
     step may be let go after it.
     """
-    rows, count = work.rows.counts[1], work.rows.counts[2]
+    rows, count = work.rows.counts[CONTACTS], work.rows.counts[ALL_ROWS]
     if count == rows or within_grip(model, work):
         return False
     change, bodies = work.friction.change, model.bodies
@@ -148,7 +148,7 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
         return False
     if not free:
         # Contacts with the walls end as the base moves on.
-        return lo == 0 or work.rows.counts[1] == work.rows.counts[0]
+        return lo == 0 or work.rows.counts[CONTACTS] == work.rows.counts[JOINT_STOPS]
     if not model.frictional:
         return True
     return stops_press(lo, model, state, work)
@@ -195,7 +195,7 @@ def stops_press(lo: int, model: Model, state: State, work: Work) -> bool:
     for k in range(first_joint(lo), model.n):
         if state.lock[k] == 0:
             return False
-    for r in range(work.rows.counts[0]):
+    for r in range(work.rows.counts[JOINT_STOPS]):
         if work.rows.multiplier[r] < lift:
             return False
     return True

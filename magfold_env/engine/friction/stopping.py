@@ -11,7 +11,18 @@ from magfold_env.engine.contact.complementarity import solve_equalities
 from magfold_env.engine.contact.constraints import prepare
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.held import first_accelerations
-from magfold_env.engine.state import BRAKE, LO, Array, Model, State, Work, copy
+from magfold_env.engine.state import (
+    ALL_ROWS,
+    BRAKE,
+    CONTACTS,
+    JOINT_STOPS,
+    LO,
+    Array,
+    Model,
+    State,
+    Work,
+    copy,
+)
 from magfold_env.engine.stepping.dynamics import apply_multipliers, rate_of, respond
 
 # Shares of tolerance times side that a component may still slide by: to be put to rest, and to
@@ -36,7 +47,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> None:
     of the state, before and after. Steps must not jump over the moment when a component stops:
     ``state.clock[BRAKE]`` bounds the next one.
     """
-    lo, rows = state.counter[LO], work.rows.counts[1]
+    lo, rows = state.counter[LO], work.rows.counts[CONTACTS]
     find_motion(lo, model, state, work, out)
     find_braking(lo, model, state, work, out)
     copy(state.v, work.friction.before, 0)
@@ -55,7 +66,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> None:
             for i in range(lo, model.n):
                 work.friction.motion[i] = GOES_ON
         copy(work.friction.before, state.v, 0)
-        work.rows.counts[2] = rows
+        work.rows.counts[ALL_ROWS] = rows
         if not some_move(lo, model, work):
             state.clock[BRAKE] = first_stop(lo, model, work)
             first_accelerations(model, state, work, out)
@@ -183,7 +194,7 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
         if work.friction.motion[i] != GOES_ON:
             work.rows.id[count, 0] = i
             count += 3
-    work.rows.counts[2] = count
+    work.rows.counts[ALL_ROWS] = count
     prepare(lo, model, state.v, work)
     for r in range(rows, count, 3):
         law.friction_rows(lo, model, work.pose, work, r, work.rows.id[r, 0])
@@ -197,7 +208,8 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
     apply_multipliers(lo, count, work, state.v)
     for r in range(count):
         # A chain held both in the tube and by the floor may leave no such velocity.
-        if abs(rate_of(lo, work, r, state.v)) > UNMET * (1.0 if r < work.rows.counts[0] else 0.01):
+        is_stop = r < work.rows.counts[JOINT_STOPS]
+        if abs(rate_of(lo, work, r, state.v)) > UNMET * (1.0 if is_stop else 0.01):
             return False
     for i in range(lo, model.n):
         if work.friction.motion[i] != GOES_ON:

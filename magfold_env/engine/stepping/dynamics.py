@@ -15,7 +15,17 @@ from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.contact.complementarity import solve_nonnegative
 from magfold_env.engine.friction import law
 from magfold_env.engine.magnets import chain, outer_field
-from magfold_env.engine.state import EVALUATIONS, LO, Array, Model, State, Work
+from magfold_env.engine.state import (
+    ALL_ROWS,
+    CONTACTS,
+    EVALUATIONS,
+    JOINT_STOPS,
+    LO,
+    Array,
+    Model,
+    State,
+    Work,
+)
 
 
 @inlined
@@ -81,7 +91,7 @@ def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
     articulated.factor(lo, bodies, pose, state.lock, work.chain)
     articulated.solve(lo, bodies, pose, state.lock, free, work.chain.force, out, work.chain)
-    for r in range(work.rows.counts[0]):
+    for r in range(work.rows.counts[JOINT_STOPS]):
         k, sign = work.rows.id[r, 0], work.rows.id[r, 1]
         work.rows.multiplier[r] = -sign * work.chain.hold[k]
         if work.rows.multiplier[r] < 0.0:
@@ -111,7 +121,7 @@ def respond(lo: int, model: Model, work: Work, first: int, last: int) -> None:
 @kernel
 def fill_rows(lo: int, model: Model, v: Array, work: Work) -> None:
     """Jacobians, biases and responses of the stops and contacts in ``work.rows.id``."""
-    stops, rows = work.rows.counts[0], work.rows.counts[1]
+    stops, rows = work.rows.counts[JOINT_STOPS], work.rows.counts[CONTACTS]
     for r in range(stops):
         jacobian.stop_row(lo, model, work, r, work.rows.id[r, 0], work.rows.id[r, 1])
     if rows > stops:
@@ -162,11 +172,13 @@ def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out:
         for i in range(lo, model.n):
             work.friction.slow[i] = state.stuck[i]
     smooth_forces(lo, model, q, v, work)
-    if work.rows.counts[2] == work.rows.counts[0] and rigid_accelerations(model, state, work, out):
+    if work.rows.counts[ALL_ROWS] == work.rows.counts[JOINT_STOPS] and rigid_accelerations(
+        model, state, work, out
+    ):
         return True
     unconstrained(lo, model, work, out)
     fill_rows(lo, model, v, work)
-    rows, count = work.rows.counts[1], work.rows.counts[2]
+    rows, count = work.rows.counts[CONTACTS], work.rows.counts[ALL_ROWS]
     fill_friction(lo, model, work)
     for r in range(count):
         work.rows.bias[r] += rate_of(lo, work, r, out)
@@ -179,7 +191,7 @@ def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out:
 @kernel
 def fill_friction(lo: int, model: Model, work: Work) -> None:
     """Rows of the components that friction may hold."""
-    rows, count = work.rows.counts[1], work.rows.counts[2]
+    rows, count = work.rows.counts[CONTACTS], work.rows.counts[ALL_ROWS]
     for r in range(rows, count, 3):
         law.friction_rows(lo, model, work.pose, work, r, work.rows.id[r, 0])
     respond(lo, model, work, rows, count)
@@ -193,7 +205,7 @@ def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bo
     than ``slow`` [m/s] are kept together, which ends rocking. Needs the pose.
     """
     lo = state.counter[LO]
-    rows = work.rows.counts[1]
+    rows = work.rows.counts[CONTACTS]
     if rows == 0:
         return True
     articulated.centre_motion(lo, model.bodies, work.pose, v, work.centres)
@@ -205,7 +217,7 @@ def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bo
         work.rows.passive[r] = 1
     solved = solve_nonnegative(rows, work)
     again = False
-    for r in range(work.rows.counts[0], rows):
+    for r in range(work.rows.counts[JOINT_STOPS], rows):
         after = work.rows.bias[r]
         for c in range(rows):
             after += work.rows.delassus[r, c] * work.rows.multiplier[c]

@@ -20,6 +20,7 @@ from magfold_env.engine.contact import constraints, events
 from magfold_env.engine.friction.held import first_accelerations, is_at_rest, torn_loose
 from magfold_env.engine.friction.stopping import creeps, stop_slow
 from magfold_env.engine.state import (
+    CONTACTS,
     FRESH,
     LAST_ERROR,
     LAST_STEP,
@@ -92,7 +93,7 @@ def gather_constraints(model: Model, state: State, work: Work) -> tuple[int, boo
 
     And whether accelerations must be found anew. Impacts happen here.
     """
-    rows = work.rows.counts[1]
+    rows = work.rows.counts[CONTACTS]
     begun = constraints.begin_step(model, state, work)
     if begun == constraints.CROWDED:
         return outcomes.TOO_CROWDED, False
@@ -100,7 +101,7 @@ def gather_constraints(model: Model, state: State, work: Work) -> tuple[int, boo
         return outcomes.NO_SOLUTION, False
     anew = state.counter[FRESH] == 1 or begun != constraints.OK or state.counter[MOREAU_LEFT] > 0
     # What only comes to lie on another, without an impact, is pushed by it all the same.
-    anew = anew or work.rows.counts[1] != rows
+    anew = anew or work.rows.counts[CONTACTS] != rows
     anew = anew or (model.frictional and resting(state.counter[LO], state))
     return outcomes.REACHED, anew
 

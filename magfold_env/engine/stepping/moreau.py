@@ -24,8 +24,11 @@ from magfold_env.engine.friction import law
 from magfold_env.engine.friction.solver import solve_with_friction
 from magfold_env.engine.friction.stopping import STOPPED
 from magfold_env.engine.state import (
+    ALL_ROWS,
     BRAKE,
+    CONTACTS,
     EVALUATIONS,
+    JOINT_STOPS,
     LO,
     STEP,
     STEPS,
@@ -190,8 +193,8 @@ def constrain(
     if rows < 0:
         return False
     count = rows
-    work.rows.counts[1] = rows
-    work.rows.counts[2] = 0
+    work.rows.counts[CONTACTS] = rows
+    work.rows.counts[ALL_ROWS] = 0
     if model.frictional:
         articulated.centripetal(
             lo, model.bodies, work.pose, state.v, work.centres.ax, work.centres.ay
@@ -249,7 +252,7 @@ def too_violent(
         energy += bodies.inertia[i] * v[i] * v[i]
         mass += bodies.mass[i]
     fastest = 0.0
-    for r in range(work.rows.counts[0], rows):
+    for r in range(work.rows.counts[JOINT_STOPS], rows):
         fastest = max(fastest, dynamics.rate_of(lo, work, r, v) - unit * work.rows.bias[r])
     change = 0.0
     for r in range(count):

@@ -7,7 +7,17 @@ import math
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.contact.constraints import first_joint, joint_rate
-from magfold_env.engine.state import BRAKE, LAST_ERROR, LAST_STEP, Array, Model, State, Work
+from magfold_env.engine.state import (
+    BRAKE,
+    CONTACTS,
+    JOINT_STOPS,
+    LAST_ERROR,
+    LAST_STEP,
+    Array,
+    Model,
+    State,
+    Work,
+)
 from magfold_env.engine.stepping.stages import ORDER
 
 LONGEST_STEP = 0.05  # [s]
@@ -72,7 +82,7 @@ def time_to_edge(lo: int, model: Model, work: Work, v: Array) -> float:
     slides. Needs `place_boxes` and centre velocities.
     """
     soonest = math.inf
-    for r in range(work.rows.counts[0], work.rows.counts[1]):
+    for r in range(work.rows.counts[JOINT_STOPS], work.rows.counts[CONTACTS]):
         box, other, k = int(work.rows.id[r, 0]), int(work.rows.id[r, 1]), int(work.rows.id[r, 2])
         ox, oy = boxes.corner(work, other, k)
         x = work.boxes.x[other] + ox - work.boxes.x[box]
