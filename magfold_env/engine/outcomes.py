@@ -1,7 +1,5 @@
 """How a step, and an integration, can end; and the limits on work that end one."""
 
-from __future__ import annotations
-
 from magfold_env.engine.compile.jit import inlined
 from magfold_env.engine.state import SECOND, SECOND_STEPS, STEPS, TIME, Model, State
 

@@ -1,7 +1,5 @@
 """Allocate what the kernels work on."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from functools import lru_cache

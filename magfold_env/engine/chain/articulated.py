@@ -9,8 +9,6 @@ generalised forces are packed as (n + 2,): the headings, then the inner hinge of
 the *base*.
 """
 
-from __future__ import annotations
-
 from magfold_env.engine.chain.sincos import sincos
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Array, Bodies, Centres, IntArray, Loads, Pose, Recursion

@@ -5,8 +5,6 @@ their headings and move with the base. The outermost of them, ``lo − 1``, has 
 outside, and that hinge is the base. It is released when its inner hinge passes the mouth.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.chain import articulated

@@ -1,7 +1,5 @@
 """The momentum of a free chain, which only forces from outside change."""
 
-from __future__ import annotations
-
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import is_free
 from magfold_env.engine.compile.jit import inlined, kernel

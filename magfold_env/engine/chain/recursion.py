@@ -20,8 +20,6 @@ tells the compiler how far apart the rows lie; else it would have to allow for t
 do one lane after the other.
 """
 
-from __future__ import annotations
-
 import numba
 import numpy as np
 

@@ -1,7 +1,5 @@
 """Sine and cosine without a branch and without a call, so that loops over them vectorise."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -5,8 +5,6 @@ see the same tuples field by field, and what would call them by address is left 
 ``code`` is then the kernel itself, and what belongs to a chain its tuple instead of its address.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from threading import Lock
 from typing import Any, ParamSpec, TypeVar, cast

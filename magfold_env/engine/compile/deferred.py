@@ -10,8 +10,6 @@ down, but neither linked nor optimised. What Python calls links all lowered code
 optimises it together.
 """
 
-from __future__ import annotations
-
 from typing import Any, cast
 
 import numba

@@ -1,7 +1,5 @@
 """A notice to whoever waits while kernels are compiled, which happens only at their first use."""
 
-from __future__ import annotations
-
 import logging
 import multiprocessing
 import time

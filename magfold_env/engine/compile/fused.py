@@ -3,8 +3,6 @@
 
 """One instruction of the processor that Python has no word for."""
 
-from __future__ import annotations
-
 from typing import Any, cast
 
 import numba

@@ -5,8 +5,6 @@ out on something small, once for every version of numba and of this package. If 
 asked for the module goes without: kernels do the same to the last bit, but cost more.
 """
 
-from __future__ import annotations
-
 import sys
 import warnings
 from importlib import import_module

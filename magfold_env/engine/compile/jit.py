@@ -7,8 +7,6 @@ allocate nothing and are compiled without a runtime for memory, which makes an a
 and lets arrays be passed on without counting references.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, cast
 

@@ -7,8 +7,6 @@ any depth: an edit of an observation compiles observations again, and not the in
 begins with a hash of the rest of it; whatever is wrong with one, the kernel is compiled again.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import pickle

@@ -11,8 +11,6 @@ already hold them. Squares therefore collide only when they overlap by `SHRINK` 
 contacts that repeat the stops never act.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel

@@ -5,8 +5,6 @@ singular: impulses in closed loops are not unique, the velocities they cause are
 w = W λ + b the rows' own velocity or acceleration.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.compile.jit import kernel

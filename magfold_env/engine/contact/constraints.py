@@ -3,8 +3,6 @@
 And, for a step of Moreau's, the gaps that may close within it and how fast each may.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.chain import articulated

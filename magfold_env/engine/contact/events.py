@@ -1,7 +1,5 @@
 """The moment, inside a step, when something new touches; and hops too small to be followed."""
 
-from __future__ import annotations
-
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, constraints, jacobian

@@ -4,8 +4,6 @@ A row is a corner of a box that touches another, see `boxes`; its normal turns
 continuously when the corner slides off the end of a face, or over another corner.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel

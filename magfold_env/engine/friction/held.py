@@ -1,7 +1,5 @@
 """Which resting components friction holds, when it no longer can, and when a chain is at rest."""
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.chain import articulated

@@ -5,8 +5,6 @@ at rest feels whatever force keeps it there, as long as |(fx, fy, τ/c)| ≤ µ 
 complementarity problem, solved where the accelerations are.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel

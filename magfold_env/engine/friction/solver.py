@@ -17,8 +17,6 @@ forces that can act a contact's pushes, an equality's does either, and the frict
 is in a ball.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel

@@ -1,7 +1,5 @@
 """Components that friction stops: those that all but rest are put to rest, others watched."""
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.chain import articulated

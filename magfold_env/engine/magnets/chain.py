@@ -8,8 +8,6 @@ depend on how the chain came there. The forces are the gradient of `chain_energy
 `pairs` to within the splines' error.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.chain import articulated

@@ -11,8 +11,6 @@ H^2k / (4^k (2k + 1)). Of two casings' moments those act on each other whose ord
 the highest one by no more than one: without net charges, all others of that size are missing too.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -8,8 +8,6 @@ both times (µ0/4π) q_k q_l; for equal heights b = 0 and B = ρ. Point charges 
 Everything here is plain arithmetic, so that loops over nodes vectorise.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

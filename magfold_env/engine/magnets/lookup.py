@@ -5,8 +5,6 @@ taken exactly. All sixteen pairs of faces have coefficients side by side, a vect
 time: charges enter last.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from magfold_env.engine.compile.jit import inlined, kernel

@@ -15,8 +15,6 @@ one for the imaginary ones.
 Rows of moments and of derivatives hold `PARTS` numbers each, with √(µ0/4π) in both.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ summed over nodes, strips near a pole face with more of them, as `pairs` does wi
 casings.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel

@@ -13,8 +13,6 @@ a radius to 0 a little beyond it. Forces are the exact gradient of this energy, 
 no energy from the chain and gives it none. ``engine.magnets.segments`` picks the pairs.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

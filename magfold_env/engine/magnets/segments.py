@@ -12,8 +12,6 @@ adding up what segments do to each other on the way; `finish` brings that down t
 Chains of fewer than `LONG` components have no segments but their casings.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel

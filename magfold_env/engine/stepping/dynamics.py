@@ -5,8 +5,6 @@ that keep every touching pair from approaching (Gauss's principle). `project` is
 velocities: Moreau's inelastic impact.
 """
 
-from __future__ import annotations
-
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import is_free, place_all
 from magfold_env.engine.chain.recursion import only_swings, swing
@@ -172,9 +170,8 @@ def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out:
         for i in range(lo, model.n):
             work.friction.slow[i] = state.stuck[i]
     smooth_forces(lo, model, q, v, work)
-    if work.rows.counts[ALL_ROWS] == work.rows.counts[JOINT_STOPS] and rigid_accelerations(
-        model, state, work, out
-    ):
+    is_free = work.rows.counts[ALL_ROWS] == work.rows.counts[JOINT_STOPS]
+    if is_free and rigid_accelerations(model, state, work, out):
         return True
     unconstrained(lo, model, work, out)
     fill_rows(lo, model, v, work)

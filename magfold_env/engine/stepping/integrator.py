@@ -8,8 +8,6 @@ Where something rattles, touching again as soon as it parted, Moreau's time-step
 for a few steps: of first order, but it needs no events.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine import outcomes

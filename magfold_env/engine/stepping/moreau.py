@@ -9,8 +9,6 @@ take place inside steps, and nothing has to be located. The momentum of a free c
 from all this: only forces from outside change it.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine import outcomes

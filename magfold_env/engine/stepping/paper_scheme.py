@@ -5,8 +5,6 @@ friction acts on the centres, has no torque and no static part; 0/0 in equation 
 Component 1 is pinned.
 """
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine import outcomes

@@ -1,7 +1,5 @@
 """Frames at equal intervals, from the dense output: they cost no forces and change nothing."""
 
-from __future__ import annotations
-
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import FRAME_TIME, FRAMES, LO, TIME, Array, Record, State, Work, copy
 from magfold_env.engine.stepping.stages import interpolate

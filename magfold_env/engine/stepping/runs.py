@@ -1,7 +1,5 @@
 """Whole runs: one chain is fed and moves on, or many are, on any number of threads."""
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.chain import feed

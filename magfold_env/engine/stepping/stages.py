@@ -4,8 +4,6 @@ Coefficients of the Runge-Kutta pair 5(4): Dormand, Prince (1980); of the dense 
 (1986), Math. Comp. 46:135-150.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

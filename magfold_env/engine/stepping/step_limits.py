@@ -1,7 +1,5 @@
 """How long the next step may be: by what is about to happen, and by the error of the last ones."""
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel

@@ -1,7 +1,5 @@
 """Folding by keyboard: the tube-feed environment in a window."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

@@ -1,13 +1,14 @@
 """What kernels read through one pointer is what the tuple holds, and what they write is there."""
 
 import copy
+import gc
 import pickle
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from magfold_env.engine.compile.by_pointer import POINTERS, by_pointer
+from magfold_env.engine.compile.by_pointer import POINTERS, by_pointer, pointer
 from magfold_env.engine.compile.jit import allocating_kernel, kernel
 from magfold_env.engine.compile.pointer_types import address_of
 from magfold_env.engine.state import Array, IntArray
@@ -88,6 +89,23 @@ def test_what_kernels_write_is_in_the_arrays():
 
 def test_a_tuple_within_another_is_passed_on_and_stands_alone():
     assert last_within(an_outer()) == last_of(an_outer().inner) == -4
+
+
+@by_address
+def test_a_pointer_passes_the_tuple_and_compiles_nothing_more():
+    outer = an_outer()
+    read(outer, 1)
+    compiled, row = len(read.signatures), outer.row.copy()
+    assert read(pointer(outer), 1) == read(outer, 1)
+    assert len(read.signatures) == compiled
+    scale_row(pointer(outer))
+    np.testing.assert_array_equal(outer.row, 0.5 * row)
+
+
+def test_a_pointer_keeps_its_tuple_alive():
+    one = pointer(an_outer())
+    gc.collect()
+    assert read(one, 0) == read(an_outer(), 0)
 
 
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda outer: pickle.loads(pickle.dumps(outer))])
