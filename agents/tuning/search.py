@@ -4,10 +4,10 @@ import json
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
-import pydantic
 from pydantic import Discriminator, Field, Tag, model_validator
 from rich.console import Console
 from rich.table import Table
@@ -15,7 +15,7 @@ from rich.table import Table
 from agents import settings as train_settings
 from agents.training import envs, run
 from agents.training.folder import RunInfo
-from magfold_env.scene import Problem, SceneError, errors
+from magfold_env.scene import Problem, SceneError
 
 Drawn = float | int | str
 """A value as Optuna keeps it: a number, or a choice written as JSON."""
@@ -168,11 +168,7 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
     content = train_settings.read_mapping(file)
     if trials is not None:
         content["trials"] = trials
-    try:
-        settings = TuneSettings.model_validate(content)
-    except pydantic.ValidationError as error:
-        lines = [f"{file}: {problem}" for problem in errors.problems_of(error, TuneSettings)]
-        raise train_settings.SettingsError("\n".join(lines)) from None
+    settings = train_settings.checked(TuneSettings, content, file)
     with _named_source(file, "settings"):
         given = settings.settings | dict(map(train_settings.parse_assignment, assignments))
         base = train_settings.changed_settings(train_settings.load_settings(settings.config), given)
@@ -185,7 +181,7 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
     if settings.least_validations > search.validations:
         allowed = f"must be at most {search.validations}, the validations of a trial"
         problem = Problem("least_validations", settings.least_validations, allowed)
-        raise train_settings.SettingsError(f"{file}: {problem}")
+        raise train_settings.SettingsError([problem], str(file))
     return search
 
 
@@ -228,7 +224,8 @@ def report_best(search: Search, trials: Sequence[Trial], output: Path) -> None:
         console.print("no trial has come to its end")
         return
     console.print(best_table(search, trials))
-    best = train_settings.load_settings(max(trials, key=_value).folder / "settings.yaml")
+    folder = max(trials, key=attrgetter("value")).folder
+    best = train_settings.load_settings(folder / "settings.yaml")
     file = output / "best.yaml"
     train_settings.save_settings(
         train_settings.changed_settings(best, {"name": f"{search.settings.name}-best"}), file
@@ -242,15 +239,8 @@ def best_table(search: Search, trials: Sequence[Trial], count: int = 10) -> Tabl
     table = Table(title=f"{settings.name}: the best of {len(trials)} trials that ended")
     for name in ("trial", settings.objective, *(key.split(".")[-1] for key in settings.space)):
         table.add_column(name, overflow="fold")
-    for trial in sorted(trials, key=_value, reverse=True)[:count]:
-        values = (_text(trial.drawn[key]) for key in settings.space)
+    for trial in sorted(trials, key=attrgetter("value"), reverse=True)[:count]:
+        drawn = (trial.drawn[key] for key in settings.space)
+        values = (f"{each:.3g}" if isinstance(each, float) else str(each) for each in drawn)
         table.add_row(trial.folder.name, f"{trial.value:.3f}", *values)
     return table
-
-
-def _value(trial: Trial) -> float:
-    return trial.value
-
-
-def _text(drawn: Drawn) -> str:
-    return f"{drawn:.3g}" if isinstance(drawn, float) else str(drawn)
