@@ -13,7 +13,6 @@ from agents.settings import EnvSettings, env_settings
 from magfold_env.envs.tasks.draws import evaluation_seeds
 
 RANDOM = "random"
-FEED_CONTROL = "MagFold/FeedControl-v0"
 SHOWN = 4
 """Targets whose folds the report plays."""
 
@@ -40,10 +39,6 @@ def evaluate(
     built : bool
         Whether to fold every choice once more, built beforehand.
 
-    Returns
-    -------
-    dict
-        The runs of each method, by its name.
     """
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]

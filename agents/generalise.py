@@ -13,8 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich import box, console
-from rich.table import Table
+from rich import box, console, table
 
 from agents.commands import reported_errors
 from agents.evaluate import evaluate
@@ -24,7 +23,6 @@ from agents.training.folder import Resume, file_digest, provenance
 from agents.training.run import train
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import write_text
-from magfold_env.scene import SceneError
 from magfold_env.shapes import folded_words, mirror
 
 FORMAT = "magfold_env generalisation 1"
@@ -85,22 +83,11 @@ def measure(
     folder: Path,
     processes: int = 1,
 ) -> list[Fold]:
-    """Train a policy for each fold, and let it play all words.
+    """Train a policy for each fold, and let it play all words in `env`.
 
-    Parameters
-    ----------
-    settings : sequence of TrainSettings
-        The training of each fold.
-    env : EnvSettings
-        Where the policies play.
-    folds : sequence of sequences of str
-        The words of each fold.
-    draws : tuple of int
-        Episodes of each word that was held out, and of each that was seen.
-    folder : Path
-        Of the training runs, ``fold-0`` and so on, and of what each came to.
-    processes : int
-        Episodes at a time.
+    `folds` are the words of each fold and `settings` its training, `draws` the episodes of each
+    word that was held out, and of each that was seen. `folder` is that of the training runs,
+    ``fold-0`` and so on, and of what each came to.
     """
     found: list[Fold] = []
     words = [word for fold in folds for word in fold]
@@ -150,18 +137,15 @@ def summary(
     return rows
 
 
-def show(rows: dict[str, intervals.Estimate], folds: int) -> Table:
+def show(rows: dict[str, intervals.Estimate], folds: int) -> table.Table:
     """Return the table of a summary."""
-    table = Table(title=f"Words held out, {folds} folds", box=box.SIMPLE_HEAD)
-    table.add_column("")
-    table.add_column("success (95 %)", justify="right")
+    shown = table.Table(title=f"Words held out, {folds} folds", box=box.SIMPLE_HEAD)
+    shown.add_column("")
+    shown.add_column("success (95 %)", justify="right")
     for name, each in rows.items():
-        text = str(each)
-        if name in ("lost", "ahead of it, held out"):
-            value, low, high = (intervals.percent(float(part), "+") for part in each)
-            text = f"{value} points ({low}…{high})"
-        table.add_row(name, text)
-    return table
+        differs = name in ("lost", "ahead of it, held out")
+        shown.add_row(name, each.points(" points") if differs else str(each))
+    return shown
 
 
 def main(
@@ -189,7 +173,7 @@ def main(
 ) -> None:
     """Train on all fully folded words but some, and play these."""
     folder = output or Path("runs") / f"generalise-{components}"
-    with reported_errors(ValueError, SceneError):
+    with reported_errors(ValueError):
         dealt = deal(list(folded_words(components)), folds)
         settings = [
             settings_of(config, assignments or (), components, held, fold)

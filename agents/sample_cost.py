@@ -15,19 +15,19 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich import box, console
 from rich.table import Table
 
-from agents.baselines.calls import freeze, freeze_unseen
-from agents.baselines.searches import SEARCHES, PolicySearch, search_of
+from agents.baselines.calls import freeze
+from agents.baselines.searches import SEARCHES, PolicySearch, frozen_by
 from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
 from agents.evaluation import episodes, intervals, policies, report
+from agents.evaluation.page import make_figure
 from agents.settings import EnvSettings, env_settings
 from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import write_text
-from magfold_env.reporting.plotting import COLOURS, GRID, figure_class, save_figure
+from magfold_env.reporting.plotting import COLOURS, GRID, save_figure
 
 CALLS = (0, 1, 3, 10, 30, 100)
 GOAL = 1.0
@@ -122,7 +122,7 @@ def _points(
     seed: int,
 ) -> list[Point]:
     """Return what each budget buys for one target."""
-    env = _own_env(settings)
+    env = episodes.own_env(settings)
     seeds = evaluation_seeds(draws)
 
     def share(policy: policies.Policy) -> float:
@@ -136,10 +136,7 @@ def _points(
         if name not in SEARCHES:
             pair = (_own_policy(name, sampled=sampled) for sampled in (False, True))
             return freeze(PolicySearch(*pair), env, target, budget, seed)
-        search = search_of(name, GOAL)
-        if budget == 0:
-            return freeze_unseen(search, env, target, seed)
-        return freeze(search, env, target, budget, seed)
+        return frozen_by(name, env, target, budget, GOAL, seed)
 
     points: list[Point] = []
     for budget in budgets:
@@ -149,9 +146,6 @@ def _points(
             found = chosen(budget)
             points.append(Point(target, budget, found, frozen(found.choice)))
     return points
-
-
-_own_env = cache(episodes.make_env)
 
 
 @cache
@@ -173,7 +167,7 @@ def table(found: Mapping[str, Sequence[intervals.Estimate]], budgets: Sequence[i
     """Return a table with a row for each method and a column for each budget."""
     shown = Table(
         title="Success [%] with so many physics calls a target",
-        box=SIMPLE_HEAD,
+        box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
     )
     shown.add_column("", overflow="fold")
@@ -188,8 +182,7 @@ def draw(
     path: Path, found: Mapping[str, Sequence[intervals.Estimate]], budgets: Sequence[int]
 ) -> None:
     """Write a picture of success over physics calls."""
-    figure = figure_class()(figsize=(9.0, 3.8), layout="constrained")
-    axes = figure.subplots()
+    figure, ((axes,),) = make_figure(3.8)
     places = np.arange(len(budgets))
     for k, (name, row) in enumerate(found.items()):
         value, low, high = 100 * np.array(row, dtype=float).T
@@ -200,10 +193,8 @@ def draw(
         )  # fmt: skip
     axes.set_xticks(places, [str(k) for k in budgets])
     axes.set_ylim(-3, 103)
-    axes.set_xlabel("physics calls a target", fontsize=9)
-    axes.set_ylabel("success on fresh draws [%]", fontsize=9)
-    axes.tick_params(labelsize=8)
-    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_xlabel("physics calls a target")
+    axes.set_ylabel("success on fresh draws [%]")
     axes.grid(axis="y", color=GRID, linewidth=0.8)
     figure.legend(loc="outside right upper", frameon=False, fontsize=8)
     save_figure(figure, path)
@@ -254,9 +245,9 @@ def main(
     output.mkdir(parents=True, exist_ok=True)
     write_text(output / "sample-cost.json", json.dumps(content) + "\n")
     draw(output / "sample-cost.png", found, budgets)
-    console = Console()
-    console.print(table(found, budgets))
-    console.print(f"written: {output / 'sample-cost.json'}, {output / 'sample-cost.png'}")
+    out = console.Console()
+    out.print(table(found, budgets))
+    out.print(f"written: {output / 'sample-cost.json'}, {output / 'sample-cost.png'}")
 
 
 def _budgets(text: str) -> list[int]:

@@ -16,7 +16,8 @@ import hashlib
 import logging
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache, lru_cache
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -55,10 +56,11 @@ GENERATIONS = 10_000
 """More than any budget lasts."""
 
 
+@dataclass(frozen=True)
 class MinimiserDesign:
     """The sequence of which energies are surest; its speed alone is found by trying.
 
-    Parameters
+    Attributes
     ----------
     prediction : {"free", "forward", "backward"}
         ``free``: the sequence whose target lies deepest below the next word. ``forward``,
@@ -66,8 +68,7 @@ class MinimiserDesign:
         with the largest least distance between the wanted letter and the next.
     """
 
-    def __init__(self, prediction: Prediction) -> None:
-        self._prediction: Prediction = prediction
+    prediction: Prediction
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return the design at a usual speed."""
@@ -84,7 +85,7 @@ class MinimiserDesign:
 
     def _sequence(self, env: FoldEnv[Any], target: str) -> tuple[str, ...]:
         # Frozen models are hashable.
-        return energy_design(env.scene, target, self._prediction)  # pyright: ignore[reportArgumentType]
+        return energy_design(env.scene, target, self.prediction)  # pyright: ignore[reportArgumentType]
 
 
 @lru_cache(maxsize=512)
@@ -159,6 +160,7 @@ def _margin(lattice: LatticeFeed, poles: Floats, wanted: Ints, others: Sequence[
     return min(energies, default=np.inf) - lattice.energy_of(wanted, poles)
 
 
+@dataclass(frozen=True)
 class RobustSearch:
     """The design room's search (`magfold_env.designer`) on perturbed runs of the environment.
 
@@ -166,14 +168,13 @@ class RobustSearch:
     chains are long, are raced on releases at one speed after another until one does; if none will,
     the cross-entropy method goes on from the best.
 
-    Parameters
+    Attributes
     ----------
     goal : float
         Share of successes of 40 calls that is enough.
     """
 
-    def __init__(self, goal: float) -> None:
-        self._goal = goal
+    goal: float
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return the best sequence by energy at a usual speed."""
@@ -193,12 +194,12 @@ class RobustSearch:
                 for each in sequences
             ]
             standings = trials.race(choices, calls)
-            if standings[0].rate >= self._goal:
+            if standings[0].rate >= self.goal:
                 return
         groups = annealing.stable_groups(calls.target)[1] if task.search == "annealing" else None
         trials.cross_entropy(
             calls, 4 * task.scene.n, designer.SPEEDS, rng, calls.budget,
-            goal=self._goal, first=standings[0].choice, groups=groups,
+            goal=self.goal, first=standings[0].choice, groups=groups,
         )  # fmt: skip
 
 
@@ -216,45 +217,36 @@ def _proposed(task: designer.Task) -> list[tuple[str, ...]]:
     return designer.candidates(task, Counter(), lambda done: None)
 
 
-class CrossEntropySearch:
-    """`magfold_env.designer.trials.cross_entropy` from an even distribution.
+@dataclass(frozen=True)
+class _FromRandomChoice:
+    """A search that begins with any choice.
 
-    Parameters
+    Attributes
     ----------
     goal : float
         Share of successes of 40 calls that is enough.
     """
 
-    def __init__(self, goal: float) -> None:
-        self._goal = goal
+    goal: float
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return a random choice."""
         return physics.random_choice(env, rng)
+
+
+class CrossEntropySearch(_FromRandomChoice):
+    """`magfold_env.designer.trials.cross_entropy` from an even distribution."""
 
     def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
         """Move the distribution towards what folds."""
         env = calls.env
         trials.cross_entropy(
-            calls, 4 * env.scene.n, env.actions.speeds.tolist(), rng, calls.budget, goal=self._goal
+            calls, 4 * env.scene.n, env.actions.speeds.tolist(), rng, calls.budget, goal=self.goal
         )
 
 
-class GeneticSearch:
-    """A genetic algorithm: tournaments, uniform crossover, one gene in a chain mutated.
-
-    Parameters
-    ----------
-    goal : float
-        Share of successes of `FINAL` calls that is enough.
-    """
-
-    def __init__(self, goal: float) -> None:
-        self._goal = goal
-
-    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
-        """Return a random choice."""
-        return physics.random_choice(env, rng)
+class GeneticSearch(_FromRandomChoice):
+    """A genetic algorithm: tournaments, uniform crossover, one gene in a chain mutated."""
 
     def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
         """Breed choices; seeds NumPy's and Python's global random numbers, which PyGAD uses."""
@@ -267,7 +259,7 @@ class GeneticSearch:
         def check(search: pygad.GA) -> str | None:
             genes, _, _ = search.best_solution(search.last_generation_fitness)
             scores = calls.scores([decoded(calls.env, genes)], FINAL)
-            return "stop" if np.mean(scores == 1.0) >= self._goal else None
+            return "stop" if np.mean(scores == 1.0) >= self.goal else None
 
         pygad.GA(
             num_generations=GENERATIONS,
@@ -306,23 +298,18 @@ def _silent() -> logging.Logger:
     return logger
 
 
+@dataclass(frozen=True)
 class PolicySearch:
-    """Watches a policy, first at its best, then as it explores, and tries what it chose again.
+    """Watches a policy, first at its best, then as it explores, and tries what it chose again."""
 
-    Parameters
-    ----------
-    greedy : Policy
-        Plays what it thinks best.
-    exploring : Policy
-        Plays as in training, so that it proposes something else each time.
-    """
-
-    def __init__(self, greedy: policies.Policy, exploring: policies.Policy) -> None:
-        self._greedy, self._exploring = greedy, exploring
+    greedy: policies.Policy
+    """Plays what it thinks best."""
+    exploring: policies.Policy
+    """Plays as in training, so that it proposes something else each time."""
 
     def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
         """Watch the greedy policy, then propose or try again, call by call."""
-        proposals = [calls.watch(self._greedy, rng)]
+        proposals = [calls.watch(self.greedy, rng)]
         while True:
             known = calls.tallies()
             drawn = [
@@ -333,7 +320,7 @@ class PolicySearch:
             if drawn and max(drawn) >= new:
                 calls.again(known[int(np.argmax(drawn))].choice)
             else:
-                proposals.append(calls.watch(self._exploring, rng))
+                proposals.append(calls.watch(self.exploring, rng))
 
 
 SEARCHES: Mapping[str, Callable[[float], physics.Search]] = {
@@ -427,10 +414,14 @@ def choose(
 def _search(
     name: str, settings: EnvSettings, target: str, budget: int, goal: float, seed: int
 ) -> policies.Chosen:
-    search, env = search_of(name, goal), _own_env(settings)
+    return frozen_by(name, episodes.own_env(settings), target, budget, goal, seed)
+
+
+def frozen_by(
+    name: str, env: FoldEnv[Any], target: str, budget: int, goal: float, seed: int
+) -> policies.Chosen:
+    """Return what the search called `name` chooses for a target, see `agents.baselines.calls`."""
+    search = search_of(name, goal)
     if budget == 0:
         return physics.freeze_unseen(search, env, target, seed)
     return physics.freeze(search, env, target, budget, seed)
-
-
-_own_env: Callable[[EnvSettings], Any] = cache(episodes.make_env)

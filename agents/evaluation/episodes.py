@@ -68,6 +68,12 @@ def make_env(settings: EnvSettings) -> FoldEnv[Any]:
     return cast("FoldEnv[Any]", make_gym_env(settings.unshaped()).unwrapped)
 
 
+@cache
+def own_env(settings: EnvSettings) -> FoldEnv[Any]:
+    """Return this process's own environment for evaluation, made once."""
+    return make_env(settings)
+
+
 def warm_up(settings: EnvSettings) -> None:
     """Play an episode at random, so that the engine is compiled before anything else begins.
 
@@ -118,6 +124,7 @@ def play(
         observation, reward, terminated, _, info = env.step(actions[-1])
         total += float(reward)
     scene = env.to_scene() if info["step"] == env.scene.n else None
+    in_order = actions if env.scene.feed.direction == "forward" else actions[::-1]
     return Outcome(
         target=target,
         word=info["word"],
@@ -127,7 +134,7 @@ def play(
         score=info["score"],
         reward=total,
         joints=tuple(env.state.joint_angles.tolist()),
-        choice=None if scene is None else _choice(env, actions),
+        choice=None if scene is None else policies.OpenLoop.of_actions(env, in_order),
         scene=scene,
         built=_folds_built(env, scene, target) if built else None,
     )
@@ -169,18 +176,8 @@ def play_all(
 ) -> Iterator[Outcome]:
     """Play `episodes`, pairs of target and seed, and return their outcomes in that order.
 
-    Parameters
-    ----------
-    policy : str
-        What `agents.evaluation.policies.make_policy` understands.
-    settings : EnvSettings
-        The environment.
-    episodes : sequence of (str, int)
-        Targets and seeds.
-    pool : Executor, optional
-        Who plays, see `players`; this process by default.
-    built : bool
-        See `play`.
+    `agents.evaluation.policies.make_policy` says what `policy` may be, `players` where a pool is
+    from, and `play` what `built` means.
     """
     jobs = [(policy, settings, target, seed, built) for target, seed in episodes]
     return spread_over(pool, _play, jobs, chunksize=4)
@@ -188,19 +185,7 @@ def play_all(
 
 def _play(policy: str, settings: EnvSettings, target: str, seed: int, built: bool) -> Outcome:
     """Play one episode with this process's own policy and environment."""
-    return play(_own_policy(policy), _own_env(settings), target, seed, built=built)
-
-
-def _choice(env: FoldEnv[Any], actions: Sequence[Any]) -> policies.OpenLoop:
-    """Return what was asked for in an episode that is over."""
-    read = [env.actions.decode(action) for action in actions]
-    if env.actions.components > 1:
-        sequence, speed = read[0]
-        return policies.OpenLoop.at_one_speed(sequence, float(speed))
-    in_order = read if env.scene.feed.direction == "forward" else read[::-1]
-    return policies.OpenLoop(
-        tuple(faces for (faces,), _ in in_order), tuple(float(speed) for _, speed in in_order)
-    )
+    return play(_own_policy(policy), own_env(settings), target, seed, built=built)
 
 
 def _folds_built(env: FoldEnv[Any], scene: mf.Scene | None, target: str) -> bool | None:
@@ -214,4 +199,3 @@ def _folds_built(env: FoldEnv[Any], scene: mf.Scene | None, target: str) -> bool
 
 
 _own_policy = cache(policies.make_policy)
-_own_env = cache(make_env)

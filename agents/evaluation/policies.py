@@ -5,7 +5,7 @@ A choice is the magnets of every component and its speed; files hold those of se
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, Self
@@ -59,21 +59,11 @@ class DesignPolicy:
         baseline = env.baseline
         if baseline.sequence is None or baseline.speed is None:
             raise ValueError(f"target: {env.target!r} has no design to follow")
-        if env.actions.components > 1:
-            return env.actions.encode(baseline.sequence, baseline.speed)
-        return env.actions.encode(baseline.sequence[env.next_component], baseline.speed)
+        return OpenLoop.at_one_speed(baseline.sequence, baseline.speed).action(env)
 
 
 class TrainedPolicy:
-    """A trained policy.
-
-    Parameters
-    ----------
-    model : BaseAlgorithm
-        The model.
-    sampled : bool
-        Whether to draw actions as in training; by default the most probable one is played.
-    """
+    """A trained policy, which plays the most probable action, or draws it as in training."""
 
     def __init__(self, model: BaseAlgorithm, sampled: bool = False) -> None:
         self._model = model
@@ -166,20 +156,25 @@ class OpenLoop(NamedTuple):
         """Return the choice that feeds a whole chain at one speed [m/s]."""
         return cls(sequence, (speed,) * len(sequence))
 
+    @classmethod
+    def of_actions(cls, env: FoldEnv[Any], actions: Sequence[Any]) -> "OpenLoop":
+        """Return what is asked for by one action for all, or by one a component, 1 first."""
+        read = [env.actions.decode(action) for action in actions]
+        if env.actions.components > 1:
+            sequence, speed = read[0]
+            return cls.at_one_speed(sequence, float(speed))
+        return cls(tuple(faces for (faces,), _ in read), tuple(float(speed) for _, speed in read))
+
     def as_played(self, env: FoldEnv[Any]) -> "OpenLoop":
         """Return the choice as the actions of `env` can express it.
 
         Speeds go to the nearest level, components to the nearest of the catalogue. Where a chain
         is chosen as a whole it has one speed, that of component 1.
         """
-        table = env.actions
-        if table.components > 1:
-            sequence, speed = table.decode(table.encode(self.sequence, self.speeds[0]))
-            return OpenLoop.at_one_speed(sequence, float(speed))
-        read = [table.decode(table.encode(*each)) for each in zip(*self, strict=True)]
-        return OpenLoop(
-            tuple(faces for (faces,), _ in read), tuple(float(speed) for _, speed in read)
-        )
+        encode = env.actions.encode
+        if env.actions.components > 1:
+            return self.of_actions(env, [encode(self.sequence, self.speeds[0])])
+        return self.of_actions(env, [encode(*each) for each in zip(*self, strict=True)])
 
     def action(self, env: FoldEnv[Any]) -> Any:
         """Return the action with which the present episode of `env` goes on as chosen."""
@@ -190,13 +185,7 @@ class OpenLoop(NamedTuple):
 
 
 class FrozenPolicy:
-    """Plays a choice for each target, whatever the chain does.
-
-    Parameters
-    ----------
-    choices : mapping of str to OpenLoop
-        By target.
-    """
+    """Plays a choice for each target, whatever the chain does."""
 
     def __init__(self, choices: Mapping[str, OpenLoop]) -> None:
         self._choices = choices
@@ -296,17 +285,6 @@ def read_choices(path: Path) -> dict[str, OpenLoop]:
         If it is no such file, or damaged.
     """
     return {target: each.choice for target, each in _chosen_in(_read(path), path).items()}
-
-
-def read_key(path: Path) -> dict[str, Any]:
-    """Return what the choices in a file depend on.
-
-    Raises
-    ------
-    ValueError
-        If it is no such file, or damaged.
-    """
-    return _read(path)["key"]
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -1,9 +1,7 @@
 """The environments of a training run, and their state."""
 
 import pickle
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, cast
 
 import gymnasium
@@ -53,17 +51,7 @@ def make_env(
     gamma: float | None = None,
     curriculum: CurriculumSettings | None = None,
 ) -> gymnasium.Env[Any, Any]:
-    """Return an environment.
-
-    Parameters
-    ----------
-    settings : EnvSettings
-        Which one.
-    gamma : float, optional
-        Discount of the shaping, where there is any.
-    curriculum : CurriculumSettings, optional
-        Easier variants to begin with.
-    """
+    """Return an environment; `gamma` is the discount of its shaping, where there is any."""
     options = settings.options(gamma)
     env = gymnasium.make(settings.id, disable_env_checker=True, **options)
     if curriculum is None:
@@ -96,22 +84,16 @@ def check_envs(settings: TrainSettings) -> None:
 
 
 def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
-    """Return the environments of a phase of the run, seeded.
-
-    Parameters
-    ----------
-    settings : TrainSettings
-        The run.
-    phase : int
-        Number of the phase, from 0.
-    """
-    env = settings.phases[phase].env
+    """Return the environments of a phase of the run, numbered from 0, seeded."""
+    env, gamma = settings.phases[phase].env, settings.learner.gamma
     if _stepping(settings, env) == "native":
-        options = env.options(settings.learner.gamma)
-        envs = make_sb3_vec(env.id, settings.envs, **options)
+        envs = make_sb3_vec(env.id, settings.envs, **env.options(gamma))
     else:
-        make = partial(_resumable, env, settings.learner.gamma, settings.curriculum)
-        makers: list[Callable[[], gymnasium.Env[Any, Any]]] = [make] * settings.envs
+
+        def make() -> gymnasium.Env[Any, Any]:
+            return Resumable(make_env(env, gamma, settings.curriculum))
+
+        makers = [make] * settings.envs
         apart = settings.envs > 1 and _stepping(settings, env) == "processes"
         envs = VecMonitor(SubprocVecEnv(makers) if apart else DummyVecEnv(makers))
     # The first phase has the seed of the run, the others one that follows from it.
@@ -145,10 +127,9 @@ def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
 def envs_state(envs: VecMonitor) -> EnvsState:
     """Return where `envs` are."""
     native = _native(envs)
-    if native is not None:
-        inner = native.get_state()
-    else:
-        inner = cast("list[bytes]", envs.env_method("snapshot"))
+    inner = (
+        cast("list[bytes]", envs.env_method("snapshot")) if native is None else native.get_state()
+    )
     return EnvsState(inner, envs.episode_returns.copy(), envs.episode_lengths.copy())
 
 
@@ -168,12 +149,6 @@ def set_envs_state(envs: VecMonitor, state: EnvsState) -> None:
             envs.env_method("restore", snapshot, indices=number)
     envs.episode_returns = state.returns.copy()
     envs.episode_lengths = state.lengths.copy()
-
-
-def _resumable(
-    settings: EnvSettings, gamma: float, curriculum: CurriculumSettings | None
-) -> Resumable:
-    return Resumable(make_env(settings, gamma, curriculum))
 
 
 def _checked(key: str, settings: TrainSettings, env: EnvSettings) -> gymnasium.Env[Any, Any]:

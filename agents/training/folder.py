@@ -139,15 +139,7 @@ class RunStatus(Enum):
 
 
 class RunFolder:
-    """A folder with the files of one run.
-
-    Parameters
-    ----------
-    path : Path
-        Where; made when a run begins.
-    settings : TrainSettings
-        The run.
-    """
+    """A folder with the files of one run; made when the run begins."""
 
     def __init__(self, path: Path, settings: TrainSettings) -> None:
         self.path = path
@@ -224,13 +216,7 @@ def cut_events(folder: Path, sizes: dict[str, int]) -> None:
 
 
 class WandbWriter(KVWriter):
-    """Sends every number to a run of Weights & Biases.
-
-    Parameters
-    ----------
-    run : wandb.Run
-        The run.
-    """
+    """Sends every number to a run of Weights & Biases."""
 
     def __init__(self, run: Any) -> None:
         self._run = run
