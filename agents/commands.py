@@ -12,6 +12,10 @@ EnvChanges = Annotated[
     list[str] | None,
     typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
 ]
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Any other setting: learner.gamma=0.9."),
+]
 
 
 @contextmanager

@@ -26,19 +26,8 @@ def evaluate(
 ) -> report.Results:
     """Play every policy on every target with the same draws, none of which training sees.
 
-    Parameters
-    ----------
-    methods : sequence of Method
-        What to compare.
-    settings : EnvSettings
-        The environment.
-    draws : int
-        Episodes of each policy on each target.
-    processes : int
-        How many episodes to play at a time.
-    built : bool
-        Whether to fold every choice once more, built beforehand.
-
+    Each policy has so many `draws` on each target, so many `processes` play at a time, and every
+    choice is folded once more `built` beforehand if wanted. The runs come by the methods' names.
     """
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
@@ -70,16 +59,8 @@ def compare(
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
     Random actions and the energy minimiser's designs are compared with, the latter unless one of
-    the targets has none.
-
-    Parameters
-    ----------
-    methods : sequence of Method or Path
-        What to compare; a path stands for a checkpoint.
-    settings, draws, processes, built
-        See `evaluate`.
-    folder : Path
-        Where to; made if need be.
+    the targets has none. The path of a checkpoint stands for a method; the rest is as for
+    `evaluate`.
     """
     console = Console()
     folder.mkdir(parents=True, exist_ok=True)

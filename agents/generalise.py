@@ -15,7 +15,7 @@ import numpy as np
 import typer
 from rich import box, console, table
 
-from agents.commands import reported_errors
+from agents.commands import Assignments, reported_errors
 from agents.evaluate import evaluate
 from agents.evaluation import intervals, report
 from agents.settings import EnvSettings, TrainSettings, env_settings, load_settings
@@ -32,19 +32,14 @@ DEAL = 0
 
 @dataclass(frozen=True)
 class Fold:
-    """One fold, and how its policy did.
-
-    Attributes
-    ----------
-    held, seen : dict of float
-        Rate of success by word.
-    policy : str
-        SHA-256 of the policy's file.
-    """
+    """One fold, and how its policy did."""
 
     held: dict[str, float]
+    """Rate of success by word that was held out."""
     seen: dict[str, float]
+    """The same by word that was not."""
     policy: str
+    """SHA-256 of the policy's file."""
 
 
 def deal(words: Sequence[str], folds: int) -> list[list[str]]:
@@ -162,10 +157,7 @@ def main(
         str | None,
         typer.Option(help="Choices of agents.baselines (.json) for all words, to play beside."),
     ] = None,
-    assignments: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Any setting: env.randomisation=nominal."),
-    ] = None,
+    assignments: Assignments = None,
     processes: Annotated[int, typer.Option(min=1, help="Episodes at a time.")] = 2,
     output: Annotated[
         Path | None, typer.Option(help="Folder; runs/generalise-COMPONENTS by default.")

@@ -36,24 +36,16 @@ GOAL = 1.0
 
 @dataclass(frozen=True)
 class Point:
-    """What some calls for one target bought.
-
-    Attributes
-    ----------
-    target : str
-        The word that is wanted.
-    budget : int
-        Calls that were allowed.
-    chosen : Chosen or None
-        What was frozen; None where a policy plays as it does.
-    success : float
-        Share of the fresh draws that ended in the target.
-    """
+    """What some calls for one target bought."""
 
     target: str
+    """The word that is wanted."""
     budget: int
+    """Calls that were allowed."""
     chosen: policies.Chosen | None
+    """What was frozen; None where a policy plays as it does."""
     success: float
+    """Share of the fresh draws that ended in the target."""
 
 
 Curves = Mapping[str, Sequence[Sequence[Point]]]
@@ -70,20 +62,9 @@ def measure(
 ) -> Curves:
     """Return what physics calls buy.
 
-    Parameters
-    ----------
-    methods : sequence of Method
-        Searches by name, or checkpoints.
-    settings : EnvSettings
-        The environment.
-    budgets : sequence of int
-        Physics calls for each target.
-    draws : int
-        Fresh draws that a choice is scored on.
-    seed : int
-        Of the searches and of their calls.
-    processes : int
-        How many targets at a time.
+    Methods are searches by name, or checkpoints; `budgets` are physics calls for each target,
+    `draws` fresh ones that a choice is scored on, and `seed` is that of the searches and of their
+    calls. So many `processes` each take a target.
     """
     targets = episodes.make_env(settings).targets
     curves: dict[str, list[list[Point]]] = {}
@@ -114,12 +95,7 @@ def success(curves: Curves, budgets: Sequence[int]) -> dict[str, list[intervals.
 
 
 def _points(
-    name: str,
-    settings: EnvSettings,
-    target: str,
-    budgets: Sequence[int],
-    draws: int,
-    seed: int,
+    name: str, settings: EnvSettings, target: str, budgets: Sequence[int], draws: int, seed: int
 ) -> list[Point]:
     """Return what each budget buys for one target."""
     env = episodes.own_env(settings)
@@ -165,11 +141,8 @@ def training_calls(method: report.Method, n: int) -> list[int] | None:
 
 def table(found: Mapping[str, Sequence[intervals.Estimate]], budgets: Sequence[int]) -> Table:
     """Return a table with a row for each method and a column for each budget."""
-    shown = Table(
-        title="Success [%] with so many physics calls a target",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
+    title = "Success [%] with so many physics calls a target"
+    shown = Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     shown.add_column("", overflow="fold")
     for k in budgets:
         shown.add_column(str(k), justify="right", no_wrap=True)

@@ -81,35 +81,25 @@ ShapingOption = Annotated[
 
 
 class EnvOptions(Group, frozen=True):
-    """Options of an environment, `magfold_env.envs.tasks.options`; None is what holds without.
+    """Options of an environment; None is what holds without.
 
-    Which environment takes which option is for the environment to say.
+    `magfold_env.envs.tasks.options` says what those mean that have no words here. Which environment
+    takes which option is for the environment to say.
     """
 
     scene: str | None = None
     """Name of a shipped scene, or a path."""
     components: Annotated[int, Field(ge=2)] | None = None
-    """Chain length."""
     targets: Targets | None = None
-    """Words to draw from, or the name or path of a target suite."""
     match: Match | None = None
-    """Whether a fold must be the target, or cover its cells."""
     difficulty: Annotated[float, Field(gt=0, le=1)] | None = None
-    """Share of the targets to draw from, the easiest ones first."""
     fidelity: Fidelity | None = None
-    """Whether the chain is simulated or folds by energy alone."""
     randomisation: Randomisation | None = None
-    """Which physics is drawn at reset."""
     speeds: Annotated[int, Field(ge=2)] | None = None
-    """Number of speed levels."""
     actions: ActionKind | None = None
-    """How actions are written."""
     catalogue: tuple[str, ...] | None = None
-    """Components that can be built."""
     reward: RewardKind | None = None
-    """How an episode is rewarded at its end."""
     shaping: ShapingOption | None = None
-    """Whether every step is rewarded with its gain in similarity, or in energy."""
     baseline: bool | None = None
     """False: nothing is subtracted from the score."""
     tasks: str | None = None

@@ -15,7 +15,7 @@ largest has the call.
 import hashlib
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -30,7 +30,7 @@ from agents.evaluation import episodes, policies
 from agents.settings import EnvSettings
 from magfold_env import designer
 from magfold_env.designer import annealing, trials
-from magfold_env.envs.chains.lattice import Floats, Ints, LatticeFeed
+from magfold_env.envs.chains.lattice import Ints, LatticeFeed
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.spaces.actions import PATTERNS, SIGNS
 from magfold_env.files import physics_digest
@@ -58,30 +58,22 @@ GENERATIONS = 10_000
 
 @dataclass(frozen=True)
 class MinimiserDesign:
-    """The sequence of which energies are surest; its speed alone is found by trying.
-
-    Attributes
-    ----------
-    prediction : {"free", "forward", "backward"}
-        ``free``: the sequence whose target lies deepest below the next word. ``forward``,
-        ``backward``: the one that folds into the target joint by joint, fed from this end,
-        with the largest least distance between the wanted letter and the next.
-    """
+    """The sequence of which energies are surest; its speed alone is found by trying."""
 
     prediction: Prediction
+    """``free``: the sequence whose target lies deepest below the next word. ``forward``,
+    ``backward``: the one that folds into the target joint by joint, fed from this end, with the
+    largest least distance between the wanted letter and the next."""
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return the design at a usual speed."""
-        return policies.OpenLoop.at_one_speed(
-            self._sequence(env, target), physics.speeds_to_try(env)[0]
-        )
+        speed = physics.speeds_to_try(env)[0]
+        return policies.OpenLoop.at_one_speed(self._sequence(env, target), speed)
 
     def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
         """Race the speeds."""
-        sequence = self._sequence(calls.env, calls.target)
-        trials.race(
-            [designer.Choice(sequence, speed) for speed in physics.speeds_to_try(calls.env)], calls
-        )
+        sequence, speeds = self._sequence(calls.env, calls.target), physics.speeds_to_try(calls.env)
+        trials.race([designer.Choice(sequence, speed) for speed in speeds], calls)
 
     def _sequence(self, env: FoldEnv[Any], target: str) -> tuple[str, ...]:
         # Frozen models are hashable.
@@ -99,14 +91,12 @@ def energy_design(scene: mf.Scene, target: str, prediction: Prediction) -> tuple
 def _deepest(scene: mf.Scene, target: str) -> tuple[str, ...]:
     """Return the sequence of largest gap, proved to be for chains that are short enough."""
     every = _all_deepest(scene) if scene.n <= LONGEST_OF_ALL else {}  # pyright: ignore[reportArgumentType]
-    found = every.get(target)
-    if found is not None:
-        return found
+    if target in every:
+        return every[target]
     # No sequence has this ground state, or there are too many: what comes nearest, by annealing.
     mode = scene.feed.direction
-    return designer.design(
-        target, scene, mode, "gap", search="annealing", runs=0, workers=1
-    ).sequence
+    found = designer.design(target, scene, mode, "gap", search="annealing", runs=0, workers=1)
+    return found.sequence
 
 
 @lru_cache(maxsize=4)
@@ -145,19 +135,11 @@ def _surest(scene: mf.Scene, target: str) -> tuple[str, ...]:
             for pattern in range(len(PATTERNS)):
                 patterns = (*partial.patterns, pattern)
                 poles = SIGNS[list(patterns)] * strength[: joint + 2]
-                margin = _margin(lattice, poles, wanted, others)
+                above = min((lattice.energy_of(each, poles) for each in others), default=np.inf)
+                margin = above - lattice.energy_of(wanted, poles)
                 grown.append(_Partial(min(partial.margin, margin), patterns))
         kept = sorted(grown, key=lambda each: (-each.margin, each.patterns))[:WIDTH]
     return tuple(PATTERNS[pattern] for pattern in kept[0].patterns)[order]
-
-
-def _margin(lattice: LatticeFeed, poles: Floats, wanted: Ints, others: Sequence[Ints]) -> float:
-    """Return how far the next lowest of other shapes lies above the wanted one [J], less if below.
-
-    Shapes are quarter turns of the joints so far, and `poles` those of the components so far.
-    """
-    energies = [lattice.energy_of(turns, poles) for turns in others]
-    return min(energies, default=np.inf) - lattice.energy_of(wanted, poles)
 
 
 @dataclass(frozen=True)
@@ -167,20 +149,15 @@ class RobustSearch:
     Sequences that are good by energy, those of which the target is the only stable word where
     chains are long, are raced on releases at one speed after another until one does; if none will,
     the cross-entropy method goes on from the best.
-
-    Attributes
-    ----------
-    goal : float
-        Share of successes of 40 calls that is enough.
     """
 
     goal: float
+    """Share of successes of 40 calls that is enough."""
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return the best sequence by energy at a usual speed."""
-        return policies.OpenLoop.at_one_speed(
-            _proposed(_task(env, target, rng))[0], physics.USUAL_SPEED
-        )
+        best = _proposed(_task(env, target, rng))[0]
+        return policies.OpenLoop.at_one_speed(best, physics.USUAL_SPEED)
 
     def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
         """Race proposals at more and more speeds, then refine the best."""
@@ -219,15 +196,10 @@ def _proposed(task: designer.Task) -> list[tuple[str, ...]]:
 
 @dataclass(frozen=True)
 class _FromRandomChoice:
-    """A search that begins with any choice.
-
-    Attributes
-    ----------
-    goal : float
-        Share of successes of 40 calls that is enough.
-    """
+    """A search that begins with any choice."""
 
     goal: float
+    """Share of successes of 40 calls that is enough."""
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return a random choice."""
@@ -360,24 +332,10 @@ def choose(
 ) -> Iterator[tuple[str, policies.Chosen]]:
     """Search for a choice for every target and keep it in a file; yield each as it is known.
 
-    Targets that are in the file already are not searched for again.
-
-    Parameters
-    ----------
-    name : str
-        One of `SEARCHES`.
-    settings : EnvSettings
-        The environment.
-    path : Path
-        The file of choices; made if need be.
-    budget : int
-        Most physics calls for each target.
-    goal : float
-        Share of successes that ends a search before.
-    seed : int
-        Of the search and of its physics calls.
-    processes : int
-        How many targets to search for at a time.
+    Targets that are in the file already, which is made if need be, are not searched for again.
+    `budget` is the most physics calls for each target, `goal` the share of successes that ends a
+    search before, `seed` that of the search and of its calls; `processes` targets are searched for
+    at a time.
 
     Raises
     ------
@@ -404,9 +362,8 @@ def choose(
     jobs = [(name, settings, target, budget, goal, seed) for target in missing]
     if jobs:
         with episodes.players(processes) as pool:
-            for target, chosen in zip(
-                missing, episodes.spread_over(pool, _search, jobs), strict=True
-            ):
+            found = episodes.spread_over(pool, _search, jobs)
+            for target, chosen in zip(missing, found, strict=True):
                 file.add(target, chosen)
                 yield target, chosen
 

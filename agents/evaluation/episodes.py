@@ -23,41 +23,32 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one episode ended.
-
-    Attributes
-    ----------
-    target, word, status : str
-        The word wanted, the word reached, and how the fold ended.
-    seed : int
-        Seed of the episode's draws.
-    success : bool
-        Whether the fold is the target.
-    score, reward : float
-        The score, and the sum of the rewards: the return.
-    joints : tuple of float
-        Joint angles at the end [rad].
-    choice : OpenLoop or None
-        The components and the speeds that were asked for; None where the simulation broke down
-        before all were.
-    scene : Scene or None
-        The episode to replay; None likewise.
-    built : bool or None
-        Whether the same choice, under the same draws, folds into the target when the chain is built
-        beforehand, so that magnets act inside the tube too; None if that was not tried.
-    """
+    """How one episode ended."""
 
     target: str
+    """The word wanted."""
     word: str
+    """The word reached."""
     status: str
+    """How the fold ended."""
     seed: int
+    """Seed of the episode's draws."""
     success: bool
+    """Whether the fold is the target."""
     score: float
+    """That of the fold at the end."""
     reward: float
+    """The sum of the rewards: the return."""
     joints: tuple[float, ...] = ()
+    """Joint angles at the end [rad]."""
     choice: policies.OpenLoop | None = None
+    """The components and the speeds that were asked for; None where the simulation broke down
+    before all were."""
     scene: mf.Scene | None = None
+    """The episode to replay; None likewise."""
     built: bool | None = None
+    """Whether the same choice, under the same draws, folds into the target when the chain is built
+    beforehand, so that magnets act inside the tube too; None if that was not tried."""
 
 
 def make_env(settings: EnvSettings) -> FoldEnv[Any]:

@@ -114,20 +114,8 @@ def write_page(
 ) -> None:
     """Write the page; it needs nothing but itself.
 
-    Parameters
-    ----------
-    path : Path
-        Where to.
-    settings : EnvSettings
-        Where the methods played.
-    draws : int
-        Episodes of each run on each target.
-    summaries : mapping
-        What follows, by method.
-    pictures : mapping
-        PNG files, by what they show.
-    shown : mapping
-        Folds to play, by method.
+    `draws` are the episodes of each run on each target, `pictures` PNG files by what they show, and
+    `shown` the folds to play, by method.
     """
     pages = [replay.page for replays in shown.values() for replay in replays]
     targets = [

@@ -28,7 +28,13 @@ class Policy(Protocol):
     """Anything that chooses the next action."""
 
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
-        """Return the action for the present state of `env`; `rng` is the episode's own."""
+        """Return the action for the present state of `env`; `rng` is the episode's own.
+
+        Raises
+        ------
+        ValueError
+            If the policy has nothing for the target, or knows other observations or actions.
+        """
         ...
 
 
@@ -49,13 +55,7 @@ class DesignPolicy:
     """
 
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
-        """Return the next component of the design.
-
-        Raises
-        ------
-        ValueError
-            If the env knows no design for the target.
-        """
+        """Return the next component of the design."""
         baseline = env.baseline
         if baseline.sequence is None or baseline.speed is None:
             raise ValueError(f"target: {env.target!r} has no design to follow")
@@ -90,13 +90,7 @@ class TrainedPolicy:
         return self._model.num_timesteps
 
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
-        """Return the policy's action.
-
-        Raises
-        ------
-        ValueError
-            If the policy was trained with other observations or actions than `env` has.
-        """
+        """Return the policy's action."""
         own = (self._model.observation_space, self._model.action_space)
         if own != (env.observation_space, env.action_space):
             raise ValueError(
@@ -138,18 +132,12 @@ def make_policy(name: str) -> Policy:
 
 
 class OpenLoop(NamedTuple):
-    """What an open loop decides.
-
-    Attributes
-    ----------
-    sequence : tuple of str
-        The components, component 1 first.
-    speeds : tuple of float
-        Feed speed of each component [m/s], component 1 first.
-    """
+    """What an open loop decides."""
 
     sequence: tuple[str, ...]
+    """The components, component 1 first."""
     speeds: tuple[float, ...]
+    """Feed speed of each component [m/s], component 1 first."""
 
     @classmethod
     def at_one_speed(cls, sequence: tuple[str, ...], speed: float) -> "OpenLoop":
@@ -191,13 +179,7 @@ class FrozenPolicy:
         self._choices = choices
 
     def act(self, env: FoldEnv[Any], observation: Any, rng: object) -> Any:
-        """Return the next action of what was chosen for the target of `env`.
-
-        Raises
-        ------
-        ValueError
-            If nothing was chosen for the target.
-        """
+        """Return the next action of what was chosen for the target of `env`."""
         if env.target not in self._choices:
             raise ValueError(
                 f"target: {env.target!r} has no choice; must be one of {', '.join(self._choices)}"
@@ -207,24 +189,17 @@ class FrozenPolicy:
 
 @dataclass(frozen=True)
 class Chosen:
-    """What a search chose for one target, and what speaks for it.
-
-    Attributes
-    ----------
-    sequence, speeds
-        See `OpenLoop`.
-    calls : int
-        Physics calls that the search made.
-    successes, releases : int
-        How many calls of this choice succeeded, and how many there were: a flattering share, since
-        it was chosen for it.
-    """
+    """What a search chose for one target, and what speaks for it."""
 
     sequence: tuple[str, ...]
     speeds: tuple[float, ...]
+    """As in `OpenLoop`, both."""
     calls: int
+    """Physics calls that the search made."""
     successes: int
+    """How many calls of this choice succeeded."""
     releases: int
+    """How many calls of it there were: a flattering share, since it was chosen for it."""
 
     @property
     def choice(self) -> OpenLoop:
@@ -233,14 +208,9 @@ class Chosen:
 
 
 class ChoiceFile:
-    """Choices by target, written anew with every one that is added.
+    """Choices by target, in a JSON file that is written anew with every one that is added.
 
-    Parameters
-    ----------
-    path : Path
-        A JSON file; its folder is made if need be.
-    key : mapping
-        Everything that the choices depend on but their target, as values that JSON can hold.
+    The `key` is everything that they depend on but their target, as values that JSON can hold.
 
     Raises
     ------

@@ -41,18 +41,12 @@ not at rest when time or work ran out, or with numbers that broke down."""
 
 @dataclass(frozen=True)
 class Method:
-    """What is compared under one name.
-
-    Attributes
-    ----------
-    name : str
-        As shown.
-    policies : tuple of str
-        What `agents.evaluation.policies.make_policy` understands, one a seed.
-    """
+    """What is compared under one name."""
 
     name: str
+    """As shown."""
     policies: tuple[str, ...]
+    """What `agents.evaluation.policies.make_policy` understands, one a seed."""
 
     @classmethod
     def parse(cls, text: str) -> "Method":
@@ -157,36 +151,27 @@ def joints_in_the_way(outcomes: Sequence[episodes.Outcome]) -> dict[str, list[in
 
 @dataclass(frozen=True)
 class Summary:
-    """What the runs of one method come to.
-
-    Attributes
-    ----------
-    success, iqm : Estimate
-        Mean and interquartile mean of the rate of success over runs and targets.
-    score, reward : Estimate
-        Means of the score and of the return.
-    built : Estimate or None
-        Rate of success of the same choices when the chain is built beforehand; None if that was
-        not tried.
-    ahead : Estimate or None
-        Success above that of `REFERENCE` on the same targets; None without it, or for itself.
-    targets : dict of Share
-        By target, all runs together, with Wilson's intervals.
-    ends : dict of int
-        How many episodes came to each end.
-    joints : dict of list of int
-        How often each joint stayed open, or folded to the wrong side, in episodes that missed.
-    """
+    """What the runs of one method come to."""
 
     success: intervals.Estimate
+    """Mean rate of success over runs and targets."""
     iqm: intervals.Estimate
+    """Its interquartile mean."""
     score: intervals.Estimate
+    """Mean score."""
     reward: intervals.Estimate
+    """Mean return."""
     built: intervals.Estimate | None
+    """Rate of success of the same choices when the chain is built beforehand; None if that was not
+    tried."""
     ahead: intervals.Estimate | None
+    """Success above that of `REFERENCE` on the same targets; None without it, or for itself."""
     targets: dict[str, Share]
+    """By target, all runs together, with Wilson's intervals."""
     ends: dict[str, int]
+    """How many episodes came to each end."""
     joints: dict[str, list[int]]
+    """How often each joint stayed open, or folded to the wrong side, in episodes that missed."""
 
 
 def summarise(results: Results) -> dict[str, Summary]:

@@ -31,19 +31,14 @@ class Resumable(gymnasium.Wrapper[Any, Any, Any, Any]):
 
 @dataclass(frozen=True)
 class EnvsState:
-    """Where all environments of a run are.
-
-    Attributes
-    ----------
-    inner : list of bytes or EpisodesState
-        A snapshot of each environment, or the state of all that are stepped natively.
-    returns, lengths : array
-        Reward and steps so far of the episodes that are under way.
-    """
+    """Where all environments of a run are."""
 
     inner: list[bytes] | EpisodesState
+    """A snapshot of each environment, or the state of all that are stepped natively."""
     returns: NDArray[np.float32]
+    """Reward so far of the episodes that are under way."""
     lengths: NDArray[np.int32]
+    """Their steps so far."""
 
 
 def make_env(

@@ -46,40 +46,27 @@ _REMEDY = "give another --output, or --fresh to remove it"
 
 @dataclass
 class RunInfo:
-    """The contents of ``run.json``.
-
-    Attributes
-    ----------
-    name, algorithm : str
-        From the settings, which lie beside it in full.
-    seed : int
-        Seed of the run.
-    made : dict
-        Commit of the sources, versions, machine and time at the beginning.
-    steps : int
-        Environment steps made.
-    seconds : float
-        Time spent on them [s].
-    resumed_at : list of int
-        Steps of the checkpoints from which the run was taken up again.
-    validation : dict or None
-        Result of the last validation.
-    wandb_id : str or None
-        The run's name with Weights & Biases; None if it is not logged there.
-    finished : bool
-        Whether the training has come to its end.
-    """
+    """The contents of ``run.json``."""
 
     name: str
+    """From the settings, which lie beside it in full; so is the algorithm."""
     algorithm: str
     seed: int
+    """Seed of the run."""
     made: dict[str, str]
+    """Commit of the sources, versions, machine and time at the beginning."""
     steps: int = 0
+    """Environment steps made."""
     seconds: float = 0.0
+    """Time spent on them [s]."""
     resumed_at: list[int] = field(default_factory=list)
+    """Steps of the checkpoints from which the run was taken up again."""
     validation: dict[str, float] | None = None
+    """Result of the last validation."""
     wandb_id: str | None = None
+    """The run's name with Weights & Biases; None if it is not logged there."""
     finished: bool = False
+    """Whether the training has come to its end."""
 
     @classmethod
     def begin(cls, name: str, algorithm: str, seed: int) -> Self:

@@ -168,38 +168,28 @@ def enter(model: base_class.BaseAlgorithm, envs: vec_env.VecEnv) -> None:
 
 @dataclass
 class Progress:
-    """What decides, beside the model, how a run goes on.
-
-    Attributes
-    ----------
-    phase : int
-        Number of the phase under way, from 0.
-    phase_start : int
-        Environment steps made before it.
-    seconds : float
-        Training time [s], that of earlier processes included.
-    validated_at, saved_at : int
-        Steps at the last validation and at the last checkpoint.
-    last, best : dict or None
-        Results of the last validation of the phase, and of its best.
-    validations : int
-        Validations of the phase.
-    stale : int
-        Validations since the best one.
-    stopping : bool
-        Whether the phase ends with the next step.
-    """
+    """What decides, beside the model, how a run goes on."""
 
     phase: int = 0
+    """Number of the phase under way, from 0."""
     phase_start: int = 0
+    """Environment steps made before it."""
     seconds: float = 0.0
+    """Training time [s], that of earlier processes included."""
     validated_at: int = 0
+    """Steps at the last validation."""
     saved_at: int = 0
+    """Steps at the last checkpoint."""
     last: dict[str, float] | None = None
+    """Result of the last validation of the phase."""
     best: dict[str, float] | None = None
+    """Result of its best validation."""
     validations: int = 0
+    """Validations of the phase."""
     stale: int = 0
+    """Validations since the best one."""
     stopping: bool = False
+    """Whether the phase ends with the next step."""
 
     def note(self, result: dict[str, float], stop: StopSettings) -> bool:
         """Take in the result of a validation; return whether it is the best of the phase.
@@ -256,30 +246,20 @@ def set_random_state(state: tuple[Any, ...]) -> None:
 
 @dataclass(frozen=True)
 class RunState:
-    """What is not in the model's own file.
-
-    Attributes
-    ----------
-    progress : Progress
-        How far the run has come.
-    random : tuple
-        Random numbers of the process, as `random_state` gives them.
-    actions : gymnasium.Space
-        The space that random actions are drawn from, with its random numbers.
-    envs : EnvsState
-        Where the environments are.
-    records : dict
-        What the logger's attributes hold and has not written yet, by their name.
-    events : dict
-        Sizes of TensorBoard's files.
-    """
+    """What is not in the model's own file."""
 
     progress: Progress
+    """How far the run has come."""
     random: tuple[Any, ...]
+    """Random numbers of the process, as `random_state` gives them."""
     actions: gymnasium.Space[Any]
+    """The space that random actions are drawn from, with its random numbers."""
     envs: EnvsState
+    """Where the environments are."""
     records: dict[str, dict[str, Any]]
+    """What the logger's attributes hold and has not written yet, by their name."""
     events: dict[str, int]
+    """Sizes of TensorBoard's files."""
 
 
 def pack(

@@ -125,14 +125,7 @@ class Validation:
 class BoundaryCallback(callbacks.BaseCallback):
     """Validates and saves between rollouts, where a run can be taken up again; ends it in time.
 
-    Parameters
-    ----------
-    state : Progress
-        How far the run has come; kept up to date.
-    settings : TrainSettings
-        The run.
-    validate, save : callable
-        What to do when it is due.
+    `state` is kept up to date; `validate` and `save` are called when they are due.
     """
 
     def __init__(
@@ -273,6 +266,7 @@ class TrainingRun:
         )
         boundaries.init_callback(model)
         if model.num_timesteps < end:
+            on_policy = isinstance(model, on_policy_algorithm.OnPolicyAlgorithm)
             name = f"training {progress.phase + 1}/{len(settings.phases)}"
             with progress_bar() as bar:
                 task = bar.add_task(name, total=end - start, note="")
@@ -286,7 +280,8 @@ class TrainingRun:
                 model.learn(
                     end - model.num_timesteps,
                     callback=[callbacks.ConvertCallback(show), boundaries],
-                    log_interval=self._log_interval(model),
+                    # Off policy no more than one where the episodes of all envs end together.
+                    log_interval=1 if on_policy else max(EPISODES_PER_RECORD, settings.envs),
                     reset_num_timesteps=False,
                 )
             if not boundaries.interrupted:
@@ -308,13 +303,6 @@ class TrainingRun:
             self._model = models.make_model(settings.learner, envs, settings.seed, settings.device)
             self._model.set_logger(self._logger)
         return self._model
-
-    def _log_interval(self, model: base_class.BaseAlgorithm) -> int:
-        """Return the updates, or the episodes, from one record to the next."""
-        if isinstance(model, on_policy_algorithm.OnPolicyAlgorithm):
-            return 1
-        # No more than one record where the episodes of all environments end together.
-        return max(EPISODES_PER_RECORD, self._settings.envs)
 
     def _validate(
         self, model: base_class.BaseAlgorithm, validation: Validation, phase: Phase

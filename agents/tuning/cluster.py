@@ -63,8 +63,7 @@ def search_on_ray(
     for result in results:
         if result.config and result.metrics and result.metrics.get(ENDED):
             value = float(result.metrics[search.settings.objective])
-            folder = output / result.metrics[FOLDER]
-            found.append(Trial(folder, value, result.config))
+            found.append(Trial(output / result.metrics[FOLDER], value, result.config))
     return found
 
 

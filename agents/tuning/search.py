@@ -113,18 +113,12 @@ class TuneSettings(train_settings.Group, frozen=True):
 
 @dataclass(frozen=True)
 class Search:
-    """A search that can begin: settings that were checked, and the runs it varies.
-
-    Attributes
-    ----------
-    settings : TuneSettings
-        What is searched.
-    base : TrainSettings
-        What every trial has in common.
-    """
+    """A search that can begin: settings that were checked, and the runs it varies."""
 
     settings: TuneSettings
+    """What is searched."""
     base: train_settings.TrainSettings
+    """What every trial has in common."""
 
     @property
     def key(self) -> dict[str, Any]:
