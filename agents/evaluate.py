@@ -32,14 +32,14 @@ def evaluate(
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
     results: dict[str, list[list[episodes.Outcome]]] = {}
-    with progress_bar() as bar, episodes.players(processes) as pool:
+    with progress_bar() as bar:
         for method in methods:
             task = bar.add_task(method.name, total=len(wanted) * len(method.policies), note="")
             runs = results[method.name] = []
             played = successes = 0
             for policy in method.policies:
                 runs.append([])
-                for outcome in episodes.play_all(policy, settings, wanted, pool, built):
+                for outcome in episodes.play_all(policy, settings, wanted, processes, built):
                     runs[-1].append(outcome)
                     played += 1
                     successes += outcome.success
@@ -49,7 +49,7 @@ def evaluate(
 
 
 def compare(
-    methods: Sequence[report.Method | Path],
+    methods: Sequence[report.Method],
     settings: EnvSettings,
     draws: int,
     processes: int,
@@ -59,16 +59,11 @@ def compare(
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
     Random actions and the energy minimiser's designs are compared with, the latter unless one of
-    the targets has none. The path of a checkpoint stands for a method; the rest is as for
-    `evaluate`.
+    the targets has none. The rest is as for `evaluate`.
     """
     console = Console()
     folder.mkdir(parents=True, exist_ok=True)
-    given = [
-        each if isinstance(each, report.Method) else report.Method.parse(str(each))
-        for each in methods
-    ]
-    every = [*_usual(given, settings, console), *given]
+    every = [*_usual(methods, settings, console), *methods]
     results = evaluate(every, settings, draws, processes, built)
     summaries = report.summarise(results)
     console.print(report.targets_table(summaries), report.overall_table(summaries))

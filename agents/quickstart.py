@@ -7,6 +7,7 @@ import joblib
 import typer
 
 from agents.evaluate import compare
+from agents.evaluation.report import Method
 from agents.settings import env_settings, load_settings
 from agents.training import folder, run
 
@@ -22,7 +23,8 @@ def main(
     """Train a policy briefly and compare it with random actions and the energy minimiser."""
     settings = load_settings(CONFIG, minutes=minutes)
     policy = run.train(settings, output, folder.Resume.NEVER)
-    compare([policy], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
+    method = Method.parse(str(policy))
+    compare([method], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
 
 
 if __name__ == "__main__":

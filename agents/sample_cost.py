@@ -68,14 +68,14 @@ def measure(
     """
     targets = episodes.make_env(settings).targets
     curves: dict[str, list[list[Point]]] = {}
-    with progress_bar() as bar, episodes.players(processes) as pool:
+    with progress_bar() as bar:
         for method in methods:
             task = bar.add_task(method.name, total=len(targets) * len(method.policies), note="")
             curves[method.name] = []
             for policy in method.policies:
                 jobs = [(policy, settings, word, tuple(budgets), draws, seed) for word in targets]
                 points: list[Point] = []
-                for each in episodes.spread_over(pool, _points, jobs):
+                for each in episodes.spread_over(processes, _points, jobs):
                     points += each
                     bar.update(task, advance=1)
                 curves[method.name].append(points)
@@ -97,7 +97,10 @@ def success(curves: Curves, budgets: Sequence[int]) -> dict[str, list[intervals.
 def _points(
     name: str, settings: EnvSettings, target: str, budgets: Sequence[int], draws: int, seed: int
 ) -> list[Point]:
-    """Return what each budget buys for one target."""
+    """Return what each budget buys for one target.
+
+    Processes are sent it by value, being of the main module; so what they keep is kept elsewhere.
+    """
     env = episodes.own_env(settings)
     seeds = evaluation_seeds(draws)
 
@@ -110,23 +113,18 @@ def _points(
 
     def chosen(budget: int) -> policies.Chosen:
         if name not in SEARCHES:
-            pair = (_own_policy(name, sampled=sampled) for sampled in (False, True))
+            pair = (episodes.own_trained(name, sampled) for sampled in (False, True))
             return freeze(PolicySearch(*pair), env, target, budget, seed)
         return frozen_by(name, env, target, budget, GOAL, seed)
 
     points: list[Point] = []
     for budget in budgets:
         if budget == 0 and name not in SEARCHES:
-            points.append(Point(target, budget, None, share(_own_policy(name, sampled=False))))
+            points.append(Point(target, budget, None, share(episodes.own_trained(name, False))))
         else:
             found = chosen(budget)
             points.append(Point(target, budget, found, frozen(found.choice)))
     return points
-
-
-@cache
-def _own_policy(path: str, sampled: bool) -> policies.TrainedPolicy:
-    return policies.TrainedPolicy.load(path, sampled)
 
 
 def training_calls(method: report.Method, n: int) -> list[int] | None:

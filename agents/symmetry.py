@@ -153,19 +153,16 @@ class _TurnedBack(nn.Module):
         super().__init__()
         self.layer = layer
         rest = len(actions.SIGNS) + np.arange(other_choices)
-        orders = [np.append(each, rest) for each in _patterns_seen()]
+        # The number under which each is seen: as it is, exchanged, mirrored, both.
+        signs, mirrored = actions.SIGNS, actions.SIGNS[:, ::-1]
+        views = [np.argmax(view @ signs.T, axis=1) for view in (signs, -signs, mirrored, -mirrored)]
+        orders = [np.append(each, rest) for each in views]
         self.register_buffer("_patterns", torch.from_numpy(np.array(orders)), persistent=False)
 
     def forward(self, latent: torch.Tensor) -> torch.Tensor:
         views = latent[:, -VIEWS:].round().long()
         logits = self.layer(latent[:, :-VIEWS])
         return logits.gather(1, self._patterns[2 * views[:, 0] + views[:, 1]])
-
-
-def _patterns_seen() -> list[NDArray[np.int64]]:
-    """Return the number under which each pattern is seen: as it is, exchanged, mirrored, both."""
-    views = (actions.SIGNS, -actions.SIGNS, actions.SIGNS[:, ::-1], -actions.SIGNS[:, ::-1])
-    return [np.argmax(view @ actions.SIGNS.T, axis=1) for view in views]
 
 
 class Symmetric(policies.BasePolicy):

@@ -360,12 +360,10 @@ def choose(
     yield from ((target, file.chosen[target]) for target in env.targets if target in file.chosen)
     missing = [target for target in env.targets if target not in file.chosen]
     jobs = [(name, settings, target, budget, goal, seed) for target in missing]
-    if jobs:
-        with episodes.players(processes) as pool:
-            found = episodes.spread_over(pool, _search, jobs)
-            for target, chosen in zip(missing, found, strict=True):
-                file.add(target, chosen)
-                yield target, chosen
+    found = episodes.spread_over(processes, _search, jobs)
+    for target, chosen in zip(missing, found, strict=True):
+        file.add(target, chosen)
+        yield target, chosen
 
 
 def _search(

@@ -1,14 +1,12 @@
 """Playing evaluation episodes, on several processes if wanted."""
 
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
-from multiprocessing import get_context
 from typing import Any, TypeVar, cast
 from zlib import crc32
 
+import joblib
 import numpy as np
 
 import magfold_env as mf
@@ -65,6 +63,12 @@ def own_env(settings: EnvSettings) -> FoldEnv[Any]:
     return make_env(settings)
 
 
+@cache
+def own_trained(path: str, sampled: bool) -> policies.TrainedPolicy:
+    """Return this process's own copy of a trained policy, loaded once."""
+    return policies.TrainedPolicy.load(path, sampled)
+
+
 def warm_up(settings: EnvSettings) -> None:
     """Play an episode at random, so that the engine is compiled before anything else begins.
 
@@ -88,22 +92,10 @@ def play(
     rng: np.random.Generator | None = None,
     built: bool = False,
 ) -> Outcome:
-    """Play one episode.
+    """Play one episode, whose draws follow from `seed`.
 
-    Parameters
-    ----------
-    policy : Policy
-        Who plays.
-    env : FoldEnv
-        Where.
-    target : str
-        The word that is wanted.
-    seed : int
-        Of the episode's draws.
-    rng : numpy.random.Generator, optional
-        Of the policy's own draws; by default they follow from `seed` and `target`.
-    built : bool
-        Whether to fold the same choice once more, built beforehand.
+    The policy's own draws are from `rng`; by default they follow from `seed` and `target`. If
+    `built`, the same choice is folded once more, built beforehand.
     """
     key = (1, crc32(target.encode()))
     rng = rng or np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
@@ -131,47 +123,31 @@ def play(
     )
 
 
-@contextmanager
-def players(processes: int) -> Generator[Executor | None]:
-    """Offer processes that play episodes, kept from one policy to the next; None for 1."""
-    if processes == 1:
-        yield None
-        return
-    # Forking a process whose compiled kernels run threads is not safe.
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        yield pool
-
-
 def spread_over(
-    pool: Executor | None,
-    function: Callable[..., Result],
-    jobs: Sequence[tuple[Any, ...]],
-    chunksize: int = 1,
+    processes: int, function: Callable[..., Result], jobs: Iterable[tuple[Any, ...]]
 ) -> Iterator[Result]:
     """Yield what a function returns for each of some arguments, in their order.
 
-    The processes of `pool` share the work, see `players`; without any this process does it.
+    So many processes share the work; they are kept for what comes next. This one does it for 1.
     """
-    columns = zip(*jobs, strict=True)
-    if pool is None:
-        return map(function, *columns)
-    return pool.map(function, *columns, chunksize=chunksize)
+    parallel: Any = joblib.Parallel(processes, return_as="generator")
+    yield from parallel(joblib.delayed(function)(*job) for job in jobs)
 
 
 def play_all(
     policy: str,
     settings: EnvSettings,
     episodes: Sequence[tuple[str, int]],
-    pool: Executor | None = None,
+    processes: int = 1,
     built: bool = False,
 ) -> Iterator[Outcome]:
     """Play `episodes`, pairs of target and seed, and return their outcomes in that order.
 
-    `agents.evaluation.policies.make_policy` says what `policy` may be, `players` where a pool is
-    from, and `play` what `built` means.
+    `agents.evaluation.policies.make_policy` says what `policy` may be, and `play` what `built`
+    means.
     """
-    jobs = [(policy, settings, target, seed, built) for target, seed in episodes]
-    return spread_over(pool, _play, jobs, chunksize=4)
+    jobs = ((policy, settings, target, seed, built) for target, seed in episodes)
+    return spread_over(processes, _play, jobs)
 
 
 def _play(policy: str, settings: EnvSettings, target: str, seed: int, built: bool) -> Outcome:

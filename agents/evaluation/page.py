@@ -58,17 +58,17 @@ def replays(results: report.Results, count: int) -> dict[str, list[Replay]]:
     words = spread(report.targets_of(results), count)
     return {
         name: [
-            Replay(outcome, page(page_data(recording(fold))))
+            Replay(outcome, page(page_data(recording(recorded(outcome)))))
             for outcome in _shown(runs, words)
-            if (fold := recorded(outcome)) is not None
         ]
         for name, runs in results.items()
     }
 
 
-def recorded(outcome: episodes.Outcome) -> mf.Fold | None:
-    """Return an episode simulated once more, with its motion; None if it cannot be."""
-    return None if outcome.scene is None else mf.simulate(outcome.scene, frame_rate=FRAME_RATE)
+def recorded(outcome: episodes.Outcome) -> mf.Fold:
+    """Return an episode that can be replayed simulated once more, with its motion."""
+    assert outcome.scene is not None
+    return mf.simulate(outcome.scene, frame_rate=FRAME_RATE)
 
 
 def spread(words: Sequence[str], count: int) -> list[str]:
@@ -100,7 +100,7 @@ def save_folds(path: Path, outcomes: Sequence[episodes.Outcome], count: int = 6)
     """
     words = list(dict.fromkeys(each.target for each in outcomes if each.scene is not None))
     shown = firsts(outcomes, spread(words, count))
-    folds = [fold for outcome in shown if (fold := recorded(outcome)) is not None]
+    folds = [recorded(outcome) for outcome in shown]
     save_gif(folds, path, targets=[outcome.target for outcome in shown], size=(960, 640))
 
 

@@ -72,15 +72,7 @@ class TrainedPolicy:
 
     @classmethod
     def load(cls, path: str | Path, sampled: bool = False) -> Self:
-        """Read a checkpoint that `agents.train` wrote.
-
-        Checkpoints hold pickles, which can run code: load only your own.
-
-        Raises
-        ------
-        ValueError
-            If the file is damaged, or no checkpoint of an algorithm that is known.
-        """
+        """Read a checkpoint that `agents.train` wrote, see `agents.training.models.load_model`."""
         torch.set_num_threads(1)
         return cls(load_model(path), sampled)
 
@@ -220,26 +212,20 @@ class ChoiceFile:
 
     def __init__(self, path: Path, key: Mapping[str, Any]) -> None:
         self._path, self._key = path, json.loads(json.dumps(key))
-        self._chosen: dict[str, Chosen] = {}
+        self.chosen: dict[str, Chosen] = {}
         if path.is_file():
-            content = _read(path)
+            key, self.chosen = _read(path)
             for name, value in self._key.items():
-                if (there := content["key"].get(name)) != value:
+                if (there := key.get(name)) != value:
                     raise ValueError(
                         f"{path}: was written by another search, with {name} {there!r}; "
                         f"must be {value!r}, or give another file"
                     )
-            self._chosen = _chosen_in(content, path)
-
-    @property
-    def chosen(self) -> Mapping[str, Chosen]:
-        """What was chosen so far, by target."""
-        return self._chosen
 
     def add(self, target: str, chosen: Chosen) -> None:
         """Add what was chosen for a target."""
-        self._chosen[target] = chosen
-        choices = {word: asdict(each) for word, each in self._chosen.items()}
+        self.chosen[target] = chosen
+        choices = {word: asdict(each) for word, each in self.chosen.items()}
         content: dict[str, Any] = {"format": FORMAT, "key": self._key, "choices": choices}
         content["checksum"] = _checksum(content)
         self._path.parent.mkdir(parents=True, exist_ok=True)
@@ -254,10 +240,11 @@ def read_choices(path: Path) -> dict[str, OpenLoop]:
     ValueError
         If it is no such file, or damaged.
     """
-    return {target: each.choice for target, each in _chosen_in(_read(path), path).items()}
+    return {target: each.choice for target, each in _read(path)[1].items()}
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, Chosen]]:
+    """Return what the choices in a file depend on, and the choices by target."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         checksum = content.pop("checksum")
@@ -267,20 +254,14 @@ def _read(path: Path) -> dict[str, Any]:
         whole, content = False, {}
     if not whole:
         raise ValueError(f"{path}: holds no choices of agents.baselines, or is damaged")
-    return content
-
-
-def _chosen_in(content: Mapping[str, Any], path: Path) -> dict[str, Chosen]:
     try:
-        return _CHOICES.validate_python(content.get("choices"))
+        chosen = TypeAdapter(dict[str, Chosen]).validate_python(content.get("choices"))
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
         key = errors.dotted(("choices", *wrong["loc"]))
         raise ValueError(f"{path}: {Problem(key, wrong['input'], wrong['msg'])}") from None
+    return content["key"], chosen
 
 
 def _checksum(content: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-_CHOICES = TypeAdapter(dict[str, Chosen])

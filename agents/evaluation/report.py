@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
+from rich import box
 from rich.table import Table
 
 from agents.evaluation import episodes, intervals
@@ -203,7 +203,7 @@ def overall_table(summaries: Mapping[str, Summary]) -> Table:
         {column: cell.replace(" (", "\n(") for column, cell in row.items()}
         for row in overall_rows(summaries)
     ]
-    table = Table(title="In all", box=SIMPLE_HEAD, padding=(0, 1, 1, 0), show_edge=False)
+    table = Table(title="In all", box=box.SIMPLE_HEAD, padding=(0, 1, 1, 0), show_edge=False)
     first, *others = rows[0]
     table.add_column(first, overflow="fold")
     for name in others:

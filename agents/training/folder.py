@@ -166,7 +166,9 @@ class RunFolder:
                 return RunStatus.BROKEN_OFF
         if resume is Resume.ALWAYS:
             raise SettingsError(f"{self.path}: there is no checkpoint to resume from")
-        self._clear()
+        earlier = [self.policy, self.best, self.state, self.path / FILE]
+        for file in (*earlier, *self.path.glob(EVENTS), *self.checkpoints.glob("policy-*.zip")):
+            file.unlink(missing_ok=True)
         self.checkpoints.mkdir(parents=True, exist_ok=True)
         save_settings(self.settings, self._settings_file)
         return RunStatus.NEW
@@ -180,12 +182,6 @@ class RunFolder:
         here = self.settings.model_dump(mode="json")
         if where := difference(there.model_dump(mode="json"), here):
             raise SettingsError(f"{self.path}: holds another run, {where}; {_REMEDY}")
-
-    def _clear(self) -> None:
-        """Remove the files of an earlier run."""
-        files = [self.policy, self.best, self.state, self.path / FILE]
-        for file in (*files, *self.path.glob(EVENTS), *self.checkpoints.glob("policy-*.zip")):
-            file.unlink(missing_ok=True)
 
 
 def event_sizes(folder: Path) -> dict[str, int]:

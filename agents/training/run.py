@@ -43,18 +43,9 @@ def train(
 ) -> Path:
     """Run the training that `settings` describe, or what is left of it; return the policy.
 
-    Parameters
-    ----------
-    settings : TrainSettings
-        The run.
-    path : Path
-        Folder of everything that the run writes; see `TrainingRun`.
-    resume : Resume
-        What to do with an earlier run in the folder.
-    wandb : bool
-        Whether to log to Weights & Biases too.
-    watch : callable, optional
-        Follows the validations; may break the run off.
+    Everything that the run writes lies in the folder `path`, see `TrainingRun`; `resume` says what
+    to do with an earlier run there. `wandb` logs to Weights & Biases too, and `watch` follows the
+    validations.
 
     Raises
     ------
@@ -182,7 +173,7 @@ class TrainingRun:
       your own runs;
     - at the end ``policy.zip``.
 
-    Parameters are as for `train`, but for `parts`: the state to go on from, if there is one.
+    It goes on from the state in `parts`, if there is one.
     """
 
     def __init__(

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
-from rich.console import Console
-from rich.table import Table
+from rich import console, table
 
 from agents import settings as train_settings
 from agents.training import envs, run
@@ -143,14 +142,9 @@ class Search:
 def load_search(path: str, assignments: Sequence[str] = (), trials: int | None = None) -> Search:
     """Read and check a search.
 
-    Parameters
-    ----------
-    path : str
-        A file, or the name of one in ``configs/tuning``, with or without its suffix.
-    assignments : sequence of str
-        Training settings that are different in all trials, such as ``learner.gamma=0.9``.
-    trials : int, optional
-        Number of trials; None leaves the file's.
+    It is the file at `path`, or that of this name in ``configs/tuning``, with or without suffix.
+    Training settings that `assignments` give, such as ``learner.gamma=0.9``, are different in all
+    trials; `trials` is their number, unless the file's holds.
 
     Raises
     ------
@@ -203,7 +197,7 @@ def run_trial(
     try:
         run.train(settings, folder, watch=watch)
     except run.DivergedError as error:
-        Console(stderr=True).print(f"{folder.name}: {error}", highlight=False)
+        console.Console(stderr=True).print(f"{folder.name}: {error}", highlight=False)
         return NOTHING
     info = RunInfo.read(folder)
     assert info is not None
@@ -213,28 +207,28 @@ def run_trial(
 
 def report_best(search: Search, trials: Sequence[Trial], output: Path) -> None:
     """Print the best trials; write the settings of the best as those of a run of its own."""
-    console = Console()
+    shown = console.Console()
     if not trials:
-        console.print("no trial has come to its end")
+        shown.print("no trial has come to its end")
         return
-    console.print(best_table(search, trials))
+    shown.print(best_table(search, trials))
     folder = max(trials, key=attrgetter("value")).folder
     best = train_settings.load_settings(folder / "settings.yaml")
     file = output / "best.yaml"
     train_settings.save_settings(
         train_settings.changed_settings(best, {"name": f"{search.settings.name}-best"}), file
     )
-    console.print(f"the best settings, for python -m agents.train: {file}", soft_wrap=True)
+    shown.print(f"the best settings, for python -m agents.train: {file}", soft_wrap=True)
 
 
-def best_table(search: Search, trials: Sequence[Trial], count: int = 10) -> Table:
+def best_table(search: Search, trials: Sequence[Trial], count: int = 10) -> table.Table:
     """Return a table of the best trials, the best first."""
     settings = search.settings
-    table = Table(title=f"{settings.name}: the best of {len(trials)} trials that ended")
+    best = table.Table(title=f"{settings.name}: the best of {len(trials)} trials that ended")
     for name in ("trial", settings.objective, *(key.split(".")[-1] for key in settings.space)):
-        table.add_column(name, overflow="fold")
+        best.add_column(name, overflow="fold")
     for trial in sorted(trials, key=attrgetter("value"), reverse=True)[:count]:
         drawn = (trial.drawn[key] for key in settings.space)
         values = (f"{each:.3g}" if isinstance(each, float) else str(each) for each in drawn)
-        table.add_row(trial.folder.name, f"{trial.value:.3f}", *values)
-    return table
+        best.add_row(trial.folder.name, f"{trial.value:.3f}", *values)
+    return best
