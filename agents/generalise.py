@@ -19,7 +19,7 @@ from agents.commands import Assignments, reported_errors
 from agents.evaluate import evaluate
 from agents.evaluation import intervals, report
 from agents.settings import EnvSettings, TrainSettings, env_settings, load_settings
-from agents.training.folder import Resume, file_digest, provenance
+from agents.training.folder import file_digest, provenance
 from agents.training.run import train
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import write_text
@@ -87,7 +87,7 @@ def measure(
     found: list[Fold] = []
     words = [word for fold in folds for word in fold]
     for k, (held, each) in enumerate(zip(folds, settings, strict=True)):
-        policy = train(each, folder / f"fold-{k}", Resume.AUTO)
+        policy = train(each, folder / f"fold-{k}")
         seen = [word for word in words if word not in held]
         key = {
             "format": FORMAT,

@@ -9,7 +9,7 @@ import typer
 from agents.evaluate import compare
 from agents.evaluation.report import Method
 from agents.settings import env_settings, load_settings
-from agents.training import folder, run
+from agents.training.run import train
 
 CONFIG = "ppo-quickstart"
 """Settings of the training."""
@@ -22,7 +22,7 @@ def main(
 ) -> None:
     """Train a policy briefly and compare it with random actions and the energy minimiser."""
     settings = load_settings(CONFIG, minutes=minutes)
-    policy = run.train(settings, output, folder.Resume.NEVER)
+    policy = train(settings, output, resume=False)
     method = Method.parse(str(policy))
     compare([method], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
 

@@ -18,8 +18,7 @@ import typer
 from rich import box, console
 from rich.table import Table
 
-from agents.baselines.calls import freeze
-from agents.baselines.searches import SEARCHES, PolicySearch, frozen_by
+from agents.baselines.searches import SEARCHES, frozen_by
 from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
 from agents.evaluation import episodes, intervals, policies, report
 from agents.evaluation.page import make_figure
@@ -111,18 +110,12 @@ def _points(
     def frozen(choice: policies.OpenLoop) -> float:
         return share(policies.FrozenPolicy({target: choice}))
 
-    def chosen(budget: int) -> policies.Chosen:
-        if name not in SEARCHES:
-            pair = (episodes.own_trained(name, sampled) for sampled in (False, True))
-            return freeze(PolicySearch(*pair), env, target, budget, seed)
-        return frozen_by(name, env, target, budget, GOAL, seed)
-
     points: list[Point] = []
     for budget in budgets:
         if budget == 0 and name not in SEARCHES:
             points.append(Point(target, budget, None, share(episodes.own_trained(name, False))))
         else:
-            found = chosen(budget)
+            found = frozen_by(name, env, target, budget, GOAL, seed)
             points.append(Point(target, budget, found, frozen(found.choice)))
     return points
 

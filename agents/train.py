@@ -31,7 +31,6 @@ def main(
     wandb: Annotated[bool, typer.Option("--wandb", help="Log to Weights & Biases too.")] = False,
 ) -> None:
     """Train a policy as CONFIG says; options take precedence over the file."""
-    how = {None: folder.Resume.AUTO, True: folder.Resume.ALWAYS, False: folder.Resume.NEVER}[resume]
     with reported_errors(SettingsError, CheckpointError, run.DivergedError):
         settings = load_settings(
             config, assignments or (), timesteps=timesteps, minutes=minutes, seed=seed
@@ -39,7 +38,7 @@ def main(
         if wandb:
             folder.import_wandb()
         envs.check_envs(settings)
-        policy = run.train(settings, output or Path("runs") / settings.name, how, wandb)
+        policy = run.train(settings, output or Path("runs") / settings.name, resume, wandb)
         Console(stderr=True).print(f"policy: {policy}")
 
 

@@ -250,7 +250,8 @@ class GeneticSearch(_FromRandomChoice):
             mutation_probability=1.0 / (5 * n),
             random_seed=int(rng.integers(2**31)),
             suppress_warnings=True,
-            logger=_silent(),
+            # Silent: PyGAD would report the error that ends the search.
+            logger=logging.Logger("pygad", level=logging.CRITICAL + 1),
         ).run()
 
 
@@ -261,13 +262,6 @@ def decoded(env: FoldEnv[Any], genes: Ints) -> policies.OpenLoop:
     patterns = np.packbits(faces, axis=1)[:, 0] >> 4
     speeds = env.actions.speeds[np.asarray(genes[4 * n :], dtype=np.int64)]
     return policies.OpenLoop(tuple(PATTERNS[p] for p in patterns.tolist()), tuple(speeds.tolist()))
-
-
-def _silent() -> logging.Logger:
-    """Return a logger that says nothing: PyGAD reports the error that ends the search."""
-    logger = logging.Logger("pygad")
-    logger.addHandler(logging.NullHandler())
-    return logger
 
 
 @dataclass(frozen=True)
@@ -375,7 +369,14 @@ def _search(
 def frozen_by(
     name: str, env: FoldEnv[Any], target: str, budget: int, goal: float, seed: int
 ) -> policies.Chosen:
-    """Return what the search called `name` chooses for a target, see `agents.baselines.calls`."""
+    """Return what a search, or a trained policy that is watched, chooses for a target.
+
+    The name is one of `SEARCHES`, or the path of a checkpoint, which needs a call at least; the
+    rest is as for `choose`.
+    """
+    if name not in SEARCHES:
+        pair = (episodes.own_trained(name, sampled) for sampled in (False, True))
+        return physics.freeze(PolicySearch(*pair), env, target, budget, seed)
     search = search_of(name, goal)
     if budget == 0:
         return physics.freeze_unseen(search, env, target, seed)

@@ -98,13 +98,7 @@ def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
 
 
 def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
-    """Return how the environments of a phase are stepped together.
-
-    Raises
-    ------
-    SettingsError
-        If they cannot be stepped as the settings want it.
-    """
+    """Return how the environments of a phase are stepped together, if they can be as wanted."""
     possible = env.id != train_settings.CONTROL_ENV and settings.curriculum is None
     if settings.stepping == "native" and not possible:
         raise SettingsError(

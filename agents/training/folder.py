@@ -109,14 +109,6 @@ def file_digest(policy: str) -> str | None:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
 
-class Resume(Enum):
-    """What to do with what an earlier run has left in the folder."""
-
-    AUTO = "take up the same run if there is one; refuse another"
-    ALWAYS = "take up the run, which must be there"
-    NEVER = "remove it"
-
-
 class RunStatus(Enum):
     """How far the run in a folder has come."""
 
@@ -146,8 +138,11 @@ class RunFolder:
             "versions": versions(),
         }
 
-    def open(self, resume: Resume) -> RunStatus:
+    def open(self, resume: bool | None) -> RunStatus:
         """Return how far the run has come; make the folder ready if it is to begin.
+
+        If `resume` is True the run must be there; False removes what an earlier one has left. None
+        takes up the same run if there is one, and refuses another.
 
         Raises
         ------
@@ -157,14 +152,14 @@ class RunFolder:
         for partial in self.path.glob(".*.zip"):
             # What a kill has left of a file that was being written.
             partial.unlink()
-        if resume is not Resume.NEVER and self._settings_file.is_file():
+        if resume is not False and self._settings_file.is_file():
             self._refuse_other()
             info = RunInfo.read(self.path)
             if info is not None and info.finished and self.policy.is_file():
                 return RunStatus.FINISHED
             if self.state.is_file():
                 return RunStatus.BROKEN_OFF
-        if resume is Resume.ALWAYS:
+        if resume:
             raise SettingsError(f"{self.path}: there is no checkpoint to resume from")
         earlier = [self.policy, self.best, self.state, self.path / FILE]
         for file in (*earlier, *self.path.glob(EVENTS), *self.checkpoints.glob("policy-*.zip")):

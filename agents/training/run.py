@@ -37,15 +37,15 @@ class DivergedError(ArithmeticError):
 def train(
     settings: TrainSettings,
     path: Path,
-    resume: run_folder.Resume = run_folder.Resume.AUTO,
+    resume: bool | None = None,
     wandb: bool = False,
     watch: Watch | None = None,
 ) -> Path:
     """Run the training that `settings` describe, or what is left of it; return the policy.
 
-    Everything that the run writes lies in the folder `path`, see `TrainingRun`; `resume` says what
-    to do with an earlier run there. `wandb` logs to Weights & Biases too, and `watch` follows the
-    validations.
+    Everything that the run writes lies in the folder `path`, see `TrainingRun`; what becomes of an
+    earlier run there `resume` says, see `RunFolder.open`. `wandb` logs to Weights & Biases too, and
+    `watch` follows the validations.
 
     Raises
     ------
