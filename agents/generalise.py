@@ -98,12 +98,11 @@ def measure(
         path = folder / f"fold-{k}.json"
         known: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.exists() else {}
         if known.get("key") != key:
-            held_rates, seen_rates = (
+            rates = [
                 play(str(policy), env, some, count, processes)
                 for some, count in zip((held, seen), draws, strict=True)
-            )
-            fold = Fold(held_rates, seen_rates, str(key["policy"]))
-            known = {"key": key, "fold": asdict(fold)}
+            ]
+            known = {"key": key, "fold": asdict(Fold(*rates, policy=str(key["policy"])))}
             write_text(path, json.dumps(known, indent=1) + "\n")
         found.append(Fold(**known["fold"]))
     return found

@@ -14,7 +14,6 @@ import os
 import platform
 import sys
 from dataclasses import asdict, dataclass, field
-from enum import Enum
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
@@ -109,14 +108,6 @@ def file_digest(policy: str) -> str | None:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
 
-class RunStatus(Enum):
-    """How far the run in a folder has come."""
-
-    NEW = "to begin"
-    BROKEN_OFF = "to be taken up again"
-    FINISHED = "finished"
-
-
 class RunFolder:
     """A folder with the files of one run; made when the run begins."""
 
@@ -138,8 +129,10 @@ class RunFolder:
             "versions": versions(),
         }
 
-    def open(self, resume: bool | None) -> RunStatus:
-        """Return how far the run has come; make the folder ready if it is to begin.
+    def open(self, resume: bool | None) -> bool:
+        """Return whether anything is left to do; make the folder ready if all is.
+
+        A checkpoint lies at `state` then if the run is to be taken up again.
 
         If `resume` is True the run must be there; False removes what an earlier one has left. None
         takes up the same run if there is one, and refuses another.
@@ -156,9 +149,9 @@ class RunFolder:
             self._refuse_other()
             info = RunInfo.read(self.path)
             if info is not None and info.finished and self.policy.is_file():
-                return RunStatus.FINISHED
+                return False
             if self.state.is_file():
-                return RunStatus.BROKEN_OFF
+                return True
         if resume:
             raise SettingsError(f"{self.path}: there is no checkpoint to resume from")
         earlier = [self.policy, self.best, self.state, self.path / FILE]
@@ -166,7 +159,7 @@ class RunFolder:
             file.unlink(missing_ok=True)
         self.checkpoints.mkdir(parents=True, exist_ok=True)
         save_settings(self.settings, self._settings_file)
-        return RunStatus.NEW
+        return True
 
     def _refuse_other(self) -> None:
         """Refuse a folder whose run has other settings."""

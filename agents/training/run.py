@@ -59,12 +59,9 @@ def train(
     # The networks are small: more threads only get in the way of the simulations.
     torch.set_num_threads(1)
     folder = run_folder.RunFolder(path, settings)
-    status = folder.open(resume)
-    if status is run_folder.RunStatus.FINISHED:
+    if not folder.open(resume):
         return folder.policy
-    parts = None
-    if status is run_folder.RunStatus.BROKEN_OFF:
-        parts = models.read_archive(folder.state, folder.key)
+    parts = models.read_archive(folder.state, folder.key) if folder.state.is_file() else None
     with Console().status("preparing the engine; its first use compiles it, for up to a minute"):
         for phase in settings.phases:
             warm_up(phase.env)
