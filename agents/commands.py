@@ -12,18 +12,18 @@ EnvChanges = Annotated[
     list[str] | None,
     typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
 ]
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Any other setting: learner.gamma=0.9."),
+]
 
 
 @contextmanager
 def reported_errors(*kinds: type[Exception], extras: str = "") -> Generator[None]:
     """Tell what the user got wrong on stderr and end with exit code 1.
 
-    Parameters
-    ----------
-    *kinds : type
-        What is the user's to mend; all other errors pass.
-    extras : str
-        What to install if a module is missing; without it that error passes too.
+    The `kinds` of errors are the user's to mend, and so is a missing module if it comes with
+    `extras`, which are told then; all others pass.
     """
     try:
         yield

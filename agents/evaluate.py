@@ -13,7 +13,6 @@ from agents.settings import EnvSettings, env_settings
 from magfold_env.envs.tasks.draws import evaluation_seeds
 
 RANDOM = "random"
-FEED_CONTROL = "MagFold/FeedControl-v0"
 SHOWN = 4
 """Targets whose folds the report plays."""
 
@@ -27,35 +26,20 @@ def evaluate(
 ) -> report.Results:
     """Play every policy on every target with the same draws, none of which training sees.
 
-    Parameters
-    ----------
-    methods : sequence of Method
-        What to compare.
-    settings : EnvSettings
-        The environment.
-    draws : int
-        Episodes of each policy on each target.
-    processes : int
-        How many episodes to play at a time.
-    built : bool
-        Whether to fold every choice once more, built beforehand.
-
-    Returns
-    -------
-    dict
-        The runs of each method, by its name.
+    Each policy has so many `draws` on each target, so many `processes` play at a time, and every
+    choice is folded once more `built` beforehand if wanted. The runs come by the methods' names.
     """
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
     results: dict[str, list[list[episodes.Outcome]]] = {}
-    with progress_bar() as bar, episodes.players(processes) as pool:
+    with progress_bar() as bar:
         for method in methods:
             task = bar.add_task(method.name, total=len(wanted) * len(method.policies), note="")
             runs = results[method.name] = []
             played = successes = 0
             for policy in method.policies:
                 runs.append([])
-                for outcome in episodes.play_all(policy, settings, wanted, pool, built):
+                for outcome in episodes.play_all(policy, settings, wanted, processes, built):
                     runs[-1].append(outcome)
                     played += 1
                     successes += outcome.success
@@ -65,7 +49,7 @@ def evaluate(
 
 
 def compare(
-    methods: Sequence[report.Method | Path],
+    methods: Sequence[report.Method],
     settings: EnvSettings,
     draws: int,
     processes: int,
@@ -75,24 +59,11 @@ def compare(
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
     Random actions and the energy minimiser's designs are compared with, the latter unless one of
-    the targets has none.
-
-    Parameters
-    ----------
-    methods : sequence of Method or Path
-        What to compare; a path stands for a checkpoint.
-    settings, draws, processes, built
-        See `evaluate`.
-    folder : Path
-        Where to; made if need be.
+    the targets has none. The rest is as for `evaluate`.
     """
     console = Console()
     folder.mkdir(parents=True, exist_ok=True)
-    given = [
-        each if isinstance(each, report.Method) else report.Method.parse(str(each))
-        for each in methods
-    ]
-    every = [*_usual(given, settings, console), *given]
+    every = [*_usual(methods, settings, console), *methods]
     results = evaluate(every, settings, draws, processes, built)
     summaries = report.summarise(results)
     console.print(report.targets_table(summaries), report.overall_table(summaries))

@@ -13,18 +13,16 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich import box, console
-from rich.table import Table
+from rich import box, console, table
 
-from agents.commands import reported_errors
+from agents.commands import Assignments, reported_errors
 from agents.evaluate import evaluate
 from agents.evaluation import intervals, report
 from agents.settings import EnvSettings, TrainSettings, env_settings, load_settings
-from agents.training.folder import Resume, file_digest, provenance
+from agents.training.folder import file_digest, provenance
 from agents.training.run import train
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import write_text
-from magfold_env.scene import SceneError
 from magfold_env.shapes import folded_words, mirror
 
 FORMAT = "magfold_env generalisation 1"
@@ -34,19 +32,14 @@ DEAL = 0
 
 @dataclass(frozen=True)
 class Fold:
-    """One fold, and how its policy did.
-
-    Attributes
-    ----------
-    held, seen : dict of float
-        Rate of success by word.
-    policy : str
-        SHA-256 of the policy's file.
-    """
+    """One fold, and how its policy did."""
 
     held: dict[str, float]
+    """Rate of success by word that was held out."""
     seen: dict[str, float]
+    """The same by word that was not."""
     policy: str
+    """SHA-256 of the policy's file."""
 
 
 def deal(words: Sequence[str], folds: int) -> list[list[str]]:
@@ -85,27 +78,16 @@ def measure(
     folder: Path,
     processes: int = 1,
 ) -> list[Fold]:
-    """Train a policy for each fold, and let it play all words.
+    """Train a policy for each fold, and let it play all words in `env`.
 
-    Parameters
-    ----------
-    settings : sequence of TrainSettings
-        The training of each fold.
-    env : EnvSettings
-        Where the policies play.
-    folds : sequence of sequences of str
-        The words of each fold.
-    draws : tuple of int
-        Episodes of each word that was held out, and of each that was seen.
-    folder : Path
-        Of the training runs, ``fold-0`` and so on, and of what each came to.
-    processes : int
-        Episodes at a time.
+    `folds` are the words of each fold and `settings` its training, `draws` the episodes of each
+    word that was held out, and of each that was seen. `folder` is that of the training runs,
+    ``fold-0`` and so on, and of what each came to.
     """
     found: list[Fold] = []
     words = [word for fold in folds for word in fold]
     for k, (held, each) in enumerate(zip(folds, settings, strict=True)):
-        policy = train(each, folder / f"fold-{k}", Resume.AUTO)
+        policy = train(each, folder / f"fold-{k}")
         seen = [word for word in words if word not in held]
         key = {
             "format": FORMAT,
@@ -116,12 +98,11 @@ def measure(
         path = folder / f"fold-{k}.json"
         known: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.exists() else {}
         if known.get("key") != key:
-            held_rates, seen_rates = (
+            rates = [
                 play(str(policy), env, some, count, processes)
                 for some, count in zip((held, seen), draws, strict=True)
-            )
-            fold = Fold(held_rates, seen_rates, str(key["policy"]))
-            known = {"key": key, "fold": asdict(fold)}
+            ]
+            known = {"key": key, "fold": asdict(Fold(*rates, policy=str(key["policy"])))}
             write_text(path, json.dumps(known, indent=1) + "\n")
         found.append(Fold(**known["fold"]))
     return found
@@ -150,18 +131,15 @@ def summary(
     return rows
 
 
-def show(rows: dict[str, intervals.Estimate], folds: int) -> Table:
+def show(rows: dict[str, intervals.Estimate], folds: int) -> table.Table:
     """Return the table of a summary."""
-    table = Table(title=f"Words held out, {folds} folds", box=box.SIMPLE_HEAD)
-    table.add_column("")
-    table.add_column("success (95 %)", justify="right")
+    shown = table.Table(title=f"Words held out, {folds} folds", box=box.SIMPLE_HEAD)
+    shown.add_column("")
+    shown.add_column("success (95 %)", justify="right")
     for name, each in rows.items():
-        text = str(each)
-        if name in ("lost", "ahead of it, held out"):
-            value, low, high = (intervals.percent(float(part), "+") for part in each)
-            text = f"{value} points ({low}…{high})"
-        table.add_row(name, text)
-    return table
+        differs = name in ("lost", "ahead of it, held out")
+        shown.add_row(name, each.points(" points") if differs else str(each))
+    return shown
 
 
 def main(
@@ -178,10 +156,7 @@ def main(
         str | None,
         typer.Option(help="Choices of agents.baselines (.json) for all words, to play beside."),
     ] = None,
-    assignments: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Any setting: env.randomisation=nominal."),
-    ] = None,
+    assignments: Assignments = None,
     processes: Annotated[int, typer.Option(min=1, help="Episodes at a time.")] = 2,
     output: Annotated[
         Path | None, typer.Option(help="Folder; runs/generalise-COMPONENTS by default.")
@@ -189,7 +164,7 @@ def main(
 ) -> None:
     """Train on all fully folded words but some, and play these."""
     folder = output or Path("runs") / f"generalise-{components}"
-    with reported_errors(ValueError, SceneError):
+    with reported_errors(ValueError):
         dealt = deal(list(folded_words(components)), folds)
         settings = [
             settings_of(config, assignments or (), components, held, fold)

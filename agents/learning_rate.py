@@ -12,21 +12,16 @@ class LearningRate:
 
     Stable-Baselines3 asks with what remains of all steps up to the end of the phase, the steps of
     earlier phases included, as a share; `start` and `end` make it a share of the phase.
-
-    Attributes
-    ----------
-    rate : float
-        The rate at the start of a phase.
-    anneal : bool
-        Whether it falls.
-    start, end : int
-        Steps made at the start of the phase, and at its end.
     """
 
     rate: float
+    """The rate at the start of a phase."""
     anneal: bool
+    """Whether it falls."""
     start: int = 0
+    """Steps made at the start of the phase."""
     end: int = 1
+    """Steps made at its end."""
 
     def __call__(self, remaining: float) -> float:
         """Return the rate where the share `remaining` of `end` is still to come."""

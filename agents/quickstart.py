@@ -7,8 +7,9 @@ import joblib
 import typer
 
 from agents.evaluate import compare
+from agents.evaluation.report import Method
 from agents.settings import env_settings, load_settings
-from agents.training import folder, run
+from agents.training.run import train
 
 CONFIG = "ppo-quickstart"
 """Settings of the training."""
@@ -21,8 +22,9 @@ def main(
 ) -> None:
     """Train a policy briefly and compare it with random actions and the energy minimiser."""
     settings = load_settings(CONFIG, minutes=minutes)
-    policy = run.train(settings, output, folder.Resume.NEVER)
-    compare([policy], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
+    policy = train(settings, output, resume=False)
+    method = Method.parse(str(policy))
+    compare([method], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
 
 
 if __name__ == "__main__":

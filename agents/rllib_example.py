@@ -25,13 +25,8 @@ def make_env(options: dict[str, Any]) -> gymnasium.Env[Any, Any]:
 def ppo_config(settings: TrainSettings, runners: int = 0) -> PPOConfig:
     """Return training settings in RLlib's words.
 
-    Parameters
-    ----------
-    settings : TrainSettings
-        For `agents.train`; of them, phases before the main one, features, validation and stops
-        are left out.
-    runners : int
-        Processes that step the environments; with 0 the one that learns does.
+    Of those for `agents.train`, phases before the main one, features, validation and stops are left
+    out. So many processes, `runners`, step the environments; with 0 the one that learns does.
 
     Raises
     ------

@@ -15,19 +15,18 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich import box, console
 from rich.table import Table
 
-from agents.baselines.calls import freeze, freeze_unseen
-from agents.baselines.searches import SEARCHES, PolicySearch, search_of
+from agents.baselines.searches import SEARCHES, frozen_by
 from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
 from agents.evaluation import episodes, intervals, policies, report
+from agents.evaluation.page import make_figure
 from agents.settings import EnvSettings, env_settings
 from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import write_text
-from magfold_env.reporting.plotting import COLOURS, GRID, figure_class, save_figure
+from magfold_env.reporting.plotting import COLOURS, GRID, save_figure
 
 CALLS = (0, 1, 3, 10, 30, 100)
 GOAL = 1.0
@@ -36,24 +35,16 @@ GOAL = 1.0
 
 @dataclass(frozen=True)
 class Point:
-    """What some calls for one target bought.
-
-    Attributes
-    ----------
-    target : str
-        The word that is wanted.
-    budget : int
-        Calls that were allowed.
-    chosen : Chosen or None
-        What was frozen; None where a policy plays as it does.
-    success : float
-        Share of the fresh draws that ended in the target.
-    """
+    """What some calls for one target bought."""
 
     target: str
+    """The word that is wanted."""
     budget: int
+    """Calls that were allowed."""
     chosen: policies.Chosen | None
+    """What was frozen; None where a policy plays as it does."""
     success: float
+    """Share of the fresh draws that ended in the target."""
 
 
 Curves = Mapping[str, Sequence[Sequence[Point]]]
@@ -70,31 +61,20 @@ def measure(
 ) -> Curves:
     """Return what physics calls buy.
 
-    Parameters
-    ----------
-    methods : sequence of Method
-        Searches by name, or checkpoints.
-    settings : EnvSettings
-        The environment.
-    budgets : sequence of int
-        Physics calls for each target.
-    draws : int
-        Fresh draws that a choice is scored on.
-    seed : int
-        Of the searches and of their calls.
-    processes : int
-        How many targets at a time.
+    Methods are searches by name, or checkpoints; `budgets` are physics calls for each target,
+    `draws` fresh ones that a choice is scored on, and `seed` is that of the searches and of their
+    calls. So many `processes` each take a target.
     """
     targets = episodes.make_env(settings).targets
     curves: dict[str, list[list[Point]]] = {}
-    with progress_bar() as bar, episodes.players(processes) as pool:
+    with progress_bar() as bar:
         for method in methods:
             task = bar.add_task(method.name, total=len(targets) * len(method.policies), note="")
             curves[method.name] = []
             for policy in method.policies:
                 jobs = [(policy, settings, word, tuple(budgets), draws, seed) for word in targets]
                 points: list[Point] = []
-                for each in episodes.spread_over(pool, _points, jobs):
+                for each in episodes.spread_over(processes, _points, jobs):
                     points += each
                     bar.update(task, advance=1)
                 curves[method.name].append(points)
@@ -114,15 +94,13 @@ def success(curves: Curves, budgets: Sequence[int]) -> dict[str, list[intervals.
 
 
 def _points(
-    name: str,
-    settings: EnvSettings,
-    target: str,
-    budgets: Sequence[int],
-    draws: int,
-    seed: int,
+    name: str, settings: EnvSettings, target: str, budgets: Sequence[int], draws: int, seed: int
 ) -> list[Point]:
-    """Return what each budget buys for one target."""
-    env = _own_env(settings)
+    """Return what each budget buys for one target.
+
+    Processes are sent it by value, being of the main module; so what they keep is kept elsewhere.
+    """
+    env = episodes.own_env(settings)
     seeds = evaluation_seeds(draws)
 
     def share(policy: policies.Policy) -> float:
@@ -132,31 +110,14 @@ def _points(
     def frozen(choice: policies.OpenLoop) -> float:
         return share(policies.FrozenPolicy({target: choice}))
 
-    def chosen(budget: int) -> policies.Chosen:
-        if name not in SEARCHES:
-            pair = (_own_policy(name, sampled=sampled) for sampled in (False, True))
-            return freeze(PolicySearch(*pair), env, target, budget, seed)
-        search = search_of(name, GOAL)
-        if budget == 0:
-            return freeze_unseen(search, env, target, seed)
-        return freeze(search, env, target, budget, seed)
-
     points: list[Point] = []
     for budget in budgets:
         if budget == 0 and name not in SEARCHES:
-            points.append(Point(target, budget, None, share(_own_policy(name, sampled=False))))
+            points.append(Point(target, budget, None, share(episodes.own_trained(name, False))))
         else:
-            found = chosen(budget)
+            found = frozen_by(name, env, target, budget, GOAL, seed)
             points.append(Point(target, budget, found, frozen(found.choice)))
     return points
-
-
-_own_env = cache(episodes.make_env)
-
-
-@cache
-def _own_policy(path: str, sampled: bool) -> policies.TrainedPolicy:
-    return policies.TrainedPolicy.load(path, sampled)
 
 
 def training_calls(method: report.Method, n: int) -> list[int] | None:
@@ -171,11 +132,8 @@ def training_calls(method: report.Method, n: int) -> list[int] | None:
 
 def table(found: Mapping[str, Sequence[intervals.Estimate]], budgets: Sequence[int]) -> Table:
     """Return a table with a row for each method and a column for each budget."""
-    shown = Table(
-        title="Success [%] with so many physics calls a target",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
+    title = "Success [%] with so many physics calls a target"
+    shown = Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     shown.add_column("", overflow="fold")
     for k in budgets:
         shown.add_column(str(k), justify="right", no_wrap=True)
@@ -188,8 +146,7 @@ def draw(
     path: Path, found: Mapping[str, Sequence[intervals.Estimate]], budgets: Sequence[int]
 ) -> None:
     """Write a picture of success over physics calls."""
-    figure = figure_class()(figsize=(9.0, 3.8), layout="constrained")
-    axes = figure.subplots()
+    figure, ((axes,),) = make_figure(3.8)
     places = np.arange(len(budgets))
     for k, (name, row) in enumerate(found.items()):
         value, low, high = 100 * np.array(row, dtype=float).T
@@ -200,10 +157,8 @@ def draw(
         )  # fmt: skip
     axes.set_xticks(places, [str(k) for k in budgets])
     axes.set_ylim(-3, 103)
-    axes.set_xlabel("physics calls a target", fontsize=9)
-    axes.set_ylabel("success on fresh draws [%]", fontsize=9)
-    axes.tick_params(labelsize=8)
-    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_xlabel("physics calls a target")
+    axes.set_ylabel("success on fresh draws [%]")
     axes.grid(axis="y", color=GRID, linewidth=0.8)
     figure.legend(loc="outside right upper", frameon=False, fontsize=8)
     save_figure(figure, path)
@@ -254,9 +209,9 @@ def main(
     output.mkdir(parents=True, exist_ok=True)
     write_text(output / "sample-cost.json", json.dumps(content) + "\n")
     draw(output / "sample-cost.png", found, budgets)
-    console = Console()
-    console.print(table(found, budgets))
-    console.print(f"written: {output / 'sample-cost.json'}, {output / 'sample-cost.png'}")
+    out = console.Console()
+    out.print(table(found, budgets))
+    out.print(f"written: {output / 'sample-cost.json'}, {output / 'sample-cost.png'}")
 
 
 def _budgets(text: str) -> list[int]:

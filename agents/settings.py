@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import pydantic
 import yaml
-from pydantic import BaseModel, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from magfold_env.envs.spaces.action_table import ActionKind
 from magfold_env.envs.tasks.goals import Match
@@ -39,14 +39,12 @@ AutoOr = Annotated[
 """A number, or ``auto`` to let the learner find it."""
 
 
-class SettingsError(ValueError):
+class SettingsError(SceneError):
     """Settings that cannot be used: one line per problem, each naming key, value and remedy."""
 
 
-class Group(BaseModel, frozen=True):
+class Group(pydantic.BaseModel, frozen=True, allow_inf_nan=False):
     """Settings that belong together; unknown keys are errors."""
-
-    model_config = pydantic.ConfigDict(allow_inf_nan=False)
 
     @model_validator(mode="before")
     @classmethod
@@ -59,6 +57,8 @@ class Group(BaseModel, frozen=True):
                 raise SceneError([Problem(str(key), given[key], allowed) for key in unknown])
         return given
 
+
+Settings = TypeVar("Settings", bound=Group)
 
 EnvId = Literal[
     "MagFold/TubeFeed-v0",
@@ -81,35 +81,25 @@ ShapingOption = Annotated[
 
 
 class EnvOptions(Group, frozen=True):
-    """Options of an environment, `magfold_env.envs.tasks.options`; None is what holds without.
+    """Options of an environment; None is what holds without.
 
-    Which environment takes which option is for the environment to say.
+    `magfold_env.envs.tasks.options` says what those mean that have no words here. Which environment
+    takes which option is for the environment to say.
     """
 
     scene: str | None = None
     """Name of a shipped scene, or a path."""
     components: Annotated[int, Field(ge=2)] | None = None
-    """Chain length."""
     targets: Targets | None = None
-    """Words to draw from, or the name or path of a target suite."""
     match: Match | None = None
-    """Whether a fold must be the target, or cover its cells."""
     difficulty: Annotated[float, Field(gt=0, le=1)] | None = None
-    """Share of the targets to draw from, the easiest ones first."""
     fidelity: Fidelity | None = None
-    """Whether the chain is simulated or folds by energy alone."""
     randomisation: Randomisation | None = None
-    """Which physics is drawn at reset."""
     speeds: Annotated[int, Field(ge=2)] | None = None
-    """Number of speed levels."""
     actions: ActionKind | None = None
-    """How actions are written."""
     catalogue: tuple[str, ...] | None = None
-    """Components that can be built."""
     reward: RewardKind | None = None
-    """How an episode is rewarded at its end."""
     shaping: ShapingOption | None = None
-    """Whether every step is rewarded with its gain in similarity, or in energy."""
     baseline: bool | None = None
     """False: nothing is subtracted from the score."""
     tasks: str | None = None
@@ -246,9 +236,8 @@ ALGORITHMS = ("ppo", "maskable-ppo", "sac", "tqc")
 
 def _branch(value: Any) -> str | None:
     """Return the tag of the learner that `value` describes; None if it names no known one."""
-    name = value.algorithm if isinstance(value, BaseModel) else None  # pyright: ignore[reportAttributeAccessIssue]
-    if isinstance(value, dict):
-        name = value.get("algorithm")
+    given = value.get("algorithm") if isinstance(value, dict) else None
+    name = getattr(value, "algorithm", given)
     return f"<{name}>" if name in ALGORITHMS else None
 
 
@@ -340,31 +329,29 @@ class TrainSettings(Group, frozen=True):
     def _fits(self) -> Self:
         """Refuse a learner that cannot take the environment."""
         problems: list[Problem] = []
+
+        def refuse(key: str, value: object, allowed: str) -> None:
+            problems.append(Problem(key, value, f"must be {allowed}"))
+
         learner, env = self.learner, self.env
         if isinstance(learner, SACSettings):
             if env.actions != "box":
-                allowed = f"must be 'box' with {learner.algorithm}"
-                problems.append(Problem("env.actions", env.actions, allowed))
+                refuse("env.actions", env.actions, f"'box' with {learner.algorithm}")
             if learner.hindsight is not None and env.id != GOAL_ENV:
-                problems.append(Problem("env.id", env.id, f"must be {GOAL_ENV!r} with hindsight"))
+                refuse("env.id", env.id, f"{GOAL_ENV!r} with hindsight")
         elif learner.algorithm == "maskable-ppo" and env.actions in ("box", "dict"):
-            allowed = "must be 'multidiscrete' or 'discrete' with maskable-ppo"
-            problems.append(Problem("env.actions", env.actions, allowed))
-        if learner.features != "chain":
-            if env.id not in (TUBE_FEED, GOAL_ENV):
-                allowed = (
-                    f"must be {TUBE_FEED!r} or {GOAL_ENV!r} with features {learner.features!r}"
-                )
-                problems.append(Problem("env.id", env.id, allowed))
-            if learner.features == "symmetric" and (
-                isinstance(learner, SACSettings) or env.actions not in (None, "multidiscrete")
-            ):
-                allowed = "must be 'chain' or 'mouth' but for PPO with actions 'multidiscrete'"
-                problems.append(Problem("learner.features", learner.features, allowed))
-            if self.curriculum is not None:
-                # Chains of other lengths are filled up, which moves their entries.
-                value, allowed = learner.features, "must be 'chain' with a curriculum"
-                problems.append(Problem("learner.features", value, allowed))
+            refuse("env.actions", env.actions, "'multidiscrete' or 'discrete' with maskable-ppo")
+        features = learner.features
+        if features != "chain" and env.id not in (TUBE_FEED, GOAL_ENV):
+            refuse("env.id", env.id, f"{TUBE_FEED!r} or {GOAL_ENV!r} with features {features!r}")
+        if features == "symmetric" and (
+            isinstance(learner, SACSettings) or env.actions not in (None, "multidiscrete")
+        ):
+            allowed = "'chain' or 'mouth' but for PPO with actions 'multidiscrete'"
+            refuse("learner.features", features, allowed)
+        if features != "chain" and self.curriculum is not None:
+            # Chains of other lengths are filled up, which moves their entries.
+            refuse("learner.features", features, "'chain' with a curriculum")
         if problems:
             raise SceneError(problems)
         return self
@@ -394,7 +381,7 @@ def load_settings(
     content |= {key: value for key, value in overrides.items() if value is not None}
     for assignment in assignments:
         put(content, *parse_assignment(assignment))
-    return _checked(content, str(file))
+    return checked(TrainSettings, content, file)
 
 
 def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
@@ -417,14 +404,7 @@ def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
 
 
 def changed_settings(settings: TrainSettings, changes: Mapping[str, Any]) -> TrainSettings:
-    """Return `settings` with other values.
-
-    Parameters
-    ----------
-    settings : TrainSettings
-        What is changed.
-    changes : mapping
-        Values by dotted key, such as ``learner.gamma``.
+    """Return `settings` with other values, by dotted key such as ``learner.gamma``.
 
     Raises
     ------
@@ -434,7 +414,7 @@ def changed_settings(settings: TrainSettings, changes: Mapping[str, Any]) -> Tra
     content = settings.model_dump(mode="json")
     for key, value in changes.items():
         put(content, key, value)
-    return _checked(content, settings.name)
+    return checked(TrainSettings, content, settings.name)
 
 
 def save_settings(settings: TrainSettings, path: Path) -> None:
@@ -442,23 +422,16 @@ def save_settings(settings: TrainSettings, path: Path) -> None:
     write_text(path, yaml.safe_dump(settings.model_dump(mode="json"), sort_keys=False))
 
 
-def _checked(content: dict[str, Any], source: str) -> TrainSettings:
-    """Return the settings that `content` holds, which comes from `source`."""
+def checked(kind: type[Settings], content: Mapping[str, Any], source: str | Path) -> Settings:
+    """Return the settings that `content` holds; it comes from `source`, which errors name."""
     try:
-        return TrainSettings.model_validate(content)
+        return kind.model_validate(content)
     except pydantic.ValidationError as error:
-        lines = [f"{source}: {problem}" for problem in errors.problems_of(error, TrainSettings)]
-        raise SettingsError("\n".join(lines)) from None
+        raise SettingsError(errors.problems_of(error, kind), str(source)) from None
 
 
 def find_config(path: str | Path, kind: str) -> Path:
-    """Return the file at `path`, or the shipped one of that name in the folder `kind`.
-
-    Raises
-    ------
-    SettingsError
-        If there is neither.
-    """
+    """Return the file at `path`, or the shipped one of that name in the folder `kind`."""
     folder = configs_dir() / kind
     for candidate in (Path(path), folder / path, folder / f"{path}.yaml"):
         if candidate.is_file():
@@ -468,13 +441,7 @@ def find_config(path: str | Path, kind: str) -> Path:
 
 
 def read_mapping(file: Path) -> dict[str, Any]:
-    """Read a YAML file that holds keys and values.
-
-    Raises
-    ------
-    SettingsError
-        If it holds anything else.
-    """
+    """Read a YAML file, which must hold keys and values."""
     try:
         content = yaml.safe_load(file.read_text(encoding="utf-8"))
     except yaml.YAMLError as error:
@@ -487,13 +454,7 @@ def read_mapping(file: Path) -> dict[str, Any]:
 
 
 def parse_assignment(assignment: str) -> tuple[str, Any]:
-    """Return the key and the value of ``key.key=value``; the value is YAML.
-
-    Raises
-    ------
-    SettingsError
-        If it is no such thing.
-    """
+    """Return the key and the value of ``key.key=value``; the value is YAML."""
     key, separator, text = assignment.partition("=")
     if not separator:
         raise SettingsError(f"{assignment!r} is not allowed; must be a key and a value, key=value")
@@ -504,13 +465,7 @@ def parse_assignment(assignment: str) -> tuple[str, Any]:
 
 
 def put(content: dict[str, Any], key: str, value: Any) -> None:
-    """Put `value` where the dotted `key` belongs in `content`.
-
-    Raises
-    ------
-    SettingsError
-        If something else than a group of settings is in its way.
-    """
+    """Put `value` where the dotted `key` belongs in `content`."""
     *groups, last = key.split(".")
     for depth, group in enumerate(groups):
         content = content.setdefault(group, {})

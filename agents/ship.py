@@ -29,14 +29,7 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
 
     The optimisers' state, most of a checkpoint, is left out.
 
-    Parameters
-    ----------
-    name : str
-        Name of the set.
-    runs : list of Path
-        Folders of finished runs that differ in nothing but the seed.
-    folder : Path
-        Where to; made if need be.
+    The set is called `name`, and the runs, finished, differ in nothing but the seed.
 
     Raises
     ------

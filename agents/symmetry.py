@@ -69,14 +69,16 @@ class FromOneSide(FromTheMouth):
         views = torch.stack((in_mirror, exchanged), dim=1).to(entries.dtype)
         return torch.cat((self.ordered(entries, step), views), dim=1)
 
+    def _place(self, step: torch.Tensor, count: int) -> torch.Tensor:
+        """Return to which of so many joints or components the feed has come, (batch,)."""
+        place = (step - 1).clamp(0, count - 1)
+        return count - 1 - place if self._backward else place
+
     def _to_the_right(self, entries: torch.Tensor, step: torch.Tensor) -> torch.Tensor:
         """Return whether the joint that folds next is to fold to the right, (batch,)."""
         joints, width = self._layout.n - 1, self.width
-        next_one = (step - 1).clamp(0, joints - 1)
-        if self._backward:
-            next_one = joints - 1 - next_one
         wanted = entries[:, : width * joints].reshape(-1, joints, width)
-        row = wanted[torch.arange(len(wanted)), next_one]
+        row = wanted[torch.arange(len(wanted)), self._place(step, joints)]
         # The letters are L, S, R; to the left angles are positive.
         return row[:, -1] > row[:, 0] if width > 1 else row[:, 0] < 0
 
@@ -87,10 +89,8 @@ class FromOneSide(FromTheMouth):
         n, start = self._layout.n, self.width * (self._layout.n - 1)
         span = self._layout.slices["magnets"]
         poles = entries[:, start + span.start : start + span.stop].reshape(-1, n, 4)
-        last = (step - 1).clamp(0, n - 1)
-        if self._backward:
-            last = n - 1 - last
-        exchanged = (poles[torch.arange(len(poles)), last] * self._faces).sum(dim=1) < 0
+        last = poles[torch.arange(len(poles)), self._place(step, n)]
+        exchanged = (last * self._faces).sum(dim=1) < 0
         signs = torch.ones_like(entries)
         signs[:, start + span.start : start + span.stop] -= 2.0 * exchanged[:, None]
         return entries * signs, exchanged
@@ -153,19 +153,16 @@ class _TurnedBack(nn.Module):
         super().__init__()
         self.layer = layer
         rest = len(actions.SIGNS) + np.arange(other_choices)
-        orders = [np.append(each, rest) for each in _patterns_seen()]
+        # The number under which each is seen: as it is, exchanged, mirrored, both.
+        signs, mirrored = actions.SIGNS, actions.SIGNS[:, ::-1]
+        views = [np.argmax(view @ signs.T, axis=1) for view in (signs, -signs, mirrored, -mirrored)]
+        orders = [np.append(each, rest) for each in views]
         self.register_buffer("_patterns", torch.from_numpy(np.array(orders)), persistent=False)
 
     def forward(self, latent: torch.Tensor) -> torch.Tensor:
         views = latent[:, -VIEWS:].round().long()
         logits = self.layer(latent[:, :-VIEWS])
         return logits.gather(1, self._patterns[2 * views[:, 0] + views[:, 1]])
-
-
-def _patterns_seen() -> list[NDArray[np.int64]]:
-    """Return the number under which each pattern is seen: as it is, exchanged, mirrored, both."""
-    views = (actions.SIGNS, -actions.SIGNS, actions.SIGNS[:, ::-1], -actions.SIGNS[:, ::-1])
-    return [np.argmax(view @ actions.SIGNS.T, axis=1) for view in views]
 
 
 class Symmetric(policies.BasePolicy):

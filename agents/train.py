@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from agents.commands import reported_errors
+from agents.commands import Assignments, reported_errors
 from agents.settings import SettingsError, load_settings
 from agents.training import envs, folder, run
 from magfold_env.checkpoint import CheckpointError
@@ -17,10 +17,7 @@ def main(
     timesteps: Annotated[int | None, typer.Option(help="Environment steps in all.")] = None,
     minutes: Annotated[float | None, typer.Option(help="Time limit.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the run.")] = None,
-    assignments: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Any other setting: learner.gamma=0.9."),
-    ] = None,
+    assignments: Assignments = None,
     output: Annotated[Path | None, typer.Option(help="Folder; runs/NAME by default.")] = None,
     resume: Annotated[
         bool | None,
@@ -34,7 +31,6 @@ def main(
     wandb: Annotated[bool, typer.Option("--wandb", help="Log to Weights & Biases too.")] = False,
 ) -> None:
     """Train a policy as CONFIG says; options take precedence over the file."""
-    how = {None: folder.Resume.AUTO, True: folder.Resume.ALWAYS, False: folder.Resume.NEVER}[resume]
     with reported_errors(SettingsError, CheckpointError, run.DivergedError):
         settings = load_settings(
             config, assignments or (), timesteps=timesteps, minutes=minutes, seed=seed
@@ -42,7 +38,7 @@ def main(
         if wandb:
             folder.import_wandb()
         envs.check_envs(settings)
-        policy = run.train(settings, output or Path("runs") / settings.name, how, wandb)
+        policy = run.train(settings, output or Path("runs") / settings.name, resume, wandb)
         Console(stderr=True).print(f"policy: {policy}")
 
 

@@ -5,17 +5,13 @@ from typing import Annotated
 
 import typer
 
-from agents.commands import reported_errors
+from agents.commands import Assignments, reported_errors
 from agents.settings import SettingsError
 from agents.tuning.search import load_search, report_best
 from magfold_env.checkpoint import CheckpointError
 
 Config = Annotated[str, typer.Argument(help="A YAML file, or a name in configs/tuning.")]
 Trials = Annotated[int | None, typer.Option(help="Trials in all.")]
-Assignments = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="A setting of all trials: learner.gamma=0.9."),
-]
 Output = Annotated[Path | None, typer.Option(help="Folder; runs/NAME by default.")]
 
 

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from agents.commands import reported_errors
+from agents.commands import Assignments, reported_errors
 from agents.settings import SettingsError
-from agents.tune import Assignments, Config, Output, Trials
+from agents.tune import Config, Output, Trials
 from agents.tuning.search import load_search, report_best
 
 

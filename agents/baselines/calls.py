@@ -47,18 +47,9 @@ class Tally(NamedTuple):
 
 
 class Calls:
-    """Plays choices for one target until the budget is spent.
+    """Plays choices for one target until the budget of calls is spent; `seed` is of their draws.
 
-    Parameters
-    ----------
-    env : FoldEnv
-        Where.
-    target : str
-        The word that is wanted.
-    budget : int
-        Most calls.
-    seed : int
-        Of the draws.
+    Whatever makes a call raises `SpentError` when none is left.
     """
 
     def __init__(self, env: FoldEnv[Any], target: str, budget: int, seed: int) -> None:
@@ -73,11 +64,6 @@ class Calls:
 
         The first call of every choice is made before the second of any, so that a small budget
         is spread over all.
-
-        Raises
-        ------
-        SpentError
-            When the budget is spent before all calls are made.
         """
         played = [self._as_played(choice) for choice in choices]
         for draw in range(draws):
@@ -87,13 +73,7 @@ class Calls:
         return np.array([self._scores[choice][:draws] for choice in played])
 
     def again(self, choice: policies.OpenLoop) -> None:
-        """Make one call more for a choice.
-
-        Raises
-        ------
-        SpentError
-            If the budget is spent.
-        """
+        """Make one call more for a choice."""
         scores = self._scores.setdefault(choice, [])
         scores.append(self._play(policies.FrozenPolicy({self.target: choice}), len(scores)).score)
 
@@ -101,11 +81,6 @@ class Calls:
         """Let a policy play under the first draws, and note what it chose; return if it succeeded.
 
         Played again, the same choice would do the same, so this is the first call of that choice.
-
-        Raises
-        ------
-        SpentError
-            If the budget is spent.
         """
         outcome = self._play(policy, 0, rng)
         if outcome.choice is not None:
@@ -153,22 +128,10 @@ class Search(Tries, Protocol):
 def freeze(
     search: Tries, env: FoldEnv[Any], target: str, budget: int, seed: int
 ) -> policies.Chosen:
-    """Return what a search chooses for a target within a budget of physics calls.
+    """Return what a search chooses for a target within a budget of physics calls, at least one.
 
-    Of the choices that were tried it is the one with the best record (`Tally.expected`).
-
-    Parameters
-    ----------
-    search : Tries
-        How to choose.
-    env : FoldEnv
-        Where choices are tried, and with which randomisation.
-    target : str
-        The word that is wanted.
-    budget : int
-        Most physics calls, at least one.
-    seed : int
-        Of the search and of its physics calls.
+    Of the choices that were tried in `env`, under its randomisation, it is the one with the best
+    record (`Tally.expected`). The seed is that of the search and of its physics calls.
     """
     calls = Calls(env, target, budget, seed)
     with suppress(SpentError):

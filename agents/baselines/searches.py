@@ -15,8 +15,9 @@ largest has the call.
 import hashlib
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache, lru_cache
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -29,7 +30,7 @@ from agents.evaluation import episodes, policies
 from agents.settings import EnvSettings
 from magfold_env import designer
 from magfold_env.designer import annealing, trials
-from magfold_env.envs.chains.lattice import Floats, Ints, LatticeFeed
+from magfold_env.envs.chains.lattice import Ints, LatticeFeed
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.spaces.actions import PATTERNS, SIGNS
 from magfold_env.files import physics_digest
@@ -55,36 +56,28 @@ GENERATIONS = 10_000
 """More than any budget lasts."""
 
 
+@dataclass(frozen=True)
 class MinimiserDesign:
-    """The sequence of which energies are surest; its speed alone is found by trying.
+    """The sequence of which energies are surest; its speed alone is found by trying."""
 
-    Parameters
-    ----------
-    prediction : {"free", "forward", "backward"}
-        ``free``: the sequence whose target lies deepest below the next word. ``forward``,
-        ``backward``: the one that folds into the target joint by joint, fed from this end,
-        with the largest least distance between the wanted letter and the next.
-    """
-
-    def __init__(self, prediction: Prediction) -> None:
-        self._prediction: Prediction = prediction
+    prediction: Prediction
+    """``free``: the sequence whose target lies deepest below the next word. ``forward``,
+    ``backward``: the one that folds into the target joint by joint, fed from this end, with the
+    largest least distance between the wanted letter and the next."""
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return the design at a usual speed."""
-        return policies.OpenLoop.at_one_speed(
-            self._sequence(env, target), physics.speeds_to_try(env)[0]
-        )
+        speed = physics.speeds_to_try(env)[0]
+        return policies.OpenLoop.at_one_speed(self._sequence(env, target), speed)
 
     def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
         """Race the speeds."""
-        sequence = self._sequence(calls.env, calls.target)
-        trials.race(
-            [designer.Choice(sequence, speed) for speed in physics.speeds_to_try(calls.env)], calls
-        )
+        sequence, speeds = self._sequence(calls.env, calls.target), physics.speeds_to_try(calls.env)
+        trials.race([designer.Choice(sequence, speed) for speed in speeds], calls)
 
     def _sequence(self, env: FoldEnv[Any], target: str) -> tuple[str, ...]:
         # Frozen models are hashable.
-        return energy_design(env.scene, target, self._prediction)  # pyright: ignore[reportArgumentType]
+        return energy_design(env.scene, target, self.prediction)  # pyright: ignore[reportArgumentType]
 
 
 @lru_cache(maxsize=512)
@@ -98,14 +91,12 @@ def energy_design(scene: mf.Scene, target: str, prediction: Prediction) -> tuple
 def _deepest(scene: mf.Scene, target: str) -> tuple[str, ...]:
     """Return the sequence of largest gap, proved to be for chains that are short enough."""
     every = _all_deepest(scene) if scene.n <= LONGEST_OF_ALL else {}  # pyright: ignore[reportArgumentType]
-    found = every.get(target)
-    if found is not None:
-        return found
+    if target in every:
+        return every[target]
     # No sequence has this ground state, or there are too many: what comes nearest, by annealing.
     mode = scene.feed.direction
-    return designer.design(
-        target, scene, mode, "gap", search="annealing", runs=0, workers=1
-    ).sequence
+    found = designer.design(target, scene, mode, "gap", search="annealing", runs=0, workers=1)
+    return found.sequence
 
 
 @lru_cache(maxsize=4)
@@ -144,42 +135,29 @@ def _surest(scene: mf.Scene, target: str) -> tuple[str, ...]:
             for pattern in range(len(PATTERNS)):
                 patterns = (*partial.patterns, pattern)
                 poles = SIGNS[list(patterns)] * strength[: joint + 2]
-                margin = _margin(lattice, poles, wanted, others)
+                above = min((lattice.energy_of(each, poles) for each in others), default=np.inf)
+                margin = above - lattice.energy_of(wanted, poles)
                 grown.append(_Partial(min(partial.margin, margin), patterns))
         kept = sorted(grown, key=lambda each: (-each.margin, each.patterns))[:WIDTH]
     return tuple(PATTERNS[pattern] for pattern in kept[0].patterns)[order]
 
 
-def _margin(lattice: LatticeFeed, poles: Floats, wanted: Ints, others: Sequence[Ints]) -> float:
-    """Return how far the next lowest of other shapes lies above the wanted one [J], less if below.
-
-    Shapes are quarter turns of the joints so far, and `poles` those of the components so far.
-    """
-    energies = [lattice.energy_of(turns, poles) for turns in others]
-    return min(energies, default=np.inf) - lattice.energy_of(wanted, poles)
-
-
+@dataclass(frozen=True)
 class RobustSearch:
     """The design room's search (`magfold_env.designer`) on perturbed runs of the environment.
 
     Sequences that are good by energy, those of which the target is the only stable word where
     chains are long, are raced on releases at one speed after another until one does; if none will,
     the cross-entropy method goes on from the best.
-
-    Parameters
-    ----------
-    goal : float
-        Share of successes of 40 calls that is enough.
     """
 
-    def __init__(self, goal: float) -> None:
-        self._goal = goal
+    goal: float
+    """Share of successes of 40 calls that is enough."""
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return the best sequence by energy at a usual speed."""
-        return policies.OpenLoop.at_one_speed(
-            _proposed(_task(env, target, rng))[0], physics.USUAL_SPEED
-        )
+        best = _proposed(_task(env, target, rng))[0]
+        return policies.OpenLoop.at_one_speed(best, physics.USUAL_SPEED)
 
     def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
         """Race proposals at more and more speeds, then refine the best."""
@@ -193,12 +171,12 @@ class RobustSearch:
                 for each in sequences
             ]
             standings = trials.race(choices, calls)
-            if standings[0].rate >= self._goal:
+            if standings[0].rate >= self.goal:
                 return
         groups = annealing.stable_groups(calls.target)[1] if task.search == "annealing" else None
         trials.cross_entropy(
             calls, 4 * task.scene.n, designer.SPEEDS, rng, calls.budget,
-            goal=self._goal, first=standings[0].choice, groups=groups,
+            goal=self.goal, first=standings[0].choice, groups=groups,
         )  # fmt: skip
 
 
@@ -216,45 +194,31 @@ def _proposed(task: designer.Task) -> list[tuple[str, ...]]:
     return designer.candidates(task, Counter(), lambda done: None)
 
 
-class CrossEntropySearch:
-    """`magfold_env.designer.trials.cross_entropy` from an even distribution.
+@dataclass(frozen=True)
+class _FromRandomChoice:
+    """A search that begins with any choice."""
 
-    Parameters
-    ----------
-    goal : float
-        Share of successes of 40 calls that is enough.
-    """
-
-    def __init__(self, goal: float) -> None:
-        self._goal = goal
+    goal: float
+    """Share of successes of 40 calls that is enough."""
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return a random choice."""
         return physics.random_choice(env, rng)
+
+
+class CrossEntropySearch(_FromRandomChoice):
+    """`magfold_env.designer.trials.cross_entropy` from an even distribution."""
 
     def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
         """Move the distribution towards what folds."""
         env = calls.env
         trials.cross_entropy(
-            calls, 4 * env.scene.n, env.actions.speeds.tolist(), rng, calls.budget, goal=self._goal
+            calls, 4 * env.scene.n, env.actions.speeds.tolist(), rng, calls.budget, goal=self.goal
         )
 
 
-class GeneticSearch:
-    """A genetic algorithm: tournaments, uniform crossover, one gene in a chain mutated.
-
-    Parameters
-    ----------
-    goal : float
-        Share of successes of `FINAL` calls that is enough.
-    """
-
-    def __init__(self, goal: float) -> None:
-        self._goal = goal
-
-    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
-        """Return a random choice."""
-        return physics.random_choice(env, rng)
+class GeneticSearch(_FromRandomChoice):
+    """A genetic algorithm: tournaments, uniform crossover, one gene in a chain mutated."""
 
     def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
         """Breed choices; seeds NumPy's and Python's global random numbers, which PyGAD uses."""
@@ -267,7 +231,7 @@ class GeneticSearch:
         def check(search: pygad.GA) -> str | None:
             genes, _, _ = search.best_solution(search.last_generation_fitness)
             scores = calls.scores([decoded(calls.env, genes)], FINAL)
-            return "stop" if np.mean(scores == 1.0) >= self._goal else None
+            return "stop" if np.mean(scores == 1.0) >= self.goal else None
 
         pygad.GA(
             num_generations=GENERATIONS,
@@ -286,7 +250,8 @@ class GeneticSearch:
             mutation_probability=1.0 / (5 * n),
             random_seed=int(rng.integers(2**31)),
             suppress_warnings=True,
-            logger=_silent(),
+            # Silent: PyGAD would report the error that ends the search.
+            logger=logging.Logger("pygad", level=logging.CRITICAL + 1),
         ).run()
 
 
@@ -299,30 +264,18 @@ def decoded(env: FoldEnv[Any], genes: Ints) -> policies.OpenLoop:
     return policies.OpenLoop(tuple(PATTERNS[p] for p in patterns.tolist()), tuple(speeds.tolist()))
 
 
-def _silent() -> logging.Logger:
-    """Return a logger that says nothing: PyGAD reports the error that ends the search."""
-    logger = logging.Logger("pygad")
-    logger.addHandler(logging.NullHandler())
-    return logger
-
-
+@dataclass(frozen=True)
 class PolicySearch:
-    """Watches a policy, first at its best, then as it explores, and tries what it chose again.
+    """Watches a policy, first at its best, then as it explores, and tries what it chose again."""
 
-    Parameters
-    ----------
-    greedy : Policy
-        Plays what it thinks best.
-    exploring : Policy
-        Plays as in training, so that it proposes something else each time.
-    """
-
-    def __init__(self, greedy: policies.Policy, exploring: policies.Policy) -> None:
-        self._greedy, self._exploring = greedy, exploring
+    greedy: policies.Policy
+    """Plays what it thinks best."""
+    exploring: policies.Policy
+    """Plays as in training, so that it proposes something else each time."""
 
     def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
         """Watch the greedy policy, then propose or try again, call by call."""
-        proposals = [calls.watch(self._greedy, rng)]
+        proposals = [calls.watch(self.greedy, rng)]
         while True:
             known = calls.tallies()
             drawn = [
@@ -333,7 +286,7 @@ class PolicySearch:
             if drawn and max(drawn) >= new:
                 calls.again(known[int(np.argmax(drawn))].choice)
             else:
-                proposals.append(calls.watch(self._exploring, rng))
+                proposals.append(calls.watch(self.exploring, rng))
 
 
 SEARCHES: Mapping[str, Callable[[float], physics.Search]] = {
@@ -373,24 +326,10 @@ def choose(
 ) -> Iterator[tuple[str, policies.Chosen]]:
     """Search for a choice for every target and keep it in a file; yield each as it is known.
 
-    Targets that are in the file already are not searched for again.
-
-    Parameters
-    ----------
-    name : str
-        One of `SEARCHES`.
-    settings : EnvSettings
-        The environment.
-    path : Path
-        The file of choices; made if need be.
-    budget : int
-        Most physics calls for each target.
-    goal : float
-        Share of successes that ends a search before.
-    seed : int
-        Of the search and of its physics calls.
-    processes : int
-        How many targets to search for at a time.
+    Targets that are in the file already, which is made if need be, are not searched for again.
+    `budget` is the most physics calls for each target, `goal` the share of successes that ends a
+    search before, `seed` that of the search and of its calls; `processes` targets are searched for
+    at a time.
 
     Raises
     ------
@@ -415,22 +354,30 @@ def choose(
     yield from ((target, file.chosen[target]) for target in env.targets if target in file.chosen)
     missing = [target for target in env.targets if target not in file.chosen]
     jobs = [(name, settings, target, budget, goal, seed) for target in missing]
-    if jobs:
-        with episodes.players(processes) as pool:
-            for target, chosen in zip(
-                missing, episodes.spread_over(pool, _search, jobs), strict=True
-            ):
-                file.add(target, chosen)
-                yield target, chosen
+    found = episodes.spread_over(processes, _search, jobs)
+    for target, chosen in zip(missing, found, strict=True):
+        file.add(target, chosen)
+        yield target, chosen
 
 
 def _search(
     name: str, settings: EnvSettings, target: str, budget: int, goal: float, seed: int
 ) -> policies.Chosen:
-    search, env = search_of(name, goal), _own_env(settings)
+    return frozen_by(name, episodes.own_env(settings), target, budget, goal, seed)
+
+
+def frozen_by(
+    name: str, env: FoldEnv[Any], target: str, budget: int, goal: float, seed: int
+) -> policies.Chosen:
+    """Return what a search, or a trained policy that is watched, chooses for a target.
+
+    The name is one of `SEARCHES`, or the path of a checkpoint, which needs a call at least; the
+    rest is as for `choose`.
+    """
+    if name not in SEARCHES:
+        pair = (episodes.own_trained(name, sampled) for sampled in (False, True))
+        return physics.freeze(PolicySearch(*pair), env, target, budget, seed)
+    search = search_of(name, goal)
     if budget == 0:
         return physics.freeze_unseen(search, env, target, seed)
     return physics.freeze(search, env, target, budget, seed)
-
-
-_own_env: Callable[[EnvSettings], Any] = cache(episodes.make_env)

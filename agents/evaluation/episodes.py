@@ -1,14 +1,12 @@
 """Playing evaluation episodes, on several processes if wanted."""
 
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
-from multiprocessing import get_context
 from typing import Any, TypeVar, cast
 from zlib import crc32
 
+import joblib
 import numpy as np
 
 import magfold_env as mf
@@ -23,41 +21,32 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one episode ended.
-
-    Attributes
-    ----------
-    target, word, status : str
-        The word wanted, the word reached, and how the fold ended.
-    seed : int
-        Seed of the episode's draws.
-    success : bool
-        Whether the fold is the target.
-    score, reward : float
-        The score, and the sum of the rewards: the return.
-    joints : tuple of float
-        Joint angles at the end [rad].
-    choice : OpenLoop or None
-        The components and the speeds that were asked for; None where the simulation broke down
-        before all were.
-    scene : Scene or None
-        The episode to replay; None likewise.
-    built : bool or None
-        Whether the same choice, under the same draws, folds into the target when the chain is built
-        beforehand, so that magnets act inside the tube too; None if that was not tried.
-    """
+    """How one episode ended."""
 
     target: str
+    """The word wanted."""
     word: str
+    """The word reached."""
     status: str
+    """How the fold ended."""
     seed: int
+    """Seed of the episode's draws."""
     success: bool
+    """Whether the fold is the target."""
     score: float
+    """That of the fold at the end."""
     reward: float
+    """The sum of the rewards: the return."""
     joints: tuple[float, ...] = ()
+    """Joint angles at the end [rad]."""
     choice: policies.OpenLoop | None = None
+    """The components and the speeds that were asked for; None where the simulation broke down
+    before all were."""
     scene: mf.Scene | None = None
+    """The episode to replay; None likewise."""
     built: bool | None = None
+    """Whether the same choice, under the same draws, folds into the target when the chain is built
+    beforehand, so that magnets act inside the tube too; None if that was not tried."""
 
 
 def make_env(settings: EnvSettings) -> FoldEnv[Any]:
@@ -66,6 +55,18 @@ def make_env(settings: EnvSettings) -> FoldEnv[Any]:
     Shaping is left out: it does not change a fold, and its rewards are not what is compared.
     """
     return cast("FoldEnv[Any]", make_gym_env(settings.unshaped()).unwrapped)
+
+
+@cache
+def own_env(settings: EnvSettings) -> FoldEnv[Any]:
+    """Return this process's own environment for evaluation, made once."""
+    return make_env(settings)
+
+
+@cache
+def own_trained(path: str, sampled: bool) -> policies.TrainedPolicy:
+    """Return this process's own copy of a trained policy, loaded once."""
+    return policies.TrainedPolicy.load(path, sampled)
 
 
 def warm_up(settings: EnvSettings) -> None:
@@ -91,22 +92,10 @@ def play(
     rng: np.random.Generator | None = None,
     built: bool = False,
 ) -> Outcome:
-    """Play one episode.
+    """Play one episode, whose draws follow from `seed`.
 
-    Parameters
-    ----------
-    policy : Policy
-        Who plays.
-    env : FoldEnv
-        Where.
-    target : str
-        The word that is wanted.
-    seed : int
-        Of the episode's draws.
-    rng : numpy.random.Generator, optional
-        Of the policy's own draws; by default they follow from `seed` and `target`.
-    built : bool
-        Whether to fold the same choice once more, built beforehand.
+    The policy's own draws are from `rng`; by default they follow from `seed` and `target`. If
+    `built`, the same choice is folded once more, built beforehand.
     """
     key = (1, crc32(target.encode()))
     rng = rng or np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
@@ -118,6 +107,7 @@ def play(
         observation, reward, terminated, _, info = env.step(actions[-1])
         total += float(reward)
     scene = env.to_scene() if info["step"] == env.scene.n else None
+    in_order = actions if env.scene.feed.direction == "forward" else actions[::-1]
     return Outcome(
         target=target,
         word=info["word"],
@@ -127,80 +117,42 @@ def play(
         score=info["score"],
         reward=total,
         joints=tuple(env.state.joint_angles.tolist()),
-        choice=None if scene is None else _choice(env, actions),
+        choice=None if scene is None else policies.OpenLoop.of_actions(env, in_order),
         scene=scene,
         built=_folds_built(env, scene, target) if built else None,
     )
 
 
-@contextmanager
-def players(processes: int) -> Generator[Executor | None]:
-    """Offer processes that play episodes, kept from one policy to the next; None for 1."""
-    if processes == 1:
-        yield None
-        return
-    # Forking a process whose compiled kernels run threads is not safe.
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        yield pool
-
-
 def spread_over(
-    pool: Executor | None,
-    function: Callable[..., Result],
-    jobs: Sequence[tuple[Any, ...]],
-    chunksize: int = 1,
+    processes: int, function: Callable[..., Result], jobs: Iterable[tuple[Any, ...]]
 ) -> Iterator[Result]:
     """Yield what a function returns for each of some arguments, in their order.
 
-    The processes of `pool` share the work, see `players`; without any this process does it.
+    So many processes share the work; they are kept for what comes next. This one does it for 1.
     """
-    columns = zip(*jobs, strict=True)
-    if pool is None:
-        return map(function, *columns)
-    return pool.map(function, *columns, chunksize=chunksize)
+    parallel: Any = joblib.Parallel(processes, return_as="generator")
+    yield from parallel(joblib.delayed(function)(*job) for job in jobs)
 
 
 def play_all(
     policy: str,
     settings: EnvSettings,
     episodes: Sequence[tuple[str, int]],
-    pool: Executor | None = None,
+    processes: int = 1,
     built: bool = False,
 ) -> Iterator[Outcome]:
     """Play `episodes`, pairs of target and seed, and return their outcomes in that order.
 
-    Parameters
-    ----------
-    policy : str
-        What `agents.evaluation.policies.make_policy` understands.
-    settings : EnvSettings
-        The environment.
-    episodes : sequence of (str, int)
-        Targets and seeds.
-    pool : Executor, optional
-        Who plays, see `players`; this process by default.
-    built : bool
-        See `play`.
+    `agents.evaluation.policies.make_policy` says what `policy` may be, and `play` what `built`
+    means.
     """
-    jobs = [(policy, settings, target, seed, built) for target, seed in episodes]
-    return spread_over(pool, _play, jobs, chunksize=4)
+    jobs = ((policy, settings, target, seed, built) for target, seed in episodes)
+    return spread_over(processes, _play, jobs)
 
 
 def _play(policy: str, settings: EnvSettings, target: str, seed: int, built: bool) -> Outcome:
     """Play one episode with this process's own policy and environment."""
-    return play(_own_policy(policy), _own_env(settings), target, seed, built=built)
-
-
-def _choice(env: FoldEnv[Any], actions: Sequence[Any]) -> policies.OpenLoop:
-    """Return what was asked for in an episode that is over."""
-    read = [env.actions.decode(action) for action in actions]
-    if env.actions.components > 1:
-        sequence, speed = read[0]
-        return policies.OpenLoop.at_one_speed(sequence, float(speed))
-    in_order = read if env.scene.feed.direction == "forward" else read[::-1]
-    return policies.OpenLoop(
-        tuple(faces for (faces,), _ in in_order), tuple(float(speed) for _, speed in in_order)
-    )
+    return play(_own_policy(policy), own_env(settings), target, seed, built=built)
 
 
 def _folds_built(env: FoldEnv[Any], scene: mf.Scene | None, target: str) -> bool | None:
@@ -214,4 +166,3 @@ def _folds_built(env: FoldEnv[Any], scene: mf.Scene | None, target: str) -> bool
 
 
 _own_policy = cache(policies.make_policy)
-_own_env = cache(make_env)

@@ -47,6 +47,11 @@ class Estimate(NamedTuple):
         value, low, high = (percent(float(each)) for each in self)
         return f"{value} % ({low}–{high})"
 
+    def points(self, unit: str = "") -> str:
+        """Return a difference of shares and its interval, in points of per cent, with signs."""
+        value, low, high = (percent(float(each), "+") for each in self)
+        return f"{value}{unit} ({low}…{high})"
+
 
 def percent(share: float, sign: str = "") -> str:
     """Return a share in per cent, to a tenth; `sign` "+" writes the sign of positive ones too."""
@@ -72,18 +77,9 @@ def profile(scores: Floats) -> Floats:
 def estimate(
     scores: Floats, targets: Sequence[str], aggregate: Aggregate = mean, seed: int = 0
 ) -> Estimate:
-    """Return an aggregate of scores with its interval.
+    """Return an aggregate of scores, shape (runs, targets), with its interval.
 
-    Parameters
-    ----------
-    scores : array, shape (runs, targets)
-        Of each run (one training seed) on each target.
-    targets : sequence of str
-        The words of the targets.
-    aggregate : callable
-        What is estimated.
-    seed : int
-        Of the resamples.
+    A run is one training seed; `targets` are words, and `seed` is that of the resamples.
     """
     rng = np.random.default_rng(seed)
     drawn = _drawn(rng, targets)
@@ -94,15 +90,7 @@ def difference(scores: Floats, others: Floats, targets: Sequence[str], seed: int
     """Return by how much the mean of some scores exceeds that of others on the same targets.
 
     It is paired: both have the same targets in every resample; their runs are drawn apart.
-
-    Parameters
-    ----------
-    scores, others : array, shape (runs, targets)
-        Each with runs of its own.
-    targets : sequence of str
-        The words of the targets.
-    seed : int
-        Of the resamples.
+    Arguments are those of `estimate`.
     """
     rng = np.random.default_rng(seed)
     drawn = _drawn(rng, targets)
@@ -122,14 +110,10 @@ def _drawn(rng: np.random.Generator, targets: Sequence[str]) -> NDArray[np.int64
     return np.take_along_axis(flat, first, axis=1)
 
 
-def _resampled(rng: np.random.Generator, count: int) -> NDArray[np.int64]:
-    """Return indices drawn with replacement, shape (resamples, count)."""
-    return rng.integers(count, size=(RESAMPLES, count))
-
-
 def _crossed(rng: np.random.Generator, scores: Floats, targets: NDArray[np.int64]) -> Floats:
     """Return scores of drawn runs on the drawn targets, shape (resamples, runs, targets)."""
-    runs = _resampled(rng, scores.shape[0])
+    count = scores.shape[0]
+    runs = rng.integers(count, size=(RESAMPLES, count))
     return scores[runs[:, :, None], targets[:, None, :]]
 
 

@@ -5,6 +5,7 @@ Pictures need matplotlib, from the extra `render`.
 
 import base64
 import html
+import itertools
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -53,28 +54,21 @@ def replays(results: report.Results, count: int) -> dict[str, list[Replay]]:
 
     They are the first draw of `count` targets, evenly picked, by a method's first run: nothing is
     selected by its outcome. Where none of these missed, the first episode that did is added.
-
-    Parameters
-    ----------
-    results : mapping
-        The runs of each method.
-    count : int
-        How many targets.
     """
     words = spread(report.targets_of(results), count)
     return {
         name: [
-            Replay(outcome, page(page_data(recording(fold))))
+            Replay(outcome, page(page_data(recording(recorded(outcome)))))
             for outcome in _shown(runs, words)
-            if (fold := recorded(outcome)) is not None
         ]
         for name, runs in results.items()
     }
 
 
-def recorded(outcome: episodes.Outcome) -> mf.Fold | None:
-    """Return an episode simulated once more, with its motion; None if it cannot be."""
-    return None if outcome.scene is None else mf.simulate(outcome.scene, frame_rate=FRAME_RATE)
+def recorded(outcome: episodes.Outcome) -> mf.Fold:
+    """Return an episode that can be replayed simulated once more, with its motion."""
+    assert outcome.scene is not None
+    return mf.simulate(outcome.scene, frame_rate=FRAME_RATE)
 
 
 def spread(words: Sequence[str], count: int) -> list[str]:
@@ -100,22 +94,13 @@ def _shown(runs: report.Runs, words: Sequence[str]) -> list[episodes.Outcome]:
 
 
 def save_folds(path: Path, outcomes: Sequence[episodes.Outcome], count: int = 6) -> None:
-    """Write a GIF of the first episode of `count` targets, evenly picked.
+    """Write a GIF of a run's first episode of at most `count` targets, evenly picked.
 
     Nothing is selected by its outcome: failures show as they come.
-
-    Parameters
-    ----------
-    path : Path
-        Where to.
-    outcomes : sequence of Outcome
-        Those of one run.
-    count : int
-        Most folds to show.
     """
     words = list(dict.fromkeys(each.target for each in outcomes if each.scene is not None))
     shown = firsts(outcomes, spread(words, count))
-    folds = [fold for outcome in shown if (fold := recorded(outcome)) is not None]
+    folds = [recorded(outcome) for outcome in shown]
     save_gif(folds, path, targets=[outcome.target for outcome in shown], size=(960, 640))
 
 
@@ -129,29 +114,22 @@ def write_page(
 ) -> None:
     """Write the page; it needs nothing but itself.
 
-    Parameters
-    ----------
-    path : Path
-        Where to.
-    settings : EnvSettings
-        Where the methods played.
-    draws : int
-        Episodes of each run on each target.
-    summaries : mapping
-        What follows, by method.
-    pictures : mapping
-        PNG files, by what they show.
-    shown : mapping
-        Folds to play, by method.
+    `draws` are the episodes of each run on each target, `pictures` PNG files by what they show, and
+    `shown` the folds to play, by method.
     """
     pages = [replay.page for replays in shown.values() for replay in replays]
-    text = Template(_file("report.html")).substitute(
-        title=f"{len(summaries)} methods on {len(_first(summaries).targets)} targets",
+    targets = [
+        {"target": word, **{name: str(each.targets[word]) for name, each in summaries.items()}}
+        for word in next(iter(summaries.values())).targets
+    ]
+    template = Path(__file__).with_name("report.html").read_text(encoding="utf-8")
+    text = Template(template).substitute(
+        title=f"{len(summaries)} methods on {len(targets)} targets",
         settings=html.escape(_settings(settings, draws)),
-        overall=_overall(summaries),
+        overall=_table(report.overall_rows(summaries)),
         pictures="\n".join(_picture(pictures[name], _CAPTIONS[name]) for name in _CAPTIONS),
         replays=_choices(shown),
-        targets=_by_target(summaries),
+        targets=_table(targets),
         provenance="".join(
             f"<dt>{html.escape(key)}</dt><dd>{html.escape(_text(value))}</dd>"
             for key, value in provenance().items()
@@ -171,27 +149,13 @@ def _settings(settings: EnvSettings, draws: int) -> str:
     return f"{settings.id}, {told}; {draws} draws of each target that no training or search saw."
 
 
-def _overall(summaries: Mapping[str, report.Summary]) -> str:
-    rows = report.overall_rows(list(summaries.values()))
-    lines = [[name, *(cells[k] for cells in rows.values())] for k, name in enumerate(summaries)]
-    return _table(["", *rows], lines)
-
-
-def _by_target(summaries: Mapping[str, report.Summary]) -> str:
-    lines = [
-        [word, *(str(each.targets[word]) for each in summaries.values())]
-        for word in _first(summaries).targets
-    ]
-    return _table(["target", *summaries], lines)
-
-
-def _table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    names = "".join(f"<th>{html.escape(name)}</th>" for name in head)
-    rows = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in line) + "</tr>"
-        for line in lines
+def _table(rows: Sequence[Mapping[str, str]]) -> str:
+    names = "".join(f"<th>{html.escape(name)}</th>" for name in rows[0])
+    body = "".join(
+        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row.values()) + "</tr>"
+        for row in rows
     )
-    return f"<table><thead><tr>{names}</tr></thead><tbody>{rows}</tbody></table>"
+    return f"<table><thead><tr>{names}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def _picture(path: Path, caption: str) -> str:
@@ -208,13 +172,10 @@ def _choices(shown: Mapping[str, Sequence[Replay]]) -> str:
     if not any(shown.values()):
         return "<p>There is no motion to show: the chain was not simulated.</p>"
     rows: list[str] = []
-    number = 0
+    numbers = itertools.count()
     for name, replays in shown.items():
-        buttons: list[str] = []
-        for replay in replays:
-            buttons.append(_button(number, replay))
-            number += 1
-        rows.append(f"<tr><td>{html.escape(name)}</td><td>{' '.join(buttons)}</td></tr>")
+        buttons = " ".join(_button(next(numbers), replay) for replay in replays)
+        rows.append(f"<tr><td>{html.escape(name)}</td><td>{buttons}</td></tr>")
     return (
         "<p class='faint'>The first draw of some targets, evenly picked, and a miss if these have "
         "none: the target, and what became of it.</p>"
@@ -237,14 +198,6 @@ def _text(value: Any) -> str:
     return " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
 
 
-def _first(summaries: Mapping[str, report.Summary]) -> report.Summary:
-    return next(iter(summaries.values()))
-
-
-def _file(name: str) -> str:
-    return (Path(__file__).parent / name).read_text(encoding="utf-8")
-
-
 def draw(
     folder: Path, results: report.Results, summaries: Mapping[str, report.Summary]
 ) -> dict[str, Path]:
@@ -263,7 +216,7 @@ def draw(
 
 def _means(summaries: Mapping[str, report.Summary]) -> Any:
     """Draw mean, middle half and success when built beforehand, with their intervals."""
-    figure, ((axes,),) = _figure(0.9 + 0.5 * len(summaries))
+    figure, ((axes,),) = make_figure(0.9 + 0.5 * len(summaries))
     rows = (
         ("success", "fed and chosen at the mouth", "o", COLOURS[1]),
         ("iqm", "the same, middle half of targets and seeds", "D", COLOURS[6]),
@@ -294,7 +247,7 @@ def _means(summaries: Mapping[str, report.Summary]) -> Any:
 def _bars(results: report.Results, summaries: Mapping[str, report.Summary]) -> Any:
     """Draw bars by target, a row a method; dots are the runs of a method that has several."""
     words = report.targets_of(results)
-    figure, grid = _figure(0.8 + 1.2 * len(results), rows=len(results))
+    figure, grid = make_figure(0.8 + 1.2 * len(results), rows=len(results))
     axes = grid[:, 0]
     places = np.arange(len(words))
     for place, (name, runs) in zip(axes, results.items(), strict=True):
@@ -320,24 +273,16 @@ def _bars(results: report.Results, summaries: Mapping[str, report.Summary]) -> A
 
 def _profile(results: report.Results) -> Any:
     """Draw which share of runs on targets succeed more often than τ."""
-    figure, ((axes,),) = _figure(3.6)
+    figure, ((axes,),) = make_figure(3.6)
     for k, (name, runs) in enumerate(results.items()):
         found = intervals.estimate(
             report.by_target(runs), report.targets_of(results), intervals.profile
         )
         colour, style = COLOURS[(k + 1) % len(COLOURS)], ("-", "--", ":")[k // len(COLOURS) % 3]
-        axes.step(
-            100 * intervals.THRESHOLDS,
-            100 * found.value,
-            style,
-            where="post",
-            color=colour,
-            label=name,
-        )
-        axes.fill_between(
-            100 * intervals.THRESHOLDS, 100 * found.low, 100 * found.high, step="post",
-            color=colour, alpha=0.15, linewidth=0,
-        )  # fmt: skip
+        places = 100 * intervals.THRESHOLDS
+        axes.step(places, 100 * found.value, style, where="post", color=colour, label=name)
+        low, high = 100 * found.low, 100 * found.high
+        axes.fill_between(places, low, high, step="post", color=colour, alpha=0.15, linewidth=0)
     axes.set_xlim(0, 100)
     axes.set_ylim(-2, 102)
     axes.set_xlabel("τ: rate of success on a target [%]")
@@ -349,7 +294,7 @@ def _profile(results: report.Results) -> Any:
 
 def _reasons(summaries: Mapping[str, report.Summary]) -> Any:
     """Draw how episodes ended, and which joints stood in the way of those that missed."""
-    figure, (axes,) = _figure(1.1 + 0.5 * len(summaries), columns=(2.2, 1, 1))
+    figure, (axes,) = make_figure(1.1 + 0.5 * len(summaries), columns=(2.2, 1, 1))
     left = np.zeros(len(summaries))
     totals = np.array([sum(each.ends.values()) for each in summaries.values()])
     places = np.arange(len(summaries))
@@ -371,8 +316,8 @@ def _reasons(summaries: Mapping[str, report.Summary]) -> Any:
         for (row, column), value in np.ndenumerate(shares):
             colour = "white" if value > 60 else INK
             label = f"{value:.0f}" if missed[row] else "–"
-            place.text(column, row, label, ha="center", va="center", color=colour,
-                       fontsize=7)  # fmt: skip
+            style: Any = {"ha": "center", "va": "center", "fontsize": 7}
+            place.text(column, row, label, color=colour, **style)
         place.set_xticks(range(counts.shape[1]), [str(k + 1) for k in range(counts.shape[1])])
         place.set_yticks([])
         place.set_xlabel(f"{title}\n[% of misses]")
@@ -380,7 +325,7 @@ def _reasons(summaries: Mapping[str, report.Summary]) -> Any:
     return figure
 
 
-def _figure(height: float, rows: int = 1, columns: tuple[float, ...] = (1,)) -> tuple[Any, Any]:
+def make_figure(height: float, rows: int = 1, columns: tuple[float, ...] = (1,)) -> tuple[Any, Any]:
     """Return a figure and its axes, shape (rows, columns), without frames right and above."""
     figure = figure_class()(figsize=(WIDTH, height), layout="constrained")
     axes = figure.subplots(

@@ -5,7 +5,7 @@ A choice is the magnets of every component and its speed; files hold those of se
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, Self
@@ -28,7 +28,13 @@ class Policy(Protocol):
     """Anything that chooses the next action."""
 
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
-        """Return the action for the present state of `env`; `rng` is the episode's own."""
+        """Return the action for the present state of `env`; `rng` is the episode's own.
+
+        Raises
+        ------
+        ValueError
+            If the policy has nothing for the target, or knows other observations or actions.
+        """
         ...
 
 
@@ -49,31 +55,15 @@ class DesignPolicy:
     """
 
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
-        """Return the next component of the design.
-
-        Raises
-        ------
-        ValueError
-            If the env knows no design for the target.
-        """
+        """Return the next component of the design."""
         baseline = env.baseline
         if baseline.sequence is None or baseline.speed is None:
             raise ValueError(f"target: {env.target!r} has no design to follow")
-        if env.actions.components > 1:
-            return env.actions.encode(baseline.sequence, baseline.speed)
-        return env.actions.encode(baseline.sequence[env.next_component], baseline.speed)
+        return OpenLoop.at_one_speed(baseline.sequence, baseline.speed).action(env)
 
 
 class TrainedPolicy:
-    """A trained policy.
-
-    Parameters
-    ----------
-    model : BaseAlgorithm
-        The model.
-    sampled : bool
-        Whether to draw actions as in training; by default the most probable one is played.
-    """
+    """A trained policy, which plays the most probable action, or draws it as in training."""
 
     def __init__(self, model: BaseAlgorithm, sampled: bool = False) -> None:
         self._model = model
@@ -82,15 +72,7 @@ class TrainedPolicy:
 
     @classmethod
     def load(cls, path: str | Path, sampled: bool = False) -> Self:
-        """Read a checkpoint that `agents.train` wrote.
-
-        Checkpoints hold pickles, which can run code: load only your own.
-
-        Raises
-        ------
-        ValueError
-            If the file is damaged, or no checkpoint of an algorithm that is known.
-        """
+        """Read a checkpoint that `agents.train` wrote, see `agents.training.models.load_model`."""
         torch.set_num_threads(1)
         return cls(load_model(path), sampled)
 
@@ -100,13 +82,7 @@ class TrainedPolicy:
         return self._model.num_timesteps
 
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
-        """Return the policy's action.
-
-        Raises
-        ------
-        ValueError
-            If the policy was trained with other observations or actions than `env` has.
-        """
+        """Return the policy's action."""
         own = (self._model.observation_space, self._model.action_space)
         if own != (env.observation_space, env.action_space):
             raise ValueError(
@@ -148,23 +124,26 @@ def make_policy(name: str) -> Policy:
 
 
 class OpenLoop(NamedTuple):
-    """What an open loop decides.
-
-    Attributes
-    ----------
-    sequence : tuple of str
-        The components, component 1 first.
-    speeds : tuple of float
-        Feed speed of each component [m/s], component 1 first.
-    """
+    """What an open loop decides."""
 
     sequence: tuple[str, ...]
+    """The components, component 1 first."""
     speeds: tuple[float, ...]
+    """Feed speed of each component [m/s], component 1 first."""
 
     @classmethod
     def at_one_speed(cls, sequence: tuple[str, ...], speed: float) -> "OpenLoop":
         """Return the choice that feeds a whole chain at one speed [m/s]."""
         return cls(sequence, (speed,) * len(sequence))
+
+    @classmethod
+    def of_actions(cls, env: FoldEnv[Any], actions: Sequence[Any]) -> "OpenLoop":
+        """Return what is asked for by one action for all, or by one a component, 1 first."""
+        read = [env.actions.decode(action) for action in actions]
+        if env.actions.components > 1:
+            sequence, speed = read[0]
+            return cls.at_one_speed(sequence, float(speed))
+        return cls(tuple(faces for (faces,), _ in read), tuple(float(speed) for _, speed in read))
 
     def as_played(self, env: FoldEnv[Any]) -> "OpenLoop":
         """Return the choice as the actions of `env` can express it.
@@ -172,14 +151,10 @@ class OpenLoop(NamedTuple):
         Speeds go to the nearest level, components to the nearest of the catalogue. Where a chain
         is chosen as a whole it has one speed, that of component 1.
         """
-        table = env.actions
-        if table.components > 1:
-            sequence, speed = table.decode(table.encode(self.sequence, self.speeds[0]))
-            return OpenLoop.at_one_speed(sequence, float(speed))
-        read = [table.decode(table.encode(*each)) for each in zip(*self, strict=True)]
-        return OpenLoop(
-            tuple(faces for (faces,), _ in read), tuple(float(speed) for _, speed in read)
-        )
+        encode = env.actions.encode
+        if env.actions.components > 1:
+            return self.of_actions(env, [encode(self.sequence, self.speeds[0])])
+        return self.of_actions(env, [encode(*each) for each in zip(*self, strict=True)])
 
     def action(self, env: FoldEnv[Any]) -> Any:
         """Return the action with which the present episode of `env` goes on as chosen."""
@@ -190,25 +165,13 @@ class OpenLoop(NamedTuple):
 
 
 class FrozenPolicy:
-    """Plays a choice for each target, whatever the chain does.
-
-    Parameters
-    ----------
-    choices : mapping of str to OpenLoop
-        By target.
-    """
+    """Plays a choice for each target, whatever the chain does."""
 
     def __init__(self, choices: Mapping[str, OpenLoop]) -> None:
         self._choices = choices
 
     def act(self, env: FoldEnv[Any], observation: Any, rng: object) -> Any:
-        """Return the next action of what was chosen for the target of `env`.
-
-        Raises
-        ------
-        ValueError
-            If nothing was chosen for the target.
-        """
+        """Return the next action of what was chosen for the target of `env`."""
         if env.target not in self._choices:
             raise ValueError(
                 f"target: {env.target!r} has no choice; must be one of {', '.join(self._choices)}"
@@ -218,24 +181,17 @@ class FrozenPolicy:
 
 @dataclass(frozen=True)
 class Chosen:
-    """What a search chose for one target, and what speaks for it.
-
-    Attributes
-    ----------
-    sequence, speeds
-        See `OpenLoop`.
-    calls : int
-        Physics calls that the search made.
-    successes, releases : int
-        How many calls of this choice succeeded, and how many there were: a flattering share, since
-        it was chosen for it.
-    """
+    """What a search chose for one target, and what speaks for it."""
 
     sequence: tuple[str, ...]
     speeds: tuple[float, ...]
+    """As in `OpenLoop`, both."""
     calls: int
+    """Physics calls that the search made."""
     successes: int
+    """How many calls of this choice succeeded."""
     releases: int
+    """How many calls of it there were: a flattering share, since it was chosen for it."""
 
     @property
     def choice(self) -> OpenLoop:
@@ -244,14 +200,9 @@ class Chosen:
 
 
 class ChoiceFile:
-    """Choices by target, written anew with every one that is added.
+    """Choices by target, in a JSON file that is written anew with every one that is added.
 
-    Parameters
-    ----------
-    path : Path
-        A JSON file; its folder is made if need be.
-    key : mapping
-        Everything that the choices depend on but their target, as values that JSON can hold.
+    The `key` is everything that they depend on but their target, as values that JSON can hold.
 
     Raises
     ------
@@ -261,26 +212,20 @@ class ChoiceFile:
 
     def __init__(self, path: Path, key: Mapping[str, Any]) -> None:
         self._path, self._key = path, json.loads(json.dumps(key))
-        self._chosen: dict[str, Chosen] = {}
+        self.chosen: dict[str, Chosen] = {}
         if path.is_file():
-            content = _read(path)
+            key, self.chosen = _read(path)
             for name, value in self._key.items():
-                if (there := content["key"].get(name)) != value:
+                if (there := key.get(name)) != value:
                     raise ValueError(
                         f"{path}: was written by another search, with {name} {there!r}; "
                         f"must be {value!r}, or give another file"
                     )
-            self._chosen = _chosen_in(content, path)
-
-    @property
-    def chosen(self) -> Mapping[str, Chosen]:
-        """What was chosen so far, by target."""
-        return self._chosen
 
     def add(self, target: str, chosen: Chosen) -> None:
         """Add what was chosen for a target."""
-        self._chosen[target] = chosen
-        choices = {word: asdict(each) for word, each in self._chosen.items()}
+        self.chosen[target] = chosen
+        choices = {word: asdict(each) for word, each in self.chosen.items()}
         content: dict[str, Any] = {"format": FORMAT, "key": self._key, "choices": choices}
         content["checksum"] = _checksum(content)
         self._path.parent.mkdir(parents=True, exist_ok=True)
@@ -295,21 +240,11 @@ def read_choices(path: Path) -> dict[str, OpenLoop]:
     ValueError
         If it is no such file, or damaged.
     """
-    return {target: each.choice for target, each in _chosen_in(_read(path), path).items()}
+    return {target: each.choice for target, each in _read(path)[1].items()}
 
 
-def read_key(path: Path) -> dict[str, Any]:
-    """Return what the choices in a file depend on.
-
-    Raises
-    ------
-    ValueError
-        If it is no such file, or damaged.
-    """
-    return _read(path)["key"]
-
-
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, Chosen]]:
+    """Return what the choices in a file depend on, and the choices by target."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         checksum = content.pop("checksum")
@@ -319,20 +254,14 @@ def _read(path: Path) -> dict[str, Any]:
         whole, content = False, {}
     if not whole:
         raise ValueError(f"{path}: holds no choices of agents.baselines, or is damaged")
-    return content
-
-
-def _chosen_in(content: Mapping[str, Any], path: Path) -> dict[str, Chosen]:
     try:
-        return _CHOICES.validate_python(content.get("choices"))
+        chosen = TypeAdapter(dict[str, Chosen]).validate_python(content.get("choices"))
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
         key = errors.dotted(("choices", *wrong["loc"]))
         raise ValueError(f"{path}: {Problem(key, wrong['input'], wrong['msg'])}") from None
+    return content["key"], chosen
 
 
 def _checksum(content: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-_CHOICES = TypeAdapter(dict[str, Chosen])

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
+from rich import box
 from rich.table import Table
 
 from agents.evaluation import episodes, intervals
@@ -41,18 +41,12 @@ not at rest when time or work ran out, or with numbers that broke down."""
 
 @dataclass(frozen=True)
 class Method:
-    """What is compared under one name.
-
-    Attributes
-    ----------
-    name : str
-        As shown.
-    policies : tuple of str
-        What `agents.evaluation.policies.make_policy` understands, one a seed.
-    """
+    """What is compared under one name."""
 
     name: str
+    """As shown."""
     policies: tuple[str, ...]
+    """What `agents.evaluation.policies.make_policy` understands, one a seed."""
 
     @classmethod
     def parse(cls, text: str) -> "Method":
@@ -137,19 +131,6 @@ def ends(outcomes: Sequence[episodes.Outcome]) -> dict[str, int]:
     return {end: counts[end] for end in ENDS}
 
 
-def open_joints(outcome: episodes.Outcome) -> list[int]:
-    """Return the numbers of the joints that are not fully folded, to either side."""
-    apart = np.abs(np.abs(np.array(outcome.joints)) - 0.5 * np.pi)
-    return (np.flatnonzero(apart > SUCCESS_TOLERANCE) + 1).tolist()
-
-
-def wrong_joints(outcome: episodes.Outcome) -> list[int]:
-    """Return the numbers of the joints that are fully folded to the wrong side."""
-    wanted = word_to_angles(outcome.target)
-    apart = np.abs(np.array(outcome.joints) + wanted)
-    return (np.flatnonzero(apart <= SUCCESS_TOLERANCE) + 1).tolist()
-
-
 def joints_in_the_way(outcomes: Sequence[episodes.Outcome]) -> dict[str, list[int]]:
     """Return how often each joint stayed ``open`` or folded ``wrong`` in episodes that missed.
 
@@ -160,43 +141,37 @@ def joints_in_the_way(outcomes: Sequence[episodes.Outcome]) -> dict[str, list[in
     for outcome in outcomes:
         if outcome.success or outcome.status == "failed":
             continue
-        for kind, found in (("open", open_joints(outcome)), ("wrong", wrong_joints(outcome))):
-            counts[kind][[joint - 1 for joint in found]] += 1
+        angles = np.array(outcome.joints)
+        from_folded = np.abs(np.abs(angles) - 0.5 * np.pi)
+        from_opposite = np.abs(angles + word_to_angles(outcome.target))
+        counts["open"] += from_folded > SUCCESS_TOLERANCE
+        counts["wrong"] += from_opposite <= SUCCESS_TOLERANCE
     return {kind: numbers.tolist() for kind, numbers in counts.items()}
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What the runs of one method come to.
-
-    Attributes
-    ----------
-    success, iqm : Estimate
-        Mean and interquartile mean of the rate of success over runs and targets.
-    score, reward : Estimate
-        Means of the score and of the return.
-    built : Estimate or None
-        Rate of success of the same choices when the chain is built beforehand; None if that was
-        not tried.
-    ahead : Estimate or None
-        Success above that of `REFERENCE` on the same targets; None without it, or for itself.
-    targets : dict of Share
-        By target, all runs together, with Wilson's intervals.
-    ends : dict of int
-        How many episodes came to each end.
-    joints : dict of list of int
-        How often each joint stayed open, or folded to the wrong side, in episodes that missed.
-    """
+    """What the runs of one method come to."""
 
     success: intervals.Estimate
+    """Mean rate of success over runs and targets."""
     iqm: intervals.Estimate
+    """Its interquartile mean."""
     score: intervals.Estimate
+    """Mean score."""
     reward: intervals.Estimate
+    """Mean return."""
     built: intervals.Estimate | None
+    """Rate of success of the same choices when the chain is built beforehand; None if that was not
+    tried."""
     ahead: intervals.Estimate | None
+    """Success above that of `REFERENCE` on the same targets; None without it, or for itself."""
     targets: dict[str, Share]
+    """By target, all runs together, with Wilson's intervals."""
     ends: dict[str, int]
+    """How many episodes came to each end."""
     joints: dict[str, list[int]]
+    """How often each joint stayed open, or folded to the wrong side, in episodes that missed."""
 
 
 def summarise(results: Results) -> dict[str, Summary]:
@@ -224,18 +199,19 @@ def summarise(results: Results) -> dict[str, Summary]:
 
 def overall_table(summaries: Mapping[str, Summary]) -> Table:
     """Return a table of what is said of each method as a whole, a row a method."""
-    rows = {
-        name: [cell.replace(" (", "\n(") for cell in cells]
-        for name, cells in overall_rows(list(summaries.values())).items()
-    }
-    table = Table(title="In all", box=SIMPLE_HEAD, padding=(0, 1, 1, 0), show_edge=False)
-    table.add_column("", overflow="fold")
-    for name, cells in rows.items():
+    rows = [
+        {column: cell.replace(" (", "\n(") for column, cell in row.items()}
+        for row in overall_rows(summaries)
+    ]
+    table = Table(title="In all", box=box.SIMPLE_HEAD, padding=(0, 1, 1, 0), show_edge=False)
+    first, *others = rows[0]
+    table.add_column(first, overflow="fold")
+    for name in others:
         # Headings may be broken, cells not.
-        width = max(len(line) for cell in cells for line in cell.splitlines())
+        width = max(len(line) for row in rows for line in row[name].splitlines())
         table.add_column(name, justify="right", min_width=width)
-    for k, name in enumerate(summaries):
-        table.add_row(name, *(cells[k] for cells in rows.values()))
+    for row in rows:
+        table.add_row(*row.values())
     return table
 
 
@@ -245,24 +221,28 @@ def targets_table(summaries: Mapping[str, Summary]) -> Table:
     table.add_column("target")
     for name in summaries:
         table.add_column(name, justify="right")
-    each = list(summaries.values())
-    for target in each[0].targets:
-        shares = [summary.targets[target] for summary in each]
+    for target in next(iter(summaries.values())).targets:
+        shares = [summary.targets[target] for summary in summaries.values()]
         table.add_row(target, *(f"{s.successes}/{s.trials}" for s in shares))
     return table
 
 
-def overall_rows(summaries: Sequence[Summary]) -> dict[str, list[str]]:
-    """Return what is said of each method as a whole: a name, and a text for each method."""
-    rows = {
-        "success": [str(each.success) for each in summaries],
-        "middle half": [str(each.iqm) for each in summaries],
-        f"above the {REFERENCE}": [_points(each.ahead) for each in summaries],
-        "built beforehand": ["–" if each.built is None else str(each.built) for each in summaries],
-        "score": [f"{each.score.value:.3f}" for each in summaries],
-        "return": [f"{each.reward.value:+.3f}".replace("-", "−") for each in summaries],
-    }
-    return {name: cells for name, cells in rows.items() if set(cells) != {"–"}}
+def overall_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
+    """Return what is said of each method as a whole, a row a method; its name comes first."""
+    rows = [
+        {
+            "": name,
+            "success": str(each.success),
+            "middle half": str(each.iqm),
+            f"above the {REFERENCE}": "–" if each.ahead is None else each.ahead.points(),
+            "built beforehand": "–" if each.built is None else str(each.built),
+            "score": f"{each.score.value:.3f}",
+            "return": f"{each.reward.value:+.3f}".replace("-", "−"),
+        }
+        for name, each in summaries.items()
+    ]
+    said = [column for column in rows[0] if any(row[column] != "–" for row in rows)]
+    return [{column: row[column] for column in said} for row in rows]
 
 
 def write_results(
@@ -318,11 +298,3 @@ def _episode(outcome: episodes.Outcome) -> dict[str, Any]:
 
 def _share(outcomes: Sequence[episodes.Outcome]) -> Share:
     return share(int(np.sum([each.success for each in outcomes])), len(outcomes))
-
-
-def _points(found: intervals.Estimate | None) -> str:
-    """Return a difference of shares and its interval, in points of per cent."""
-    if found is None:
-        return "–"
-    value, low, high = (intervals.percent(float(each), "+") for each in found)
-    return f"{value} ({low}…{high})"

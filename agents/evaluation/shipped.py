@@ -24,66 +24,40 @@ class _Part(BaseModel):
 
 
 class Training(_Part):
-    """Where the policy of one seed comes from.
-
-    Attributes
-    ----------
-    file, sha256 : str
-        Name of the file and its checksum.
-    run : RunInfo
-        What was noted of the training: commit, versions, seed, steps, seconds.
-    """
+    """Where the policy of one seed comes from."""
 
     file: str
+    """Name of the file."""
     sha256: str
+    """Its checksum."""
     run: RunInfo
+    """What was noted of the training: commit, versions, seed, steps, seconds."""
 
 
 class CardResult(_Part):
-    """What the policies scored in one environment.
-
-    Attributes
-    ----------
-    env : dict
-        Settings of the environment that differ from its own.
-    seeds : tuple of int
-        Of the draws that every target was played on.
-    physics : str
-        Digest of the physics' sources.
-    successes : dict of tuple of str
-        By target and policy which draws ended in it, a letter each: 1 or 0.
-    """
+    """What the policies scored in one environment."""
 
     env: dict[str, Any]
+    """Settings of the environment that differ from its own."""
     seeds: tuple[int, ...]
+    """Of the draws that every target was played on."""
     physics: str
+    """Digest of the physics' sources."""
     successes: dict[str, tuple[str, ...]]
-
-    def rate(self, policy: int) -> float:
-        """Return the share of successes of one policy over all targets."""
-        letters = "".join(row[policy] for row in self.successes.values())
-        return letters.count("1") / len(letters)
+    """By target and policy which draws ended in it, a letter each: 1 or 0."""
 
 
 class Card(_Part):
-    """What is known of a set of shipped policies.
-
-    Attributes
-    ----------
-    name : str
-        Of the set.
-    settings : dict
-        Those of the training, as in its YAML file, but for the seed.
-    policies : tuple of Training
-        One a seed.
-    results : tuple of CardResult
-        What was measured.
-    """
+    """What is known of a set of shipped policies."""
 
     name: str
+    """Of the set."""
     settings: dict[str, Any]
+    """Those of the training, as in its YAML file, but for the seed."""
     policies: tuple[Training, ...]
+    """One a seed."""
     results: tuple[CardResult, ...] = ()
+    """What was measured."""
 
     @classmethod
     def read(cls, path: Path) -> Self:
@@ -133,25 +107,12 @@ def shipped_card(name: str) -> Card:
 
 
 def shipped_files(name: str) -> list[Path]:
-    """Return the files of the policies called `name`, one a seed.
-
-    Raises
-    ------
-    ValueError
-        If there are none, or they are damaged.
-    """
+    """Return the files of the policies called `name`, one a seed; see `shipped_card`."""
     return [policies_dir() / policy.file for policy in shipped_card(name).policies]
 
 
 def load_shipped(name: str, number: int = 0) -> TrainedPolicy:
-    """Load a policy that comes with the project.
-
-    Parameters
-    ----------
-    name : str
-        Name of the set, such as ``ppo-tube-feed``.
-    number : int
-        Which of the seeds.
+    """Load a policy that comes with the project: of a set such as ``ppo-tube-feed``, one seed.
 
     Raises
     ------

@@ -1,9 +1,7 @@
 """The environments of a training run, and their state."""
 
 import pickle
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, cast
 
 import gymnasium
@@ -33,19 +31,14 @@ class Resumable(gymnasium.Wrapper[Any, Any, Any, Any]):
 
 @dataclass(frozen=True)
 class EnvsState:
-    """Where all environments of a run are.
-
-    Attributes
-    ----------
-    inner : list of bytes or EpisodesState
-        A snapshot of each environment, or the state of all that are stepped natively.
-    returns, lengths : array
-        Reward and steps so far of the episodes that are under way.
-    """
+    """Where all environments of a run are."""
 
     inner: list[bytes] | EpisodesState
+    """A snapshot of each environment, or the state of all that are stepped natively."""
     returns: NDArray[np.float32]
+    """Reward so far of the episodes that are under way."""
     lengths: NDArray[np.int32]
+    """Their steps so far."""
 
 
 def make_env(
@@ -53,17 +46,7 @@ def make_env(
     gamma: float | None = None,
     curriculum: CurriculumSettings | None = None,
 ) -> gymnasium.Env[Any, Any]:
-    """Return an environment.
-
-    Parameters
-    ----------
-    settings : EnvSettings
-        Which one.
-    gamma : float, optional
-        Discount of the shaping, where there is any.
-    curriculum : CurriculumSettings, optional
-        Easier variants to begin with.
-    """
+    """Return an environment; `gamma` is the discount of its shaping, where there is any."""
     options = settings.options(gamma)
     env = gymnasium.make(settings.id, disable_env_checker=True, **options)
     if curriculum is None:
@@ -96,22 +79,16 @@ def check_envs(settings: TrainSettings) -> None:
 
 
 def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
-    """Return the environments of a phase of the run, seeded.
-
-    Parameters
-    ----------
-    settings : TrainSettings
-        The run.
-    phase : int
-        Number of the phase, from 0.
-    """
-    env = settings.phases[phase].env
+    """Return the environments of a phase of the run, numbered from 0, seeded."""
+    env, gamma = settings.phases[phase].env, settings.learner.gamma
     if _stepping(settings, env) == "native":
-        options = env.options(settings.learner.gamma)
-        envs = make_sb3_vec(env.id, settings.envs, **options)
+        envs = make_sb3_vec(env.id, settings.envs, **env.options(gamma))
     else:
-        make = partial(_resumable, env, settings.learner.gamma, settings.curriculum)
-        makers: list[Callable[[], gymnasium.Env[Any, Any]]] = [make] * settings.envs
+
+        def make() -> gymnasium.Env[Any, Any]:
+            return Resumable(make_env(env, gamma, settings.curriculum))
+
+        makers = [make] * settings.envs
         apart = settings.envs > 1 and _stepping(settings, env) == "processes"
         envs = VecMonitor(SubprocVecEnv(makers) if apart else DummyVecEnv(makers))
     # The first phase has the seed of the run, the others one that follows from it.
@@ -121,13 +98,7 @@ def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
 
 
 def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
-    """Return how the environments of a phase are stepped together.
-
-    Raises
-    ------
-    SettingsError
-        If they cannot be stepped as the settings want it.
-    """
+    """Return how the environments of a phase are stepped together, if they can be as wanted."""
     possible = env.id != train_settings.CONTROL_ENV and settings.curriculum is None
     if settings.stepping == "native" and not possible:
         raise SettingsError(
@@ -145,10 +116,9 @@ def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
 def envs_state(envs: VecMonitor) -> EnvsState:
     """Return where `envs` are."""
     native = _native(envs)
-    if native is not None:
-        inner = native.get_state()
-    else:
-        inner = cast("list[bytes]", envs.env_method("snapshot"))
+    inner = (
+        cast("list[bytes]", envs.env_method("snapshot")) if native is None else native.get_state()
+    )
     return EnvsState(inner, envs.episode_returns.copy(), envs.episode_lengths.copy())
 
 
@@ -168,12 +138,6 @@ def set_envs_state(envs: VecMonitor, state: EnvsState) -> None:
             envs.env_method("restore", snapshot, indices=number)
     envs.episode_returns = state.returns.copy()
     envs.episode_lengths = state.lengths.copy()
-
-
-def _resumable(
-    settings: EnvSettings, gamma: float, curriculum: CurriculumSettings | None
-) -> Resumable:
-    return Resumable(make_env(settings, gamma, curriculum))
 
 
 def _checked(key: str, settings: TrainSettings, env: EnvSettings) -> gymnasium.Env[Any, Any]:

@@ -14,7 +14,6 @@ import os
 import platform
 import sys
 from dataclasses import asdict, dataclass, field
-from enum import Enum
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
@@ -46,40 +45,27 @@ _REMEDY = "give another --output, or --fresh to remove it"
 
 @dataclass
 class RunInfo:
-    """The contents of ``run.json``.
-
-    Attributes
-    ----------
-    name, algorithm : str
-        From the settings, which lie beside it in full.
-    seed : int
-        Seed of the run.
-    made : dict
-        Commit of the sources, versions, machine and time at the beginning.
-    steps : int
-        Environment steps made.
-    seconds : float
-        Time spent on them [s].
-    resumed_at : list of int
-        Steps of the checkpoints from which the run was taken up again.
-    validation : dict or None
-        Result of the last validation.
-    wandb_id : str or None
-        The run's name with Weights & Biases; None if it is not logged there.
-    finished : bool
-        Whether the training has come to its end.
-    """
+    """The contents of ``run.json``."""
 
     name: str
+    """From the settings, which lie beside it in full; so is the algorithm."""
     algorithm: str
     seed: int
+    """Seed of the run."""
     made: dict[str, str]
+    """Commit of the sources, versions, machine and time at the beginning."""
     steps: int = 0
+    """Environment steps made."""
     seconds: float = 0.0
+    """Time spent on them [s]."""
     resumed_at: list[int] = field(default_factory=list)
+    """Steps of the checkpoints from which the run was taken up again."""
     validation: dict[str, float] | None = None
+    """Result of the last validation."""
     wandb_id: str | None = None
+    """The run's name with Weights & Biases; None if it is not logged there."""
     finished: bool = False
+    """Whether the training has come to its end."""
 
     @classmethod
     def begin(cls, name: str, algorithm: str, seed: int) -> Self:
@@ -122,32 +108,8 @@ def file_digest(policy: str) -> str | None:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
 
-class Resume(Enum):
-    """What to do with what an earlier run has left in the folder."""
-
-    AUTO = "take up the same run if there is one; refuse another"
-    ALWAYS = "take up the run, which must be there"
-    NEVER = "remove it"
-
-
-class RunStatus(Enum):
-    """How far the run in a folder has come."""
-
-    NEW = "to begin"
-    BROKEN_OFF = "to be taken up again"
-    FINISHED = "finished"
-
-
 class RunFolder:
-    """A folder with the files of one run.
-
-    Parameters
-    ----------
-    path : Path
-        Where; made when a run begins.
-    settings : TrainSettings
-        The run.
-    """
+    """A folder with the files of one run; made when the run begins."""
 
     def __init__(self, path: Path, settings: TrainSettings) -> None:
         self.path = path
@@ -167,8 +129,13 @@ class RunFolder:
             "versions": versions(),
         }
 
-    def open(self, resume: Resume) -> RunStatus:
-        """Return how far the run has come; make the folder ready if it is to begin.
+    def open(self, resume: bool | None) -> bool:
+        """Return whether anything is left to do; make the folder ready if all is.
+
+        A checkpoint lies at `state` then if the run is to be taken up again.
+
+        If `resume` is True the run must be there; False removes what an earlier one has left. None
+        takes up the same run if there is one, and refuses another.
 
         Raises
         ------
@@ -178,19 +145,21 @@ class RunFolder:
         for partial in self.path.glob(".*.zip"):
             # What a kill has left of a file that was being written.
             partial.unlink()
-        if resume is not Resume.NEVER and self._settings_file.is_file():
+        if resume is not False and self._settings_file.is_file():
             self._refuse_other()
             info = RunInfo.read(self.path)
             if info is not None and info.finished and self.policy.is_file():
-                return RunStatus.FINISHED
+                return False
             if self.state.is_file():
-                return RunStatus.BROKEN_OFF
-        if resume is Resume.ALWAYS:
+                return True
+        if resume:
             raise SettingsError(f"{self.path}: there is no checkpoint to resume from")
-        self._clear()
+        earlier = [self.policy, self.best, self.state, self.path / FILE]
+        for file in (*earlier, *self.path.glob(EVENTS), *self.checkpoints.glob("policy-*.zip")):
+            file.unlink(missing_ok=True)
         self.checkpoints.mkdir(parents=True, exist_ok=True)
         save_settings(self.settings, self._settings_file)
-        return RunStatus.NEW
+        return True
 
     def _refuse_other(self) -> None:
         """Refuse a folder whose run has other settings."""
@@ -201,12 +170,6 @@ class RunFolder:
         here = self.settings.model_dump(mode="json")
         if where := difference(there.model_dump(mode="json"), here):
             raise SettingsError(f"{self.path}: holds another run, {where}; {_REMEDY}")
-
-    def _clear(self) -> None:
-        """Remove the files of an earlier run."""
-        files = [self.policy, self.best, self.state, self.path / FILE]
-        for file in (*files, *self.path.glob(EVENTS), *self.checkpoints.glob("policy-*.zip")):
-            file.unlink(missing_ok=True)
 
 
 def event_sizes(folder: Path) -> dict[str, int]:
@@ -224,13 +187,7 @@ def cut_events(folder: Path, sizes: dict[str, int]) -> None:
 
 
 class WandbWriter(KVWriter):
-    """Sends every number to a run of Weights & Biases.
-
-    Parameters
-    ----------
-    run : wandb.Run
-        The run.
-    """
+    """Sends every number to a run of Weights & Biases."""
 
     def __init__(self, run: Any) -> None:
         self._run = run

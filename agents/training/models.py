@@ -26,7 +26,7 @@ from stable_baselines3 import PPO, SAC, HerReplayBuffer
 from stable_baselines3.common import base_class, logger, off_policy_algorithm, vec_env
 
 from agents import features, learning_rate, symmetry, symmetry_masked
-from agents.settings import LearnerSettings, SACSettings, StopSettings
+from agents.settings import LearnerSettings, SACSettings, StopSettings, TrainSettings
 from agents.training.envs import EnvsState, envs_state, set_envs_state
 from magfold_env.checkpoint import CheckpointError, difference
 from magfold_env.files import replacing
@@ -73,18 +73,7 @@ _REMEDY = "train afresh, or in another folder"
 def make_model(
     settings: LearnerSettings, env: vec_env.VecEnv, seed: int, device: str = "cpu"
 ) -> base_class.BaseAlgorithm:
-    """Return an untrained model.
-
-    Parameters
-    ----------
-    settings : LearnerSettings
-        The learner.
-    env : VecEnv
-        The environments to train in.
-    seed : int
-        Seed of networks and actions.
-    device : str
-        Where the networks live.
+    """Return an untrained model; `seed` is that of networks and actions.
 
     Raises
     ------
@@ -179,38 +168,28 @@ def enter(model: base_class.BaseAlgorithm, envs: vec_env.VecEnv) -> None:
 
 @dataclass
 class Progress:
-    """What decides, beside the model, how a run goes on.
-
-    Attributes
-    ----------
-    phase : int
-        Number of the phase under way, from 0.
-    phase_start : int
-        Environment steps made before it.
-    seconds : float
-        Training time [s], that of earlier processes included.
-    validated_at, saved_at : int
-        Steps at the last validation and at the last checkpoint.
-    last, best : dict or None
-        Results of the last validation of the phase, and of its best.
-    validations : int
-        Validations of the phase.
-    stale : int
-        Validations since the best one.
-    stopping : bool
-        Whether the phase ends with the next step.
-    """
+    """What decides, beside the model, how a run goes on."""
 
     phase: int = 0
+    """Number of the phase under way, from 0."""
     phase_start: int = 0
+    """Environment steps made before it."""
     seconds: float = 0.0
+    """Training time [s], that of earlier processes included."""
     validated_at: int = 0
+    """Steps at the last validation."""
     saved_at: int = 0
+    """Steps at the last checkpoint."""
     last: dict[str, float] | None = None
+    """Result of the last validation of the phase."""
     best: dict[str, float] | None = None
+    """Result of its best validation."""
     validations: int = 0
+    """Validations of the phase."""
     stale: int = 0
+    """Validations since the best one."""
     stopping: bool = False
+    """Whether the phase ends with the next step."""
 
     def note(self, result: dict[str, float], stop: StopSettings) -> bool:
         """Take in the result of a validation; return whether it is the best of the phase.
@@ -246,19 +225,9 @@ def _rank(result: dict[str, float]) -> tuple[float, float]:
     return result["success_rate"], result["score"]
 
 
-@dataclass(frozen=True)
-class RandomState:
-    """What Python's, NumPy's and torch's random numbers to come depend on."""
-
-    python: Any
-    numpy: Any
-    torch: Any
-    cuda: list[Any]
-
-
-def random_state() -> RandomState:
-    """Return the state of now."""
-    return RandomState(
+def random_state() -> tuple[Any, ...]:
+    """Return what Python's, NumPy's, torch's and the GPUs' random numbers to come depend on."""
+    return (
         random.getstate(),
         np.random.get_state(),  # noqa: NPY002 (what Stable-Baselines3 draws from)
         torch.get_rng_state(),
@@ -266,41 +235,31 @@ def random_state() -> RandomState:
     )
 
 
-def set_random_state(state: RandomState) -> None:
+def set_random_state(state: tuple[Any, ...]) -> None:
     """Go back to `state`."""
-    random.setstate(state.python)
-    np.random.set_state(state.numpy)  # noqa: NPY002
-    torch.set_rng_state(state.torch)
-    if state.cuda:
-        torch.cuda.set_rng_state_all(state.cuda)
+    random.setstate(state[0])
+    np.random.set_state(state[1])  # noqa: NPY002
+    torch.set_rng_state(state[2])
+    if state[3]:
+        torch.cuda.set_rng_state_all(state[3])
 
 
 @dataclass(frozen=True)
 class RunState:
-    """What is not in the model's own file.
-
-    Attributes
-    ----------
-    progress : Progress
-        How far the run has come.
-    random : RandomState
-        Random numbers of the process.
-    actions : gymnasium.Space
-        The space that random actions are drawn from, with its random numbers.
-    envs : EnvsState
-        Where the environments are.
-    records : dict
-        What the logger's attributes hold and has not written yet, by their name.
-    events : dict
-        Sizes of TensorBoard's files.
-    """
+    """What is not in the model's own file."""
 
     progress: Progress
-    random: RandomState
+    """How far the run has come."""
+    random: tuple[Any, ...]
+    """Random numbers of the process, as `random_state` gives them."""
     actions: gymnasium.Space[Any]
+    """The space that random actions are drawn from, with its random numbers."""
     envs: EnvsState
+    """Where the environments are."""
     records: dict[str, dict[str, Any]]
+    """What the logger's attributes hold and has not written yet, by their name."""
     events: dict[str, int]
+    """Sizes of TensorBoard's files."""
 
 
 def pack(
@@ -330,39 +289,30 @@ def unpack_rest(parts: dict[str, bytes]) -> RunState:
 
 
 def unpack_model(
-    parts: dict[str, bytes], state: RunState, algorithm: str, envs: vec_env.VecMonitor, device: str
+    parts: dict[str, bytes],
+    settings: TrainSettings,
+    envs: vec_env.VecMonitor,
+    records: logger.Logger,
 ) -> base_class.BaseAlgorithm:
-    """Return the model as it was, in `envs`, which are taken to where they were.
+    """Return the model as it was when `pack` returned `parts`.
 
-    Parameters
-    ----------
-    parts : dict
-        What `pack` returned.
-    state : RunState
-        The rest of them.
-    algorithm : str
-        Name of the learner.
-    envs : VecMonitor
-        Environments of the same phase of the same run.
-    device : str
-        Where the networks live.
+    Environments of the same phase of the same run are taken to where they were, and the logger is
+    given what another had not written yet.
     """
-    model = CLASSES[algorithm].load(
-        io.BytesIO(parts[MODEL]), env=envs, device=device, force_reset=False
+    state = unpack_rest(parts)
+    model = CLASSES[settings.learner.algorithm].load(
+        io.BytesIO(parts[MODEL]), env=envs, device=settings.device, force_reset=False
     )
     if isinstance(model, off_policy_algorithm.OffPolicyAlgorithm):
         model.load_replay_buffer(io.BytesIO(parts[REPLAY]), truncate_last_traj=False)
+    model.set_logger(records)
+    for name in _RECORDS:
+        getattr(records, name).update(state.records[name])
     # Last, since making a model seeds all of these.
     model.action_space = state.actions
     set_envs_state(envs, state.envs)
     set_random_state(state.random)
     return model
-
-
-def set_records(logger: logger.Logger, state: RunState) -> None:
-    """Give `logger` what another had not written yet."""
-    for name in _RECORDS:
-        getattr(logger, name).update(state.records[name])
 
 
 def _written(save: Any) -> bytes:
@@ -372,21 +322,11 @@ def _written(save: Any) -> bytes:
 
 
 def write_archive(path: Path, key: Mapping[str, Any], members: Mapping[str, bytes]) -> None:
-    """Write `members` to a zip file at `path`, under a temporary name until it is whole.
+    """Write a zip file of `members`, by name, at `path`, under a temporary name until it is whole.
 
-    Parameters
-    ----------
-    path : Path
-        Where; a file that is there is replaced.
-    key : mapping
-        Everything that the members depend on, as values that JSON can hold.
-    members : mapping
-        Contents by name.
+    The `key` is everything that they depend on, as values that JSON can hold.
     """
-    manifest = {
-        "key": key,
-        "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in members.items()},
-    }
+    manifest = {"key": key, "sha256": _checksums(members)}
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         archive.writestr(MANIFEST, json.dumps(manifest, indent=1))
         for name, content in members.items():
@@ -406,7 +346,7 @@ def read_archive(path: Path, key: Mapping[str, Any]) -> dict[str, bytes]:
             manifest = json.loads(archive.read(MANIFEST))
             members = {name: archive.read(name) for name in manifest["sha256"]}
             found = manifest["key"]
-        wrong = [n for n in members if _sha256(members[n]) != manifest["sha256"][n]]
+        wrong = [n for n, digest in _checksums(members).items() if digest != manifest["sha256"][n]]
     except UNREADABLE as e:
         raise CheckpointError(f"{path}: is damaged ({e}); {_REMEDY}") from None
     if wrong:
@@ -416,5 +356,5 @@ def read_archive(path: Path, key: Mapping[str, Any]) -> dict[str, bytes]:
     return members
 
 
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+def _checksums(members: Mapping[str, bytes]) -> dict[str, str]:
+    return {name: hashlib.sha256(content).hexdigest() for name, content in members.items()}

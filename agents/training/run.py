@@ -1,9 +1,10 @@
 """One run of training: its phases, its validations, and what is kept of it on the way."""
 
+import itertools
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 from uuid import uuid4
 
 import numpy as np
@@ -36,29 +37,15 @@ class DivergedError(ArithmeticError):
 def train(
     settings: TrainSettings,
     path: Path,
-    resume: run_folder.Resume = run_folder.Resume.AUTO,
+    resume: bool | None = None,
     wandb: bool = False,
     watch: Watch | None = None,
 ) -> Path:
-    """Run the training that `settings` describe, or what is left of it.
+    """Run the training that `settings` describe, or what is left of it; return the policy.
 
-    Parameters
-    ----------
-    settings : TrainSettings
-        The run.
-    path : Path
-        Folder of everything that the run writes; see `TrainingRun`.
-    resume : Resume
-        What to do with an earlier run in the folder.
-    wandb : bool
-        Whether to log to Weights & Biases too.
-    watch : callable, optional
-        Follows the validations; may break the run off.
-
-    Returns
-    -------
-    Path
-        The trained policy.
+    Everything that the run writes lies in the folder `path`, see `TrainingRun`; what becomes of an
+    earlier run there `resume` says, see `RunFolder.open`. `wandb` logs to Weights & Biases too, and
+    `watch` follows the validations.
 
     Raises
     ------
@@ -72,19 +59,13 @@ def train(
     # The networks are small: more threads only get in the way of the simulations.
     torch.set_num_threads(1)
     folder = run_folder.RunFolder(path, settings)
-    status = folder.open(resume)
-    if status is run_folder.RunStatus.FINISHED:
+    if not folder.open(resume):
         return folder.policy
-    parts = (
-        models.read_archive(folder.state, folder.key)
-        if status is run_folder.RunStatus.BROKEN_OFF
-        else None
-    )
+    parts = models.read_archive(folder.state, folder.key) if folder.state.is_file() else None
     with Console().status("preparing the engine; its first use compiles it, for up to a minute"):
         for phase in settings.phases:
             warm_up(phase.env)
-    run = TrainingRun(folder, parts, wandb, watch)
-    run.finish()
+    TrainingRun(folder, parts, wandb, watch).finish()
     return folder.policy
 
 
@@ -92,13 +73,6 @@ class Validation:
     """Plays every target in turn, each time with the policy's most probable action.
 
     The draws are neither those of training nor those that results are reported on.
-
-    Parameters
-    ----------
-    settings : EnvSettings
-        The environment.
-    episodes : int
-        How many to play.
     """
 
     def __init__(self, settings: EnvSettings, episodes: int) -> None:
@@ -112,101 +86,49 @@ class Validation:
 
     def __call__(self, model: base_class.BaseAlgorithm) -> dict[str, float]:
         """Return the rate of success and the mean score of `model`."""
-        ends = [self._play(model, number) for number in range(len(self._seeds))]
+        wanted = itertools.cycle(self._wanted)
+        ends = [self._play(model, seed, next(wanted)) for seed in self._seeds]
         return {
             # What an episode that runs out of time has not reached.
             "success_rate": float(np.mean([info.get("is_success", False) for info in ends])),
             "score": float(np.mean([info.get("score", 0.0) for info in ends])),
         }
 
-    def _play(self, model: base_class.BaseAlgorithm, number: int) -> dict[str, Any]:
+    def _play(
+        self, model: base_class.BaseAlgorithm, seed: int, wanted: dict[str, Any]
+    ) -> dict[str, Any]:
         """Play an episode and return its last info."""
-        wanted = self._wanted[number % len(self._wanted)]
-        observation, info = self._env.reset(seed=self._seeds[number], options=wanted)
+        observation, info = self._env.reset(seed=seed, options=wanted)
+        masked, masks = isinstance(model, MaskablePPO), {}
         ended = False
         while not ended:
-            action = self._greedy(model, observation)
+            if masked:
+                masks = {"action_masks": self._env.get_wrapper_attr("action_masks")()}
+            action, _ = model.predict(observation, deterministic=True, **masks)
             observation, _, terminated, truncated, info = self._env.step(action)
             ended = terminated or truncated
         return info
-
-    def _greedy(self, model: base_class.BaseAlgorithm, observation: Any) -> Any:
-        if isinstance(model, MaskablePPO):
-            masks = self._env.get_wrapper_attr("action_masks")()
-            return model.predict(observation, deterministic=True, action_masks=masks)[0]
-        return model.predict(observation, deterministic=True)[0]
-
-
-def log_validation(model: base_class.BaseAlgorithm, result: dict[str, float]) -> None:
-    """Write `result` to the outputs of the model's logger, at the steps made so far."""
-    # A logger of its own: what the model has recorded belongs to a later step.
-    own = logger.Logger(None, model.logger.output_formats)
-    for name, value in result.items():
-        own.record(f"validation/{name}", value)
-    own.dump(model.num_timesteps)
-
-
-class ProgressCallback(callbacks.BaseCallback):
-    """Shows steps, episodes' recent rate of success and the time left, in a ``with`` block.
-
-    Parameters
-    ----------
-    start, end : int
-        Steps made before the phase, and at its end.
-    description : str
-        Name of the phase.
-    """
-
-    def __init__(self, start: int, end: int, description: str) -> None:
-        super().__init__()
-        self._start = start
-        self._bar = progress_bar()
-        self._task = self._bar.add_task(description, total=end - start, note="")
-
-    def __enter__(self) -> Self:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._bar.stop()
-
-    def _on_step(self) -> bool:
-        recent = self.model.ep_success_buffer or [0.0]
-        note = f"success {100 * float(np.mean(recent)):.0f} %"
-        self._bar.update(self._task, completed=self.num_timesteps - self._start, note=note)
-        return True
 
 
 class BoundaryCallback(callbacks.BaseCallback):
     """Validates and saves between rollouts, where a run can be taken up again; ends it in time.
 
-    Parameters
-    ----------
-    state : Progress
-        How far the run has come; kept up to date.
-    validate_every, save_every : int
-        Steps between validations, and between checkpoints.
-    validate, save : callable
-        What to do then.
-    minutes : float, optional
-        Time limit of the whole run.
+    `state` is kept up to date; `validate` and `save` are called when they are due.
     """
 
     def __init__(
         self,
         state: models.Progress,
-        validate_every: int,
-        save_every: int,
+        settings: TrainSettings,
         validate: Callable[[], None],
         save: Callable[[], None],
-        minutes: float | None,
     ) -> None:
         super().__init__()
         self._state = state
-        self._every = (validate_every, save_every)
+        self._settings = settings
         self._validate = validate
         self._save = save
-        self._limit = np.inf if minutes is None else 60.0 * minutes
+        self._limit = np.inf if settings.minutes is None else 60.0 * settings.minutes
         self._began = time.monotonic() - state.seconds
 
     @property
@@ -222,9 +144,9 @@ class BoundaryCallback(callbacks.BaseCallback):
     def visit(self) -> None:
         """Do what is due between two rollouts."""
         state, steps = self._state, self.model.num_timesteps
-        if models.due(steps, state.validated_at, self._every[0]):
+        if models.due(steps, state.validated_at, self._settings.validate_every):
             self._validate()
-        if models.due(steps, state.saved_at, self._every[1]):
+        if models.due(steps, state.saved_at, self._settings.checkpoint_every):
             state.saved_at = steps
             self._save()
 
@@ -248,16 +170,7 @@ class TrainingRun:
       your own runs;
     - at the end ``policy.zip``.
 
-    Parameters
-    ----------
-    folder : RunFolder
-        Where, and the settings.
-    parts : dict, optional
-        The state to go on from.
-    wandb : bool
-        Whether to log to Weights & Biases too.
-    watch : callable, optional
-        Follows the validations of the main phase.
+    It goes on from the state in `parts`, if there is one.
     """
 
     def __init__(
@@ -335,20 +248,28 @@ class TrainingRun:
         validation = Validation(phase.env, settings.validation_episodes)
         boundaries = BoundaryCallback(
             progress,
-            settings.validate_every,
-            settings.checkpoint_every,
-            lambda: self._validate(model, validation, phase),
-            lambda: self._save(model, envs),
-            settings.minutes,
+            settings,
+            validate=lambda: self._validate(model, validation, phase),
+            save=lambda: self._save(model, envs),
         )
         boundaries.init_callback(model)
         if model.num_timesteps < end:
+            on_policy = isinstance(model, on_policy_algorithm.OnPolicyAlgorithm)
             name = f"training {progress.phase + 1}/{len(settings.phases)}"
-            with ProgressCallback(start, end, name) as bar:
+            with progress_bar() as bar:
+                task = bar.add_task(name, total=end - start, note="")
+
+                def show(*_: object) -> bool:
+                    recent = float(np.mean(model.ep_success_buffer or [0.0]))
+                    note = f"success {100 * recent:.0f} %"
+                    bar.update(task, completed=model.num_timesteps - start, note=note)
+                    return True
+
                 model.learn(
                     end - model.num_timesteps,
-                    callback=[bar, boundaries],
-                    log_interval=self._log_interval(model),
+                    callback=[callbacks.ConvertCallback(show), boundaries],
+                    # Off policy no more than one where the episodes of all envs end together.
+                    log_interval=1 if on_policy else max(EPISODES_PER_RECORD, settings.envs),
                     reset_num_timesteps=False,
                 )
             if not boundaries.interrupted:
@@ -364,30 +285,23 @@ class TrainingRun:
         if self._model is not None:
             models.enter(self._model, envs)
         elif self._parts is not None:
-            state = models.unpack_rest(self._parts)
-            algorithm = settings.learner.algorithm
-            self._model = models.unpack_model(self._parts, state, algorithm, envs, settings.device)
-            self._model.set_logger(self._logger)
-            models.set_records(self._logger, state)
+            self._model = models.unpack_model(self._parts, settings, envs, self._logger)
             self._parts = None
         else:
             self._model = models.make_model(settings.learner, envs, settings.seed, settings.device)
             self._model.set_logger(self._logger)
         return self._model
 
-    def _log_interval(self, model: base_class.BaseAlgorithm) -> int:
-        """Return the updates, or the episodes, from one record to the next."""
-        if isinstance(model, on_policy_algorithm.OnPolicyAlgorithm):
-            return 1
-        # No more than one record where the episodes of all environments end together.
-        return max(EPISODES_PER_RECORD, self._settings.envs)
-
     def _validate(
         self, model: base_class.BaseAlgorithm, validation: Validation, phase: Phase
     ) -> None:
         """Validate, log it and keep the policy if it is the best."""
         result = validation(model)
-        log_validation(model, result)
+        # A logger of its own: what the model has recorded belongs to a later step.
+        own = logger.Logger(None, model.logger.output_formats)
+        for name, value in result.items():
+            own.record(f"validation/{name}", value)
+        own.dump(model.num_timesteps)
         self._progress.validated_at = model.num_timesteps
         if self._progress.note(result, phase.stop):
             models.save_policy(model, self._folder.best)

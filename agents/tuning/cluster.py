@@ -33,16 +33,8 @@ def search_on_ray(
     A trial whose process or node is lost goes on elsewhere, from the last checkpoint in its run
     folder; so does the whole search if it is called again.
 
-    Parameters
-    ----------
-    search : Search
-        What is searched.
-    output : Path
-        Folder of the trials' runs, in a place that all nodes share.
-    address : str, optional
-        Of the cluster; None takes the one in ``RAY_ADDRESS``, or starts one here.
-    cpus : int
-        CPUs of the cluster that each trial takes.
+    The trials' runs lie in `output`, in a place that all nodes share; each takes so many `cpus`.
+    The address is that of the cluster; None takes the one in ``RAY_ADDRESS``, or starts one here.
 
     Raises
     ------
@@ -63,8 +55,7 @@ def search_on_ray(
     for result in results:
         if result.config and result.metrics and result.metrics.get(ENDED):
             value = float(result.metrics[search.settings.objective])
-            folder = output / result.metrics[FOLDER]
-            found.append(Trial(folder, value, result.config))
+            found.append(Trial(output / result.metrics[FOLDER], value, result.config))
     return found
 
 

@@ -4,18 +4,17 @@ import json
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
-import pydantic
 from pydantic import Discriminator, Field, Tag, model_validator
-from rich.console import Console
-from rich.table import Table
+from rich import console, table
 
 from agents import settings as train_settings
 from agents.training import envs, run
 from agents.training.folder import RunInfo
-from magfold_env.scene import Problem, SceneError, errors
+from magfold_env.scene import Problem, SceneError
 
 Drawn = float | int | str
 """A value as Optuna keeps it: a number, or a choice written as JSON."""
@@ -113,18 +112,12 @@ class TuneSettings(train_settings.Group, frozen=True):
 
 @dataclass(frozen=True)
 class Search:
-    """A search that can begin: settings that were checked, and the runs it varies.
-
-    Attributes
-    ----------
-    settings : TuneSettings
-        What is searched.
-    base : TrainSettings
-        What every trial has in common.
-    """
+    """A search that can begin: settings that were checked, and the runs it varies."""
 
     settings: TuneSettings
+    """What is searched."""
     base: train_settings.TrainSettings
+    """What every trial has in common."""
 
     @property
     def key(self) -> dict[str, Any]:
@@ -149,14 +142,9 @@ class Search:
 def load_search(path: str, assignments: Sequence[str] = (), trials: int | None = None) -> Search:
     """Read and check a search.
 
-    Parameters
-    ----------
-    path : str
-        A file, or the name of one in ``configs/tuning``, with or without its suffix.
-    assignments : sequence of str
-        Training settings that are different in all trials, such as ``learner.gamma=0.9``.
-    trials : int, optional
-        Number of trials; None leaves the file's.
+    It is the file at `path`, or that of this name in ``configs/tuning``, with or without suffix.
+    Training settings that `assignments` give, such as ``learner.gamma=0.9``, are different in all
+    trials; `trials` is their number, unless the file's holds.
 
     Raises
     ------
@@ -168,11 +156,7 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
     content = train_settings.read_mapping(file)
     if trials is not None:
         content["trials"] = trials
-    try:
-        settings = TuneSettings.model_validate(content)
-    except pydantic.ValidationError as error:
-        lines = [f"{file}: {problem}" for problem in errors.problems_of(error, TuneSettings)]
-        raise train_settings.SettingsError("\n".join(lines)) from None
+    settings = train_settings.checked(TuneSettings, content, file)
     with _named_source(file, "settings"):
         given = settings.settings | dict(map(train_settings.parse_assignment, assignments))
         base = train_settings.changed_settings(train_settings.load_settings(settings.config), given)
@@ -185,7 +169,7 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
     if settings.least_validations > search.validations:
         allowed = f"must be at most {search.validations}, the validations of a trial"
         problem = Problem("least_validations", settings.least_validations, allowed)
-        raise train_settings.SettingsError(f"{file}: {problem}")
+        raise train_settings.SettingsError([problem], str(file))
     return search
 
 
@@ -213,7 +197,7 @@ def run_trial(
     try:
         run.train(settings, folder, watch=watch)
     except run.DivergedError as error:
-        Console(stderr=True).print(f"{folder.name}: {error}", highlight=False)
+        console.Console(stderr=True).print(f"{folder.name}: {error}", highlight=False)
         return NOTHING
     info = RunInfo.read(folder)
     assert info is not None
@@ -223,34 +207,28 @@ def run_trial(
 
 def report_best(search: Search, trials: Sequence[Trial], output: Path) -> None:
     """Print the best trials; write the settings of the best as those of a run of its own."""
-    console = Console()
+    shown = console.Console()
     if not trials:
-        console.print("no trial has come to its end")
+        shown.print("no trial has come to its end")
         return
-    console.print(best_table(search, trials))
-    best = train_settings.load_settings(max(trials, key=_value).folder / "settings.yaml")
+    shown.print(best_table(search, trials))
+    folder = max(trials, key=attrgetter("value")).folder
+    best = train_settings.load_settings(folder / "settings.yaml")
     file = output / "best.yaml"
     train_settings.save_settings(
         train_settings.changed_settings(best, {"name": f"{search.settings.name}-best"}), file
     )
-    console.print(f"the best settings, for python -m agents.train: {file}", soft_wrap=True)
+    shown.print(f"the best settings, for python -m agents.train: {file}", soft_wrap=True)
 
 
-def best_table(search: Search, trials: Sequence[Trial], count: int = 10) -> Table:
+def best_table(search: Search, trials: Sequence[Trial], count: int = 10) -> table.Table:
     """Return a table of the best trials, the best first."""
     settings = search.settings
-    table = Table(title=f"{settings.name}: the best of {len(trials)} trials that ended")
+    best = table.Table(title=f"{settings.name}: the best of {len(trials)} trials that ended")
     for name in ("trial", settings.objective, *(key.split(".")[-1] for key in settings.space)):
-        table.add_column(name, overflow="fold")
-    for trial in sorted(trials, key=_value, reverse=True)[:count]:
-        values = (_text(trial.drawn[key]) for key in settings.space)
-        table.add_row(trial.folder.name, f"{trial.value:.3f}", *values)
-    return table
-
-
-def _value(trial: Trial) -> float:
-    return trial.value
-
-
-def _text(drawn: Drawn) -> str:
-    return f"{drawn:.3g}" if isinstance(drawn, float) else str(drawn)
+        best.add_column(name, overflow="fold")
+    for trial in sorted(trials, key=attrgetter("value"), reverse=True)[:count]:
+        drawn = (trial.drawn[key] for key in settings.space)
+        values = (f"{each:.3g}" if isinstance(each, float) else str(each) for each in drawn)
+        best.add_row(trial.folder.name, f"{trial.value:.3f}", *values)
+    return best

@@ -28,17 +28,9 @@ def search_here(
 ) -> list[Trial]:
     """Run the trials that are left; return all that came to their end.
 
-    Parameters
-    ----------
-    search : Search
-        What is searched.
-    output : Path
-        Folder of the trials' runs, and of the storage unless another is given.
-    storage : str, optional
-        Address of the database that keeps the study, as SQLAlchemy writes it; by default the
-        SQLite file ``study.db`` in `output`.
-    minutes : float, optional
-        Time after which no further trial is begun.
+    The trials' runs lie in `output`, and so does the database that keeps the study, ``study.db``,
+    unless `storage` gives the address of another, as SQLAlchemy writes it. After so many `minutes`
+    no further trial is begun.
 
     Raises
     ------

@@ -5,7 +5,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from stable_baselines3 import PPO
 
-from agents.evaluation.episodes import make_env, play, play_all, players, warm_up
+from agents.evaluation.episodes import make_env, play, play_all, warm_up
 from agents.evaluation.policies import DesignPolicy, RandomPolicy, TrainedPolicy
 from agents.settings import TrainSettings
 from agents.training.models import save_policy
@@ -58,8 +58,7 @@ def test_a_trained_policy_plays_the_same_in_any_number_of_processes(run: Path) -
     episodes = [(t, s) for t in ("LRLLL", "RLRRR") for s in episode_seeds("evaluation", 1)]
     policy = str(run / "policy.zip")
     alone = list(play_all(policy, SETTINGS.env, episodes))
-    with players(2) as pool:
-        shared = list(play_all(policy, SETTINGS.env, episodes, pool))
+    shared = list(play_all(policy, SETTINGS.env, episodes, processes=2))
     assert alone == shared
     assert [(o.target, o.seed) for o in alone] == episodes
 

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from agents.settings import SettingsError, TrainSettings, save_settings
 from agents.train import main
-from agents.training.folder import Resume, RunInfo, cut_events, event_sizes, import_wandb
+from agents.training.folder import RunInfo, cut_events, event_sizes, import_wandb
 from agents.training.run import BoundaryCallback, train
 from magfold_env.checkpoint import CheckpointError
 from tests.agents.training import records, tiny
@@ -110,7 +110,7 @@ def test_another_runs_folder_is_refused_unless_it_may_be_cleared(tmp_path: Path)
     save_settings(tiny(), tmp_path / "settings.yaml")
     with pytest.raises(SettingsError, match=r"another run, whose seed is 0 where"):
         train(tiny(seed=1), tmp_path)
-    train(tiny(timesteps=48), tmp_path, Resume.NEVER)
+    train(tiny(timesteps=48), tmp_path, resume=False)
     with pytest.raises(SettingsError, match="another run"):
         train(tiny(), tmp_path)
 

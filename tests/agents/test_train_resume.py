@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from agents.settings import TrainSettings, save_settings
-from agents.training.folder import Resume, RunInfo
+from agents.training.folder import RunInfo
 from agents.training.run import BoundaryCallback, train
 from tests.agents.training import records, same_weights, tiny
 
@@ -110,7 +110,7 @@ def test_a_finished_run_is_left_as_it_is(tmp_path: Path) -> None:
     before = policy.stat().st_mtime_ns
     assert train(tiny(), tmp_path) == policy
     assert policy.stat().st_mtime_ns == before
-    train(tiny(), tmp_path, Resume.NEVER)
+    train(tiny(), tmp_path, resume=False)
     assert policy.stat().st_mtime_ns > before
 
 

@@ -22,7 +22,6 @@ from agents.evaluation.policies import (
     FrozenPolicy,
     TrainedPolicy,
     read_choices,
-    read_key,
 )
 from agents.settings import load_settings
 from agents.training.models import read_archive, write_archive
@@ -117,7 +116,6 @@ def _states() -> list[bytes]:
 
 
 def _read_choices(path: Path) -> None:
-    read_key(path)
     FrozenPolicy(read_choices(path))
     ChoiceFile(path, KEY)
 
