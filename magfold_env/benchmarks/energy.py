@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
 
 from magfold_env.laws.random_scenes import random_sequence
 from magfold_env.minimiser import Landscape, Mode, descend, ground_state, minimise
+from magfold_env.reporting import timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
-from magfold_env.reporting.timing import Task, spread_of, take_turns, unprepared
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words, headings
 
@@ -39,21 +40,17 @@ def scan(quick: bool, progress: Progress) -> Measurement:
     every = 1 << (4 * SCANNED - 1)
     word = folded_words(SCANNED)[0]
     ground = "ground state of every sequence, folded words"
-    work: dict[str, tuple[Task, int, int]] = {
-        "random sequences, folded words": (
-            unprepared(lambda: folded.energies(signs)), len(signs), 26
-        ),
-        "random sequences, all words": (
-            unprepared(lambda: everything.energies(signs)), len(signs), 229
-        ),
-        "every sequence, one word": (unprepared(lambda: folded.every_energy(word)), every, 1),
-        ground: (unprepared(folded.every_sequence), every, 26),
-    }  # fmt: skip
+    work: dict[str, tuple[Callable[[], object], int, int]] = {
+        "random sequences, folded words": (lambda: folded.energies(signs), len(signs), 26),
+        "random sequences, all words": (lambda: everything.energies(signs), len(signs), 229),
+        "every sequence, one word": (lambda: folded.every_energy(word), every, 1),
+        ground: (folded.every_sequence, every, 26),
+    }
     if not quick:
-        scanned = (unprepared(everything.every_sequence), every, 229)
+        scanned = (everything.every_sequence, every, 229)
         work["ground state of every sequence, all words"] = scanned
-    timings = take_turns(
-        {name: task for name, (task, _, _) in work.items()},
+    timings = timing.take_turns(
+        {name: timing.unprepared(call) for name, (call, _, _) in work.items()},
         rounds=2 if quick else 7,
         tick=lambda share: progress(share, "scanning"),
     )
@@ -92,7 +89,7 @@ def ground_states(quick: bool, progress: Progress) -> Measurement:
             taken.append(time.thread_time() - begun)
             nodes.append(found.nodes)
             proved += found.proved
-        spread = spread_of(np.array(taken))
+        spread = timing.spread_of(np.array(taken))
         rows.append(
             {
                 "components": n,

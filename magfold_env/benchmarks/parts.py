@@ -1,23 +1,41 @@
-"""The parts of every benchmark: what measures each, and what draws it.
+"""The parts of every benchmark: what measures each, what draws it, and how they are run.
 
 What is said about them stands in `descriptions.toml`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from magfold_env.benchmarks import design, energy, predict, runner
+from rich import progress as bars
+from rich.console import Console
+
+from magfold_env.benchmarks import design, energy, predict
 from magfold_env.benchmarks.dynamics import contact, features, folds, scaling, smooth
 from magfold_env.benchmarks.env import episodes, overhead
 from magfold_env.benchmarks.env import peers as tasks
 from magfold_env.benchmarks.magnets import accuracy, devices, far, fold, peers, points
 from magfold_env.benchmarks.magnets import scaling as long_magnets
-from magfold_env.benchmarks.runner import Part
 from magfold_env.benchmarks.whole import skipping, work_precision
 from magfold_env.laws import experiment, pinned_chain
-from magfold_env.laws.integrators import dop853
+from magfold_env.reporting import machine, plotting, tables
+from magfold_env.reporting.tables import Measurement, Progress, Row
+
+FILE_WIDTH = 110  # of the report where it is not written to a terminal
+
+
+@dataclass(frozen=True)
+class Part:
+    """What can be measured by itself."""
+
+    measure: Callable[[bool, Progress], Measurement]
+    """Takes whether to measure less, and what is told how far it is."""
+    draw: Callable[[list[Row]], Any] | None = None
+    """Turns the rows into a matplotlib figure."""
+
 
 BENCHMARKS: dict[str, dict[str, Part]] = {
     "whole": {
@@ -26,8 +44,8 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
     },
     "dynamics": {
         "scaling": Part(scaling.run, pinned_chain.draw),
-        "smooth": Part(smooth.run, smooth.draw, check=dop853),
-        "restarts": Part(smooth.restarts, check=dop853),
+        "smooth": Part(smooth.run, smooth.draw),
+        "restarts": Part(smooth.restarts),
         "contact": Part(contact.run, contact.draw),
         "folds": Part(folds.run),
         "features": Part(features.run, features.draw),
@@ -69,5 +87,79 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
 
 
 def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
-    """Measure parts of a benchmark, print, and write tables and diagrams: see `runner.run`."""
-    runner.run(name, BENCHMARKS[name], only, quick, out)
+    """Measure parts of a benchmark, print, and write tables and diagrams.
+
+    Parameters
+    ----------
+    name
+        Of the benchmark, and of its JSON file.
+    only
+        Names of the parts to measure; all if empty.
+    quick
+        Whether to measure less, with fewer repeats: to see that it works, not to quote.
+    out
+        Folder for CSV, JSON and PNG files, made if need be; None writes nothing.
+
+    Raises
+    ------
+    ValueError
+        If a part is not known, or an extra that is needed is not installed.
+    """
+    parts = BENCHMARKS[name]
+    unknown = [each for each in only if each not in parts]
+    if unknown:
+        raise ValueError(
+            f"--only: {unknown[0]!r} is not allowed; must be one of {', '.join(parts)}"
+        )
+    chosen = list(only) or list(parts)
+    if out is not None:
+        try:
+            plotting.figure_class()
+        except ImportError as error:
+            raise ValueError(str(error)) from error
+        out.mkdir(parents=True, exist_ok=True)
+    system = machine.describe()
+    measured = {each: measure(each, parts[each], quick) for each in chosen}
+    console = report_console()
+    tables.show(console, system, measured)
+    if out is not None:
+        written = tables.write(out, name, system, measured)
+        for each, found in measured.items():
+            written += draw(each, parts[each], found, out)
+        for path in written:
+            console.print(f"written: {path}", highlight=False)
+
+
+def report_console() -> Console:
+    """Return the console of a report, wide enough where it is a file."""
+    console = Console()
+    return console if console.is_terminal else Console(width=FILE_WIDTH)
+
+
+def measure(name: str, part: Part, quick: bool) -> Measurement:
+    """Measure one part; the bar is on stderr and vanishes with it."""
+    console = Console(stderr=True)
+    with bars.Progress(
+        bars.TextColumn("{task.fields[part]}"),
+        bars.BarColumn(),
+        bars.TextColumn("{task.description}"),
+        bars.TimeElapsedColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ) as bar:
+        task = bar.add_task("", total=1.0, part=name)
+
+        def progress(share: float, what: str) -> None:
+            bar.update(task, completed=share, description=what)
+
+        return part.measure(quick, progress)
+
+
+def draw(name: str, part: Part, found: Measurement, folder: Path) -> list[Path]:
+    """Draw a part's diagram, if it has one, and return the files written."""
+    if part.draw is None or not found.rows:
+        return []
+    path = folder / f"{name}.png"
+    plotting.save_figure(part.draw(found.rows), path)
+    return [path]

@@ -10,7 +10,7 @@ import numpy as np
 
 from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
-from magfold_env.reporting.timing import Task
+from magfold_env.reporting import timing
 from magfold_env.scene import Magnets, Scene, Solver
 from magfold_env.simulation.session import Session
 
@@ -96,7 +96,7 @@ def recorded(scene: Scene) -> Fold:
     return ended(scene, FRAME_RATE).fold()
 
 
-def run_task(*scenes: Scene, frame_rate: float | None = None) -> Task:
+def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
     """Return runs of drawn scenes, one after another, as something to time; prepared untimed."""
 
     def prepare() -> Callable[[], None]:

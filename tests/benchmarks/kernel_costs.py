@@ -31,8 +31,14 @@ import numpy as np
 from magfold_env.benchmarks import energy
 from magfold_env.benchmarks.dynamics.features import FEATURES, build
 from magfold_env.benchmarks.dynamics.folds import scene_of
-from magfold_env.benchmarks.magnets.poses import FOLDED, random_scene, shapes
-from magfold_env.benchmarks.magnets.samples import chain_forces, new_loads, pinned_states
+from magfold_env.benchmarks.magnets.samples import (
+    FOLDED,
+    chain_forces,
+    new_loads,
+    pinned_states,
+    random_scene,
+    shapes,
+)
 from magfold_env.benchmarks.runs import KINDS, ended, run_task
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.workspace import new_nodes, new_rigid, new_work

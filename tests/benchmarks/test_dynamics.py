@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks import parts, runner
-from magfold_env.benchmarks.contenders.moreau import moreau_only
+from magfold_env.benchmarks import parts
 from magfold_env.benchmarks.dynamics import contact, features
-from magfold_env.benchmarks.dynamics.contact import Effort, fold
+from magfold_env.benchmarks.dynamics.contact import Effort, fold, moreau_only
 from magfold_env.benchmarks.dynamics.smooth import needed, same_error
-from magfold_env.benchmarks.runner import Part
+from magfold_env.benchmarks.parts import Part
 from magfold_env.benchmarks.runs import CLOSE
 from magfold_env.cli import app
 from magfold_env.laws import smooth_motion
@@ -24,7 +23,7 @@ from magfold_env.reporting.tables import Measurement, Table
 
 
 def drawn(name, found, folder):
-    return runner.draw(name, parts.BENCHMARKS["dynamics"][name], found, folder)
+    return parts.draw(name, parts.BENCHMARKS["dynamics"][name], found, folder)
 
 
 def smooth_row(error, time, evaluations, method="engine"):

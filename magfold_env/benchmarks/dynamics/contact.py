@@ -10,25 +10,45 @@ Magnets keep the scene's accuracy throughout.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import nullcontext
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, nullcontext
 from typing import Any, NamedTuple
+from unittest import mock
 
 import numpy as np
 
 from magfold_env.benchmarks import runs
-from magfold_env.benchmarks.contenders.moreau import moreau_only
+from magfold_env.benchmarks.diagrams import panels_by
 from magfold_env.benchmarks.runs import CLOSE, KINDS, NUDGE, Setting
-from magfold_env.engine.state import Array
+from magfold_env.engine.state import MOREAU_LEFT, Array
 from magfold_env.fold import Fold
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, MARKERS, label_points, legend, panels
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
-from magfold_env.reporting.timing import Task, take_turns
 from magfold_env.scene import Scene, load_scene
+from magfold_env.simulation import session
 
 FINER = 30.0
 DURATION = 1.0  # [s] from the last release; folds take a fifth of it
+ENDLESS = 2**60  # steps
+
+
+@contextmanager
+def moreau_only() -> Generator[None]:
+    """Let all sessions within the block take Moreau's steps only; not for use with threads.
+
+    The engine's own loop is told that Moreau's scheme has all its steps still to take.
+    """
+    run_chain = session.run_chain
+
+    def run(chain: session.Chain, until: float) -> int:
+        _, state, _, _ = chain
+        state.counter[MOREAU_LEFT] = ENDLESS
+        return run_chain(chain, until)
+
+    with mock.patch.object(session, "run_chain", run):
+        yield
+
+
 ENGINE, MOREAU = "events + Moreau", "Moreau only"
 METHODS = {ENGINE: nullcontext, MOREAU: moreau_only}
 
@@ -102,7 +122,7 @@ def measure(name: str, kind: str, scene: Scene, effort: Effort) -> list[Row]:
     exact = fold(scene, finest)
     moved = error_on_the_way(fold(runs.nudged(scene), finest), exact)
     tasks = {setting: _task(scene, *setting) for setting in effort.settings}
-    times = take_turns(tasks, effort.rounds, shortest=0.0)
+    times = timing.take_turns(tasks, effort.rounds, shortest=0.0)
     rows: list[Row] = []
     for method, tolerance in effort.settings:
         with METHODS[method]():
@@ -147,7 +167,7 @@ def _joints(fold: Fold) -> Array:
     return np.diff(angles, axis=1)
 
 
-def _task(scene: Scene, method: str, tolerance: float) -> Task:
+def _task(scene: Scene, method: str, tolerance: float) -> timing.Task:
     task = runs.run_task(Setting("adaptive", tolerance).on(scene))
 
     def prepare() -> Callable[[], None]:
@@ -219,28 +239,26 @@ def draw(rows: list[Row]) -> Any:
     Scenes that are set aside are left out, if any other is left.
     """
     rows = clear(rows) or rows
-    kinds = tables.distinct(rows, "kind")
-    figure, axes = panels(len(kinds), "Folds with contact: error on the way against run time")
-    for axis, kind in zip(axes, kinds, strict=True):
+    title = "Folds with contact: error on the way against run time"
+    labels = "run time [s]", "largest error of a relative angle at any time [rad]"
+    figure, panels = panels_by(rows, ("kind",), title, labels)
+    for axis, here in panels:
         for k, method in enumerate(METHODS):
-            mine = tables.select(rows, kind=kind, method=method)
-            colour = COLOURS[k + 1]
+            mine = tables.select(here, method=method)
+            colour = plotting.COLOURS[k + 1]
             for scene in tables.distinct(mine, "scene"):
                 one = _time_and_error(tables.select(mine, scene=scene))
                 axis.loglog(*one, color=colour, linewidth=0.7, alpha=0.45)
             tolerances = sorted(tables.distinct(mine, "tolerance [rad]"), reverse=True)
             groups = [tables.select(mine, {"tolerance [rad]": t}) for t in tolerances]
             middle = np.array([np.median(_time_and_error(g), axis=1) for g in groups]).T
-            style = {"marker": MARKERS[k], "markersize": 6, "linewidth": 2.2, "label": method}
-            axis.loglog(*middle, color=colour, **style)
+            style = {"marker": plotting.MARKERS[k], "markersize": 6, "linewidth": 2.2}
+            axis.loglog(*middle, color=colour, label=method, **style)
             texts = [f"{tolerance:g}" for tolerance in tolerances]
-            label_points(axis, middle.T, texts, left=k == 0, color=colour)
-        axis.set_title(kind, fontsize=11)
-        axis.set_xlabel("run time [s]")
+            plotting.label_points(axis, middle.T, texts, left=k == 0, color=colour)
         axis.tick_params(axis="x", which="minor", labelbottom=False)
-    axes[0].set_ylabel("largest error of a relative angle at any time [rad]")
-    title = "medians over scenes, by tolerance [rad]"
-    legend(axes[0], "lower right", title_fontsize=8, title=title)
+    said = "medians over scenes, by tolerance [rad]"
+    plotting.legend(panels[0][0], "lower right", title_fontsize=8, title=said)
     return figure
 
 

@@ -13,14 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from magfold_env.benchmarks.diagrams import name_bars
 from magfold_env.benchmarks.runs import ended, run_task
 from magfold_env.engine.state import Array
 from magfold_env.engine.workspace import new_work
 from magfold_env.laws.integrators import double_euler
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, INK, legend, panels
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
-from magfold_env.reporting.timing import Task, take_turns, unprepared
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import headings
 from magfold_env.simulation.pack import pack
@@ -71,13 +70,15 @@ def run(quick: bool, progress: Progress) -> Measurement:
     rates = {name: FRAME_RATE if name == RECORDED else None for name in scenes}
     progress(0.0, "runs")
     runs = {name: run_task(scene, frame_rate=rates[name]) for name, scene in scenes.items()}
-    times = take_turns(runs, rounds, tick=lambda share: progress(0.6 * share, "runs"))
+    times = timing.take_turns(runs, rounds, tick=lambda share: progress(0.6 * share, "runs"))
     sessions = {name: ended(scene, rates[name]) for name, scene in scenes.items()}
-    kernels: dict[tuple[str, str], Task] = {}
+    kernels: dict[tuple[str, str], timing.Task] = {}
     for name, scene in scenes.items():
         kernels[name, "start"] = _evaluations(scene, headings(np.array(scene.start_angles)))
         kernels[name, "end"] = _evaluations(scene, sessions[name].angles)
-    taken = take_turns(kernels, rounds, tick=lambda share: progress(0.6 + 0.4 * share, "kernels"))
+    taken = timing.take_turns(
+        kernels, rounds, tick=lambda share: progress(0.6 + 0.4 * share, "kernels")
+    )
     ends = {name: taken[name, "start"].median + taken[name, "end"].median for name in scenes}
     prices = {name: 1e6 * both / (2 * EVALUATIONS) for name, both in ends.items()}
     chain = prices[CHAIN]
@@ -126,7 +127,7 @@ def build(changes: dict[str, Any]) -> Scene:
     return scene.draw(np.random.default_rng(SEED))
 
 
-def _evaluations(scene: Scene, angles: Array) -> Task:
+def _evaluations(scene: Scene, angles: Array) -> timing.Task:
     """Evaluate the smooth accelerations `EVALUATIONS` times at headings (n,) [rad].
 
     Double Euler without any time to go does it, within a compiled loop as integrators do.
@@ -134,28 +135,26 @@ def _evaluations(scene: Scene, angles: Array) -> Task:
     model = pack(scene.replace(mount="pinned"))
     work, y = new_work(model), np.zeros(2 * (scene.n + 2))
     y[: scene.n] = angles
-    return unprepared(lambda: double_euler(model, work, y, 0.0, EVALUATIONS))
+    return timing.unprepared(lambda: double_euler(model, work, y, 0.0, EVALUATIONS))
 
 
 def draw(rows: list[Row]) -> Any:
     """Bars of the time an evaluation takes in a run, by what it is spent on."""
-    figure, axes = panels(1, "Cost of an evaluation by feature", width=9.5, height=5.2)
-    axis = axes[0]
+    figure, (axis,) = plotting.panels(1, "Cost of an evaluation by feature", 9.5, 5.2)
     place = np.arange(len(rows))
     total = tables.numbers(rows, "run / evaluations [µs]")
     left = np.zeros(len(rows))
-    for (column, label), colour in zip(PARTS.items(), (1, 5, 3), strict=True):
+    for (column, label), k in zip(PARTS.items(), (1, 5, 3), strict=True):
         width = total * np.clip(tables.numbers(rows, column), 0.0, 100.0) / 100.0
-        axis.barh(place, width, left=left, color=COLOURS[colour], label=label, height=0.65)
+        colour = plotting.COLOURS[k]
+        axis.barh(place, width, left=left, color=colour, label=label, height=0.65)
         left += width
     for y, value, row in zip(place, total, rows, strict=True):
         per_run = float(row["run [µs]"]) / 1e3
         text = f" {value:.3g} µs × {float(row['evaluations']):.0f} = {per_run:.3g} ms"
-        axis.text(max(left[y], value), y, text, va="center", fontsize=8, color=INK)
-    axis.set_yticks(place, [str(row["features"]) for row in rows])
-    axis.invert_yaxis()
+        axis.text(max(left[y], value), y, text, va="center", fontsize=8, color=plotting.INK)
     axis.set_xlim(0.0, 1.4 * float(total.max()))
-    axis.set_xlabel("run time / evaluations [µs]; at the bar: × evaluations = a run")
-    axis.grid(visible=False, axis="y")
-    legend(axis, "upper right")
+    names = [str(row["features"]) for row in rows]
+    name_bars(axis, names, "run time / evaluations [µs]; at the bar: × evaluations = a run")
+    plotting.legend(axis, "upper right")
     return figure

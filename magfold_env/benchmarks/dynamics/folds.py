@@ -21,9 +21,8 @@ import numpy as np
 from magfold_env.benchmarks.runs import CLOSE, KINDS, SPEED, ended, final_difference, run_task
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.laws.random_scenes import designed_sequence
-from magfold_env.reporting import tables
+from magfold_env.reporting import tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
-from magfold_env.reporting.timing import take_turns
 from magfold_env.scene import Scene, Solver
 
 COMPONENTS = 6
@@ -66,7 +65,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
             for tolerance in effort.tolerances
         }
         tasks = {case: run_task(scene) for case, scene in cases.items()}
-        times = take_turns(tasks, effort.rounds, shortest=0.0)
+        times = timing.take_turns(tasks, effort.rounds, shortest=0.0)
         for (name, tolerance), scene in cases.items():
             end = ended(scene).fold()
             found.rows.append(

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 from magfold_env.laws.pinned_chain import LANES, LONG, MUJOCO, PINOCCHIO, SCALAR, measure, missing
-from magfold_env.reporting import tables
+from magfold_env.reporting import tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
-from magfold_env.reporting.timing import Spread
 
 # At these lengths: how many times faster than Pinocchio one chain must be.
 PINOCCHIO_FACTORS = {6: 6.0, 60: 12.0, 450: 12.0}
@@ -43,14 +42,14 @@ def _findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
     for n, factor in PINOCCHIO_FACTORS.items():
         for row in tables.select(rows, contender=PINOCCHIO, n=n):
-            times = Spread(*(float(row[key]) for key in QUARTILES))
+            times = timing.Spread(*(float(row[key]) for key in QUARTILES))
             found.append(
                 f"n = {n}: {times} times faster than Pinocchio; at least {factor} is asked for: "
                 f"{tables.verdict(times.median >= factor)}"
             )
     for row in tables.select(rows, contender=LANES, n=LANES_AT):
         middle, low, high = (1.0 / float(row[key]) for key in QUARTILES)
-        times = Spread(middle, high, low)  # a reciprocal turns the quartiles around
+        times = timing.Spread(middle, high, low)  # a reciprocal turns the quartiles around
         found.append(
             f"n = {LANES_AT}: in lanes {times} times faster than one chain after the other; at "
             f"least {LANES_FACTOR} is asked for: {tables.verdict(times.median >= LANES_FACTOR)}"

@@ -20,10 +20,8 @@ from numpy.typing import NDArray
 
 from magfold_env.benchmarks.env import players
 from magfold_env.benchmarks.env.players import ENVS, TUBE_FEED, rate_cells, rate_verdict
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, INK, MARKERS, legend, panels
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.reporting.timing import Task, ratio, take_turns
 
 LENGTHS = (4, 6, 8, 12)
 SEED, STEPS_SEED = 17, 5
@@ -80,16 +78,16 @@ def measure(n: int, clock: str, effort: Effort, tick: Tick) -> list[Row]:
     """Return a row for each way to play chains of n components that is timed with a clock."""
     ways = WAYS[clock]
     tasks = {way: _task(n, way, effort.envs) for way in ways}
-    times = take_turns(tasks, effort.rounds, 0.0, CLOCKS[clock], tick)
+    times = timing.take_turns(tasks, effort.rounds, 0.0, CLOCKS[clock], tick)
     rows: list[Row] = []
     for way, mine in times.items():
         row: Row = {"n": n, "clock": clock, "form": way.form, "threads": way.threads}
         row |= rate_cells("episodes", mine, effort.envs)
-        rows.append(row | {"times the first": ratio(times[ways[0]], mine).median})
+        rows.append(row | {"times the first": timing.ratio(times[ways[0]], mine).median})
     return rows
 
 
-def _task(n: int, way: Way, envs: int) -> Task:
+def _task(n: int, way: Way, envs: int) -> timing.Task:
     """Return the task to play so many episodes."""
     play, rounds = _player(n, way, envs), count()
 
@@ -125,7 +123,7 @@ def _findings(rows: list[Row]) -> list[str]:
 
 def draw(rows: list[Row]) -> Any:
     """Episodes a second against the length, a panel a clock."""
-    figure, axes = panels(len(WAYS), "Tube-feed episodes a second, dynamics")
+    figure, axes = plotting.panels(len(WAYS), "Tube-feed episodes a second, dynamics")
     for axis, (clock, ways) in zip(axes, WAYS.items(), strict=True):
         for k, way in enumerate(ways):
             mine = tables.select(rows, clock=clock, form=way.form, threads=way.threads)
@@ -133,27 +131,27 @@ def draw(rows: list[Row]) -> Any:
                 tables.numbers(mine, "n"),
                 tables.numbers(mine, "episodes/s"),
                 players.rate_quartiles(mine, "episodes/s"),
-                color=COLOURS[k + 1],
-                marker=MARKERS[k],
+                color=plotting.COLOURS[k + 1],
+                marker=plotting.MARKERS[k],
                 markersize=5,
                 capsize=3,
                 label=f"{way}",
             )
         wanted = WANTED[max(way.threads for way in ways)]
-        axis.plot(COMPONENTS, wanted, "_", color=INK, markersize=22, markeredgewidth=2)
+        axis.plot(COMPONENTS, wanted, "_", color=plotting.INK, markersize=22, markeredgewidth=2)
         axis.annotate(
             f"asked for: {wanted:g}",
             (COMPONENTS, wanted),
             (14, -3),
             textcoords="offset points",
             fontsize=9,
-            color=INK,
+            color=plotting.INK,
         )
         axis.set_yscale("log")
         axis.set_title(clock, fontsize=11)
         axis.set_xlabel("components n")
         axis.set_xticks(sorted(tables.distinct(rows, "n")))
-        legend(axis, "lower left")
+        plotting.legend(axis, "lower left")
     axes[0].set_ylabel("episodes a second")
     return figure
 
@@ -167,7 +165,7 @@ def quasistatic(quick: bool, progress: Progress) -> Measurement:
         )
         for (form, envs), (shaping, kind) in product(FORMS.items(), SHAPINGS.items())
     }
-    times = take_turns(tasks, rounds, 0.0, tick=lambda share: progress(share, "steps"))
+    times = timing.take_turns(tasks, rounds, 0.0, tick=lambda share: progress(share, "steps"))
     rows: list[Row] = []
     findings: list[str] = []
     for (form, shaping), mine in times.items():
@@ -184,12 +182,18 @@ def quasistatic(quick: bool, progress: Progress) -> Measurement:
 
 def draw_quasistatic(rows: list[Row]) -> Any:
     """Draw steps a second as bars."""
-    figure, axes = panels(1, "Quasistatic tube-feed steps a second, one core", 7.0, 3.2)
+    figure, axes = plotting.panels(1, "Quasistatic tube-feed steps a second, one core", 7.0, 3.2)
     axis, places = axes[0], np.arange(len(rows))
     quartiles = players.rate_quartiles(rows, "steps/s")
-    axis.barh(places, tables.numbers(rows, "steps/s"), xerr=quartiles, color=COLOURS[1], capsize=3)
+    axis.barh(
+        places,
+        tables.numbers(rows, "steps/s"),
+        xerr=quartiles,
+        color=plotting.COLOURS[1],
+        capsize=3,
+    )
     axis.set_yticks(places, [f"{row['form']}, shaping {row['shaping']}" for row in rows])
     axis.invert_yaxis()
     axis.set_xlabel("steps/s")
-    axis.axvline(STEPS_WANTED, color=INK, linestyle="--", linewidth=1.0)
+    axis.axvline(STEPS_WANTED, color=plotting.INK, linestyle="--", linewidth=1.0)
     return figure

@@ -14,14 +14,13 @@ from typing import Any, get_args
 
 import numpy as np
 
+from magfold_env.benchmarks.diagrams import panels_by
 from magfold_env.benchmarks.env import players
 from magfold_env.benchmarks.env.players import TUBE_FEED, KernelClock, Vector
 from magfold_env.engine.state import Array
 from magfold_env.envs.tasks.options import Fidelity
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import INK, curve, legend_below, panels
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.reporting.timing import Task, Timing, take_turns
 
 COUNTS = (1, 4, 16, 64, 256)
 COMPONENTS = 6
@@ -51,23 +50,23 @@ def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick
         for count in counts
     }
     firsts = {count: _first_step(env) for count, env in envs.items()}
-    first = take_turns(firsts, rounds, tick=lambda share: tick(0.5 * share))
+    first = timing.take_turns(firsts, rounds, tick=lambda share: tick(0.5 * share))
     rows: list[Row] = []
     for k, (count, env) in enumerate(envs.items()):
         outside = outside_kernels(env, rounds)
         taken = {
             FIRST: first[count],
-            ON_THE_WAY: Timing(outside[:, 1:-1].mean(axis=1)),
-            LAST: Timing(outside[:, -1]),
+            ON_THE_WAY: timing.Timing(outside[:, 1:-1].mean(axis=1)),
+            LAST: timing.Timing(outside[:, -1]),
         }
-        for way, timing in taken.items():
+        for way, spent in taken.items():
             row: Row = {"fidelity": fidelity, "measured on": way, "envs": count}
-            rows.append(row | timing.spread.time_cells("µs", 1e6))
+            rows.append(row | spent.spread.time_cells("µs", 1e6))
         tick(0.5 + 0.5 * (k + 1) / len(envs))
     return rows
 
 
-def _first_step(env: Vector) -> Task:
+def _first_step(env: Vector) -> timing.Task:
     (action,) = players.drawn_actions(env, 1, SEED)
 
     def prepare() -> Callable[[], object]:
@@ -141,23 +140,18 @@ def _findings(rows: list[Row]) -> list[str]:
 
 def draw(rows: list[Row]) -> Any:
     """Python's share of a vector step against the number of environments, a panel a fidelity."""
-    fidelities = tables.distinct(rows, "fidelity")
-    figure, axes = panels(len(fidelities), "Python's share of a vector step")
+    title, labels = "Python's share of a vector step", ("environments", "time [µs]")
+    figure, panels = panels_by(rows, ("fidelity",), title, labels)
     counts = sorted(tables.distinct(rows, "envs"))
     step, env = WANTED
-    for axis, fidelity in zip(axes, fidelities, strict=True):
-        mine = tables.select(rows, fidelity=fidelity)
-        for k, way in enumerate(tables.distinct(mine, "measured on")):
-            curve(
-                axis, tables.select(mine, {"measured on": way}), "envs", "time [µs]", k, label=way
-            )
-        asked = f"asked for: {step:g} µs + {env:g} µs an environment"
+    asked = f"asked for: {step:g} µs + {env:g} µs an environment"
+    for axis, here in panels:
+        for k, way in enumerate(tables.distinct(here, "measured on")):
+            mine = tables.select(here, {"measured on": way})
+            plotting.curve(axis, mine, "envs", "time [µs]", k, label=way)
         limits = [allowed(count) for count in counts]
-        axis.loglog(counts, limits, color=INK, linestyle=":", label=asked)
-        axis.set_title(fidelity, fontsize=11)
+        axis.loglog(counts, limits, color=plotting.INK, linestyle=":", label=asked)
         axis.set_xticks(counts, [f"{count}" for count in counts])
         axis.minorticks_off()
-        axis.set_xlabel("environments")
-    axes[0].set_ylabel("time [µs]")
-    legend_below(figure, axes[0])
+    plotting.legend_below(figure, panels[0][0])
     return figure

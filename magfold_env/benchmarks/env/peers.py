@@ -15,10 +15,8 @@ import numpy as np
 
 from magfold_env.benchmarks.env import players
 from magfold_env.benchmarks.env.players import TUBE_FEED
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, MARKERS, legend_below, panels
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
-from magfold_env.reporting.timing import take_turns
 
 SEED = 41
 SINGLE, VECTOR = "single", "vector"
@@ -91,7 +89,9 @@ def run(quick: bool, progress: Progress) -> Measurement:
         )
         for each, form in product(there, (SINGLE, VECTOR))
     }
-    times = take_turns(tasks, effort.rounds, 0.0, tick=lambda share: progress(share, "steps"))
+    times = timing.take_turns(
+        tasks, effort.rounds, 0.0, tick=lambda share: progress(share, "steps")
+    )
     rows: list[Row] = []
     for (each, form), taken in times.items():
         length = lengths[each.title]
@@ -117,16 +117,18 @@ def installed() -> bool:
 
 def draw(rows: list[Row]) -> Any:
     """Draw steps and episodes a second of all tasks, alone and side by side."""
-    figure, axes = panels(2, "Beside other tasks, one core, random actions", 6.0, 3.8, shared=False)
+    figure, axes = plotting.panels(
+        2, "Beside other tasks, one core, random actions", 6.0, 3.8, shared=False
+    )
     titles = tables.distinct(rows, "task")
     for axis, what in zip(axes, ("steps/s", "episodes/s"), strict=True):
         for k, form in enumerate((SINGLE, VECTOR)):
             axis.plot(
                 tables.numbers(tables.select(rows, form=form), what),
                 np.arange(len(titles)),
-                color=COLOURS[k + 1],
+                color=plotting.COLOURS[k + 1],
                 linestyle="none",
-                marker=MARKERS[k],
+                marker=plotting.MARKERS[k],
                 markersize=8,
                 label=form,
             )
@@ -135,5 +137,5 @@ def draw(rows: list[Row]) -> Any:
         axis.set_xscale("log")
         axis.set_xlabel(what)
         axis.invert_yaxis()
-    legend_below(figure, axes[0])
+    plotting.legend_below(figure, axes[0])
     return figure

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from magfold_env.engine.compile.jit import is_kernel
 from magfold_env.envs import register_envs
+from magfold_env.reporting import timing
 from magfold_env.reporting.tables import Row, numbers, verdict
-from magfold_env.reporting.timing import Task, Timing, unprepared
 
 TUBE_FEED = "MagFold/TubeFeed-v0"
 ENVS = 64
@@ -61,7 +61,7 @@ def drawn_actions(env: Single | Vector, steps: int, seed: int) -> list[Any]:
     return [space.sample() for _ in range(steps)]
 
 
-def stepping(env_id: str, envs: int | None, steps: int, seed: int, **options: Any) -> Task:
+def stepping(env_id: str, envs: int | None, steps: int, seed: int, **options: Any) -> timing.Task:
     """Return the task to take steps with random actions; a sample goes on where the last ended.
 
     Parameters
@@ -75,11 +75,11 @@ def stepping(env_id: str, envs: int | None, steps: int, seed: int, **options: An
         alone = single(env_id, **options)
         alone.reset(seed=seed)
         chosen = drawn_actions(alone, steps, seed)
-        return unprepared(lambda: step_single(alone, chosen))
+        return timing.unprepared(lambda: step_single(alone, chosen))
     together = vector(env_id, envs, **options)
     together.reset(seed=seed)
     many = drawn_actions(together, steps // envs, seed)
-    return unprepared(lambda: step_vector(together, many))
+    return timing.unprepared(lambda: step_vector(together, many))
 
 
 def step_single(env: Single, actions: Iterable[Any]) -> None:
@@ -142,7 +142,7 @@ def log_uniform(rng: np.random.Generator, steps: int, episodes: int) -> NDArray[
     return rng.uniform(-1.0, 1.0, (steps, episodes, 5)).astype(np.float32)
 
 
-def rate_cells(what: str, taken: Timing, count: float) -> Row:
+def rate_cells(what: str, taken: timing.Timing, count: float) -> Row:
     """Return the cells of a table's row that tell how often a second ``what`` is done.
 
     Parameters

@@ -12,13 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets import poses
-from magfold_env.benchmarks.magnets.samples import Sample, Sums, sample_of
+from magfold_env.benchmarks.diagrams import panels_by
+from magfold_env.benchmarks.magnets import samples
 from magfold_env.engine.state import Array
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, curve, label_points, legend_below, panels
+from magfold_env.reporting import plotting, tables
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.reporting.timing import take_turns, unprepared
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres
 
@@ -65,12 +63,14 @@ def run(quick: bool, progress: Progress) -> Measurement:
         PAIRS: [draw_pair(rng) for _ in range(effort.pairs)],
         FOLDS: [draw_chain(rng, LENGTH) for _ in range(effort.folds)],
         LONG: [
-            draw_chain(rng, LONG_LENGTH, (poses.folded, poses.unfolded)[k % 2](LONG_LENGTH))
+            draw_chain(rng, LONG_LENGTH, (samples.folded, samples.unfolded)[k % 2](LONG_LENGTH))
             for k in range(effort.long)
         ],
     }
     for name, tick in tables.each_case(progress, list(sets)):
-        sample = sample_of([scene for scene, _ in sets[name]], [pose for _, pose in sets[name]])
+        sample = samples.sample_of(
+            [scene for scene, _ in sets[name]], [pose for _, pose in sets[name]]
+        )
         rows = measure(name, sample, effort, tick)
         found.rows.extend(rows)
         title = f"Forces and torques of {sample.size} {name}: errors in flush forces, µs a state"
@@ -81,17 +81,17 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 def draw_pair(rng: np.random.Generator) -> tuple[Scene, tuple[Array, Array]]:
     """Draw the poles and the pose of two casings."""
-    scene = poses.random_scene(rng, 2)
-    return scene, poses.random_pair(rng, scene.casing.side)
+    scene = samples.random_scene(rng, 2)
+    return scene, samples.random_pair(rng, scene.casing.side)
 
 
 def draw_chain(
     rng: np.random.Generator, n: int, headings: Array | None = None
 ) -> tuple[Scene, tuple[Array, Array]]:
     """Draw the poles of a chain, and its pose if no headings (n,) are given."""
-    scene = poses.random_scene(rng, n)
+    scene = samples.random_scene(rng, n)
     if headings is None:
-        headings = poses.random_shape(rng, n, scene.casing.side)
+        headings = samples.random_shape(rng, n, scene.casing.side)
     return scene, (centres(headings, scene.casing.side), headings)
 
 
@@ -104,12 +104,11 @@ def settings(effort: Effort) -> dict[tuple[str, float], Magnets]:
     }
 
 
-def measure(name: str, sample: Sample, effort: Effort, tick: Tick) -> list[Row]:
+def measure(name: str, sample: samples.Sample, effort: Effort, tick: Tick) -> list[Row]:
     """Return a row a setting."""
-    sums = {key: Sums(sample, magnets) for key, magnets in settings(effort).items()}
+    sums = {key: samples.Sums(sample, magnets) for key, magnets in settings(effort).items()}
     errors = {key: sample.errors(each.loads()) for key, each in sums.items()}
-    tasks = {key: unprepared(each.work) for key, each in sums.items()}
-    times = take_turns(tasks, effort.rounds, tick=tick)
+    times = samples.time_each(sums, effort.rounds, tick)
     return [
         {
             "states": name,
@@ -117,13 +116,13 @@ def measure(name: str, sample: Sample, effort: Effort, tick: Tick) -> list[Row]:
             "setting": setting,
             "worst error": float(errors[model, setting].max()),
             "median error": float(np.median(errors[model, setting])),
-            **each.each(times[model, setting]).spread.time_cells("µs", 1e6),
+            **time.spread.time_cells("µs", 1e6),
         }
-        for (model, setting), each in sums.items()
+        for (model, setting), time in times.items()
     ]
 
 
-def _findings(name: str, sample: Sample, rows: list[Row]) -> list[str]:
+def _findings(name: str, sample: samples.Sample, rows: list[Row]) -> list[str]:
     """Say whether the bounds hold, and what the point model is off by."""
     bounded = tables.select(rows, model=BOUND)
     used = tables.numbers(bounded, "worst error") / tables.numbers(bounded, "setting")
@@ -142,23 +141,20 @@ def _findings(name: str, sample: Sample, rows: list[Row]) -> list[str]:
 
 def draw(rows: list[Row]) -> Any:
     """Worst error against time, a panel a kind of states; settings are written at the points."""
-    states, models = tables.distinct(rows, "states"), tables.distinct(rows, "model")
     rows = [row | {"drawn": max(float(row["worst error"]), SMALLEST)} for row in rows]
     title = "Magnet forces: worst error against time"
-    figure, axes = panels(len(states), title, 4.4, 4.6, shared=False)
-    for axis, name in zip(axes, states, strict=True):
-        for k, model in enumerate(models):
-            mine = tables.select(rows, states=name, model=model)
-            bold, colour = model == BOUND, COLOURS[(2, 1, 3)[k % 3]]
+    labels = "time of a state [µs]", f"worst error / {FLUSH}"
+    figure, panels = panels_by(rows, ("states",), title, labels, (4.4, 4.6), shared=False)
+    for axis, here in panels:
+        for k, model in enumerate(tables.distinct(here, "model")):
+            mine = tables.select(here, model=model)
+            bold, colour = model == BOUND, plotting.COLOURS[(2, 1, 3)[k % 3]]
             style = {"linewidth": 2.2, "zorder": 3} if bold else {"linewidth": 1.3, "zorder": 2}
-            label = f"{model} ({DRAWN[model]})"
-            points = curve(axis, mine, "time [µs]", "drawn", k, color=colour, label=label, **style)
+            style |= {"color": colour, "label": f"{model} ({DRAWN[model]})"}
+            points = plotting.curve(axis, mine, "time [µs]", "drawn", k, **style)
             texts = [f"{float(row['setting']):g}" for row in mine]
-            label_points(axis, zip(*points, strict=True), texts, left=bold, color=colour)
-        axis.set_title(name, fontsize=11)
+            plotting.label_points(axis, zip(*points, strict=True), texts, left=bold, color=colour)
         axis.margins(x=0.13)  # room for the settings beside the outermost points
-        axis.set_xlabel("time of a state [µs]")
         axis.set_ylim(SMALLEST / 2.0, 100.0)
-    axes[0].set_ylabel(f"worst error / {FLUSH}")
-    legend_below(figure, axes[0])
+    plotting.legend_below(figure, panels[0][0])
     return figure

@@ -7,17 +7,15 @@ to show the noise.
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets.poses import AT_STOPS, FOLDED, UNFOLDED, random_scene, shapes
-from magfold_env.benchmarks.magnets.samples import Chain, pinned_states
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, INK, legend, panels
+from magfold_env.benchmarks.diagrams import name_bars
+from magfold_env.benchmarks.magnets import samples
+from magfold_env.benchmarks.magnets.samples import AT_STOPS, FOLDED, Chain
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.reporting.timing import ratio, take_turns, unprepared
 from magfold_env.scene import Scene
 
 LENGTHS, QUICK_LENGTHS = (6, 60), (6,)
@@ -40,10 +38,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every feature on unfolded and folded chains."""
     lengths, rounds = (QUICK_LENGTHS, 2) if quick else (LENGTHS, 9)
     found = Measurement()
-    cases = list(product(lengths, (UNFOLDED, FOLDED)))
-    for (n, shape), tick in tables.each_case(
-        progress, cases, lambda case: f"n = {case[0]}, {case[1]}"
-    ):
+    for (n, shape), tick in samples.each_chain(progress, lengths):
         found.rows.extend(_measure(n, shape, rounds, tick))
     found.tables.extend(_table(n, tables.select(found.rows, n=n)) for n in lengths)
     found.findings.extend(_findings(found.rows))
@@ -53,7 +48,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 def features(n: int) -> dict[str, Scene]:
     """Return the default chain of n components, and with one feature each, by their names."""
     rng = np.random.default_rng(SEED)
-    scene = random_scene(rng, n).replace(friction=0.0)
+    scene = samples.random_scene(rng, n).replace(friction=0.0)
     faces = np.array([list(letters) for letters in scene.sequence])
     gaps = rng.permuted(np.tile(np.arange(4), (n, 1)), axis=1)  # the faces, in any order
 
@@ -90,22 +85,18 @@ def features(n: int) -> dict[str, Scene]:
 
 def _measure(n: int, shape: str, rounds: int, tick: Tick) -> list[Row]:
     """Rows of all features in one shape; joints at their stops belong to the folded one."""
-    scenes, headings = features(n), shapes(n)
-    side = scenes[DEFAULT].casing.side
-    states = pinned_states([headings[shape]], side)
-    chains = {name: Chain(scene, states) for name, scene in scenes.items()}
+    scenes, headings = features(n), samples.shapes(n)
+    chains = {name: Chain.pinned(scene, headings[shape]) for name, scene in scenes.items()}
     if shape == FOLDED:
-        chains[STOPS] = Chain(scenes[DEFAULT], pinned_states([headings[AT_STOPS]], side))
-    tasks = {name: unprepared(chain.work) for name, chain in chains.items()}
-    taken = take_turns(tasks, rounds, tick=tick)
-    times = {name: chain.each(taken[name]) for name, chain in chains.items()}
+        chains[STOPS] = Chain.pinned(scenes[DEFAULT], headings[AT_STOPS])
+    times = samples.time_each(chains, rounds, tick)
     return [
         {
             "n": n,
             "shape": shape,
             "feature": name,
             **time.spread.time_cells("µs", 1e6),
-            **ratio(time, times[DEFAULT]).cells("time / default"),
+            **timing.ratio(time, times[DEFAULT]).cells("time / default"),
         }
         for name, time in times.items()
     ]
@@ -147,18 +138,19 @@ def draw(rows: list[Row]) -> Any:
     rows = [row for row in rows if row["feature"] != DEFAULT]
     chains = list(dict.fromkeys((row["n"], row["shape"]) for row in rows))
     names = tables.distinct(rows, "feature")
-    figure, axes = panels(1, "Magnets in the dynamics: time over the default chain's", 9.0, 5.0)
+    figure, axes = plotting.panels(
+        1, "Magnets in the dynamics: time over the default chain's", 9.0, 5.0
+    )
     axis = axes[0]
     height = 0.8 / len(chains)
     for k, (n, shape) in enumerate(chains):
         mine = tables.select(rows, n=n, shape=shape)
         place = [names.index(str(row["feature"])) + (k + 0.5) * height - 0.4 for row in mine]
         shares = tables.numbers(mine, "time / default")
-        axis.barh(place, shares, 0.9 * height, color=COLOURS[k + 1], label=f"n = {n}, {shape}")
-    axis.axvline(1.0, color=INK, linewidth=1.0, linestyle="--")
-    axis.set_yticks(range(len(names)), names, fontsize=9)
-    axis.invert_yaxis()
-    axis.grid(visible=False, axis="y")
-    axis.set_xlabel("time / time of the default chain")
-    legend(axis, "upper right")
+        axis.barh(
+            place, shares, 0.9 * height, color=plotting.COLOURS[k + 1], label=f"n = {n}, {shape}"
+        )
+    axis.axvline(1.0, color=plotting.INK, linewidth=1.0, linestyle="--")
+    name_bars(axis, names, "time / time of the default chain")
+    plotting.legend(axis, "upper right")
     return figure

@@ -12,15 +12,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets.samples import Chain, Loads, States, joint_torques
+from magfold_env.benchmarks.magnets import samples
+from magfold_env.benchmarks.magnets.samples import Chain, States, joint_torques
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.state import LO, Array, IntArray, Pose
 from magfold_env.laws import exact_magnets
 from magfold_env.laws.along_folds import SteppedSession
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, legend, panels
+from magfold_env.reporting import plotting, tables
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.reporting.timing import take_turns, unprepared
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.pack import pack
 
@@ -116,14 +115,12 @@ def _measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> list[Row]:
     """Return a row an accuracy."""
     states = states_of(scene)
     magnets = {bound: scene.replace(magnets={"accuracy": bound}) for bound in BOUNDS}
-    chains = {(bound, True): Chain(each, states) for bound, each in magnets.items()}
-    chains |= {
-        (bound, False): Chain(each.replace(contact=False), states)
+    chains = {
+        (bound, contact): Chain(each.replace(contact=contact), states)
         for bound, each in magnets.items()
+        for contact in (True, False)
     }
-    tasks = {key: unprepared(chain.work) for key, chain in chains.items()}
-    taken = take_turns(tasks, effort.rounds, tick=tick)
-    times = {key: chain.each(taken[key]) for key, chain in chains.items()}
+    times = samples.time_each(chains, effort.rounds, tick)
     errors = errors_of(magnets, states, effort.checked)
     return [
         {
@@ -148,13 +145,11 @@ def errors_of(scenes: dict[float, Scene], states: States, count: int) -> dict[fl
     poses = Pose(*(each[chosen] for each in states.poses))
     some = States(states.first[chosen], states.lo[chosen], states.q[chosen], poses)
     scene = next(iter(scenes.values()))
-    side, n = scene.casing.side, scene.n
-    exact = [
-        exact_magnets.forces(scene, np.stack([x, y], axis=1), q[:n])
-        for x, y, q in zip(poses.x, poses.y, some.q, strict=True)
-    ]
-    force, torque = np.array([f for f, _ in exact]), np.array([t for _, t in exact])
-    wanted = joint_torques(Loads(force[..., 0], force[..., 1], torque), some, side)
+    side = scene.casing.side
+    places = np.stack([poses.x, poses.y], axis=2)
+    placed = list(zip(places, some.q[:, : scene.n], strict=True))
+    exact = samples.sample_of([scene] * len(placed), placed).exact
+    wanted = joint_torques(exact, some, side)
     unit = side * exact_magnets.flush_force(scene)
     return {
         bound: float(np.abs(joint_torques(Chain(each, some).loads(), some, side) - wanted).max())
@@ -181,13 +176,13 @@ def _findings(rows: list[Row]) -> list[str]:
 
 def draw(rows: list[Row]) -> Any:
     """Bars of the average time by fold and accuracy; ticks stand for all pairs summed."""
-    figure, axes = panels(1, "Magnets of a chain of six: average over a fold", 8.0, 4.6)
+    figure, axes = plotting.panels(1, "Magnets of a chain of six: average over a fold", 8.0, 4.6)
     axis = axes[0]
     names, bounds = tables.distinct(rows, "fold"), tables.distinct(rows, "accuracy")
     for k, bound in enumerate(bounds):
         mine = tables.select(rows, accuracy=bound)
         place = [names.index(str(row["fold"])) + (k - 1) * 0.26 for row in mine]
-        colour = COLOURS[k + 1]
+        colour = plotting.COLOURS[k + 1]
         axis.bar(
             place,
             tables.numbers(mine, "time [µs]"),
@@ -207,5 +202,5 @@ def draw(rows: list[Row]) -> Any:
     axis.set_xlabel(
         "dashed: at most that is asked for; short strokes: all pairs summed", fontsize=9
     )
-    legend(axis, "upper left", ncols=len(bounds))
+    plotting.legend(axis, "upper left", ncols=len(bounds))
     return figure

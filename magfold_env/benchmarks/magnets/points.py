@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets.poses import random_scene
+from magfold_env.benchmarks.magnets.samples import random_scene
 from magfold_env.laws.exact_magnets import CHARGES, force_rows, rows_at
 from magfold_env.minimiser import minimise
-from magfold_env.reporting.plotting import COLOURS, INK, curve, legend, numbers, panels
+from magfold_env.reporting import plotting
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, select
 from magfold_env.scene import Magnets
 
@@ -66,15 +66,15 @@ def _table(rows: list[Row]) -> Table:
 
 def draw(rows: list[Row]) -> Any:
     """Draw the force between two magnets over the exact one: against the gap, and against h."""
-    figure, axes = panels(
+    figure, axes = plotting.panels(
         2, "Two magnets, h point charges a pole face: force over the exact force", shared=False
     )
     for k, count in enumerate(CHARGES):
         mine = select(rows, h=count)
         axes[0].loglog(
-            numbers(mine, "gap [mm]"),
-            numbers(mine, "magnets / exact"),
-            color=COLOURS[k],
+            plotting.numbers(mine, "gap [mm]"),
+            plotting.numbers(mine, "magnets / exact"),
+            color=plotting.COLOURS[k],
             linewidth=2.2 if count == PAPER else 1.3,
             label=f"h = {count}",
         )
@@ -82,12 +82,12 @@ def draw(rows: list[Row]) -> Any:
     for k, gap in enumerate(SHOWN):
         mine = rows_at(rows, gap)
         label = f"gap {float(mine[0]['gap [mm]']):.2g} mm"
-        curve(axes[1], mine, "h", "magnets / exact", k, label=label)
+        plotting.curve(axes[1], mine, "h", "magnets / exact", k, label=label)
     axes[1].set_xlabel("point charges a face, h")
     axes[1].set_xticks(CHARGES, [str(count) for count in CHARGES])
     axes[1].minorticks_off()
     for axis in axes:
-        axis.axhline(1.0, color=INK, linewidth=1.0, linestyle="--")
-        legend(axis, "upper right")
+        axis.axhline(1.0, color=plotting.INK, linewidth=1.0, linestyle="--")
+        plotting.legend(axis, "upper right")
     axes[0].set_ylabel("force / force with charged rectangles")
     return figure

@@ -16,13 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets.poses import AT_STOPS, FOLDED, UNFOLDED, random_scene, shapes
-from magfold_env.benchmarks.magnets.samples import Chain, pinned_states
+from magfold_env.benchmarks.magnets import samples
+from magfold_env.benchmarks.magnets.samples import AT_STOPS, FOLDED, UNFOLDED, Chain
 from magfold_env.laws.exact_magnets import FACES
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import INK, curve, legend, panels
+from magfold_env.reporting import plotting, tables
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.reporting.timing import take_turns, unprepared
 from magfold_env.scene import Magnets
 
 LENGTHS = (2, 6, 20, 60, 200, 450, 1000, 3000, 10_000)
@@ -43,7 +41,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
     lengths, rounds = (QUICK_LENGTHS, 2) if quick else (LENGTHS, 7)
     rows: list[Row] = []
     for n, tick in tables.each_case(progress, lengths, lambda n: f"n = {n}"):
-        rows += _time(n, list(shapes(n)), BOUNDS, rounds, tick)
+        rows += _time(n, list(samples.shapes(n)), BOUNDS, rounds, tick)
     progress(1.0, "pairs of nodes")
     fixed = measure_nodes(NODES_AT, rounds)
     return Measurement([*rows, *fixed], [_table(rows), _node_table(fixed)], _findings(rows))
@@ -63,30 +61,23 @@ def _time(
     n: int, names: list[str], magnets: dict[str, Magnets], rounds: int, tick: Tick
 ) -> list[Row]:
     """Time one chain in some shapes with some magnets, in turns."""
-    scene = random_scene(np.random.default_rng(SEED), n).replace(friction=0.0)
-    headings = shapes(n)
+    scene = samples.random_scene(np.random.default_rng(SEED), n).replace(friction=0.0)
+    headings = samples.shapes(n)
     chains = {
-        (shape, name): Chain(
-            scene.replace(magnets=each), pinned_states([headings[shape]], scene.casing.side)
-        )
+        (shape, name): Chain.pinned(scene.replace(magnets=each), headings[shape])
         for shape, (name, each) in product(names, magnets.items())
     }
-    tasks = {key: unprepared(chain.work) for key, chain in chains.items()}
-    times = take_turns(tasks, rounds, tick=tick)
-    rows: list[Row] = []
-    for (shape, name), chain in chains.items():
-        taken = chain.each(times[shape, name])
-        rows.append(
-            {
-                "shape": shape,
-                "magnets": name,
-                "n": n,
-                **taken.spread.time_cells("µs", 1e6),
-                "ns a pair": 1e9 * taken.median / (n * (n - 1) / 2),
-                "ns a pair of nodes": math.nan,
-            }
-        )
-    return rows
+    return [
+        {
+            "shape": shape,
+            "magnets": name,
+            "n": n,
+            **taken.spread.time_cells("µs", 1e6),
+            "ns a pair": 1e9 * taken.median / (n * (n - 1) / 2),
+            "ns a pair of nodes": math.nan,
+        }
+        for (shape, name), taken in samples.time_each(chains, rounds, tick).items()
+    ]
 
 
 def _table(rows: list[Row]) -> Table:
@@ -124,13 +115,13 @@ def _findings(rows: list[Row]) -> list[str]:
 
 def draw(rows: list[Row]) -> Any:
     """Time of all magnet forces against the length, log against log."""
-    figure, axes = panels(1, "All magnet forces of a chain", width=7.5, height=5.0)
+    figure, axes = plotting.panels(1, "All magnet forces of a chain", width=7.5, height=5.0)
     axis = axes[0]
-    for k, shape in enumerate(shapes(2)):
+    for k, shape in enumerate(samples.shapes(2)):
         for bound, line in zip(BOUNDS, ("-", "--"), strict=True):
             mine = tables.select(rows, shape=shape, magnets=bound)
             style = {"linestyle": line, "linewidth": 1.6, "label": f"{shape}, {bound}"}
-            curve(axis, mine, "n", "time [µs]", k, **style)
+            plotting.curve(axis, mine, "n", "time [µs]", k, **style)
     first = tables.select(rows, shape=UNFOLDED, magnets=next(iter(BOUNDS)))
     longer = [row for row in first if int(row["n"]) >= LONG]
     if longer:
@@ -138,8 +129,8 @@ def draw(rows: list[Row]) -> Any:
         for power, style in SLOPES.items():
             line = float(longer[0]["time [µs]"]) * (n / n[0]) ** power
             label = f"n to the {power:g}"
-            axis.loglog(n, line, color=INK, linewidth=1.2, linestyle=style, label=label)
+            axis.loglog(n, line, color=plotting.INK, linewidth=1.2, linestyle=style, label=label)
     axis.set_xlabel("components n")
     axis.set_ylabel("time of an evaluation [µs]")
-    legend(axis, "upper left")
+    plotting.legend(axis, "upper left")
     return figure

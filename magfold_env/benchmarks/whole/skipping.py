@@ -16,13 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.contenders.bare_pendulum import prepare_swing
+from magfold_env.benchmarks.diagrams import name_bars, quartile_bars
 from magfold_env.benchmarks.dynamics.features import FRAME_RATE, SEED
 from magfold_env.benchmarks.runs import ended, run_task
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, INK, legend, panels
+from magfold_env.benchmarks.whole.bare_pendulum import prepare_swing
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
-from magfold_env.reporting.timing import Spread, Task, Timing, ratio, take_turns, unprepared
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.session import Session
 
@@ -80,21 +79,21 @@ def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every variant and the floor."""
     found = {f"{each.group}: {each.name}": each for each in variants()}
     bare = list(found.values())[-1]
-    tasks: dict[str, Task] = {
+    tasks: dict[str, timing.Task] = {
         name: run_task(each.scene, frame_rate=each.frame_rate) for name, each in found.items()
     }
     tasks[FLOOR] = lambda: prepare_swing(bare.scene)
-    tasks[BEFORE] = unprepared(lambda: Session(bare.scene, bare.frame_rate))
-    tasks[BEFORE_FLOOR] = unprepared(lambda: prepare_swing(bare.scene))
-    times = take_turns(tasks, 3 if quick else 15, tick=lambda share: progress(share, "runs"))
+    tasks[BEFORE] = timing.unprepared(lambda: Session(bare.scene, bare.frame_rate))
+    tasks[BEFORE_FLOOR] = timing.unprepared(lambda: prepare_swing(bare.scene))
+    times = timing.take_turns(tasks, 3 if quick else 15, tick=lambda share: progress(share, "runs"))
     swung = prepare_swing(bare.scene)()
     rows: list[Row] = []
     for name, each in found.items():
         session = ended(each.scene, each.frame_rate)
-        price = ratio(times[name], times[FLOOR])
+        price = timing.ratio(times[name], times[FLOOR])
         row = _row(each.group, each.name, session.evaluations, times[name], price, swung)
         rows.append({**row, "end": str(session.status), "simulated [s]": session.time})
-    itself = ratio(times[FLOOR], times[FLOOR])
+    itself = timing.ratio(times[FLOOR], times[FLOOR])
     last = _row(FLOOR, "bare pendulum", swung, times[FLOOR], itself, swung)
     rows.append({**last, "end": "unsettled", "simulated [s]": bare.scene.duration})
     table = Table(
@@ -141,7 +140,9 @@ def _variant(group: str, name: str, off: list[str]) -> Variant:
     return Variant(group, name, scene.draw(np.random.default_rng(SEED)), RECORDING not in off)
 
 
-def _row(group: str, name: str, evaluations: int, taken: Timing, runs: Spread, swung: int) -> Row:
+def _row(
+    group: str, name: str, evaluations: int, taken: timing.Timing, runs: timing.Spread, swung: int
+) -> Row:
     """Return a row; ``runs`` is its run's time over the floor's, of ``swung`` evaluations."""
     share = swung / evaluations
     return {
@@ -155,14 +156,14 @@ def _row(group: str, name: str, evaluations: int, taken: Timing, runs: Spread, s
 
 
 def _finding(bare: Row) -> str:
-    spread = Spread(*(float(bare[name]) for name in OVER_SPREAD))
+    spread = timing.Spread(*(float(bare[name]) for name in OVER_SPREAD))
     return (
         f"a scene that lacks everything takes {spread} times as long an evaluation as the floor; "
         f"{ALLOWED:g} is asked for: {tables.verdict(spread.median <= ALLOWED)}"
     )
 
 
-def _before(times: Mapping[str, Timing]) -> str:
+def _before(times: Mapping[str, timing.Timing]) -> str:
     own, other = (1e6 * times[name].median for name in (BEFORE, BEFORE_FLOOR))
     return (
         f"before its run, which is left out above, that scene takes {own:.0f} µs to be prepared, "
@@ -172,30 +173,25 @@ def _before(times: Mapping[str, Timing]) -> str:
 
 def draw(rows: list[Row]) -> Any:
     """Bars of the time an evaluation takes, over the floor's, on a logarithmic scale."""
-    figure, axes = panels(
-        1, "What a scene does not need: time an evaluation over a bare pendulum's", 9.5, 5.4
-    )
-    axis = axes[0]
-    place = np.arange(len(rows))
-    over, low, high = (tables.numbers(rows, name) for name in OVER_SPREAD)
-    spread = np.stack([over - low, high - over])
+    title = "What a scene does not need: time an evaluation over a bare pendulum's"
+    figure, (axis,) = plotting.panels(1, title, 9.5, 5.4)
+    over, high = tables.numbers(rows, OVER), tables.numbers(rows, OVER_SPREAD[2])
+    spread = quartile_bars(rows, *OVER_SPREAD)
     for group, colour in GROUPS.items():
         mine = [k for k, row in enumerate(rows) if row["group"] == group]
-        axis.barh(
-            place[mine], over[mine], xerr=spread[:, mine], color=COLOURS[colour], height=0.65,
-            ecolor=INK, error_kw={"linewidth": 1.0}, label=group,
-        )  # fmt: skip
-    for y, row, value, end in zip(place, rows, over, high, strict=True):
+        style = {"color": plotting.COLOURS[colour], "height": 0.65, "label": group}
+        whisker = {"ecolor": plotting.INK, "error_kw": {"linewidth": 1.0}}
+        axis.barh(mine, over[mine], xerr=spread[:, mine], **style, **whisker)
+    for y, (row, value, end) in enumerate(zip(rows, over, high, strict=True)):
         text = f"  {value:.3g} × : {float(row['each [µs]']):.3g} µs × {row['evaluations']}"
-        label = axis.text(max(value, end) * 1.03, y, text, va="center", fontsize=8, color=INK)
+        x = max(value, end) * 1.03
+        label = axis.text(x, y, text, va="center", fontsize=8, color=plotting.INK)
         # Where the dashed line would cross it.
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.5})
-    axis.axvline(ALLOWED, color=INK, linestyle="--", linewidth=1.0)
+    axis.axvline(ALLOWED, color=plotting.INK, linestyle="--", linewidth=1.0)
     axis.set_xscale("log")
     axis.set_xlim(0.8, 8.0 * float(over.max()))
-    axis.set_yticks(place, [str(row["off"]) for row in rows])
-    axis.invert_yaxis()
-    axis.set_xlabel(f"times the floor; the dashed line, {ALLOWED:g}, is asked for of a bare scene")
-    axis.grid(visible=False, axis="y")
-    legend(axis, "lower right")
+    asked = f"times the floor; the dashed line, {ALLOWED:g}, is asked for of a bare scene"
+    name_bars(axis, [str(row["off"]) for row in rows], asked)
+    plotting.legend(axis, "lower right")
     return figure
