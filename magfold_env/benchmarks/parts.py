@@ -13,13 +13,17 @@ from typing import Any
 from rich import progress as bars
 from rich.console import Console
 
-from magfold_env.benchmarks import design, energy, predict
-from magfold_env.benchmarks.dynamics import contact, features, folds, scaling, smooth
-from magfold_env.benchmarks.env import episodes, overhead
-from magfold_env.benchmarks.env import peers as tasks
-from magfold_env.benchmarks.magnets import accuracy, devices, far, fold, peers, points
-from magfold_env.benchmarks.magnets import scaling as long_magnets
-from magfold_env.benchmarks.whole import skipping, work_precision
+from magfold_env.benchmarks import (
+    design,
+    features,
+    folds,
+    predictors,
+    scaling,
+    smooth,
+    work_precision,
+)
+from magfold_env.benchmarks.env import overhead, rates
+from magfold_env.benchmarks.magnets import accuracy, devices, far, fold, peers
 from magfold_env.laws import experiment, pinned_chain
 from magfold_env.reporting import machine, plotting, tables
 from magfold_env.reporting.tables import Measurement, Progress, Row
@@ -40,35 +44,35 @@ class Part:
 BENCHMARKS: dict[str, dict[str, Part]] = {
     "whole": {
         "work-precision": Part(work_precision.run, work_precision.draw),
-        "skipping": Part(skipping.run, skipping.draw),
+        "skipping": Part(features.skipping, features.draw_skipping),
     },
     "dynamics": {
-        "scaling": Part(scaling.run, pinned_chain.draw),
+        "scaling": Part(scaling.accelerations, pinned_chain.draw),
         "smooth": Part(smooth.run, smooth.draw),
         "restarts": Part(smooth.restarts),
-        "contact": Part(contact.run, contact.draw),
-        "folds": Part(folds.run),
+        "contact": Part(folds.contact, folds.draw_contact),
+        "folds": Part(folds.folds),
         "features": Part(features.run, features.draw),
         "first-use": Part(folds.first_use),
     },
     "magnets": {
         "accuracy": Part(accuracy.run, accuracy.draw),
-        "points": Part(points.run, points.draw),
+        "points": Part(accuracy.points, accuracy.draw_points),
         "far": Part(far.run, far.draw),
-        "scaling": Part(long_magnets.run, long_magnets.draw),
+        "scaling": Part(scaling.magnets, scaling.draw_magnets),
         "devices": Part(devices.run, devices.draw),
         "fold": Part(fold.run, fold.draw),
         "peers": Part(peers.run, peers.draw),
     },
     "energy": {
-        "scan": Part(energy.scan),
-        "ground-states": Part(energy.ground_states),
-        "predictors": Part(energy.predictors),
+        "scan": Part(predictors.scan),
+        "ground-states": Part(predictors.ground_states),
+        "predictors": Part(predictors.by_energy),
     },
     "predict": {
         "experiment": Part(experiment.run, experiment.draw_experiment),
-        "predictors": Part(predict.predictors),
-        "scaling": Part(predict.scaling),
+        "predictors": Part(predictors.predictors),
+        "scaling": Part(predictors.scaling),
     },
     "design": {
         "targets": Part(design.targets),
@@ -77,10 +81,10 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
         "friction": Part(design.friction),
     },
     "env": {
-        "episodes": Part(episodes.run, episodes.draw),
-        "quasistatic": Part(episodes.quasistatic, episodes.draw_quasistatic),
+        "episodes": Part(rates.episodes, rates.draw_episodes),
+        "quasistatic": Part(rates.quasistatic, rates.draw_quasistatic),
         "overhead": Part(overhead.run, overhead.draw),
-        "peers": Part(tasks.run, tasks.draw),
+        "peers": Part(rates.peers, rates.draw_peers),
     },
 }
 """Parts by benchmark, in the order of the suite's report."""

@@ -2,7 +2,7 @@
 
 A shared machine changes its pace, and times taken an hour apart compare only as far as it did not.
 So the same fixed work is timed before and after every part: a pendulum's swing
-(`whole.bare_pendulum`), which like the engine's kernels is compiled arithmetic on numbers that
+(`benchmarks.bare_pendulum`), which like the engine's kernels is compiled arithmetic on numbers that
 fit into the cache.
 """
 
@@ -21,9 +21,9 @@ import numpy as np
 from rich.markup import escape
 
 from magfold_env.benchmarks import parts
+from magfold_env.benchmarks.bare_pendulum import prepare_swing
 from magfold_env.benchmarks.descriptions import Description, descriptions
-from magfold_env.benchmarks.whole.bare_pendulum import prepare_swing
-from magfold_env.benchmarks.whole.skipping import variants
+from magfold_env.benchmarks.features import variants
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import write_text
 from magfold_env.reporting import machine, page, plotting, tables, timing

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics import smooth
+from magfold_env.benchmarks import smooth
 from magfold_env.laws import smooth_motion
 from magfold_env.laws.smooth_motion import (
     ADAMS,

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks import parts
+from magfold_env.benchmarks import parts, scaling
 from magfold_env.benchmarks.magnets import (
     accuracy,
     devices,
     far,
     fold,
     samples,
-    scaling,
 )
 from magfold_env.benchmarks.magnets.peers import MAGPYLIB, installed
 from magfold_env.benchmarks.magnets.samples import (

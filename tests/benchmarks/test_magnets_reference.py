@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics import smooth
+from magfold_env.benchmarks import smooth
 from magfold_env.benchmarks.magnets.peers import Peer, installed
 from magfold_env.benchmarks.magnets.samples import sample_of
 from magfold_env.laws import exact_magnets

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.diagrams import name_bars
 from magfold_env.benchmarks.magnets import samples
 from magfold_env.benchmarks.magnets.samples import AT_STOPS, FOLDED, Chain
+from magfold_env.benchmarks.presentation import name_bars
 from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.scene import Scene

@@ -19,10 +19,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.diagrams import panels_by
 from magfold_env.benchmarks.magnets import samples
 from magfold_env.benchmarks.magnets.accuracy import FLUSH, SMALLEST
 from magfold_env.benchmarks.magnets.samples import Sample, Sums
+from magfold_env.benchmarks.presentation import panels_by
 from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.scene import Magnets

@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.benchmarks.diagrams import panels_by
 from magfold_env.benchmarks.magnets import samples
 from magfold_env.benchmarks.magnets.samples import Loads, Sample
+from magfold_env.benchmarks.presentation import panels_by
 from magfold_env.engine.state import Array
 from magfold_env.laws import exact_magnets
 from magfold_env.reporting import plotting, tables, timing

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.diagrams import panels_by
+from magfold_env.benchmarks.presentation import panels_by
 from magfold_env.engine.state import Array
 from magfold_env.laws import smooth_motion
 from magfold_env.laws.exact_magnets import COULOMB, FACES, faces_of

@@ -1,4 +1,4 @@
-"""What diagrams of several parts have in common. Needs matplotlib, from the extra `render`."""
+"""What tables and diagrams of several parts have in common."""
 
 from __future__ import annotations
 
@@ -58,3 +58,8 @@ def quartile_bars(rows: Sequence[Row], middle: str, low: str, high: str) -> Any:
     """Return how far quartiles lie below and above a median, by the names of their columns."""
     median = tables.numbers(rows, middle)
     return np.stack([median - tables.numbers(rows, low), tables.numbers(rows, high) - median])
+
+
+def median(rows: Sequence[Row], name: str) -> float:
+    """Return the median of a column of numbers."""
+    return float(np.median(tables.numbers(rows, name)))
