@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -70,10 +69,6 @@ class Outcome:
             return "status"
         # Not "<=": an angle that is no number differs.
         return "" if self.angle_from(other) <= SAME_WITHIN else "angles"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the fields as plain values."""
-        return asdict(self)
 
 
 def reference_of(scene: Scene) -> Scene:

@@ -12,15 +12,7 @@ import numpy as np
 from magfold_env.engine.contact.boxes import APART
 from magfold_env.engine.state import Array, Model, Work
 from magfold_env.engine.workspace import new_work
-from magfold_env.laws.integrators import (
-    adams,
-    dop853,
-    double_euler,
-    dp54,
-    implicit_midpoint,
-    runge_kutta,
-    velocity_verlet,
-)
+from magfold_env.laws import integrators
 from magfold_env.laws.overlap import TO_FACE, Boxes, separation
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import centres
@@ -163,19 +155,19 @@ class Run:
 
 
 def _dp54(model: Model, work: Work, y: Array, until: float, tolerance: float) -> int:
-    return runge_kutta(model, work, y, until, tolerance, dp54())
+    return integrators.runge_kutta(model, work, y, until, tolerance, integrators.dp54())
 
 
 def _dop853(model: Model, work: Work, y: Array, until: float, tolerance: float) -> int:
-    return runge_kutta(model, work, y, until, tolerance, dop853())
+    return integrators.runge_kutta(model, work, y, until, tolerance, integrators.dop853())
 
 
-EULER = Integrator("double Euler", fixed=double_euler)
-VERLET = Integrator("velocity Verlet", fixed=velocity_verlet)
-MIDPOINT = Integrator("implicit midpoint", fixed=implicit_midpoint)
+EULER = Integrator("double Euler", fixed=integrators.double_euler)
+VERLET = Integrator("velocity Verlet", fixed=integrators.velocity_verlet)
+MIDPOINT = Integrator("implicit midpoint", fixed=integrators.implicit_midpoint)
 DP54 = Integrator("DP5(4)", adaptive=_dp54)
 DOP853 = Integrator("DOP853", adaptive=_dop853)
-ADAMS = Integrator("Adams PECE", adaptive=adams)
+ADAMS = Integrator("Adams PECE", adaptive=integrators.adams)
 
 FIXED = (EULER, VERLET, MIDPOINT)
 ADAPTIVE = (DP54, DOP853, ADAMS)

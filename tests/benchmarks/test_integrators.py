@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from magfold_env.benchmarks import smooth
-from magfold_env.laws import smooth_motion
+from magfold_env.laws import integrators
 from magfold_env.laws.smooth_motion import (
     ADAMS,
     DOP853,
@@ -43,8 +43,8 @@ def interpreted(method: Integrator) -> Integrator:
 def pairs(request):
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "interpreted":
-            plain = getattr(smooth_motion.runge_kutta, "py_func", smooth_motion.runge_kutta)
-            patch.setattr(smooth_motion, "runge_kutta", plain)
+            plain = getattr(integrators.runge_kutta, "py_func", integrators.runge_kutta)
+            patch.setattr(integrators, "runge_kutta", plain)
         yield
 
 
