@@ -107,7 +107,9 @@ def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
     Raises
     ------
     ValueError
-        If a part is not known, or an extra that is needed is not installed.
+        If a part is not known.
+    ImportError
+        If diagrams are wanted and matplotlib is not installed.
     """
     parts = BENCHMARKS[name]
     unknown = [each for each in only if each not in parts]
@@ -117,10 +119,7 @@ def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
         )
     chosen = list(only) or list(parts)
     if out is not None:
-        try:
-            plotting.figure_class()
-        except ImportError as error:
-            raise ValueError(str(error)) from error
+        plotting.figure_class()  # before the long work, if it is missing
         out.mkdir(parents=True, exist_ok=True)
     system = machine.describe()
     measured = {each: measure(each, parts[each], quick) for each in chosen}

@@ -174,35 +174,37 @@ def _measure(problem: SmoothProblem, effort: Effort, found: Measurement, tick: T
         for each in cases
     ]
     found.rows.extend(rows)
-    found.tables.extend([_engine_table(problem, rows), _target_table(problem, rows)])
+    found.tables.extend(_tables(problem, rows))
+    bounded = tables.select(rows, method=ENGINE)
+    worst = float(_over_tolerance([row for row in bounded if row["setting"] in BOUNDED]).max())
     quotient = timing.ratio(times[match], times[at_default])
-    found.findings.extend(_findings(problem, rows, quotient, match))
-    found.findings.append(
-        f"{problem.name}: DOP853 at {EXACT:g} and Adams at 1e-12 agree to {agreement:.1e} rad"
-    )
+    found.findings += [
+        f"{problem.name}: the engine's error is at most {worst:.2g} times the tolerance, from "
+        f"1e-3 to 1e-9; {ALLOWED:g} is allowed: {tables.verdict(worst <= ALLOWED)}",
+        f"{problem.name}: double Euler takes {quotient} times the engine's time for its error at "
+        f"1e-3, {match.error:.2g} rad, in {match.setting:.0f} steps; {WANTED:g} is asked for: "
+        f"{tables.verdict(quotient.median >= WANTED)}",
+        f"{problem.name}: DOP853 at {EXACT:g} and Adams at 1e-12 agree to {agreement:.1e} rad",
+    ]
 
 
 def _over_tolerance(rows: list[Row]) -> Array:
     return tables.numbers(rows, "error [rad]") / tables.numbers(rows, "setting")
 
 
-def _engine_table(problem: SmoothProblem, rows: list[Row]) -> Table:
+def _tables(problem: SmoothProblem, rows: list[Row]) -> list[Table]:
+    """Return how the engine keeps its tolerance, and what every method needs for an error."""
     mine = tables.select(rows, method=ENGINE)
-    told = [
-        row | {"error / tolerance": share}
+    engine: list[Row] = [
+        {
+            "tolerance [rad]": row["setting"],
+            "error [rad]": row["error [rad]"],
+            "error / tolerance": share,
+            "evaluations": row["evaluations"],
+            "time [µs]": row["time [µs]"],
+        }
         for row, share in zip(mine, _over_tolerance(mine).tolist(), strict=True)
     ]
-    columns = {
-        "tolerance [rad]": "setting",
-        "error [rad]": "error [rad]",
-        "error / tolerance": "error / tolerance",
-        "evaluations": "evaluations",
-        "time [µs]": "time [µs]",
-    }
-    return Table(f"The engine on {problem.name}", tables.renamed(told, columns))
-
-
-def _target_table(problem: SmoothProblem, rows: list[Row]) -> Table:
     shown: list[Row] = []
     for method in tables.distinct(rows, "method"):
         mine = tables.select(rows, method=method)
@@ -211,9 +213,8 @@ def _target_table(problem: SmoothProblem, rows: list[Row]) -> Table:
             cells[f"µs, {target:g}"] = needed(mine, "time [µs]", target)
             cells[f"evals, {target:g}"] = needed(mine, "evaluations", target)
         shown.append(cells)
-    return Table(
-        f"Time (calls' overhead off) and evaluations for an error [rad]: {problem.name}", shown
-    )
+    title = f"Time (calls' overhead off) and evaluations for an error [rad]: {problem.name}"
+    return [Table(f"The engine on {problem.name}", engine), Table(title, shown)]
 
 
 def needed(rows: list[Row], cost: str, error: float) -> float:
@@ -234,20 +235,6 @@ def needed(rows: list[Row], cost: str, error: float) -> float:
         return float(costs[0])
     share = np.log(errors[k - 1] / error) / np.log(errors[k - 1] / max(errors[k], 1e-300))
     return float(costs[k - 1] * (costs[k] / costs[k - 1]) ** share)
-
-
-def _findings(
-    problem: SmoothProblem, rows: list[Row], quotient: timing.Spread, match: Case
-) -> list[str]:
-    mine = [row for row in tables.select(rows, method=ENGINE) if row["setting"] in BOUNDED]
-    worst = float(_over_tolerance(mine).max())
-    return [
-        f"{problem.name}: the engine's error is at most {worst:.2g} times the tolerance, from "
-        f"1e-3 to 1e-9; {ALLOWED:g} is allowed: {tables.verdict(worst <= ALLOWED)}",
-        f"{problem.name}: double Euler takes {quotient} times the engine's time for its error at "
-        f"1e-3, {match.error:.2g} rad, in {match.setting:.0f} steps; {WANTED:g} is asked for: "
-        f"{tables.verdict(quotient.median >= WANTED)}",
-    ]
 
 
 def independent_check(problem: SmoothProblem) -> str:

@@ -72,9 +72,9 @@ class Entry:
         return f"{self.benchmark} {self.name}"
 
     @property
-    def command(self) -> str:
-        """What repeats it alone."""
-        return f"magfold bench {self.benchmark} --only {self.name}"
+    def heading(self) -> str:
+        """What stands above it in the report."""
+        return f"{self.description.title} ({self.title})"
 
 
 @dataclass(frozen=True)
@@ -152,13 +152,10 @@ def run(effort: Effort, out: Path) -> bool:
     ------
     CheckpointError
         If the folder holds parts of another commit, machine or effort, or damaged ones.
-    ValueError
+    ImportError
         If matplotlib is not installed.
     """
-    try:
-        plotting.figure_class()
-    except ImportError as error:
-        raise ValueError(str(error)) from error
+    plotting.figure_class()
     console = parts.report_console()
     identity = machine.identity()
     kept = Checkpoint(out / "state", {"kind": "bench", "effort": effort, **identity})
@@ -170,12 +167,21 @@ def run(effort: Effort, out: Path) -> bool:
             console.print(f"{entry.title}: kept", highlight=False)
             continue
         try:
-            measured = _measure(entry, effort)
-            _write_files(entry, measured, out)
+            before = measure_pace().median
+            begun = time.perf_counter()
+            found = parts.measure(entry.title, entry.part, effort == "quick")
+            seconds = time.perf_counter() - begun
+            pace = (before, measure_pace().median)
+            folder = out / entry.benchmark
+            folder.mkdir(exist_ok=True)
+            if found.rows:
+                write_text(folder / f"{entry.name}.csv", tables.to_csv(found.rows))
+                parts.draw(entry.name, entry.part, found, folder)
         except Exception as error:  # a part that breaks must not lose the others
             missing[entry.title] = f"{type(error).__name__}: {error}"
             console.print(escape(f"{entry.title}: {missing[entry.title]}"), style="red")
             continue
+        measured = Result(entry.title, entry.name, found, seconds, pace)
         done[entry.title] = measured
         kept.add(measured.to_json())
         kept.save()
@@ -192,24 +198,6 @@ def run(effort: Effort, out: Path) -> bool:
     for name in (PAGE, RESULTS):
         console.print(f"written: {out / name}", highlight=False, soft_wrap=True)
     return not missing
-
-
-def _measure(entry: Entry, effort: Effort) -> Result:
-    """Measure a part, and the machine's pace before and after it."""
-    before = measure_pace().median
-    begun = time.perf_counter()
-    found = parts.measure(entry.title, entry.part, effort == "quick")
-    seconds = time.perf_counter() - begun
-    return Result(entry.title, entry.name, found, seconds, (before, measure_pace().median))
-
-
-def _write_files(entry: Entry, result: Result, out: Path) -> None:
-    """Write a part's CSV file and its diagram."""
-    folder, found = out / entry.benchmark, result.found
-    folder.mkdir(exist_ok=True)
-    if found.rows:
-        write_text(folder / f"{entry.name}.csv", tables.to_csv(found.rows))
-        parts.draw(entry.name, entry.part, found, folder)
 
 
 def measure_pace() -> timing.Spread:
@@ -234,12 +222,13 @@ def _page(
     Diagrams lie in the folder.
     """
     usual = float(np.median([pace for each in done.values() for pace in each.pace] or [1.0]))
-    sections = [
-        _section(entry, done[entry.title], effort, usual, folder)
-        if entry.title in done
-        else _absent(entry, missing[entry.title])
-        for entry in plan
-    ]
+    sections: list[page.Section] = []
+    for entry in plan:
+        if entry.title in done:
+            sections.append(_section(entry, done[entry.title], effort, usual, folder))
+        else:
+            absent = page.Verdict("not measured", missing[entry.title], "bad")
+            sections.append(page.Section(entry.heading, [entry.description.measured, absent]))
     lead: list[page.Block] = [*LEAD] if effort == "full" else [SHORT, *LEAD]
     lead.append(_overview(plan, done))
     short = [
@@ -292,6 +281,7 @@ def _section(
     entry: Entry, result: Result, effort: Effort, usual: float, folder: Path
 ) -> page.Section:
     description, found = entry.description, result.found
+    again = f"magfold bench {entry.benchmark} --only {entry.name}"
     before, after = (pace / usual for pace in result.pace)
     blocks: list[page.Block] = [
         page.Entries(
@@ -300,7 +290,7 @@ def _section(
                 "How": description.how,
                 "What it means": description.meaning,
                 "Not covered": description.missing,
-                "Again": entry.command + (" --quick" if effort == "quick" else ""),
+                "Again": again + (" --quick" if effort == "quick" else ""),
                 "Pace": f"fixed work took {before:.2f} times its usual time before this part and "
                 f"{after:.2f} times after it",
             }
@@ -319,11 +309,4 @@ def _section(
     if found.rows and picture.is_file():
         blocks.append(page.Picture(picture, description.title))
     blocks += found.tables
-    return page.Section(f"{description.title} ({entry.title})", blocks)
-
-
-def _absent(entry: Entry, reason: str) -> page.Section:
-    return page.Section(
-        f"{entry.description.title} ({entry.title})",
-        [entry.description.measured, page.Verdict("not measured", reason, "bad")],
-    )
+    return page.Section(entry.heading, blocks)

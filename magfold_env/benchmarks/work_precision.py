@@ -102,22 +102,13 @@ def named_scenes() -> dict[str, Scene]:
         "sequence 3, literal": load_scene("paper/sequence-3-literal"),
         PENDULUM: load_scene("pendulum-3"),
     }
-    plain = {name: _plain(scene) for name, scene in scenes.items()}
-    plain[PENDULUM] = plain[PENDULUM].replace(duration=SWING)
-    return plain
-
-
-def _plain(scene: Scene) -> Scene:
-    """Return a scene with the default solver and accuracy of the magnets."""
-    scene = scene.replace(duration=LONGEST, solver=Solver(), start_angle_spread=SPREAD)
-    if has_accuracy(scene):
-        scene = scene.replace(magnets={"accuracy": Magnets().accuracy})
-    return scene
-
-
-def drawn(scene: Scene, seed: int) -> Scene:
-    """Return a scene with the start angles of a seed."""
-    return scene.draw(np.random.default_rng(seed))
+    for name, scene in scenes.items():
+        duration = SWING if name == PENDULUM else LONGEST
+        plain = scene.replace(duration=duration, solver=Solver(), start_angle_spread=SPREAD)
+        if has_accuracy(plain):
+            plain = plain.replace(magnets={"accuracy": Magnets().accuracy})
+        scenes[name] = plain
+    return scenes
 
 
 def settings_of(
@@ -193,7 +184,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[Row], Row]:
     """Return a row for every setting of a scene, and what is to be read of them."""
-    starts = [drawn(scene, seed) for seed in range(effort.starts)]
+    starts = [scene.draw(np.random.default_rng(seed)) for seed in range(effort.starts)]
     known = [reference(start, *effort.reference) for start in starts]
     clear = [each for each in known if not (each.sensitive or each.unsure)] or known
     tick(0.3)

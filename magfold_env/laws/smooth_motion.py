@@ -13,7 +13,7 @@ from magfold_env.engine.contact.boxes import APART
 from magfold_env.engine.state import Array, Model, Work
 from magfold_env.engine.workspace import new_work
 from magfold_env.laws import integrators
-from magfold_env.laws.overlap import TO_FACE, Boxes, separation
+from magfold_env.laws.overlap import squares_apart
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import centres
 from magfold_env.simulation.pack import pack
@@ -96,10 +96,7 @@ def first_contact(scene: Scene) -> float:
 def overlap(scene: Scene, angles: Array) -> bool:
     """Whether two casings that are not near neighbours overlap; stops keep those apart."""
     side = scene.casing.side
-    half = np.full((scene.n, 2), 0.5 * side)
-    squares = Boxes(centres(angles, side), angles + TO_FACE, half)
-    one, other = np.triu_indices(scene.n, APART)
-    return bool((separation(squares.of(one), squares.of(other)) < 0.0).any())
+    return squares_apart(centres(angles, side), angles, side, APART) < 0.0
 
 
 Fixed = Callable[[Model, Work, Array, float, int], int]

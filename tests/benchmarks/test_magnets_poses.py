@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from magfold_env.benchmarks.magnets import samples
+from magfold_env.laws.overlap import squares_apart
 from magfold_env.shapes import angles_to_word, centres, is_fully_folded, overlaps
 from tests.benchmarks.magnet_pairs import SIDE, alike
 from tests.engine import reference as engine_reference
@@ -19,12 +20,12 @@ def test_random_pairs_do_not_overlap(seed):
         for place, heading in zip(places, headings, strict=True)
     ]
     found = engine_reference.separation(*squares)
-    assert found == pytest.approx(samples.separation(places, headings, SIDE), abs=1e-12)
+    assert found == pytest.approx(squares_apart(places, headings, SIDE), abs=1e-12)
     assert found > -1e-12
 
 
 def test_many_random_pairs_touch():
-    gaps = [samples.separation(*alike(seed)[1], SIDE) for seed in range(60)]
+    gaps = [squares_apart(*alike(seed)[1], SIDE) for seed in range(60)]
     assert sum(gap < 1e-12 for gap in gaps) > 15
     assert sum(gap > 1e-3 for gap in gaps) > 5
 
@@ -45,4 +46,4 @@ def test_random_shapes_do_not_overlap(seed):
     headings = samples.random_shape(np.random.default_rng(seed), 6, SIDE)
     places = centres(headings, SIDE)
     for k in combinations(range(6), 2):
-        assert samples.separation(places[list(k)], headings[list(k)], SIDE) > -1e-9 * SIDE
+        assert squares_apart(places[list(k)], headings[list(k)], SIDE) > -1e-9 * SIDE

@@ -30,6 +30,10 @@ def swinging(n: int = 3, duration: float = 0.5) -> Scene:
     return pendulum.replace(sequence=("NNNN",) * n, start_angles=start, duration=duration)
 
 
+def drawn(scene: Scene, seed: int) -> Scene:
+    return scene.draw(np.random.default_rng(seed))
+
+
 def test_ten_scenes_have_every_mount_and_the_default_settings() -> None:
     named = work_precision.named_scenes()
     assert len(named) == 10
@@ -37,8 +41,8 @@ def test_ten_scenes_have_every_mount_and_the_default_settings() -> None:
     assert len({scene.model_dump_json() for scene in named.values()}) == 10
     for scene in named.values():
         assert scene.solver == Solver()
-        assert work_precision.drawn(scene, 1).is_concrete
-        assert work_precision.drawn(scene, 1) != work_precision.drawn(scene, 2)
+        assert drawn(scene, 1).is_concrete
+        assert drawn(scene, 1) != drawn(scene, 2)
         every = settings_of(scene, (1e-3, Solver().tolerance), (1e-2, 1e-3), (1e-3,))
         assert sum(each.is_default for each in every) == 1
         assert any(each.method == "paper" for each in every) == (scene.mount == "pinned")
@@ -114,7 +118,7 @@ def test_features_go_one_by_one_and_together() -> None:
 
 
 def test_a_run_is_compared_at_common_times() -> None:
-    scene = work_precision.drawn(work_precision.named_scenes()[work_precision.PENDULUM], 0)
+    scene = drawn(work_precision.named_scenes()[work_precision.PENDULUM], 0)
     exact = work_precision.reference(scene, 1e-8, 1e-6)
     assert 0.0 < exact.known < runs.NUDGE < exact.sensitivity < runs.CLOSE
     assert exact.error_on_the_way(exact.fold) == runs.NUDGE

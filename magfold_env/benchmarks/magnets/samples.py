@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations, product
+from itertools import product
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -24,6 +24,7 @@ from magfold_env.engine.state import Array, IntArray, Loads, Model, Nodes, Pose,
 from magfold_env.engine.state import Magnets as Packed
 from magfold_env.engine.workspace import new_nodes, new_rigid
 from magfold_env.laws import exact_magnets
+from magfold_env.laws.overlap import squares_apart
 from magfold_env.laws.random_scenes import random_sequence
 from magfold_env.reporting import timing
 from magfold_env.reporting.tables import Progress, Tick, each_case
@@ -38,39 +39,12 @@ OFF_STOP = 1e-6  # [rad]
 FOLDED_SHARES = (0.05, 0.4, 0.8, 0.98, 1.0)  # of the joints' right angles
 ROUNDING = 1e-9  # of a side: casings that touch do not overlap
 FARTHEST = 0.1  # [m] gap of a random pair
-ROOTS = np.radians([45.0, 135.0])  # edge normals of a casing, from its heading
+EDGES = np.radians([45.0, 135.0])  # normals of a casing's edges, from its heading
 
 
 def random_scene(rng: np.random.Generator, n: int) -> Scene:
     """Return a chain of random poles with the default magnets."""
     return Scene(sequence=random_sequence(rng, n), magnets=Magnets())
-
-
-def separation(places: Array, headings: Array, side: float) -> float:
-    """Return what separates two squares [m], by the edge normal that tells most; < 0: they overlap.
-
-    Parameters
-    ----------
-    places : (2, 2) array
-        Centres [m].
-    headings : (2,) array
-        Headings [rad].
-    """
-    return float(np.abs(_normals(headings) @ (places[1] - places[0])).max()) - _reach(
-        headings, side
-    )
-
-
-def _normals(headings: Array) -> Array:
-    """Edge normals of casings, (2·casings, 2)."""
-    angles = np.add.outer(headings, ROOTS).ravel()
-    return np.stack([np.cos(angles), np.sin(angles)], axis=1)
-
-
-def _reach(headings: Array, side: float) -> float:
-    """Half the projections of two squares on an edge normal of either [m]."""
-    turn = headings[1] - headings[0]
-    return float(0.5 * side * (1.0 + abs(np.cos(turn)) + abs(np.sin(turn))))
 
 
 def random_pair(rng: np.random.Generator, side: float) -> tuple[Array, Array]:
@@ -90,8 +64,12 @@ def random_pair(rng: np.random.Generator, side: float) -> tuple[Array, Array]:
         gap = 0.0 if kind == 1 else math.exp(rng.uniform(math.log(1e-5), math.log(FARTHEST)))
         headings = np.array([0.0, heading])
         direction = np.array([math.cos(bearing), math.sin(bearing)])
-        along = np.abs(_normals(headings) @ direction).max()
-        places = (_reach(headings, side) + gap) / along * np.stack([np.zeros(2), direction])
+        angles = np.add.outer(headings, EDGES).ravel()
+        normals = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        # Half the projections of both squares on an edge normal of either.
+        reach = 0.5 * side * (1.0 + abs(np.cos(heading)) + abs(np.sin(heading)))
+        along = np.abs(normals @ direction).max()
+        places = (reach + gap) / along * np.stack([np.zeros(2), direction])
     return places, headings
 
 
@@ -100,9 +78,7 @@ def random_shape(rng: np.random.Generator, n: int, side: float) -> Array:
     while True:
         share = rng.choice(FOLDED_SHARES)
         headings = joint_headings(word_to_angles(rng.choice(folded_words(n))) * share)
-        places = centres(headings, side)
-        pairs = (list(pair) for pair in combinations(range(n), 2))
-        if all(separation(places[k], headings[k], side) > -ROUNDING * side for k in pairs):
+        if squares_apart(centres(headings, side), headings, side) > -ROUNDING * side:
             return headings
 
 
