@@ -17,8 +17,7 @@ these lie, is timed on its own.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -205,8 +204,7 @@ def draw(rows: list[Row]) -> Any:
     return figure
 
 
-@dataclass(frozen=True)
-class Variant:
+class Variant(NamedTuple):
     """The scene without some of its features."""
 
     group: str

@@ -120,7 +120,8 @@ def folds(quick: bool, progress: Progress) -> Measurement:
     found = Measurement()
     for kind, _ in tables.each_case(progress, list(KINDS)):
         scenes = {f"{s}": scene_of(kind, s) for s in range(effort.sequences)}
-        exact = {name: fold(scene, REFERENCE) for name, scene in scenes.items()}
+        tight = {name: at_tolerance(scene, REFERENCE) for name, scene in scenes.items()}
+        exact = {name: runs.ended(scene).fold() for name, scene in tight.items()}
         cases = {
             (name, tolerance): at_tolerance(scene, tolerance)
             for name, scene in scenes.items()
@@ -161,11 +162,6 @@ def scene_of(kind: str, seed: int) -> Scene:
 def at_tolerance(scene: Scene, tolerance: float) -> Scene:
     """Return a scene with a tolerance [rad], and the usual cap on its work."""
     return scene.replace(solver={"tolerance": tolerance})
-
-
-def fold(scene: Scene, tolerance: float) -> Fold:
-    """Simulate a drawn scene at a tolerance [rad]."""
-    return runs.ended(at_tolerance(scene, tolerance)).fold()
 
 
 def _close(rows: list[Row]) -> int:

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
-from magfold_env.ensembles import PREDICTORS, Ensemble, ensemble, generator, predictions
+from magfold_env.ensembles import PREDICTORS, ensemble, generator, predictions
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.experiment import MODES, SEQUENCES, paper_scene, random_scenes
 from magfold_env.laws.random_scenes import random_sequence
@@ -211,10 +211,12 @@ class Case:
 def predictors(quick: bool, progress: Progress) -> Measurement:
     """Compare the predictors on the paper's sequences and on random ones, in each mode."""
     count, many = (QUICK_SCENES, QUICK_MANY) if quick else (SCENES, MANY)
-    scenes = list(_scenes(count))
-    cases: list[Case] = []
-    for each, _ in each_case(progress, scenes, lambda each: f"{each[0]}, {each[1]}"):
-        cases.append(compare(*each, many))
+    scenes: list[tuple[str, Mode, Scene]] = []
+    for mode in MODES:
+        scenes.extend(("paper", mode, paper_scene(sequence, mode)) for sequence in SEQUENCES)
+        scenes.extend(("random", mode, scene) for scene in random_scenes(count, mode))
+    named = each_case(progress, scenes, lambda each: f"{each[0]}, {each[1]}")
+    cases = [compare(*each, many) for each, _ in named]
     title = f"most frequent of {many} releases"
     tables = [
         Table(f"How often the {title} is named: word", summary(cases, fold=False)),
@@ -226,9 +228,14 @@ def predictors(quick: bool, progress: Progress) -> Measurement:
 def compare(group: str, mode: Mode, scene: Scene, many: int) -> Case:
     """Simulate a scene's favoured words and ask the predictors."""
     reference = ensemble(scene, many, seed=0)
-    few = ensemble(scene, FEW, seed=1)
-    by_energy = predictions(scene)
+    few, by_energy = ensemble(scene, FEW, seed=1), predictions(scene)
     words = reference.most_frequent()
+
+    def named(status: str | None) -> dict[str, str]:
+        """Return what each predictor names; of the few releases only those with a status count."""
+        most = few.most_frequent(status)
+        return by_energy | ({DYNAMICS: most[0]} if most else {})
+
     return Case(
         group,
         mode,
@@ -237,22 +244,9 @@ def compare(group: str, mode: Mode, scene: Scene, many: int) -> Case:
         reference.most_frequent(FOLDED),
         reference.words[words[0]].rate,
         reference.probability(status=FOLDED).rate,
-        by_energy | _first(few, None),
-        by_energy | _first(few, FOLDED),
+        named(None),
+        named(FOLDED),
     )
-
-
-def _first(few: Ensemble, status: str | None) -> dict[str, str]:
-    words = few.most_frequent(status)
-    return {DYNAMICS: words[0]} if words else {}
-
-
-def _scenes(count: int) -> Iterator[tuple[str, Mode, Scene]]:
-    for mode in MODES:
-        for sequence in SEQUENCES:
-            yield "paper", mode, paper_scene(sequence, mode)
-        for scene in random_scenes(count, mode):
-            yield "random", mode, scene
 
 
 def summary(cases: list[Case], *, fold: bool) -> list[Row]:

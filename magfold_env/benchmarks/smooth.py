@@ -178,7 +178,7 @@ def _measure(problem: SmoothProblem, effort: Effort, found: Measurement, tick: T
     bounded = tables.select(rows, method=ENGINE)
     worst = float(_over_tolerance([row for row in bounded if row["setting"] in BOUNDED]).max())
     quotient = timing.ratio(times[match], times[at_default])
-    found.findings += [
+    said = [
         f"{problem.name}: the engine's error is at most {worst:.2g} times the tolerance, from "
         f"1e-3 to 1e-9; {ALLOWED:g} is allowed: {tables.verdict(worst <= ALLOWED)}",
         f"{problem.name}: double Euler takes {quotient} times the engine's time for its error at "
@@ -186,6 +186,7 @@ def _measure(problem: SmoothProblem, effort: Effort, found: Measurement, tick: T
         f"{tables.verdict(quotient.median >= WANTED)}",
         f"{problem.name}: DOP853 at {EXACT:g} and Adams at 1e-12 agree to {agreement:.1e} rad",
     ]
+    found.findings.extend(said)
 
 
 def _over_tolerance(rows: list[Row]) -> Array:

@@ -13,9 +13,8 @@ import math
 import re
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from rich.markup import escape
@@ -57,8 +56,7 @@ SHORT = (
 WORDS: dict[page.Tone, str] = {"good": "holds", "bad": "falls short"}
 
 
-@dataclass(frozen=True)
-class Entry:
+class Entry(NamedTuple):
     """One part of one benchmark."""
 
     benchmark: str
@@ -77,18 +75,14 @@ class Entry:
         return f"{self.description.title} ({self.title})"
 
 
-@dataclass(frozen=True)
-class Result:
+class Result(NamedTuple):
     """What one part of the suite gave."""
 
-    title: str
-    """Of the benchmark and the part."""
+    title: str  # of the benchmark and the part
     part: str
     found: Measurement
-    seconds: float
-    """What it took, by the clock."""
-    pace: tuple[float, float]
-    """Time of the fixed work just before and just after it [s]."""
+    seconds: float  # what it took, by the clock
+    pace: tuple[float, float]  # time of the fixed work just before and just after it [s]
 
     def to_json(self) -> dict[str, Any]:
         """Return everything; numbers that JSON cannot hold become null."""

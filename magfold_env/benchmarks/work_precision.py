@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -125,16 +124,13 @@ def settings_of(
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class Reference:
+class Reference(NamedTuple):
     """What a drawn scene does, and how well that is known."""
 
     scene: Scene
     fold: Fold
-    known: float
-    """What ten times looser settings change on the way [rad]."""
-    sensitivity: float
-    """What a start moved by `NUDGE` changes on the way [rad]."""
+    known: float  # what ten times looser settings change on the way [rad]
+    sensitivity: float  # what a start moved by `NUDGE` changes on the way [rad]
 
     @property
     def sensitive(self) -> bool:

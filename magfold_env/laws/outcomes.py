@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -100,8 +101,7 @@ def moved_starts(scene: Scene, rng: np.random.Generator) -> Iterator[Scene]:
 TOO_DEEP = 1e-3  # overlap, share of the side
 
 
-@dataclass(frozen=True)
-class Ending:
+class Ending(NamedTuple):
     """How a hopeless scene ended, and what is wrong with that, if anything."""
 
     outcome: Outcome | None

@@ -12,9 +12,8 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,17 +29,13 @@ PITCH = 0.0177  # hinge to hinge [m]
 MASS = 0.0037  # [kg]
 
 
-@dataclass(frozen=True, eq=False)
-class ChainProblem:
+class ChainProblem(NamedTuple):
     """A chain that hangs from a fixed hinge, and its state; gravity is `GRAVITY`."""
 
     bodies: Bodies
-    angles: Array
-    """Headings (n,) [rad]."""
-    rates: Array
-    """Their rates (n,) [rad/s]."""
-    torques: Array
-    """Of the motors in the hinges (n,) [N·m]; motor i stands on component i − 1."""
+    angles: Array  # headings (n,) [rad]
+    rates: Array  # their rates (n,) [rad/s]
+    torques: Array  # of the motors in the hinges (n,) [N·m]; motor i stands on component i − 1
 
     @property
     def n(self) -> int:
@@ -97,16 +92,12 @@ LINE_COLOURS = tuple(plotting.COLOURS[k] for k in (1, 6, 2, 3, 4))
 BASE = (-GRAVITY[0], -GRAVITY[1])
 
 
-@dataclass(frozen=True, eq=False)
-class Contender:
+class Contender(NamedTuple):
     """One way to find the accelerations of one problem."""
 
-    accelerations: Array
-    """Of the headings (n,) [rad/s²]."""
-    work: Callable[[], object]
-    """What is timed."""
-    evaluations: int
-    """How many chains' accelerations it finds."""
+    accelerations: Array  # of the headings (n,) [rad/s²]
+    work: Callable[[], object]  # what is timed
+    evaluations: int  # how many chains' accelerations it finds
 
 
 Build = Callable[[ChainProblem], Contender]

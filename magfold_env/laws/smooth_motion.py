@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -142,12 +143,10 @@ class Integrator:
         return call
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
+class Run(NamedTuple):
     """Where a run ended and what it cost."""
 
-    angles: Array
-    """Headings [rad], shape (n,)."""
+    angles: Array  # headings [rad], shape (n,)
     evaluations: int
 
 

@@ -83,9 +83,14 @@ def run(quick: bool, progress: Progress) -> Measurement:
     for fidelity, tick in tables.each_case(progress, fidelities):
         found.rows.extend(measure(fidelity, counts, rounds, tick))
     for fidelity in fidelities:
-        shown = _shown(tables.select(found.rows, fidelity=fidelity))
-        found.tables.append(Table(f"Python's share of a vector step, {fidelity}, µs", shown))
-    found.findings.extend(_findings(found.rows))
+        mine = tables.select(found.rows, fidelity=fidelity)
+        lines: dict[int, Row] = {n: {"envs": n, "wanted": allowed(n)} for n in counts}
+        for row in mine:
+            lines[int(row["envs"])][str(row["measured on"])] = row["time [µs]"]
+        title = f"Python's share of a vector step, {fidelity}, µs"
+        found.tables.append(Table(title, list(lines.values())))
+        for way in tables.distinct(mine, "measured on"):
+            found.findings.append(_finding(tables.select(mine, {"measured on": way})))
     return found
 
 
@@ -148,40 +153,20 @@ def fit(rows: list[Row]) -> tuple[float, float]:
     return float(step), float(env)
 
 
-def groups(rows: list[Row]) -> dict[tuple[str, str], list[Row]]:
-    """Return the rows of each fidelity and way to measure."""
-    groups: dict[tuple[str, str], list[Row]] = {}
-    for row in rows:
-        groups.setdefault((str(row["fidelity"]), str(row["measured on"])), []).append(row)
-    return groups
-
-
-def _shown(rows: list[Row]) -> list[Row]:
-    shown: list[Row] = []
-    for count in tables.distinct(rows, "envs"):
-        times = {
-            str(row["measured on"]): row["time [µs]"] for row in tables.select(rows, envs=count)
-        }
-        shown.append({"envs": count, "wanted": allowed(count), **times})
-    return shown
-
-
 def allowed(count: int) -> float:
     """Return what a step of so many environments may take [µs]."""
     return WANTED[0] + WANTED[1] * count
 
 
-def _findings(rows: list[Row]) -> list[str]:
-    found: list[str] = []
-    for (fidelity, way), mine in groups(rows).items():
-        step, env = fit(mine)
-        held = sum(float(row["time [µs]"]) <= allowed(int(row["envs"])) for row in mine)
-        found.append(
-            f"{fidelity}, {way}: {step:.3g} µs a vector step and {env:.2g} µs an environment; at "
-            f"most {WANTED[0]:g} and {WANTED[1]:g} are asked for: holds for {held} of {len(mine)} "
-            "numbers of environments"
-        )
-    return found
+def _finding(rows: list[Row]) -> str:
+    """Say what a step takes of one fidelity, measured in one way."""
+    step, env = fit(rows)
+    held = sum(float(row["time [µs]"]) <= allowed(int(row["envs"])) for row in rows)
+    return (
+        f"{rows[0]['fidelity']}, {rows[0]['measured on']}: {step:.3g} µs a vector step and "
+        f"{env:.2g} µs an environment; at most {WANTED[0]:g} and {WANTED[1]:g} are asked for: "
+        f"holds for {held} of {len(rows)} numbers of environments"
+    )
 
 
 def draw(rows: list[Row]) -> Any:

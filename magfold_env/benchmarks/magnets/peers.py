@@ -13,9 +13,8 @@ import importlib
 import math
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -129,20 +128,15 @@ class Peer:
             defaults.threads = threads
 
 
-@dataclass(frozen=True, eq=False)
-class Contender:
+class Contender(NamedTuple):
     """One way to find the magnets' forces, at one setting."""
 
     by: str
     setting: str
-    force_error: float
-    """Of forces and torques on casings, in flush forces; nan if it finds none."""
-    joint_error: float
-    """Of torques at the joints over the side, in flush forces."""
-    work: Callable[[], object]
-    """What is timed."""
-    evaluations: int
-    """How many it does."""
+    force_error: float  # of forces and torques on casings, in flush forces; nan if it finds none
+    joint_error: float  # of torques at the joints over the side, in flush forces
+    work: Callable[[], object]  # what is timed
+    evaluations: int  # how many it does
 
     @property
     def key(self) -> str:
