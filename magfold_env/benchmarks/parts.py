@@ -23,7 +23,7 @@ from magfold_env.benchmarks import (
     work_precision,
 )
 from magfold_env.benchmarks.env import overhead, rates
-from magfold_env.benchmarks.magnets import accuracy, devices, far, fold, peers
+from magfold_env.benchmarks.magnets import accuracy, chains, far, peers
 from magfold_env.laws import experiment, pinned_chain
 from magfold_env.reporting import machine, plotting, tables
 from magfold_env.reporting.tables import Measurement, Progress, Row
@@ -60,8 +60,8 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
         "points": Part(accuracy.points, accuracy.draw_points),
         "far": Part(far.run, far.draw),
         "scaling": Part(scaling.magnets, scaling.draw_magnets),
-        "devices": Part(devices.run, devices.draw),
-        "fold": Part(fold.run, fold.draw),
+        "devices": Part(chains.devices, chains.draw_devices),
+        "fold": Part(chains.folds, chains.draw_folds),
         "peers": Part(peers.run, peers.draw),
     },
     "energy": {

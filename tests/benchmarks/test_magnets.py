@@ -10,9 +10,8 @@ from typer.testing import CliRunner
 from magfold_env.benchmarks import parts, scaling
 from magfold_env.benchmarks.magnets import (
     accuracy,
-    devices,
+    chains,
     far,
-    fold,
     samples,
 )
 from magfold_env.benchmarks.magnets.peers import MAGPYLIB, installed
@@ -107,10 +106,10 @@ def test_point_charges_are_too_strong_near_and_right_far_away(monkeypatch):
 
 
 def test_the_states_of_a_fold_are_as_many_as_its_evaluations():
-    scene = next(iter(fold.folds(fold.Effort((3,), 1, 1)).values()))
-    session = fold.RecordedSession(scene)
+    scene = next(iter(chains.fold_scenes(chains.Effort((3,), 1, 1)).values()))
+    session = chains.RecordedSession(scene)
     session.run()
-    states = fold.states_of(scene)
+    states = chains.states_of(scene)
     assert states.first.size == session.evaluations
     np.testing.assert_array_equal(states.q[-1], session.path[-1])
     # Evaluations of a step lie between its ends.
@@ -161,8 +160,8 @@ def test_the_fastest_order_is_found_among_those_that_err_little_enough():
 
 
 def test_features_are_what_they_are_called():
-    chosen = devices.features(6)
-    assert set(devices.COSTLY) <= set(chosen)
+    chosen = chains.features(6)
+    assert set(chains.COSTLY) <= set(chosen)
     empty = {
         name: [faces.count("-") for faces in chosen[name].sequence]
         for name in chosen
@@ -180,7 +179,7 @@ def test_features_are_what_they_are_called():
 @pytest.mark.parametrize("name", ["an even field", "a fixed magnet", "unequal sizes"])
 def test_features_act_on_the_chains_that_are_timed(name):
     """What the dynamics' kernel finds for them is what the reference says."""
-    scene = devices.features(6)[name].replace(magnets={"accuracy": 1e-4})
+    scene = chains.features(6)[name].replace(magnets={"accuracy": 1e-4})
     headings = samples.shapes(6)[samples.FOLDED]
     places, states = centres(headings, SIDE), pinned_states([headings], SIDE)
     force, torque = (
@@ -199,7 +198,7 @@ def test_features_act_on_the_chains_that_are_timed(name):
 
 def test_chains_without_magnets_feel_nothing():
     for name in ("no component with magnets", "no magnets in the scene"):
-        scene = devices.features(6)[name]
+        scene = chains.features(6)[name]
         loads = Chain(scene, pinned_states([samples.folded(6)], SIDE)).loads()
         assert not any(each.any() for each in loads)
 
@@ -249,7 +248,7 @@ def measured(request, tmp_path_factory):
             patch.setattr(samples.timing, "enough_repeats", lambda work: 1)
             patch.setattr(accuracy, "QUICK", LITTLE)
             patch.setattr(far, "QUICK", far.Effort((30,), 1, (1e-3,), (4.0,), 1))
-            patch.setattr(fold, "QUICK", fold.Effort((3,), 2, 1))
+            patch.setattr(chains, "QUICK", chains.Effort((3,), 2, 1))
             patch.setattr(exact_magnets, "GAPS", FEW_GAPS)
         yield measure
 

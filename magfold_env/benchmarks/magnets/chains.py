@@ -1,9 +1,13 @@
-"""What the magnets of a chain of six cost on average over real folds, at several accuracies.
+"""What the magnets cost in the dynamics: with features of real devices, and over real folds.
 
-A fold is simulated once; the states it was evaluated at are put back along its steps, as many on
-each as the integrator took there. The magnets' forces are then timed over all of them in a
-compiled loop, in order, so that what is kept of joints at their stops is kept as long as in the
-fold. Beside it, every pair summed. Errors are of the torques at the joints.
+Devices: each feature is put into the default chain, four equal magnets in every component, one at a
+time; those that a scene does not have must cost nothing. Times are of what the dynamics do at one
+evaluation, in turns with the default chain, which takes part twice to show the noise.
+
+Folds: a fold of a chain of six is simulated once; the states it was evaluated at are put back along
+its steps, as many on each as the integrator took there. The magnets' forces are then timed over all
+of them in a compiled loop, in order, so that what is kept of joints at their stops is kept as long
+as in the fold. Beside it, every pair summed. Errors are of the torques at the joints.
 """
 
 from __future__ import annotations
@@ -13,21 +17,159 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from magfold_env.benchmarks.magnets import samples
-from magfold_env.benchmarks.magnets.samples import Chain, States, joint_torques
+from magfold_env.benchmarks.magnets.samples import AT_STOPS, FOLDED, Chain, States, joint_torques
+from magfold_env.benchmarks.presentation import name_bars
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.state import LO, Array, IntArray, Pose
 from magfold_env.laws import exact_magnets
 from magfold_env.laws.along_folds import SteppedSession
-from magfold_env.reporting import plotting, tables
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.pack import pack
+
+LENGTHS, QUICK_LENGTHS = (6, 60), (6,)
+DEFAULT, AGAIN = "default chain", "default chain again"
+STOPS = "all joints at stops"
+COSTLY = ("unequal heights", "unequal sizes", "an even field", "a fixed magnet")  # may take longer
+NOISE = 1.05  # a ratio that counts as 1
+EMPTY = "-"
+FIXED = {
+    "position": (0.03, -0.04),
+    "heading": 0.7,
+    "width": 0.02,
+    "height": 0.02,
+    "thickness": 0.01,
+}
+DEVICES_SEED = 13
 
 BOUNDS = (1e-2, 1e-3, 1e-4)
 ASKED = {1e-2: 10.0, 1e-4: 30.0}  # [µs] at most, on average over a fold
 SPEED = 0.1  # [m/s] of the tube's feed
 DURATION = 1.0  # [s] from the last release
-SEED = 0
+FOLDS_SEED = 0
+
+
+def devices(quick: bool, progress: Progress) -> Measurement:
+    """Measure every feature on unfolded and folded chains."""
+    lengths, rounds = (QUICK_LENGTHS, 2) if quick else (LENGTHS, 9)
+    found = Measurement()
+    for (n, shape), tick in samples.each_chain(progress, lengths):
+        found.rows.extend(_measure_devices(n, shape, rounds, tick))
+    found.tables.extend(_table(n, tables.select(found.rows, n=n)) for n in lengths)
+    found.findings.extend(_devices_findings(found.rows))
+    return found
+
+
+def features(n: int) -> dict[str, Scene]:
+    """Return the default chain of n components, and with one feature each, by their names."""
+    rng = np.random.default_rng(DEVICES_SEED)
+    scene = samples.random_scene(rng, n).replace(friction=0.0)
+    faces = np.array([list(letters) for letters in scene.sequence])
+    gaps = rng.permuted(np.tile(np.arange(4), (n, 1)), axis=1)  # the faces, in any order
+
+    def without(count: int, every: int = 1) -> Scene:
+        """Leave out so many faces of every so many-th component."""
+        left = faces.copy()
+        for i in range(0, n, every):
+            left[i, gaps[i, :count]] = EMPTY
+        return scene.replace(sequence=tuple("".join(letters) for letters in left))
+
+    heights = (0.004, 0.005, 0.006, 0.007)
+    sizes = {
+        "height": heights,
+        "width": (0.006, 0.005, 0.004, 0.005),
+        "thickness": (0.002, 0.0025, 0.0015, 0.002),
+        "inset": (0.0005, 0.0006, 0.0008, 0.0005),
+    }
+    strengths = rng.uniform(0.3, 0.9, (n, 4)).tolist()
+    return {
+        DEFAULT: scene,
+        AGAIN: scene,
+        "one face in four empty": without(1),
+        "two faces in four empty": without(2),
+        "every other component without magnets": without(4, 2),
+        "no component with magnets": without(4),
+        "no magnets in the scene": scene.replace(magnets=None),
+        "unequal strengths": scene.replace(magnets={"remanence": strengths}),
+        "unequal heights": scene.replace(magnets={"height": heights}),
+        "unequal sizes": scene.replace(magnets=sizes),
+        "an even field": scene.replace(field={"uniform": (0.01, 0.02)}),
+        "a fixed magnet": scene.replace(field={"magnet": FIXED}),
+    }
+
+
+def _measure_devices(n: int, shape: str, rounds: int, tick: Tick) -> list[Row]:
+    """Rows of all features in one shape; joints at their stops belong to the folded one."""
+    scenes, headings = features(n), samples.shapes(n)
+    chains = {name: Chain.pinned(scene, headings[shape]) for name, scene in scenes.items()}
+    if shape == FOLDED:
+        chains[STOPS] = Chain.pinned(scenes[DEFAULT], headings[AT_STOPS])
+    times = samples.time_each(chains, rounds, tick)
+    return [
+        {
+            "n": n,
+            "shape": shape,
+            "feature": name,
+            **time.spread.time_cells("µs", 1e6),
+            **timing.ratio(time, times[DEFAULT]).cells("time / default"),
+        }
+        for name, time in times.items()
+    ]
+
+
+def _table(n: int, rows: list[Row]) -> Table:
+    """Return times and ratios of one length, a row a feature and two columns a shape."""
+    lines: dict[str, Row] = {}
+    for row in rows:
+        line = lines.setdefault(str(row["feature"]), {"feature": row["feature"]})
+        for key in ("time [µs]", "time / default"):
+            line[f"{row['shape']}: {key}"] = row[key]
+    # Not every feature is in both shapes.
+    shown: list[Row] = [
+        {key: line.get(key, "") for key in lines[DEFAULT]} for line in lines.values()
+    ]
+    return Table(f"Magnets of {n} components in the dynamics, feature by feature", shown)
+
+
+def _devices_findings(rows: list[Row]) -> list[str]:
+    """Say what each feature costs, and whether those that leave less to do take no longer."""
+    found: list[str] = []
+    for name in tables.distinct(rows, "feature"):
+        if name == DEFAULT:
+            continue
+        shares = tables.numbers(tables.select(rows, feature=name), "time / default")
+        asked = ""
+        if name not in COSTLY:
+            held = tables.verdict(shares.max() <= NOISE)
+            asked = f"; at most 1 is asked for, to within {NOISE - 1.0:.0%}: {held}"
+        found.append(
+            f"{name}: {shares.min():.2g} to {shares.max():.2g} times as long as the default{asked}"
+        )
+    return found
+
+
+def draw_devices(rows: list[Row]) -> Any:
+    """Bars of the time over the default chain's, feature by feature, a colour a chain."""
+    rows = [row for row in rows if row["feature"] != DEFAULT]
+    chains = list(dict.fromkeys((row["n"], row["shape"]) for row in rows))
+    names = tables.distinct(rows, "feature")
+    figure, axes = plotting.panels(
+        1, "Magnets in the dynamics: time over the default chain's", 9.0, 5.0
+    )
+    axis = axes[0]
+    height = 0.8 / len(chains)
+    for k, (n, shape) in enumerate(chains):
+        mine = tables.select(rows, n=n, shape=shape)
+        place = [names.index(str(row["feature"])) + (k + 0.5) * height - 0.4 for row in mine]
+        shares = tables.numbers(mine, "time / default")
+        axis.barh(
+            place, shares, 0.9 * height, color=plotting.COLOURS[k + 1], label=f"n = {n}, {shape}"
+        )
+    axis.axvline(1.0, color=plotting.INK, linewidth=1.0, linestyle="--")
+    name_bars(axis, names, "time / time of the default chain")
+    plotting.legend(axis, "upper right")
+    return figure
 
 
 class Effort(NamedTuple):
@@ -58,18 +200,18 @@ class RecordedSession(SteppedSession):
         self.counts.append(self.evaluations)
 
 
-def run(quick: bool, progress: Progress) -> Measurement:
+def folds(quick: bool, progress: Progress) -> Measurement:
     """Measure every fold at every accuracy."""
     effort = QUICK if quick else FULL
     rows: list[Row] = []
-    scenes = list(folds(effort).items())
+    scenes = list(fold_scenes(effort).items())
     for (name, scene), tick in tables.each_case(progress, scenes, lambda case: case[0]):
-        rows.extend(_measure(name, scene, effort, tick))
+        rows.extend(_measure_fold(name, scene, effort, tick))
     table = Table("Magnets of a chain of six, averages over a fold", tables.without_quartiles(rows))
-    return Measurement(rows, [table], _findings(rows))
+    return Measurement(rows, [table], _folds_findings(rows))
 
 
-def folds(effort: Effort) -> dict[str, Scene]:
+def fold_scenes(effort: Effort) -> dict[str, Scene]:
     """Return the paper's sequences, drawn, free on the floor and pushed out of a tube.
 
     Component 1 is held in the tube, so that the engine counts as the sequence does.
@@ -82,7 +224,7 @@ def folds(effort: Effort) -> dict[str, Scene]:
     for mount, changes in mounts.items():
         for number in effort.sequences:
             scene = load_scene(f"paper/sequence-{number}").replace(duration=DURATION, **changes)
-            found[f"sequence {number}, {mount}"] = scene.draw(np.random.default_rng(SEED))
+            found[f"sequence {number}, {mount}"] = scene.draw(np.random.default_rng(FOLDS_SEED))
     return found
 
 
@@ -111,7 +253,7 @@ def placed(scene: Scene, q: Array, los: IntArray) -> States:
     return States(first, los, q, poses)
 
 
-def _measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> list[Row]:
+def _measure_fold(name: str, scene: Scene, effort: Effort, tick: Tick) -> list[Row]:
     """Return a row an accuracy."""
     states = states_of(scene)
     magnets = {bound: scene.replace(magnets={"accuracy": bound}) for bound in BOUNDS}
@@ -158,7 +300,7 @@ def errors_of(scenes: dict[float, Scene], states: States, count: int) -> dict[fl
     }
 
 
-def _findings(rows: list[Row]) -> list[str]:
+def _folds_findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
     for bound in BOUNDS:
         mine = tables.select(rows, accuracy=bound)
@@ -174,7 +316,7 @@ def _findings(rows: list[Row]) -> list[str]:
     return found
 
 
-def draw(rows: list[Row]) -> Any:
+def draw_folds(rows: list[Row]) -> Any:
     """Bars of the average time by fold and accuracy; ticks stand for all pairs summed."""
     figure, axes = plotting.panels(1, "Magnets of a chain of six: average over a fold", 8.0, 4.6)
     axis = axes[0]
