@@ -12,7 +12,7 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -161,28 +161,17 @@ RUNS, QUICK_RUNS = 1000, 50  # of the ensemble that is timed
 COUNTS = (2, 4, 8, 16, 32, 64)  # of its workers
 
 
-@dataclass(frozen=True)
-class Case:
-    """A scene, its favoured words, and what each predictor names.
-
-    Attributes
-    ----------
-    words, folds : tuple of str
-        The most frequent words of all releases, and of those that folded fully.
-    rate, folded : float
-        Share of releases that end in a word of `words`, and share of those that fold fully.
-    named_word, named_fold : dict
-        The word that each predictor names for either; absent where it names none.
-    """
+class Case(NamedTuple):
+    """A scene, its favoured words, and what each predictor names."""
 
     group: str
     mode: Mode
     sequence: tuple[str, ...]
-    words: tuple[str, ...]
-    folds: tuple[str, ...]
-    rate: float
-    folded: float
-    named_word: dict[str, str]
+    words: tuple[str, ...]  # the most frequent ones of all releases
+    folds: tuple[str, ...]  # and of those that folded fully
+    rate: float  # share of releases that end in one of `words`
+    folded: float  # share of those that fold fully
+    named_word: dict[str, str]  # by predictor; absent where it names none
     named_fold: dict[str, str]
 
     def is_named(self, by: str, *, fold: bool) -> bool:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -31,13 +30,11 @@ KINDS: dict[str, dict[str, Any]] = {
 Method = Literal["adaptive", "paper"]
 
 
-@dataclass(frozen=True)
-class Setting:
+class Setting(NamedTuple):
     """One way to run a scene."""
 
     method: Method
-    step: float
-    """Tolerance [rad], or the paper's time step [s]."""
+    step: float  # tolerance [rad], or the paper's time step [s]
     accuracy: float | None = None
     """Of the magnets; None where the scene has no such choice, or keeps its own."""
 

@@ -11,7 +11,6 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -64,8 +63,8 @@ def compare(seed: int) -> Row:
         "difference": difference,
         "angle": default.angle_from(reference),
         "moves": moves,
-        "default": asdict(default),
-        "reference": asdict(reference),
+        "default": default._asdict(),
+        "reference": reference._asdict(),
     }
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -21,21 +20,17 @@ MOVED = 1e-6  # [rad] that a reference's start is moved by
 PAIRS_OF_MOVES = 3
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """The end of one simulation."""
 
     status: str
     message: str
     word: str
-    joints: tuple[float, ...]
-    """Joint angles [rad]."""
-    time: float
-    """Simulated [s]."""
+    joints: tuple[float, ...]  # joint angles [rad]
+    time: float  # simulated [s]
     steps: int
     evaluations: int
-    seconds: float
-    """Of computing."""
+    seconds: float  # of computing
 
     @classmethod
     def of(cls, scene: Scene) -> Outcome:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -146,7 +145,7 @@ def test_the_plan_has_every_part_and_says_something_about_each() -> None:
     assert [name for name in names if name not in LEFT_OUT] == [each.title for each in quick]
     assert set(LEFT_OUT) <= set(names)
     for each in full:
-        for field in fields(Description):
-            assert len(getattr(each.description, field.name)) > 10, (each.title, field.name)
+        for name, said in each.description._asdict().items():
+            assert len(said) > 10, (each.title, name)
     for name, parts in BENCHMARKS.items():
         assert list(descriptions()[name].parts) == list(parts)
