@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class Description:
+class Description(NamedTuple):
     """One part in plain words: a title, and some sentences to each question."""
 
     title: str
-    measured: str
-    """What was measured."""
-    how: str
-    """How, and against what."""
-    meaning: str
-    """What the result means to someone who uses the package."""
-    missing: str
-    """What it does not cover."""
+    measured: str  # what was measured
+    how: str  # how, and against what
+    meaning: str  # what the result means to someone who uses the package
+    missing: str  # what it does not cover
 
 
-@dataclass(frozen=True)
-class Summary:
+class Summary(NamedTuple):
     """One benchmark: what it measures, and its parts by name."""
 
     measures: str

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
-from magfold_env.reporting.timing import Task
+from magfold_env.reporting import timing
 from magfold_env.scene import Magnets, Scene, Solver
 from magfold_env.simulation.session import Session
 
@@ -31,13 +30,11 @@ KINDS: dict[str, dict[str, Any]] = {
 Method = Literal["adaptive", "paper"]
 
 
-@dataclass(frozen=True)
-class Setting:
+class Setting(NamedTuple):
     """One way to run a scene."""
 
     method: Method
-    step: float
-    """Tolerance [rad], or the paper's time step [s]."""
+    step: float  # tolerance [rad], or the paper's time step [s]
     accuracy: float | None = None
     """Of the magnets; None where the scene has no such choice, or keeps its own."""
 
@@ -96,7 +93,7 @@ def recorded(scene: Scene) -> Fold:
     return ended(scene, FRAME_RATE).fold()
 
 
-def run_task(*scenes: Scene, frame_rate: float | None = None) -> Task:
+def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
     """Return runs of drawn scenes, one after another, as something to time; prepared untimed."""
 
     def prepare() -> Callable[[], None]:

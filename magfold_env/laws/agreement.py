@@ -8,10 +8,8 @@ runs/agreement``. A killed run goes on where it was. Every scene that disagrees 
 from __future__ import annotations
 
 import json
-import multiprocessing
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,6 +23,7 @@ from rich.table import Table
 from magfold_env.files import physics_digest
 from magfold_env.laws.outcomes import Outcome, moved_starts, reference_of
 from magfold_env.laws.random_scenes import is_designed, random_scene
+from magfold_env.parallel import Workers, finished
 from magfold_env.reporting.statistics import share
 from magfold_env.scene import save_scene
 
@@ -64,8 +63,8 @@ def compare(seed: int) -> Row:
         "difference": difference,
         "angle": default.angle_from(reference),
         "moves": moves,
-        "default": default.to_dict(),
-        "reference": reference.to_dict(),
+        "default": default._asdict(),
+        "reference": reference._asdict(),
     }
 
 
@@ -83,18 +82,6 @@ def read_rows(path: Path) -> list[Row]:
             if row["engine"] == engine:
                 rows.append(row)
     return rows
-
-
-def compared(seeds: Sequence[int], workers: int) -> Iterator[Row]:
-    """Yield a row for every seed, in any order."""
-    if workers == 1:
-        yield from map(compare, seeds)
-        return
-    # Spawned, because threads of numba do not survive a fork.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        for future in as_completed([pool.submit(compare, seed) for seed in seeds]):
-            yield future.result()
 
 
 def summary(rows: Sequence[Row]) -> Table:
@@ -155,7 +142,8 @@ def main(
     with path.open("a", encoding="utf-8") as file:
         # Ends a line that a kill cut short; empty lines do not count.
         file.write("\n")
-        for row in track(compared(left, workers), "comparing", total=len(left)):
+        results = finished(compare, left, Workers(workers, "processes"))
+        for _, row in track(results, "comparing", total=len(left)):
             if row["verdict"] != AGREES:
                 kind = row["verdict"].replace(" ", "-")
                 save_scene(random_scene(row["seed"]), out / f"{kind}-{row['seed']}.yaml")

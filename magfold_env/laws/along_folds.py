@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -205,37 +204,3 @@ def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
         finite=bool(sound.all()),
     )
     return motion, session
-
-
-@dataclass(frozen=True)
-class FoldLimits:
-    """Worst values along one fold, and how it ended."""
-
-    overlap: float
-    """Share of the side."""
-    past_stop: float
-    """[rad]."""
-    rise: float
-    """Of the total energy without feed, over its range."""
-    finite: bool
-    status: str
-    message: str
-    steps: int
-    seconds: float
-
-
-def limits_of(scene: Scene) -> FoldLimits:
-    """Simulate a scene in which nothing is left to draw, and look at every step."""
-    begun = time.perf_counter()
-    motion, session = follow(scene)
-    assert session.status is not None
-    return FoldLimits(
-        overlap=motion.overlap,
-        past_stop=motion.past_stop,
-        rise=motion.rise,
-        finite=motion.finite,
-        status=session.status.value,
-        message=session.message,
-        steps=session.steps,
-        seconds=time.perf_counter() - begun,
-    )

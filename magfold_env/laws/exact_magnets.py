@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,18 +41,13 @@ CHARGES = (1, 2, 3, 5, 10, 30)
 GAPS = 1e-3 * 10.0 ** np.linspace(-0.5, 1.5, 41)  # [m]; one of them is a millimetre
 
 
-@dataclass(frozen=True, eq=False)
-class Faces:
+class Faces(NamedTuple):
     """Pole faces; those of casings lie casing by casing, `FACES` of each."""
 
-    centre: Array
-    """(faces, 2) [m]"""
-    along: Array
-    """Unit vectors along the widths, (faces, 2)."""
-    size: Array
-    """Widths and heights, (faces, 2) [m]."""
-    charge: Array
-    """(faces,) [A·m]"""
+    centre: Array  # (faces, 2) [m]
+    along: Array  # unit vectors along the widths, (faces, 2)
+    size: Array  # widths and heights, (faces, 2) [m]
+    charge: Array  # (faces,) [A·m]
 
 
 def faces_of(scene: Scene, places: Array, headings: Array) -> Faces:

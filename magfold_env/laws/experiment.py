@@ -84,7 +84,20 @@ def run(quick: bool, progress: Progress) -> Measurement:
         scene = paper_scene(sequence, mode)
         made = ensemble(scene, QUICK_RUNS if quick else RUNS[mode])
         found = bars(made)
-        rows += [_row(sequence, mode, len(made), bar) for bar in found]
+        rows += [
+            {
+                "sequence": sequence,
+                "mode": mode,
+                "runs": len(made),
+                "word": bar.word,
+                "status": bar.status,
+                "probability": bar.rate,
+                "low": bar.low,
+                "high": bar.high,
+                "joint angles (rad)": " ".join(f"{angle:.6f}" for angle in bar.joints),
+            }
+            for bar in found
+        ]
         said = (predictions(scene)[PREDICTORS[mode]], PAPER[sequence, mode])
         case = (str(sequence), f"{len(made)} {mode}")
         for bar in found:
@@ -110,17 +123,3 @@ def draw_experiment(rows: list[Row]) -> Any:
         name = f"sequence {row['sequence']}, {row['mode']}: {row['runs']} releases"
         panels.setdefault(name, []).append(bar_of(row))
     return bar_chart(panels)
-
-
-def _row(sequence: int, mode: Mode, runs: int, bar: Bar) -> Row:
-    return {
-        "sequence": sequence,
-        "mode": mode,
-        "runs": runs,
-        "word": bar.word,
-        "status": bar.status,
-        "probability": bar.rate,
-        "low": bar.low,
-        "high": bar.high,
-        "joint angles (rad)": " ".join(f"{angle:.6f}" for angle in bar.joints),
-    }

@@ -179,21 +179,10 @@ def dp54() -> Pair:
 
 @cache
 def dop853() -> Pair:
-    """Return Dormand and Prince's 8(5,3), with SciPy's coefficients.
-
-    Raises
-    ------
-    ImportError
-        If SciPy is not installed.
-    """
-    try:
-        table: Any = importlib.import_module("scipy.integrate._ivp.dop853_coefficients")
-    except ImportError as error:
-        msg = "the comparison with DOP853 needs SciPy: install the extra, magfold_env[dev]"
-        raise ImportError(msg) from error
-    stages = int(table.N_STAGES)
+    """Return Dormand and Prince's 8(5,3), with SciPy's coefficients."""
+    table: Any = importlib.import_module("scipy.integrate").DOP853  # slow to import
     return Pair(
-        weight=np.ascontiguousarray(table.A[:stages, :stages]),
+        weight=np.ascontiguousarray(table.A),
         step=np.array(table.B, dtype=np.float64),
         error=np.stack([table.E5, table.E3]),
         order=8,

@@ -14,7 +14,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from magfold_env.laws.along_folds import limits_of
+from magfold_env.fold import FoldStatus
+from magfold_env.laws.along_folds import follow
 from magfold_env.laws.free_motion import Kind, creep, momentum_errors, reversal_error
 from magfold_env.laws.impacts import impact_error
 from magfold_env.laws.outcomes import ending, hopeless_scenes
@@ -64,12 +65,12 @@ def along_folds(seeds: Iterable[int]) -> list[Law]:
     not_finite = Law("folds with a value that is no number", 0.0)
     for seed in seeds:
         scene = random_scene(seed)
-        found = limits_of(scene)
-        overlap.add(seed, found.overlap)
-        past.add(seed, found.past_stop)
-        (rise if scene.friction > 0.0 else smooth).add(seed, found.rise)
-        failed.add(seed, float(found.status == "failed"))
-        not_finite.add(seed, float(not found.finite))
+        motion, session = follow(scene)
+        overlap.add(seed, motion.overlap)
+        past.add(seed, motion.past_stop)
+        (rise if scene.friction > 0.0 else smooth).add(seed, motion.rise)
+        failed.add(seed, float(session.status is FoldStatus.FAILED))
+        not_finite.add(seed, float(not motion.finite))
     return [overlap, past, rise, smooth, failed, not_finite]
 
 

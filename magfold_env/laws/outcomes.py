@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,21 +20,17 @@ MOVED = 1e-6  # [rad] that a reference's start is moved by
 PAIRS_OF_MOVES = 3
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """The end of one simulation."""
 
     status: str
     message: str
     word: str
-    joints: tuple[float, ...]
-    """Joint angles [rad]."""
-    time: float
-    """Simulated [s]."""
+    joints: tuple[float, ...]  # joint angles [rad]
+    time: float  # simulated [s]
     steps: int
     evaluations: int
-    seconds: float
-    """Of computing."""
+    seconds: float  # of computing
 
     @classmethod
     def of(cls, scene: Scene) -> Outcome:
@@ -71,10 +66,6 @@ class Outcome:
         # Not "<=": an angle that is no number differs.
         return "" if self.angle_from(other) <= SAME_WITHIN else "angles"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the fields as plain values."""
-        return asdict(self)
-
 
 def reference_of(scene: Scene) -> Scene:
     """Return the scene with tighter settings, and as much more work allowed."""
@@ -105,8 +96,7 @@ def moved_starts(scene: Scene, rng: np.random.Generator) -> Iterator[Scene]:
 TOO_DEEP = 1e-3  # overlap, share of the side
 
 
-@dataclass(frozen=True)
-class Ending:
+class Ending(NamedTuple):
     """How a hopeless scene ended, and what is wrong with that, if anything."""
 
     outcome: Outcome | None

@@ -169,6 +169,27 @@ def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
     return gap
 
 
+def squares_apart(places: Floats, headings: Floats, side: float, apart: int = 1) -> float:
+    """Return the least separation of two sharp squares of a chain [m]; < 0 where two overlap.
+
+    It is what an edge's normal tells at most.
+
+    Parameters
+    ----------
+    places
+        Centres [m], shape (n, 2).
+    headings
+        Shape (n,) [rad].
+    side
+        Of the squares [m].
+    apart
+        How many components apart they are at least.
+    """
+    squares = Boxes(places, headings + TO_FACE, np.full((len(headings), 2), 0.5 * side))
+    one, other = np.triu_indices(len(headings), apart)
+    return float(separation(squares.of(one), squares.of(other), 0.0).min(initial=np.inf))
+
+
 def _corner_distance(box: Boxes, partner: Boxes) -> Floats:
     """Least distance of a corner of ``partner`` from a box that is apart from it."""
     seen = (partner.corners - box.centre[:, None]) @ np.swapaxes(box.axes, 1, 2)

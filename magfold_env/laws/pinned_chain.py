@@ -12,9 +12,8 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,26 +21,21 @@ from magfold_env.engine.chain import recursion
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array, Bodies
 from magfold_env.laws.mechanics import equation_39
-from magfold_env.reporting.plotting import COLOURS, GRID, figure_class
-from magfold_env.reporting.tables import Progress, Row, Tick, each_case
-from magfold_env.reporting.timing import spread_of, take_turns, unprepared
+from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting.tables import Progress, Row, Tick
 
 GRAVITY = (0.0, -9.81)  # [m/s²]
 PITCH = 0.0177  # hinge to hinge [m]
 MASS = 0.0037  # [kg]
 
 
-@dataclass(frozen=True, eq=False)
-class ChainProblem:
+class ChainProblem(NamedTuple):
     """A chain that hangs from a fixed hinge, and its state; gravity is `GRAVITY`."""
 
     bodies: Bodies
-    angles: Array
-    """Headings (n,) [rad]."""
-    rates: Array
-    """Their rates (n,) [rad/s]."""
-    torques: Array
-    """Of the motors in the hinges (n,) [N·m]; motor i stands on component i − 1."""
+    angles: Array  # headings (n,) [rad]
+    rates: Array  # their rates (n,) [rad/s]
+    torques: Array  # of the motors in the hinges (n,) [N·m]; motor i stands on component i − 1
 
     @property
     def n(self) -> int:
@@ -93,21 +87,17 @@ QUICK_LENGTHS = (1, 6, 60, 450)
 LONG = 60  # components from which growth is judged
 AGREE = 1e-9  # of the largest acceleration, up to `LONG` components
 OVERHEAD = "a call of Pinocchio"
-LINE_COLOURS = tuple(COLOURS[k] for k in (1, 6, 2, 3, 4))
+LINE_COLOURS = tuple(plotting.COLOURS[k] for k in (1, 6, 2, 3, 4))
 
 BASE = (-GRAVITY[0], -GRAVITY[1])
 
 
-@dataclass(frozen=True, eq=False)
-class Contender:
+class Contender(NamedTuple):
     """One way to find the accelerations of one problem."""
 
-    accelerations: Array
-    """Of the headings (n,) [rad/s²]."""
-    work: Callable[[], object]
-    """What is timed."""
-    evaluations: int
-    """How many chains' accelerations it finds."""
+    accelerations: Array  # of the headings (n,) [rad/s²]
+    work: Callable[[], object]  # what is timed
+    evaluations: int  # how many chains' accelerations it finds
 
 
 Build = Callable[[ChainProblem], Contender]
@@ -254,14 +244,7 @@ LONGEST = {PINOCCHIO: 450, MUJOCO: 1000, DENSE: 1000}
 
 
 def measure(quick: bool, progress: Progress) -> list[Row]:
-    """Time every contender at every length.
-
-    Parameters
-    ----------
-    quick
-        Fewer lengths and rounds.
-    progress
-        Is told the finished share and what is going on.
+    """Time every contender at every length, or at fewer if ``quick``.
 
     Returns
     -------
@@ -276,7 +259,7 @@ def measure(quick: bool, progress: Progress) -> list[Row]:
     lengths, rounds = (QUICK_LENGTHS, 5) if quick else (LENGTHS, 15)
     absent = missing()
     rows: list[Row] = []
-    for n, tick in each_case(progress, lengths, lambda n: f"n = {n}"):
+    for n, tick in tables.each_case(progress, lengths, lambda n: f"n = {n}"):
         rows += _measure(n, rounds, absent, tick)
     return rows
 
@@ -290,15 +273,27 @@ def _measure(n: int, rounds: int, absent: list[str], tick: Tick) -> list[Row]:
     timed = dict(contenders)
     if PINOCCHIO in names:
         timed[OVERHEAD] = BUILDS[PINOCCHIO](random_problem(1))
-    tasks = {name: unprepared(each.work) for name, each in timed.items()}
-    timings = take_turns(tasks, rounds, tick=tick)
+    tasks = {name: timing.unprepared(each.work) for name, each in timed.items()}
+    timings = timing.take_turns(tasks, rounds, tick=tick)
     taken = {name: t.samples / timed[name].evaluations for name, t in timings.items()}
     if PINOCCHIO in names and n > 1:
         taken[PINOCCHIO] = taken[PINOCCHIO] - taken[OVERHEAD]
     shown = {PINOCCHIO: OVERHEAD} if n == 1 else {}
-    return [
-        _row(shown.get(name, name), n, taken[name], taken[SCALAR], apart[name]) for name in names
-    ]
+    rows: list[Row] = []
+    for name in names:
+        ratio = timing.spread_of(taken[name] / taken[SCALAR])
+        rows.append(
+            {
+                "contender": shown.get(name, name),
+                "n": n,
+                **timing.spread_of(1e6 * taken[name]).time_cells("µs"),
+                "times one chain's": ratio.median,
+                "lower quartile": ratio.low,
+                "upper quartile": ratio.high,
+                "difference": apart[name],
+            }
+        )
+    return rows
 
 
 def _differences(n: int, contenders: Mapping[str, Contender]) -> dict[str, float]:
@@ -316,47 +311,21 @@ def _differences(n: int, contenders: Mapping[str, Contender]) -> dict[str, float
     return apart
 
 
-def _row(name: str, n: int, samples: Array, ours: Array, apart: float) -> Row:
-    spread, ratio = spread_of(1e6 * samples), spread_of(samples / ours)
-    return {
-        "contender": name,
-        "n": n,
-        **spread.time_cells("µs"),
-        "times one chain's": ratio.median,
-        "lower quartile": ratio.low,
-        "upper quartile": ratio.high,
-        "difference": apart,
-    }
-
-
 def draw(rows: list[Row]) -> Any:
     """Draw how the time of an evaluation grows with the length, log against log."""
-    figure = figure_class()(figsize=(8, 5), layout="constrained")
-    axis = figure.add_subplot()
+    title = "Accelerations of a pinned chain; bands are quartiles"
+    figure, (axis,) = plotting.panels(1, title, 8.0, 5.0)
     # What a call costs is measured at one length only.
-    names = dict.fromkeys(str(row["contender"]) for row in rows if row["contender"] != OVERHEAD)
-    for name, colour, marker in zip(names, LINE_COLOURS, "osD^v", strict=False):
-        mine = [row for row in rows if row["contender"] == name]
-        n, middle, low, high = (
-            [float(row[key]) for row in mine]
-            for key in ("n", "time [µs]", "lower quartile [µs]", "upper quartile [µs]")
-        )
-        axis.loglog(
-            n,
-            middle,
-            color=colour,
-            marker=marker,
-            markersize=5,
-            linewidth=2.2 if name in (SCALAR, LANES) else 1.3,
-            label=name,
-        )
-        axis.fill_between(n, low, high, color=colour, alpha=0.2, linewidth=0)
+    shown = [row for row in rows if row["contender"] != OVERHEAD]
+    for k, name in enumerate(tables.distinct(shown, "contender")):
+        mine, colour = tables.select(shown, contender=name), LINE_COLOURS[k]
+        style = {"linewidth": 2.2 if name in (SCALAR, LANES) else 1.3, "label": name}
+        n, _ = plotting.curve(axis, mine, "n", "time [µs]", k, color=colour, **style)
+        quartiles = (tables.numbers(mine, f"{side} quartile [µs]") for side in ("lower", "upper"))
+        axis.fill_between(n, *quartiles, color=colour, alpha=0.2, linewidth=0)
     axis.set_xlabel("components n")
     axis.set_ylabel("time of one chain's accelerations [µs]")
-    axis.set_title("Accelerations of a pinned chain; bands are quartiles", fontsize=11)
-    axis.grid(visible=True, which="major", color=GRID, linewidth=0.7)
-    axis.spines[["top", "right"]].set_visible(False)
-    axis.legend(fontsize=9, frameon=False, loc="upper left")
+    plotting.legend(axis, "upper left")
     return figure
 
 

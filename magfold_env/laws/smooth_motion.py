@@ -6,22 +6,15 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from magfold_env.engine.contact.boxes import APART
 from magfold_env.engine.state import Array, Model, Work
 from magfold_env.engine.workspace import new_work
-from magfold_env.laws.integrators import (
-    adams,
-    dop853,
-    double_euler,
-    dp54,
-    implicit_midpoint,
-    runge_kutta,
-    velocity_verlet,
-)
-from magfold_env.laws.overlap import TO_FACE, Boxes, separation
+from magfold_env.laws import integrators
+from magfold_env.laws.overlap import squares_apart
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import centres
 from magfold_env.simulation.pack import pack
@@ -104,10 +97,7 @@ def first_contact(scene: Scene) -> float:
 def overlap(scene: Scene, angles: Array) -> bool:
     """Whether two casings that are not near neighbours overlap; stops keep those apart."""
     side = scene.casing.side
-    half = np.full((scene.n, 2), 0.5 * side)
-    squares = Boxes(centres(angles, side), angles + TO_FACE, half)
-    one, other = np.triu_indices(scene.n, APART)
-    return bool((separation(squares.of(one), squares.of(other)) < 0.0).any())
+    return squares_apart(centres(angles, side), angles, side, APART) < 0.0
 
 
 Fixed = Callable[[Model, Work, Array, float, int], int]
@@ -153,29 +143,27 @@ class Integrator:
         return call
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
+class Run(NamedTuple):
     """Where a run ended and what it cost."""
 
-    angles: Array
-    """Headings [rad], shape (n,)."""
+    angles: Array  # headings [rad], shape (n,)
     evaluations: int
 
 
 def _dp54(model: Model, work: Work, y: Array, until: float, tolerance: float) -> int:
-    return runge_kutta(model, work, y, until, tolerance, dp54())
+    return integrators.runge_kutta(model, work, y, until, tolerance, integrators.dp54())
 
 
 def _dop853(model: Model, work: Work, y: Array, until: float, tolerance: float) -> int:
-    return runge_kutta(model, work, y, until, tolerance, dop853())
+    return integrators.runge_kutta(model, work, y, until, tolerance, integrators.dop853())
 
 
-EULER = Integrator("double Euler", fixed=double_euler)
-VERLET = Integrator("velocity Verlet", fixed=velocity_verlet)
-MIDPOINT = Integrator("implicit midpoint", fixed=implicit_midpoint)
+EULER = Integrator("double Euler", fixed=integrators.double_euler)
+VERLET = Integrator("velocity Verlet", fixed=integrators.velocity_verlet)
+MIDPOINT = Integrator("implicit midpoint", fixed=integrators.implicit_midpoint)
 DP54 = Integrator("DP5(4)", adaptive=_dp54)
 DOP853 = Integrator("DOP853", adaptive=_dop853)
-ADAMS = Integrator("Adams PECE", adaptive=adams)
+ADAMS = Integrator("Adams PECE", adaptive=integrators.adams)
 
 FIXED = (EULER, VERLET, MIDPOINT)
 ADAPTIVE = (DP54, DOP853, ADAMS)

@@ -28,11 +28,17 @@ import llvmlite.binding
 import numba
 import numpy as np
 
-from magfold_env.benchmarks import energy
-from magfold_env.benchmarks.dynamics.features import FEATURES, build
-from magfold_env.benchmarks.dynamics.folds import scene_of
-from magfold_env.benchmarks.magnets.poses import FOLDED, random_scene, shapes
-from magfold_env.benchmarks.magnets.samples import chain_forces, new_loads, pinned_states
+from magfold_env.benchmarks import predictors
+from magfold_env.benchmarks.features import FEATURES, build
+from magfold_env.benchmarks.folds import scene_of
+from magfold_env.benchmarks.magnets.samples import (
+    FOLDED,
+    chain_forces,
+    new_loads,
+    pinned_states,
+    random_scene,
+    shapes,
+)
 from magfold_env.benchmarks.runs import KINDS, ended, run_task
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.workspace import new_nodes, new_rigid, new_work
@@ -113,7 +119,7 @@ def accelerations() -> Work:
 def energies() -> Work:
     """Exact energies of all words for some sequences."""
     rng = np.random.default_rng(3)
-    landscape = Landscape(energy.random_scene(rng, COMPONENTS))
+    landscape = Landscape(predictors.random_scene(rng, COMPONENTS))
     signs = rng.choice([-1.0, 1.0], (100, COMPONENTS, 4))
     return lambda: landscape.energies(signs)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets import poses
+from magfold_env.benchmarks.magnets import samples
 from magfold_env.scene import Scene
 
 SIDE = 0.0125
@@ -11,7 +11,7 @@ SIDE = 0.0125
 def alike(seed):
     """Two components of the default magnets, and where they are."""
     rng = np.random.default_rng(seed)
-    return poses.random_scene(rng, 2), poses.random_pair(rng, SIDE)
+    return samples.random_scene(rng, 2), samples.random_pair(rng, SIDE)
 
 
 def unequal(seed):
@@ -25,4 +25,4 @@ def unequal(seed):
         "inset": rng.uniform(0.0004, 0.001, 4),
     }
     sequence = tuple("".join(row) for row in rng.choice([*"NNSS-"], (2, 4)))
-    return Scene(sequence=sequence).replace(magnets=magnets), poses.random_pair(rng, SIDE)
+    return Scene(sequence=sequence).replace(magnets=magnets), samples.random_pair(rng, SIDE)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics import scaling
+from magfold_env.benchmarks import scaling
 from magfold_env.laws import pinned_chain
 from magfold_env.laws.pinned_chain import BUILDS, LANES, LONG, SCALAR, missing, random_problem
 from magfold_env.reporting.tables import growth, select
@@ -39,10 +39,9 @@ def test_the_slope_is_that_of_a_power_law():
 
 def test_absent_peers_are_reported(monkeypatch):
     absent = ["Pinocchio aba", "MuJoCo mj_step"]
-    for module in (pinned_chain, scaling):
-        monkeypatch.setattr(module, "missing", lambda: absent)
+    monkeypatch.setattr(pinned_chain, "missing", lambda: absent)
     monkeypatch.setattr(pinned_chain, "QUICK_LENGTHS", (1, 3))
-    part = scaling.run(quick=True, progress=silent)
+    part = scaling.accelerations(quick=True, progress=silent)
     assert {row["contender"] for row in part.rows} == {SCALAR, LANES, pinned_chain.DENSE}
     said = [text for text in part.findings if "absent" in text]
     assert said == [f"{name} is absent" for name in absent]
@@ -55,13 +54,13 @@ def test_contenders_that_disagree_are_not_timed(monkeypatch):
 
     monkeypatch.setitem(BUILDS, pinned_chain.DENSE, wrong)
     with pytest.raises(ArithmeticError, match="dense"):
-        scaling.run(quick=True, progress=silent)
+        scaling.accelerations(quick=True, progress=silent)
 
 
 def test_the_figure_has_a_line_a_contender(monkeypatch):
     pytest.importorskip("matplotlib.figure")
     monkeypatch.setattr(pinned_chain, "QUICK_LENGTHS", (1, 3))
-    rows = scaling.run(quick=True, progress=silent).rows
+    rows = scaling.accelerations(quick=True, progress=silent).rows
     figure = pinned_chain.draw(rows)
     drawn = {row["contender"] for row in rows} - {pinned_chain.OVERHEAD}
     assert {line.get_label() for line in figure.axes[0].lines} == drawn

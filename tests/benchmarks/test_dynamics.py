@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks import parts, runner
-from magfold_env.benchmarks.contenders.moreau import moreau_only
-from magfold_env.benchmarks.dynamics import contact, features
-from magfold_env.benchmarks.dynamics.contact import Effort, fold
-from magfold_env.benchmarks.dynamics.smooth import needed, same_error
-from magfold_env.benchmarks.runner import Part
+from magfold_env.benchmarks import features, folds, parts
+from magfold_env.benchmarks.folds import ContactEffort, moreau_only, recorded_fold
+from magfold_env.benchmarks.parts import Part
 from magfold_env.benchmarks.runs import CLOSE
+from magfold_env.benchmarks.smooth import needed, same_error
 from magfold_env.cli import app
 from magfold_env.laws import smooth_motion
 from magfold_env.laws.smooth_motion import EULER, SmoothProblem, pendulum, prepare_engine
@@ -24,7 +22,7 @@ from magfold_env.reporting.tables import Measurement, Table
 
 
 def drawn(name, found, folder):
-    return runner.draw(name, parts.BENCHMARKS["dynamics"][name], found, folder)
+    return parts.draw(name, parts.BENCHMARKS["dynamics"][name], found, folder)
 
 
 def smooth_row(error, time, evaluations, method="engine"):
@@ -62,29 +60,29 @@ def test_double_euler_is_given_the_steps_for_the_same_error(monkeypatch):
 
 @pytest.mark.slow  # compiles the engine's loop once more
 def test_moreau_alone_takes_more_steps_to_the_same_word():
-    _, _, scene = contact.contact_scenes(Effort((3,), 1, (1e-3,), (), 1))[1]
-    events = fold(scene, 1e-3)
+    _, _, scene = folds.contact_scenes(ContactEffort((3,), 1, (1e-3,), (), 1))[1]
+    events = recorded_fold(scene, 1e-3)
     with moreau_only():
-        steps = fold(scene, 1e-3)
-    assert fold(scene, 1e-3).steps == events.steps
+        steps = recorded_fold(scene, 1e-3)
+    assert recorded_fold(scene, 1e-3).steps == events.steps
     assert (steps.word, steps.status) == (events.word, events.status)
     assert steps.steps > 2 * events.steps
     # Moreau's steps take two evaluations and a bit, Dormand and Prince's six.
     assert steps.evaluations < 4 * steps.steps
-    assert contact.error_on_the_way(steps, events) < 0.1
-    assert contact.error_on_the_way(events, events) == 0.0
+    assert folds.error_on_the_way(steps, events) < 0.1
+    assert folds.error_on_the_way(events, events) == 0.0
 
 
 @pytest.mark.slow
 def test_located_events_are_more_exact_at_the_same_tolerance(tmp_path):
-    effort = Effort((3,), 1, (1e-2, 1e-3), (), 1)
-    name, kind, scene = contact.contact_scenes(effort)[1]
-    rows = contact.measure(name, kind, scene, effort)
+    effort = ContactEffort((3,), 1, (1e-2, 1e-3), (), 1)
+    name, kind, scene = folds.contact_scenes(effort)[1]
+    rows = folds.measure(name, kind, scene, effort)
     error = {(row["method"], row["tolerance [rad]"]): float(row["error [rad]"]) for row in rows}
-    assert error[contact.ENGINE, 1e-3] < 0.2 * error[contact.ENGINE, 1e-2]
-    assert error[contact.ENGINE, 1e-3] < 0.2 * error[contact.MOREAU, 1e-3]
+    assert error[folds.ENGINE, 1e-3] < 0.2 * error[folds.ENGINE, 1e-2]
+    assert error[folds.ENGINE, 1e-3] < 0.2 * error[folds.MOREAU, 1e-3]
     assert all(float(row["sensitivity [rad]"]) < CLOSE for row in rows)
-    assert contact.clear(rows) == rows
+    assert folds.clear(rows) == rows
     assert [path.name for path in drawn("contact", Measurement(rows), tmp_path)] == ["contact.png"]
 
 
@@ -93,8 +91,8 @@ def test_a_motion_is_close_only_if_it_stays_so_at_tighter_tolerances():
         {"scene": "a", "method": "m", "tolerance [rad]": t, "error [rad]": e, "time [ms]": c}
         for t, e, c in ((1e-2, 0.001, 1.0), (1e-3, 0.5, 3.0), (1e-4, 0.01, 9.0))
     ]
-    assert contact.cost_of_close(rows, "m") == [9.0]
-    assert contact.cost_of_close(rows[:2], "m") == [np.inf]
+    assert folds.cost_of_close(rows, "m") == [9.0]
+    assert folds.cost_of_close(rows[:2], "m") == [np.inf]
 
 
 def test_features_are_what_their_names_say():

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks import energy
+from magfold_env.benchmarks import predictors
 from magfold_env.benchmarks.parts import BENCHMARKS
 from magfold_env.cli import app
 
@@ -20,8 +20,8 @@ def test_every_part_runs_and_is_written(
     little: bool, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if little:
-        monkeypatch.setattr(energy, "SCANNED", 5)
-        monkeypatch.setattr(energy, "COMPARED", (4, 6))
+        monkeypatch.setattr(predictors, "SCANNED", 5)
+        monkeypatch.setattr(predictors, "COMPARED", (4, 6))
     arguments = ["bench", "energy", "--quick", "--only", name, "--out", str(tmp_path)]
     result = CliRunner().invoke(app.app, arguments)
     assert result.exit_code == 0, result.stderr
@@ -42,6 +42,9 @@ def silent(_share: float, _what: str) -> None:
 
 @pytest.mark.bench
 def test_scans_and_proofs_keep_within_their_time() -> None:
-    findings = [*energy.scan(False, silent).findings, *energy.ground_states(False, silent).findings]
+    findings = [
+        *predictors.scan(False, silent).findings,
+        *predictors.ground_states(False, silent).findings,
+    ]
     assert findings
     assert not [finding for finding in findings if "NOT within" in finding]

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks.env import overhead, peers
+from magfold_env.benchmarks.env import overhead, rates
 from magfold_env.benchmarks.env.players import (
     TUBE_FEED,
-    KernelClock,
     drawn_actions,
     episode_length,
     log_uniform,
@@ -109,7 +108,7 @@ def test_the_kernel_clock_counts_calls_of_kernels_and_nothing_else():
     actions = log_uniform(np.random.default_rng(2), 6, 1)
     play_single(env, 0, actions)  # compiles
     names = {name: value for name, value in vars(observation).items() if callable(value)}
-    clock = KernelClock()
+    clock = overhead.KernelClock()
     with clock.running():
         assert clock.inside == 0.0
         assert any(vars(observation)[name] is not names[name] for name in names)
@@ -122,10 +121,10 @@ def test_the_kernel_clock_counts_calls_of_kernels_and_nothing_else():
 
 
 def test_absent_peers_are_reported(monkeypatch):
-    monkeypatch.setattr(peers, "installed", lambda: False)
-    left = [each for each in peers.CONTENDERS if each.env_id in ("Acrobot-v1", "Swimmer-v5")]
-    monkeypatch.setattr(peers, "CONTENDERS", left)
-    part = peers.run(quick=True, progress=lambda share, what: None)
+    monkeypatch.setattr(rates, "mujoco_installed", lambda: False)
+    left = [each for each in rates.CONTENDERS if each.env_id in ("Acrobot-v1", "Swimmer-v5")]
+    monkeypatch.setattr(rates, "CONTENDERS", left)
+    part = rates.peers(quick=True, progress=lambda share, what: None)
     assert {row["task"] for row in part.rows} == {"Acrobot-v1"}
     assert "Swimmer-v5 are left out: MuJoCo is absent" in part.findings[0]
 

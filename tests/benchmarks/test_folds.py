@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.dynamics import folds
-from magfold_env.benchmarks.dynamics.folds import DEFAULT, Effort
+from magfold_env.benchmarks import folds
+from magfold_env.benchmarks.folds import DEFAULT, FoldsEffort
 from magfold_env.benchmarks.runs import CLOSE, KINDS
 from magfold_env.fold import FoldStatus
 
@@ -31,9 +31,9 @@ def test_scenes_are_what_their_kinds_say_and_reproducible(kind):
 
 
 def test_folds_that_are_timed_end_where_the_reference_does(monkeypatch):
-    monkeypatch.setattr(folds, "QUICK", Effort(2, 1, (DEFAULT,)))
+    monkeypatch.setattr(folds, "QUICK_FOLDS", FoldsEffort(2, 1, (DEFAULT,)))
     shares = []
-    part = folds.run(True, lambda share, _: shares.append(share))
+    part = folds.folds(True, lambda share, _: shares.append(share))
     assert shares == sorted(shares)
     assert {r["kind"] for r in part.rows} == set(KINDS)
     for r in part.rows:
@@ -47,7 +47,7 @@ def test_folds_that_are_timed_end_where_the_reference_does(monkeypatch):
 def test_a_tolerance_counts_only_if_every_fold_ends_close():
     rows = [row("k", 1e-2, 0.0, 1.0), row("k", 1e-2, 2 * CLOSE, 1.0)]
     rows += [row("k", DEFAULT, 0.0, 5.0), row("k", DEFAULT, 0.5 * CLOSE, 7.0)]
-    finding = folds.finding("k", rows, Effort(2, 1, (1e-2, DEFAULT)))
+    finding = folds.finding("k", rows)
     assert f"6 ms at tolerance {DEFAULT:g} (all 2 folds)" in finding
     assert "1 ms" not in finding
 

@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.contenders import dense
-from magfold_env.benchmarks.dynamics import smooth
-from magfold_env.laws import smooth_motion
+from magfold_env.benchmarks import smooth
+from magfold_env.laws import integrators
 from magfold_env.laws.smooth_motion import (
     ADAMS,
     DOP853,
@@ -44,8 +43,8 @@ def interpreted(method: Integrator) -> Integrator:
 def pairs(request):
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "interpreted":
-            plain = getattr(smooth_motion.runge_kutta, "py_func", smooth_motion.runge_kutta)
-            patch.setattr(smooth_motion, "runge_kutta", plain)
+            plain = getattr(integrators.runge_kutta, "py_func", integrators.runge_kutta)
+            patch.setattr(integrators, "runge_kutta", plain)
         yield
 
 
@@ -67,7 +66,7 @@ def chain():
 @pytest.fixture(scope="module")
 def exact(swing):
     """Headings by SciPy on dense matrices."""
-    return dense.solve(swing.scene, SHORT)
+    return smooth.solve_dense(swing.scene, SHORT)
 
 
 def error(method: Integrator, problem, setting, exact):
@@ -128,11 +127,10 @@ def test_dense_equations_agree_with_the_engine(chain):
     scene = chain.scene.replace(magnets={"nodes": 3}, gravity={"in_plane": (1.0, -9.8)})
     rng = np.random.default_rng(1)
     angles, rates = rng.uniform(-0.4, 0.4, 6), rng.uniform(-20.0, 20.0, 6)
-    mine, theirs = dense.accelerations(scene, angles, rates), accelerations(scene, angles, rates)
+    mine = smooth.dense_accelerations(scene, angles, rates)
+    theirs = accelerations(scene, angles, rates)
     assert mine == pytest.approx(theirs, rel=1e-9)
-    for ours, engines in zip(
-        dense.magnet_forces(scene, angles), forces(scene, angles), strict=True
-    ):
+    for ours, engines in zip(smooth.node_forces(scene, angles), forces(scene, angles), strict=True):
         assert ours == pytest.approx(engines, rel=1e-9, abs=1e-12)
 
 

@@ -7,17 +7,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks import runner
-from magfold_env.benchmarks.contenders.magpylib import MAGPYLIB, installed
+from magfold_env.benchmarks import parts, scaling
 from magfold_env.benchmarks.magnets import (
     accuracy,
-    devices,
+    chains,
     far,
-    fold,
-    poses,
     samples,
-    scaling,
 )
+from magfold_env.benchmarks.magnets.peers import MAGPYLIB, installed
 from magfold_env.benchmarks.magnets.samples import (
     Chain,
     Loads,
@@ -44,7 +41,7 @@ def test_errors_are_of_forces_and_of_torques_over_the_side():
     scene, pose = alike(1)
     sample = sample_of([scene], [pose])
     unit = exact_magnets.flush_force(scene)
-    exact = Loads(sample.force[..., 0], sample.force[..., 1], sample.torque)
+    exact = sample.exact
     assert sample.errors(exact) == pytest.approx([0.0])
     second = np.array([[0.0, unit]])
     off = exact._replace(fx=exact.fx + 0.3 * second, fy=exact.fy + 0.4 * second)
@@ -80,8 +77,8 @@ def test_joint_torques_are_moments_of_what_lies_beyond_a_joint():
 
 def test_a_chain_turns_its_joints_as_the_reference_says():
     rng = np.random.default_rng(5)
-    scene = poses.random_scene(rng, 5).replace(magnets={"accuracy": 1e-4})
-    headings = poses.random_shape(rng, 5, SIDE)
+    scene = samples.random_scene(rng, 5).replace(magnets={"accuracy": 1e-4})
+    headings = samples.random_shape(rng, 5, SIDE)
     states = pinned_states([headings], SIDE)
     force, torque = exact_magnets.forces(scene, centres(headings, SIDE), headings)
     exact = joint_torques(Loads(force[None, :, 0], force[None, :, 1], torque[None]), states, SIDE)
@@ -109,10 +106,10 @@ def test_point_charges_are_too_strong_near_and_right_far_away(monkeypatch):
 
 
 def test_the_states_of_a_fold_are_as_many_as_its_evaluations():
-    scene = next(iter(fold.folds(fold.Effort((3,), 1, 1)).values()))
-    session = fold.RecordedSession(scene)
+    scene = next(iter(chains.fold_scenes(chains.Effort((3,), 1, 1)).values()))
+    session = chains.RecordedSession(scene)
     session.run()
-    states = fold.states_of(scene)
+    states = chains.states_of(scene)
     assert states.first.size == session.evaluations
     np.testing.assert_array_equal(states.q[-1], session.path[-1])
     # Evaluations of a step lie between its ends.
@@ -130,7 +127,7 @@ def test_the_slope_is_that_of_a_power_law():
     assert np.isnan(growth(rows[:2], scaling.LONG))
 
 
-@pytest.mark.parametrize("shape", [poses.UNFOLDED, poses.FOLDED])
+@pytest.mark.parametrize("shape", [samples.UNFOLDED, samples.FOLDED])
 def test_the_far_field_errs_less_the_higher_its_order_and_the_farther_it_begins(shape):
     orders, radii = (1, 2, 3), (1.4, 2.8)
     settings = [far.Setting(order, radius, radius) for order in orders for radius in radii]
@@ -149,7 +146,7 @@ def test_the_engines_own_far_field_is_among_those_measured_and_keeps_its_bound()
         assert own <= set(effort.settings)
         assert min(setting.groups for setting in effort.settings) > 4 / 3
     own = far.Setting.of(far.own_rule(1e-3))
-    errors = far.errors_of(far.states_of(40, poses.FOLDED, 2), [own])
+    errors = far.errors_of(far.states_of(40, samples.FOLDED, 2), [own])
     assert errors[own] < 1e-3
 
 
@@ -163,8 +160,8 @@ def test_the_fastest_order_is_found_among_those_that_err_little_enough():
 
 
 def test_features_are_what_they_are_called():
-    chosen = devices.features(6)
-    assert set(devices.COSTLY) <= set(chosen)
+    chosen = chains.features(6)
+    assert set(chains.COSTLY) <= set(chosen)
     empty = {
         name: [faces.count("-") for faces in chosen[name].sequence]
         for name in chosen
@@ -182,8 +179,8 @@ def test_features_are_what_they_are_called():
 @pytest.mark.parametrize("name", ["an even field", "a fixed magnet", "unequal sizes"])
 def test_features_act_on_the_chains_that_are_timed(name):
     """What the dynamics' kernel finds for them is what the reference says."""
-    scene = devices.features(6)[name].replace(magnets={"accuracy": 1e-4})
-    headings = poses.shapes(6)[poses.FOLDED]
+    scene = chains.features(6)[name].replace(magnets={"accuracy": 1e-4})
+    headings = samples.shapes(6)[samples.FOLDED]
     places, states = centres(headings, SIDE), pinned_states([headings], SIDE)
     force, torque = (
         one + other
@@ -201,8 +198,8 @@ def test_features_act_on_the_chains_that_are_timed(name):
 
 def test_chains_without_magnets_feel_nothing():
     for name in ("no component with magnets", "no magnets in the scene"):
-        scene = devices.features(6)[name]
-        loads = Chain(scene, pinned_states([poses.folded(6)], SIDE)).loads()
+        scene = chains.features(6)[name]
+        loads = Chain(scene, pinned_states([samples.folded(6)], SIDE)).loads()
         assert not any(each.any() for each in loads)
 
 
@@ -248,10 +245,10 @@ def measured(request, tmp_path_factory):
         patch.setattr(scaling, "QUICK_LENGTHS", (2, 60, 80))
         patch.setattr(scaling, "NODES_AT", 4)
         if not request.param:
-            patch.setattr(samples, "enough_repeats", lambda work: 1)
+            patch.setattr(samples.timing, "enough_repeats", lambda work: 1)
             patch.setattr(accuracy, "QUICK", LITTLE)
             patch.setattr(far, "QUICK", far.Effort((30,), 1, (1e-3,), (4.0,), 1))
-            patch.setattr(fold, "QUICK", fold.Effort((3,), 2, 1))
+            patch.setattr(chains, "QUICK", chains.Effort((3,), 2, 1))
             patch.setattr(exact_magnets, "GAPS", FEW_GAPS)
         yield measure
 
@@ -275,7 +272,7 @@ def test_bounds_hold_in_the_quick_measurement(measured):
 
 
 def test_parts_without_rows_have_no_diagram(tmp_path):
-    assert runner.draw("peers", BENCHMARKS["magnets"]["peers"], Measurement(), tmp_path) == []
+    assert parts.draw("peers", BENCHMARKS["magnets"]["peers"], Measurement(), tmp_path) == []
 
 
 def test_unknown_parts_are_told():

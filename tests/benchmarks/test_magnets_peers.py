@@ -11,7 +11,7 @@ def test_the_fastest_setting_that_is_as_exact_is_compared():
 
     ours = [contender("rough", 1e-1), contender("good", 1e-3), contender("better", 1e-5)]
     times = {
-        each.key: peers.Timing(np.array([time]))
+        each.key: peers.timing.Timing(np.array([time]))
         for each, time in zip(ours, (1.0, 3.0, 2.0), strict=True)
     }
     by = (ours, times)

@@ -5,7 +5,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.magnets import poses
+from magfold_env.benchmarks.magnets import samples
+from magfold_env.laws.overlap import squares_apart
 from magfold_env.shapes import angles_to_word, centres, is_fully_folded, overlaps
 from tests.benchmarks.magnet_pairs import SIDE, alike
 from tests.engine import reference as engine_reference
@@ -19,19 +20,19 @@ def test_random_pairs_do_not_overlap(seed):
         for place, heading in zip(places, headings, strict=True)
     ]
     found = engine_reference.separation(*squares)
-    assert found == pytest.approx(poses.separation(places, headings, SIDE), abs=1e-12)
+    assert found == pytest.approx(squares_apart(places, headings, SIDE), abs=1e-12)
     assert found > -1e-12
 
 
 def test_many_random_pairs_touch():
-    gaps = [poses.separation(*alike(seed)[1], SIDE) for seed in range(60)]
+    gaps = [squares_apart(*alike(seed)[1], SIDE) for seed in range(60)]
     assert sum(gap < 1e-12 for gap in gaps) > 15
     assert sum(gap > 1e-3 for gap in gaps) > 5
 
 
 @pytest.mark.parametrize("n", [2, 6, 20, 61, 1000])
 def test_folded_chains_of_any_length_are_compact_and_do_not_overlap(n):
-    headings = poses.folded(n)
+    headings = samples.folded(n)
     word = angles_to_word(np.diff(headings))
     assert is_fully_folded(word)
     assert not overlaps(word)
@@ -42,7 +43,7 @@ def test_folded_chains_of_any_length_are_compact_and_do_not_overlap(n):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_random_shapes_do_not_overlap(seed):
-    headings = poses.random_shape(np.random.default_rng(seed), 6, SIDE)
+    headings = samples.random_shape(np.random.default_rng(seed), 6, SIDE)
     places = centres(headings, SIDE)
     for k in combinations(range(6), 2):
-        assert poses.separation(places[list(k)], headings[list(k)], SIDE) > -1e-9 * SIDE
+        assert squares_apart(places[list(k)], headings[list(k)], SIDE) > -1e-9 * SIDE

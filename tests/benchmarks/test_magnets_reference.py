@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.contenders import dense
-from magfold_env.benchmarks.contenders.magpylib import Peer, installed
+from magfold_env.benchmarks import smooth
+from magfold_env.benchmarks.magnets.peers import Peer, installed
 from magfold_env.benchmarks.magnets.samples import sample_of
 from magfold_env.laws import exact_magnets
 from magfold_env.scene import Magnets, Scene
@@ -90,7 +90,7 @@ def test_the_dense_equations_sum_over_the_same_unequal_strips(seed):
     scene, _ = unequal(seed)
     scene = scene.replace(magnets={"nodes": 5})
     angles = np.array([0.2, -0.3])
-    found = dense.magnet_forces(scene, angles)
+    found = smooth.node_forces(scene, angles)
     expected = engine_reference.magnet_forces(centres(angles, SIDE), angles, scene, 5)
     for mine, theirs in zip(found, expected, strict=False):
         np.testing.assert_allclose(mine, theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())

@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 import magfold_env as mf
-from magfold_env.benchmarks import predict
-from magfold_env.benchmarks.predict import DYNAMICS, Case
+from magfold_env.benchmarks import predictors
+from magfold_env.benchmarks.predictors import DYNAMICS, Case
 from magfold_env.cli import app
 from magfold_env.laws import experiment
 
@@ -52,14 +52,14 @@ def test_releases_by_hand_vary_in_all_that_is_stated() -> None:
 
 def test_a_case_holds_what_the_ensemble_and_the_minimiser_say() -> None:
     scene = experiment.paper_scene(3, "free")
-    case = predict.compare("paper", "free", scene, 6)
+    case = predictors.compare("paper", "free", scene, 6)
     made = mf.ensemble(scene, 6)
     assert case.words == made.most_frequent()
     assert case.folds == made.most_frequent("folded")
     assert case.rate == max(Counter(made.word.tolist()).values()) / 6
     assert case.named_word["full search"] == mf.minimise(scene, "free").best.word
     assert case.named_word["backward search"] == mf.minimise(scene, "backward").best.word
-    few = mf.ensemble(scene, predict.FEW, seed=1)
+    few = mf.ensemble(scene, predictors.FEW, seed=1)
     assert case.named_word[DYNAMICS] == few.most_frequent()[0]
 
 
@@ -70,8 +70,8 @@ def _case(words: str, folds: str, named: str) -> Case:
 
 def test_hits_are_counted_among_the_cases_that_can_be_judged() -> None:
     cases = [_case("LS LR", "LR", "LR"), _case("LS", "", "LR"), _case("RL", "RL", "LR")]
-    words = {row["mode"]: row for row in predict.summary(cases, fold=False)[3:]}
-    folds = {row["mode"]: row for row in predict.summary(cases, fold=True)[3:]}
+    words = {row["mode"]: row for row in predictors.summary(cases, fold=False)[3:]}
+    folds = {row["mode"]: row for row in predictors.summary(cases, fold=True)[3:]}
     assert words["free"]["judged"] == "3 of 3"
     assert str(words["free"]["full search"]).startswith("33 %")
     assert folds["free"]["judged"] == "2 of 3"
@@ -81,9 +81,9 @@ def test_hits_are_counted_among_the_cases_that_can_be_judged() -> None:
 
 
 def test_the_predictors_part_has_a_row_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(predict, "QUICK_MANY", 2)
-    monkeypatch.setattr(predict, "QUICK_SCENES", 1)
-    part = predict.predictors(True, _silent)
+    monkeypatch.setattr(predictors, "QUICK_MANY", 2)
+    monkeypatch.setattr(predictors, "QUICK_SCENES", 1)
+    part = predictors.predictors(True, _silent)
     assert len(part.rows) == 3 * (3 + 1)
     assert [len(table.rows) for table in part.tables] == [6, 6]
     assert len(part.findings) == 3
@@ -91,6 +91,6 @@ def test_the_predictors_part_has_a_row_a_case(monkeypatch: pytest.MonkeyPatch) -
 
 @pytest.mark.slow
 def test_scaling_times_threads_and_processes() -> None:
-    part = predict.scaling(True, _silent)
+    part = predictors.scaling(True, _silent)
     assert {row["backend"] for row in part.rows} == {"threads", "processes"}
     assert all(float(row["releases a second"]) > 0.0 for row in part.rows)

@@ -5,17 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
-from magfold_env.benchmarks import results, suite
+from magfold_env.benchmarks import suite
 from magfold_env.benchmarks.descriptions import Description, descriptions
-from magfold_env.benchmarks.parts import BENCHMARKS
-from magfold_env.benchmarks.results import LEFT_OUT, Entry, Result
-from magfold_env.benchmarks.runner import Part
-from magfold_env.benchmarks.suite_page import tone
+from magfold_env.benchmarks.parts import BENCHMARKS, Part
+from magfold_env.benchmarks.suite import LEFT_OUT, Entry, Result, tone
 from magfold_env.checkpoint import CheckpointError
 from magfold_env.reporting import machine
 from magfold_env.reporting.tables import Measurement, Progress, Table
@@ -141,14 +138,14 @@ def test_sentences_say_whether_something_holds() -> None:
 
 
 def test_the_plan_has_every_part_and_says_something_about_each() -> None:
-    full, quick = results.entries("full"), results.entries("quick")
+    full, quick = suite.entries("full"), suite.entries("quick")
     assert {each.benchmark for each in full} == set(descriptions())
     names = [each.title for each in full]
     assert len(set(names)) == len(names)
     assert [name for name in names if name not in LEFT_OUT] == [each.title for each in quick]
     assert set(LEFT_OUT) <= set(names)
     for each in full:
-        for field in fields(Description):
-            assert len(getattr(each.description, field.name)) > 10, (each.title, field.name)
+        for name, said in each.description._asdict().items():
+            assert len(said) > 10, (each.title, name)
     for name, parts in BENCHMARKS.items():
         assert list(descriptions()[name].parts) == list(parts)

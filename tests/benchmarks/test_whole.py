@@ -5,19 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks import runner, runs
-from magfold_env.benchmarks.contenders import bare_pendulum
+from magfold_env.benchmarks import bare_pendulum, features, parts, runs, work_precision
 from magfold_env.benchmarks.parts import BENCHMARKS
 from magfold_env.benchmarks.runs import Setting, difference, recorded
-from magfold_env.benchmarks.whole import references, skipping, work_precision
-from magfold_env.benchmarks.whole.references import settings_of
-from magfold_env.benchmarks.whole.work_precision import (
+from magfold_env.benchmarks.work_precision import (
     BEHIND,
     END,
     WAY,
     Effort,
     fastest,
     front,
+    settings_of,
     without_luck,
 )
 from magfold_env.scene import Magnets, Scene, Solver
@@ -27,27 +25,31 @@ SMALL = Effort(2, (1e-2, 1e-4), (1e-2, 1e-3), (1 / 1200,), (1e-7, 1e-6), 2)
 
 
 def swinging(n: int = 3, duration: float = 0.5) -> Scene:
-    pendulum = references.named_scenes()[references.PENDULUM]
+    pendulum = work_precision.named_scenes()[work_precision.PENDULUM]
     start = tuple(0.1 * (-1) ** k for k in range(n - 1))
     return pendulum.replace(sequence=("NNNN",) * n, start_angles=start, duration=duration)
 
 
+def drawn(scene: Scene, seed: int) -> Scene:
+    return scene.draw(np.random.default_rng(seed))
+
+
 def test_ten_scenes_have_every_mount_and_the_default_settings() -> None:
-    named = references.named_scenes()
+    named = work_precision.named_scenes()
     assert len(named) == 10
     assert {scene.mount for scene in named.values()} == {"pinned", "free", "tube"}
     assert len({scene.model_dump_json() for scene in named.values()}) == 10
     for scene in named.values():
         assert scene.solver == Solver()
-        assert references.drawn(scene, 1).is_concrete
-        assert references.drawn(scene, 1) != references.drawn(scene, 2)
+        assert drawn(scene, 1).is_concrete
+        assert drawn(scene, 1) != drawn(scene, 2)
         every = settings_of(scene, (1e-3, Solver().tolerance), (1e-2, 1e-3), (1e-3,))
         assert sum(each.is_default for each in every) == 1
         assert any(each.method == "paper" for each in every) == (scene.mount == "pinned")
 
 
 def test_a_setting_changes_only_what_it_sets() -> None:
-    scene = references.named_scenes()["sequence 3, pinned"]
+    scene = work_precision.named_scenes()["sequence 3, pinned"]
     changed = Setting("paper", 1e-3, 1e-2).on(scene)
     assert (changed.solver.method, changed.solver.time_step) == ("paper", 1e-3)
     assert changed.magnets is not None
@@ -101,23 +103,23 @@ def test_the_floor_refuses_what_it_cannot_do() -> None:
 
 
 def test_features_go_one_by_one_and_together() -> None:
-    found = skipping.variants()
-    names = list(skipping.FEATURES)
+    found = features.variants()
+    names = list(features.SWITCHED_OFF)
     groups = [each.group for each in found]
-    assert groups.count(skipping.ONE) == groups.count(skipping.TOGETHER) == len(names)
+    assert groups.count(features.ONE) == groups.count(features.TOGETHER) == len(names)
     whole, bare = found[0], found[-1]
     bare_pendulum.pendulum(bare.scene)  # nothing is left of it but a pendulum
     assert not bare.recorded
     for feature, each in zip(names, found[1:], strict=False):
         assert (each.recorded, each.scene == whole.scene) == (
-            (False, True) if feature == skipping.RECORDING else (True, False)
+            (False, True) if feature == features.RECORDING else (True, False)
         )
-        assert each.scene == whole.scene.replace(**skipping.FEATURES[feature])
+        assert each.scene == whole.scene.replace(**features.SWITCHED_OFF[feature])
 
 
 def test_a_run_is_compared_at_common_times() -> None:
-    scene = references.drawn(references.named_scenes()[references.PENDULUM], 0)
-    exact = references.reference(scene, 1e-8, 1e-6)
+    scene = drawn(work_precision.named_scenes()[work_precision.PENDULUM], 0)
+    exact = work_precision.reference(scene, 1e-8, 1e-6)
     assert 0.0 < exact.known < runs.NUDGE < exact.sensitivity < runs.CLOSE
     assert exact.error_on_the_way(exact.fold) == runs.NUDGE
     errors = [
@@ -140,9 +142,9 @@ def test_work_precision_has_every_setting_and_its_front(
     tmp_path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("matplotlib.figure")
-    named = references.named_scenes()
-    few = {name: named[name] for name in ("sequence 1, free", references.PENDULUM)}
-    monkeypatch.setattr(references, "named_scenes", lambda: few)
+    named = work_precision.named_scenes()
+    few = {name: named[name] for name in ("sequence 1, free", work_precision.PENDULUM)}
+    monkeypatch.setattr(work_precision, "named_scenes", lambda: few)
     monkeypatch.setattr(work_precision, "QUICK", SMALL)
     shares: list[float] = []
     part = work_precision.run(True, lambda share, _: shares.append(share))
@@ -165,24 +167,24 @@ def test_work_precision_has_every_setting_and_its_front(
     assert said.count("the default takes at most") == 3
     assert said.count("set aside") == 2
     assert said.count("the paper's solver") == 1
-    drawn = runner.draw("work-precision", BENCHMARKS["whole"]["work-precision"], part, tmp_path)
+    drawn = parts.draw("work-precision", BENCHMARKS["whole"]["work-precision"], part, tmp_path)
     assert [path.name for path in drawn] == ["work-precision.png"]
 
 
 @pytest.mark.slow
 def test_skipping_has_a_row_a_variant_and_the_floor(tmp_path) -> None:
-    part = skipping.run(True, lambda *_: None)
-    assert len(part.rows) == len(skipping.variants()) + 1
+    part = features.skipping(True, lambda *_: None)
+    assert len(part.rows) == len(features.variants()) + 1
     floors = part.rows[-1]
     bare = part.rows[-2]
     assert bare["evaluations"] == floors["evaluations"]
     assert floors["over the floor"] == 1.0
     assert float(bare["over the floor"]) > 1.0
     assert "1.1 is asked for" in part.findings[0]
-    assert runner.draw("skipping", BENCHMARKS["whole"]["skipping"], part, tmp_path)
+    assert parts.draw("skipping", BENCHMARKS["whole"]["skipping"], part, tmp_path)
 
 
 def test_no_accuracy_is_chosen_where_there_is_none() -> None:
-    named = references.named_scenes()
+    named = work_precision.named_scenes()
     without = {name for name, scene in named.items() if not runs.has_accuracy(scene)}
-    assert without == {references.PENDULUM, "sequence 3, literal"}
+    assert without == {work_precision.PENDULUM, "sequence 3, literal"}

@@ -8,26 +8,71 @@ kernels.
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from types import ModuleType
 from typing import Any, get_args
 
 import numpy as np
 
 from magfold_env.benchmarks.env import players
-from magfold_env.benchmarks.env.players import TUBE_FEED, KernelClock, Vector
+from magfold_env.benchmarks.env.players import TUBE_FEED, Vector
+from magfold_env.benchmarks.presentation import panels_by
+from magfold_env.engine.compile.jit import is_kernel
 from magfold_env.engine.state import Array
 from magfold_env.envs.tasks.options import Fidelity
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import INK, curve, legend_below, panels
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.reporting.timing import Task, Timing, take_turns
 
 COUNTS = (1, 4, 16, 64, 256)
 COMPONENTS = 6
 FIRST, ON_THE_WAY, LAST = "first step", "steps on the way", "last step"
 WANTED = (20.0, 0.5)  # µs a step, µs an environment
 SEED = 29
+PACKAGE = "magfold_env."
+
+
+class KernelClock:
+    """Adds up the time of the calls from Python to kernels; those among kernels are part of it.
+
+    What a call costs before the kernel begins counts as the kernel's.
+    """
+
+    def __init__(self) -> None:
+        self.inside = 0.0
+        """Seconds so far."""
+
+    @contextmanager
+    def running(self) -> Generator[None]:
+        """Watch every kernel that a module of this package names.
+
+        All must have been compiled: a kernel that is compiled meanwhile does not find the others.
+        """
+        found: list[tuple[ModuleType, str, Any]] = [
+            (module, name, value)
+            for key, module in list(sys.modules.items())
+            if key.startswith(PACKAGE)
+            for name, value in list(vars(module).items())
+            if is_kernel(value)
+        ]
+        for module, name, kernel in found:
+            setattr(module, name, self._watched(kernel))
+        try:
+            yield
+        finally:
+            for module, name, kernel in found:
+                setattr(module, name, kernel)
+
+    def _watched(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any) -> Any:
+            begun = time.thread_time()
+            result = kernel(*arguments)
+            self.inside += time.thread_time() - begun
+            return result
+
+        return call
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
@@ -38,9 +83,14 @@ def run(quick: bool, progress: Progress) -> Measurement:
     for fidelity, tick in tables.each_case(progress, fidelities):
         found.rows.extend(measure(fidelity, counts, rounds, tick))
     for fidelity in fidelities:
-        shown = _shown(tables.select(found.rows, fidelity=fidelity))
-        found.tables.append(Table(f"Python's share of a vector step, {fidelity}, µs", shown))
-    found.findings.extend(_findings(found.rows))
+        mine = tables.select(found.rows, fidelity=fidelity)
+        lines: dict[int, Row] = {n: {"envs": n, "wanted": allowed(n)} for n in counts}
+        for row in mine:
+            lines[int(row["envs"])][str(row["measured on"])] = row["time [µs]"]
+        title = f"Python's share of a vector step, {fidelity}, µs"
+        found.tables.append(Table(title, list(lines.values())))
+        for way in tables.distinct(mine, "measured on"):
+            found.findings.append(_finding(tables.select(mine, {"measured on": way})))
     return found
 
 
@@ -50,31 +100,31 @@ def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick
         count: players.vector(TUBE_FEED, count, components=COMPONENTS, fidelity=fidelity)
         for count in counts
     }
-    firsts = {count: _first_step(env) for count, env in envs.items()}
-    first = take_turns(firsts, rounds, tick=lambda share: tick(0.5 * share))
+
+    def first_step(env: Vector) -> timing.Task:
+        (action,) = players.drawn_actions(env, 1, SEED)
+
+        def prepare() -> Callable[[], object]:
+            env.reset()
+            return lambda: env.step(action)
+
+        return prepare
+
+    firsts = {count: first_step(env) for count, env in envs.items()}
+    first = timing.take_turns(firsts, rounds, tick=lambda share: tick(0.5 * share))
     rows: list[Row] = []
     for k, (count, env) in enumerate(envs.items()):
         outside = outside_kernels(env, rounds)
         taken = {
             FIRST: first[count],
-            ON_THE_WAY: Timing(outside[:, 1:-1].mean(axis=1)),
-            LAST: Timing(outside[:, -1]),
+            ON_THE_WAY: timing.Timing(outside[:, 1:-1].mean(axis=1)),
+            LAST: timing.Timing(outside[:, -1]),
         }
-        for way, timing in taken.items():
+        for way, spent in taken.items():
             row: Row = {"fidelity": fidelity, "measured on": way, "envs": count}
-            rows.append(row | timing.spread.time_cells("µs", 1e6))
+            rows.append(row | spent.spread.time_cells("µs", 1e6))
         tick(0.5 + 0.5 * (k + 1) / len(envs))
     return rows
-
-
-def _first_step(env: Vector) -> Task:
-    (action,) = players.drawn_actions(env, 1, SEED)
-
-    def prepare() -> Callable[[], object]:
-        env.reset()
-        return lambda: env.step(action)
-
-    return prepare
 
 
 def outside_kernels(env: Vector, rounds: int) -> Array:
@@ -103,61 +153,36 @@ def fit(rows: list[Row]) -> tuple[float, float]:
     return float(step), float(env)
 
 
-def groups(rows: list[Row]) -> dict[tuple[str, str], list[Row]]:
-    """Return the rows of each fidelity and way to measure."""
-    groups: dict[tuple[str, str], list[Row]] = {}
-    for row in rows:
-        groups.setdefault((str(row["fidelity"]), str(row["measured on"])), []).append(row)
-    return groups
-
-
-def _shown(rows: list[Row]) -> list[Row]:
-    shown: list[Row] = []
-    for count in tables.distinct(rows, "envs"):
-        times = {
-            str(row["measured on"]): row["time [µs]"] for row in tables.select(rows, envs=count)
-        }
-        shown.append({"envs": count, "wanted": allowed(count), **times})
-    return shown
-
-
 def allowed(count: int) -> float:
     """Return what a step of so many environments may take [µs]."""
     return WANTED[0] + WANTED[1] * count
 
 
-def _findings(rows: list[Row]) -> list[str]:
-    found: list[str] = []
-    for (fidelity, way), mine in groups(rows).items():
-        step, env = fit(mine)
-        held = sum(float(row["time [µs]"]) <= allowed(int(row["envs"])) for row in mine)
-        found.append(
-            f"{fidelity}, {way}: {step:.3g} µs a vector step and {env:.2g} µs an environment; at "
-            f"most {WANTED[0]:g} and {WANTED[1]:g} are asked for: holds for {held} of {len(mine)} "
-            "numbers of environments"
-        )
-    return found
+def _finding(rows: list[Row]) -> str:
+    """Say what a step takes of one fidelity, measured in one way."""
+    step, env = fit(rows)
+    held = sum(float(row["time [µs]"]) <= allowed(int(row["envs"])) for row in rows)
+    return (
+        f"{rows[0]['fidelity']}, {rows[0]['measured on']}: {step:.3g} µs a vector step and "
+        f"{env:.2g} µs an environment; at most {WANTED[0]:g} and {WANTED[1]:g} are asked for: "
+        f"holds for {held} of {len(rows)} numbers of environments"
+    )
 
 
 def draw(rows: list[Row]) -> Any:
     """Python's share of a vector step against the number of environments, a panel a fidelity."""
-    fidelities = tables.distinct(rows, "fidelity")
-    figure, axes = panels(len(fidelities), "Python's share of a vector step")
+    title, labels = "Python's share of a vector step", ("environments", "time [µs]")
+    figure, panels = panels_by(rows, ("fidelity",), title, labels)
     counts = sorted(tables.distinct(rows, "envs"))
     step, env = WANTED
-    for axis, fidelity in zip(axes, fidelities, strict=True):
-        mine = tables.select(rows, fidelity=fidelity)
-        for k, way in enumerate(tables.distinct(mine, "measured on")):
-            curve(
-                axis, tables.select(mine, {"measured on": way}), "envs", "time [µs]", k, label=way
-            )
-        asked = f"asked for: {step:g} µs + {env:g} µs an environment"
+    asked = f"asked for: {step:g} µs + {env:g} µs an environment"
+    for axis, here in panels:
+        for k, way in enumerate(tables.distinct(here, "measured on")):
+            mine = tables.select(here, {"measured on": way})
+            plotting.curve(axis, mine, "envs", "time [µs]", k, label=way)
         limits = [allowed(count) for count in counts]
-        axis.loglog(counts, limits, color=INK, linestyle=":", label=asked)
-        axis.set_title(fidelity, fontsize=11)
+        axis.loglog(counts, limits, color=plotting.INK, linestyle=":", label=asked)
         axis.set_xticks(counts, [f"{count}" for count in counts])
         axis.minorticks_off()
-        axis.set_xlabel("environments")
-    axes[0].set_ylabel("time [µs]")
-    legend_below(figure, axes[0])
+    plotting.legend_below(figure, panels[0][0])
     return figure

@@ -1,12 +1,8 @@
-"""Environments, alone and side by side, random play on them, and the time it spends in kernels."""
+"""Environments, alone and side by side, random play on them, and how fast it is."""
 
 from __future__ import annotations
 
-import sys
-import time
-from collections.abc import Callable, Generator, Iterable
-from contextlib import contextmanager
-from types import ModuleType
+from collections.abc import Iterable
 from typing import Any
 
 import gymnasium
@@ -14,15 +10,14 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
-from magfold_env.engine.compile.jit import is_kernel
 from magfold_env.envs import register_envs
-from magfold_env.reporting.tables import Row, numbers, verdict
-from magfold_env.reporting.timing import Task, Timing, unprepared
+from magfold_env.reporting import timing
+from magfold_env.reporting.tables import Row, verdict
 
 TUBE_FEED = "MagFold/TubeFeed-v0"
 ENVS = 64
 """Environments in a vector unless a part says otherwise."""
-PACKAGE = "magfold_env."
+QUARTILES = ("lower quartile", "upper quartile")
 
 Single = gymnasium.Env[Any, Any]
 Vector = VectorEnv[Any, Any, Any]
@@ -42,16 +37,11 @@ def vector(env_id: str, count: int, threads: int = 1, **options: Any) -> Vector:
     """
     register_envs()
     kind: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP}
-    if is_native(env_id):
+    if gymnasium.spec(env_id).vector_entry_point is not None:
         kind["threads"] = threads
     else:
         kind = {"vector_kwargs": kind}
     return gymnasium.make_vec(env_id, num_envs=count, **kind, **options)
-
-
-def is_native(env_id: str) -> bool:
-    """Whether an id has a vector form of its own."""
-    return gymnasium.spec(env_id).vector_entry_point is not None
 
 
 def drawn_actions(env: Single | Vector, steps: int, seed: int) -> list[Any]:
@@ -61,7 +51,7 @@ def drawn_actions(env: Single | Vector, steps: int, seed: int) -> list[Any]:
     return [space.sample() for _ in range(steps)]
 
 
-def stepping(env_id: str, envs: int | None, steps: int, seed: int, **options: Any) -> Task:
+def stepping(env_id: str, envs: int | None, steps: int, seed: int, **options: Any) -> timing.Task:
     """Return the task to take steps with random actions; a sample goes on where the last ended.
 
     Parameters
@@ -75,11 +65,11 @@ def stepping(env_id: str, envs: int | None, steps: int, seed: int, **options: An
         alone = single(env_id, **options)
         alone.reset(seed=seed)
         chosen = drawn_actions(alone, steps, seed)
-        return unprepared(lambda: step_single(alone, chosen))
+        return timing.unprepared(lambda: step_single(alone, chosen))
     together = vector(env_id, envs, **options)
     together.reset(seed=seed)
     many = drawn_actions(together, steps // envs, seed)
-    return unprepared(lambda: step_vector(together, many))
+    return timing.unprepared(lambda: step_vector(together, many))
 
 
 def step_single(env: Single, actions: Iterable[Any]) -> None:
@@ -142,7 +132,7 @@ def log_uniform(rng: np.random.Generator, steps: int, episodes: int) -> NDArray[
     return rng.uniform(-1.0, 1.0, (steps, episodes, 5)).astype(np.float32)
 
 
-def rate_cells(what: str, taken: Timing, count: float) -> Row:
+def rate_cells(what: str, taken: timing.Timing, count: float) -> Row:
     """Return the cells of a table's row that tell how often a second ``what`` is done.
 
     Parameters
@@ -161,51 +151,3 @@ def rate_cells(what: str, taken: Timing, count: float) -> Row:
 def rate_verdict(rate: float, wanted: float) -> str:
     """Say whether a rate [1/s] is as high as wanted."""
     return f"at least {wanted:,.0f} are asked for: {verdict(rate >= wanted)}"
-
-
-def rate_quartiles(rows: list[Row], what: str) -> Any:
-    """Return how far the quartiles of a rate lie below and above its median."""
-    middle = numbers(rows, what)
-    low, high = numbers(rows, "lower quartile"), numbers(rows, "upper quartile")
-    return np.stack([middle - low, high - middle])
-
-
-class KernelClock:
-    """Adds up the time of the calls from Python to kernels; those among kernels are part of it.
-
-    What a call costs before the kernel begins counts as the kernel's.
-    """
-
-    def __init__(self) -> None:
-        self.inside = 0.0
-        """Seconds so far."""
-
-    @contextmanager
-    def running(self) -> Generator[None]:
-        """Watch every kernel that a module of this package names.
-
-        All must have been compiled: a kernel that is compiled meanwhile does not find the others.
-        """
-        found: list[tuple[ModuleType, str, Any]] = [
-            (module, name, value)
-            for key, module in list(sys.modules.items())
-            if key.startswith(PACKAGE)
-            for name, value in list(vars(module).items())
-            if is_kernel(value)
-        ]
-        for module, name, kernel in found:
-            setattr(module, name, self._watched(kernel))
-        try:
-            yield
-        finally:
-            for module, name, kernel in found:
-                setattr(module, name, kernel)
-
-    def _watched(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
-        def call(*arguments: Any) -> Any:
-            begun = time.thread_time()
-            result = kernel(*arguments)
-            self.inside += time.thread_time() - begun
-            return result
-
-        return call

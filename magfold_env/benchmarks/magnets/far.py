@@ -19,13 +19,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from magfold_env.benchmarks.magnets import samples
 from magfold_env.benchmarks.magnets.accuracy import FLUSH, SMALLEST
-from magfold_env.benchmarks.magnets.poses import FOLDED, UNFOLDED, random_scene, shapes
 from magfold_env.benchmarks.magnets.samples import Sample, Sums
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, INK, curve, label_points, legend_below, panels
+from magfold_env.benchmarks.presentation import panels_by
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.reporting.timing import ratio, take_turns, unprepared
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
 from magfold_env.simulation.quadrature import Rule, choose_rule
@@ -92,10 +91,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every order and radius on unfolded and folded chains."""
     effort = QUICK if quick else FULL
     found = Measurement()
-    cases = list(product(effort.lengths, (UNFOLDED, FOLDED)))
-    for (n, shape), tick in tables.each_case(
-        progress, cases, lambda case: f"n = {case[0]}, {case[1]}"
-    ):
+    for (n, shape), tick in samples.each_chain(progress, effort.lengths):
         rows = _measure(n, shape, effort, tick)
         found.rows.extend(rows)
         found.tables.append(_table(n, shape, rows))
@@ -109,13 +105,12 @@ def states_of(n: int, shape: str, count: int) -> Sample:
     So many have random poles; those of `ALIKE` follow.
     """
     rng = np.random.default_rng(SEED)
-    scenes = [random_scene(rng, n) for _ in range(count)]
+    scenes = [samples.random_scene(rng, n) for _ in range(count)]
     scenes += [scenes[0].replace(sequence=(faces,) * n) for faces in ALIKE]
-    headings = np.tile(shapes(n)[shape], (len(scenes), 1))
+    headings = np.tile(samples.shapes(n)[shape], (len(scenes), 1))
     places = centres(headings, scenes[0].casing.side)
-    bare = Sample(scenes, places, headings, np.zeros_like(places), np.zeros_like(headings))
-    loads = _sums(bare, EXACT, NO_FIELD).loads()
-    return replace(bare, force=np.stack([loads.fx, loads.fy], axis=2), torque=loads.torque)
+    bare = Sample(scenes, places, headings, samples.new_loads(*headings.shape))
+    return replace(bare, exact=_sums(bare, EXACT, NO_FIELD).loads())
 
 
 def errors_of(sample: Sample, settings: list[Setting]) -> dict[Setting, float]:
@@ -138,9 +133,7 @@ def _measure(n: int, shape: str, effort: Effort, tick: Tick) -> list[Row]:
     sample = states_of(n, shape, effort.states)
     errors = {NO_FIELD: 0.0, **errors_of(sample, effort.settings)}
     sums = {key: _sums(sample.first, *key) for key in product(effort.bounds, errors)}
-    tasks = {key: unprepared(each.work) for key, each in sums.items()}
-    taken = take_turns(tasks, effort.rounds, tick=tick)
-    times = {key: each.each(taken[key]) for key, each in sums.items()}
+    times = samples.time_each(sums, effort.rounds, tick)
     return [
         {
             "n": n,
@@ -149,7 +142,7 @@ def _measure(n: int, shape: str, effort: Effort, tick: Tick) -> list[Row]:
             **dict(zip(FAR_FIELD, setting, strict=True)),
             "error": errors[setting],
             **time.spread.time_cells("µs", 1e6),
-            **ratio(times[bound, NO_FIELD], time).cells("times faster"),
+            **timing.ratio(times[bound, NO_FIELD], time).cells("times faster"),
         }
         for (bound, setting), time in times.items()
     ]
@@ -225,23 +218,26 @@ def draw(rows: list[Row]) -> Any:
 
     Times are those with the nodes of the middle bound.
     """
-    chains = list(dict.fromkeys((row["n"], row["shape"]) for row in rows))
     bounds = sorted(tables.distinct(rows, BOUND))
     bound = bounds[len(bounds) // 2]
-    title = f"Far field: its error against time, with the nodes of accuracy {bound:g}"
-    figure, axes = panels(len(chains), title, 4.2, 4.4, shared=False)
     rows = [row | {"drawn": max(float(row["error"]), SMALLEST)} for row in rows]
-    for axis, (n, shape) in zip(axes, chains, strict=True):
-        here = tables.select(rows, {BOUND: bound}, n=n, shape=shape)
+    title = f"Far field: its error against time, with the nodes of accuracy {bound:g}"
+    labels = "time of an evaluation [µs]", f"worst error /\n{FLUSH}"
+    timed = tables.select(rows, {BOUND: bound})
+    figure, panels = panels_by(timed, ("n", "shape"), title, labels, (4.2, 4.4), shared=False)
+    for axis, here in panels:
         for k, (order, name) in enumerate(ORDERS.items()):
             mine = sorted(tables.select(here, order=order), key=lambda row: float(row[RADIUS]))
-            points = curve(axis, mine, TIME, "drawn", k, color=COLOURS[k + 1], label=name)
+            colour = plotting.COLOURS[k + 1]
+            points = plotting.curve(axis, mine, TIME, "drawn", k, color=colour, label=name)
             texts = [f"{float(row[RADIUS]):g}" for row in mine]
-            label_points(axis, zip(*points, strict=True), texts, fontsize=7, color=COLOURS[k + 1])
-        without = _time(tables.select(here, order=NONE)[0])
-        axis.axvline(without, color=INK, linewidth=1.0, linestyle="--", label="without a far field")
-        axis.set_title(f"n = {n}, {shape}", fontsize=11)
-        axis.set_xlabel("time of an evaluation [µs]")
-    axes[0].set_ylabel(f"worst error /\n{FLUSH}", fontsize=9)
-    legend_below(figure, axes[0])
+            plotting.label_points(axis, zip(*points, strict=True), texts, fontsize=7, color=colour)
+        axis.axvline(
+            _time(tables.select(here, order=NONE)[0]),
+            color=plotting.INK,
+            linewidth=1.0,
+            linestyle="--",
+            label="without a far field",
+        )
+    plotting.legend_below(figure, panels[0][0])
     return figure

@@ -9,33 +9,38 @@ joints are a little off their stops, so that nothing is kept from one evaluation
 
 from __future__ import annotations
 
+import importlib
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from itertools import product
-from typing import Any
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.contenders.magpylib import MAGPYLIB, Mesh, Peer, installed
 from magfold_env.benchmarks.magnets import samples
-from magfold_env.benchmarks.magnets.poses import FOLDED, UNFOLDED, random_scene, shapes
 from magfold_env.benchmarks.magnets.samples import Loads, Sample
+from magfold_env.benchmarks.presentation import panels_by
 from magfold_env.engine.state import Array
 from magfold_env.laws import exact_magnets
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, curve, legend, panels
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.reporting.timing import Spread, Timing, ratio, take_turns, unprepared
-from magfold_env.scene import Magnets
+from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres
+
+MAGPYLIB = "magpylib"
+STEP = 1e-7  # [m] of its finite differences: errors of 1e-8, below those of any mesh
+DEGREES = 180.0 / np.pi
+
+Mesh = tuple[int, int, int]
+"""Cells of a magnet along its thickness, width and height."""
 
 SUMS, DYNAMICS = "sums", "dynamics"  # two ways of the engine
 BOUNDS = (5e-2, 1e-2, 1e-3, 1e-4, 1e-5)
 WANTED = 1000.0
 SEED = 3
 DRAWN = {MAGPYLIB: "magpylib getFT", SUMS: "engine, sums", DYNAMICS: "engine, dynamics"}
-NO_RATIO = Spread(math.nan, math.nan, math.nan)
+NO_RATIO = timing.Spread(math.nan, math.nan, math.nan)
 
 # Cells of a magnet, nearly cubes, by number of components; then samples of every timing.
 FINE: tuple[Mesh, ...] = ((1, 2, 2), (2, 4, 4), (3, 7, 7), (4, 10, 10))
@@ -43,20 +48,95 @@ QUICK: tuple[dict[int, tuple[Mesh, ...]], int] = ({6: FINE[:1]}, 2)
 FULL: tuple[dict[int, tuple[Mesh, ...]], int] = ({6: FINE, 60: FINE[:2]}, 3)
 
 
-@dataclass(frozen=True, eq=False)
-class Contender:
+def installed() -> bool:
+    """Whether magpylib is there; the extra ``peers`` brings it."""
+    return find_spec("magpylib") is not None
+
+
+class Peer:
+    """Casings as collections of cuboid magnets, each evenly magnetised along its thickness.
+
+    Parameters
+    ----------
+    scene
+        Poles, casings and magnets.
+    places : (n, 2) array
+        Centres [m].
+    headings : (n,) array
+        Headings [rad].
+    """
+
+    def __init__(self, scene: Scene, places: Array, headings: Array) -> None:
+        self._magpylib: Any = importlib.import_module("magpylib")
+        rotation: Any = importlib.import_module("scipy.spatial.transform").Rotation
+        magnets = exact_magnets.magnets_of(scene)
+        width, height, thickness, inset = (
+            magnets.by_face(name) for name in ("width", "height", "thickness", "inset")
+        )
+        depth = scene.casing.side / 2.0 - inset - thickness / 2.0
+        remanence = exact_magnets.MU0 * scene.charges / (width * height)
+        self._places = np.column_stack([places, np.zeros(len(places))])
+        self._casings: list[Any] = []
+        for place, heading, strength in zip(places, headings, remanence, strict=True):
+            angle = heading + exact_magnets.FACE_NORMALS
+            middle = place + depth[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            cuboids = [
+                self._magpylib.magnet.Cuboid(
+                    dimension=(thickness[f], width[f], height[f]),
+                    polarization=(strength[f], 0.0, 0.0),
+                    position=(*middle[f], 0.0),
+                    orientation=rotation.from_euler("z", angle[f] * DEGREES, degrees=True),
+                )
+                for f in np.flatnonzero(strength)  # an empty face has no magnet
+            ]
+            self._casings.append(self._magpylib.Collection(*cuboids))
+
+    def loads(self, mesh: Mesh) -> Loads:
+        """Return forces [N] and torques about the centres [N·m], (1, n) each.
+
+        Every pair of casings is computed once, as the engine does; reactions follow.
+        """
+        n = len(self._casings)
+        force, torque = np.zeros((n, 3)), np.zeros((n, 3))
+        present = [i for i, casing in enumerate(self._casings) if casing.children]
+        for k, i in enumerate(present[1:], start=1):
+            sources = present[:k]
+            found = self._magpylib.getFT(
+                [self._casings[j] for j in sources],
+                self._casings[i],
+                pivot=self._places[i],
+                eps=STEP,
+                squeeze=False,
+                meshing=mesh,
+            )
+            pull, moment = (each[:, 0, 0] for each in found)  # of all sources, (k, 3) each
+            force[i] += pull.sum(axis=0)
+            torque[i] += moment.sum(axis=0)
+            force[sources] -= pull
+            torque[sources] -= moment + np.cross(self._places[i] - self._places[sources], pull)
+        return Loads(force[None, :, 0], force[None, :, 1], torque[None, :, 2])
+
+    @contextmanager
+    def one_thread(self) -> Generator[None]:
+        """Keep magpylib to one thread, as the engine is for one chain."""
+        defaults = self._magpylib.defaults
+        threads = defaults.threads
+        defaults.threads = 1
+        try:
+            yield
+        finally:
+            defaults.threads = threads
+
+
+class Contender(NamedTuple):
     """One way to find the magnets' forces, at one setting."""
 
     by: str
     setting: str
-    force_error: float
-    """Of forces and torques on casings, in flush forces; nan if it finds none."""
-    joint_error: float
-    """Of torques at the joints over the side, in flush forces."""
-    work: Callable[[], object]
-    """What is timed."""
-    evaluations: int
-    """How many it does."""
+    force_error: float  # of forces and torques on casings, in flush forces; nan if it finds none
+    joint_error: float  # of torques at the joints over the side, in flush forces
+    work: Callable[[], object]  # what is timed
+    evaluations: int  # how many it does
 
     @property
     def key(self) -> str:
@@ -71,33 +151,41 @@ def run(quick: bool, progress: Progress) -> Measurement:
         return Measurement(findings=[text])
     meshes, rounds = QUICK if quick else FULL
     rows: list[Row] = []
-    cases = list(product(meshes, (UNFOLDED, FOLDED)))
-    for (n, shape), tick in tables.each_case(
-        progress, cases, lambda case: f"n = {case[0]}, {case[1]}"
-    ):
+    for (n, shape), tick in samples.each_chain(progress, meshes):
         rows.extend(measure(n, shape, meshes[n], rounds, tick))
     return Measurement(rows, [_table(rows)], _findings(rows))
 
 
-def chain_sample(n: int, shape: str) -> Sample:
-    """Return a chain of random poles in one shape, and its exact forces."""
-    scene = random_scene(np.random.default_rng(SEED), n)
-    headings = shapes(n)[shape]
-    return samples.sample_of([scene], [(centres(headings, scene.casing.side), headings)])
-
-
 def measure(n: int, shape: str, meshes: tuple[Mesh, ...], rounds: int, tick: Tick) -> list[Row]:
-    """Return a row a contender."""
-    sample = chain_sample(n, shape)
+    """Return a row a contender, for a chain of random poles in one shape."""
+    scene = samples.random_scene(np.random.default_rng(SEED), n)
+    headings = samples.shapes(n)[shape]
+    sample = samples.sample_of([scene], [(centres(headings, scene.casing.side), headings)])
     peer = Peer(sample.scenes[0], sample.places[0], sample.headings[0])
     with peer.one_thread():
         contenders = [_peer(sample, peer, mesh) for mesh in meshes]
         for bound in BOUNDS:
             contenders += [_sums(sample, bound), _dynamics(sample, bound)]
-        tasks = {each.key: unprepared(each.work) for each in contenders}
-        taken = take_turns(tasks, rounds, tick=tick)
+        tasks = {each.key: timing.unprepared(each.work) for each in contenders}
+        taken = timing.take_turns(tasks, rounds, tick=tick)
     times = {c.key: taken[c.key].each_of(c.evaluations) for c in contenders}
-    return [_row(n, shape, each, contenders, times) for each in contenders]
+    rows: list[Row] = []
+    for each in contenders:
+        row: Row = {
+            "n": n,
+            "shape": shape,
+            "by": each.by,
+            "mesh or bound": each.setting,
+            "force error": each.force_error,
+            "joint error": each.joint_error,
+            **times[each.key].spread.time_cells("µs", 1e6),
+        }
+        for by in (SUMS, DYNAMICS):
+            fast = fastest(contenders, times, each, by) if each.by == MAGPYLIB else ""
+            quotient = timing.ratio(times[each.key], times[fast]) if fast else NO_RATIO
+            row |= quotient.cells(f"time / {by}")
+        rows.append(row)
+    return rows
 
 
 def _peer(sample: Sample, peer: Peer, mesh: Mesh) -> Contender:
@@ -128,14 +216,13 @@ def joint_error(sample: Sample, loads: Loads) -> float:
     scene = sample.scenes[0]
     side = scene.casing.side
     states = samples.pinned_states(list(sample.headings), side)
-    exact = Loads(sample.force[..., 0], sample.force[..., 1], sample.torque)
-    apart: Array = samples.joint_torques(loads, states, side) - samples.joint_torques(
-        exact, states, side
-    )
-    return float(np.abs(apart).max()) / side / exact_magnets.flush_force(scene)
+    one, other = (samples.joint_torques(each, states, side) for each in (loads, sample.exact))
+    return float(np.abs(one - other).max()) / side / exact_magnets.flush_force(scene)
 
 
-def fastest(contenders: list[Contender], times: dict[str, Timing], peer: Contender, by: str) -> str:
+def fastest(
+    contenders: list[Contender], times: dict[str, timing.Timing], peer: Contender, by: str
+) -> str:
     """Key of the fastest way of one kind whose error is not above a peer's; empty if none is.
 
     Errors are of the forces where it finds them, else of the torques at the joints.
@@ -150,25 +237,6 @@ def fastest(contenders: list[Contender], times: dict[str, Timing], peer: Contend
         )
     ]
     return min(enough, key=lambda key: times[key].median, default="")
-
-
-def _row(
-    n: int, shape: str, each: Contender, contenders: list[Contender], times: dict[str, Timing]
-) -> Row:
-    row: Row = {
-        "n": n,
-        "shape": shape,
-        "by": each.by,
-        "mesh or bound": each.setting,
-        "force error": each.force_error,
-        "joint error": each.joint_error,
-        **times[each.key].spread.time_cells("µs", 1e6),
-    }
-    for by in (SUMS, DYNAMICS):
-        fast = fastest(contenders, times, each, by) if each.by == MAGPYLIB else ""
-        quotient = ratio(times[each.key], times[fast]) if fast else NO_RATIO
-        row |= quotient.cells(f"time / {by}")
-    return row
 
 
 def _table(rows: list[Row]) -> Table:
@@ -199,18 +267,14 @@ def _findings(rows: list[Row]) -> list[str]:
 
 def draw(rows: list[Row]) -> Any:
     """Error of the torques at the joints against time beside magpylib, a panel a chain."""
-    chains = list(dict.fromkeys((row["n"], row["shape"]) for row in rows))
-    figure, axes = panels(len(chains), "Beside magpylib: worst error against time", 3.4, 4.2)
-    for axis, (n, shape) in zip(axes, chains, strict=True):
+    rows = [row | {"time [s]": 1e-6 * float(row["time [µs]"])} for row in rows]
+    title = "Beside magpylib: worst error against time"
+    labels = "time of an evaluation [s]", "torque at a joint: worst error\n/ (side × flush force)"
+    figure, panels = panels_by(rows, ("n", "shape"), title, labels, (3.4, 4.2))
+    for axis, here in panels:
         for k, (by, label) in enumerate(DRAWN.items()):
-            mine = [
-                row | {"time [s]": 1e-6 * float(row["time [µs]"])}
-                for row in tables.select(rows, n=n, shape=shape, by=by)
-            ]
-            colour = COLOURS[(2, 1, 3)[k]]
-            curve(axis, mine, "time [s]", "joint error", k, color=colour, label=label)
-        axis.set_title(f"n = {n}, {shape}", fontsize=11)
-        axis.set_xlabel("time of an evaluation [s]")
-    axes[0].set_ylabel("torque at a joint: worst error\n/ (side × flush force)", fontsize=9)
-    legend(axes[0], "upper right")
+            style = {"color": plotting.COLOURS[(2, 1, 3)[k]], "label": label}
+            mine = tables.select(here, by=by)
+            plotting.curve(axis, mine, "time [s]", "joint error", k, **style)
+    plotting.legend(panels[0][0], "upper right")
     return figure

@@ -6,11 +6,13 @@ benchmark calls the engine's kernels.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from itertools import product
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -22,11 +24,104 @@ from magfold_env.engine.state import Array, IntArray, Loads, Model, Nodes, Pose,
 from magfold_env.engine.state import Magnets as Packed
 from magfold_env.engine.workspace import new_nodes, new_rigid
 from magfold_env.laws import exact_magnets
-from magfold_env.reporting.timing import Timing, enough_repeats
+from magfold_env.laws.overlap import squares_apart
+from magfold_env.laws.random_scenes import random_sequence
+from magfold_env.reporting import timing
+from magfold_env.reporting.tables import Progress, Tick, each_case
 from magfold_env.scene import Magnets, Scene
-from magfold_env.shapes import centres
+from magfold_env.shapes import centres, folded_words, word_to_angles
+from magfold_env.shapes import headings as joint_headings
 from magfold_env.simulation.pack import charges, pack, quadrature_of
 from magfold_env.simulation.quadrature import Rule, choose_rule
+
+UNFOLDED, FOLDED, AT_STOPS = "unfolded", "folded", "folded, at its stops"
+OFF_STOP = 1e-6  # [rad]
+FOLDED_SHARES = (0.05, 0.4, 0.8, 0.98, 1.0)  # of the joints' right angles
+ROUNDING = 1e-9  # of a side: casings that touch do not overlap
+FARTHEST = 0.1  # [m] gap of a random pair
+EDGES = np.radians([45.0, 135.0])  # normals of a casing's edges, from its heading
+
+
+def random_scene(rng: np.random.Generator, n: int) -> Scene:
+    """Return a chain of random poles with the default magnets."""
+    return Scene(sequence=random_sequence(rng, n), magnets=Magnets())
+
+
+def random_pair(rng: np.random.Generator, side: float) -> tuple[Array, Array]:
+    """Centres (2, 2) [m] and headings (2,) [rad] of two casings that touch or are near.
+
+    A third lie flush and slide along each other, a third touch at any angle, the others are apart
+    by any gap, evenly in its logarithm.
+    """
+    kind = rng.integers(3)
+    if kind == 0:
+        aside = side * rng.uniform(-1.2, 1.2) * rng.integers(2)
+        gap = rng.choice([0.0, 1e-3]) * rng.random()
+        places = np.array([[0.0, 0.0], [aside, side + gap]])
+        headings = math.pi / 4.0 + np.array([0.0, rng.integers(4) * math.pi / 2.0])
+    else:
+        bearing, heading = rng.uniform(-math.pi, math.pi, 2)
+        gap = 0.0 if kind == 1 else math.exp(rng.uniform(math.log(1e-5), math.log(FARTHEST)))
+        headings = np.array([0.0, heading])
+        direction = np.array([math.cos(bearing), math.sin(bearing)])
+        angles = np.add.outer(headings, EDGES).ravel()
+        normals = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        # Half the projections of both squares on an edge normal of either.
+        reach = 0.5 * side * (1.0 + abs(np.cos(heading)) + abs(np.sin(heading)))
+        along = np.abs(normals @ direction).max()
+        places = (reach + gap) / along * np.stack([np.zeros(2), direction])
+    return places, headings
+
+
+def random_shape(rng: np.random.Generator, n: int, side: float) -> Array:
+    """Headings (n,) [rad] of a chain without overlap: folded, nearly so, or nearly straight."""
+    while True:
+        share = rng.choice(FOLDED_SHARES)
+        headings = joint_headings(word_to_angles(rng.choice(folded_words(n))) * share)
+        if squares_apart(centres(headings, side), headings, side) > -ROUNDING * side:
+            return headings
+
+
+def unfolded(n: int) -> Array:
+    """Headings (n,) [rad] of a chain that zigzags a little, as it is before it folds."""
+    return 0.03 * np.tile([1.0, -1.0], n)[:n]
+
+
+def folded(n: int) -> Array:
+    """Headings (n,) [rad] of a chain folded into a compact block, for chains of any length.
+
+    Staircases up and down, side by side, each of about √n casings; every joint is at a stop, left
+    or right, and nothing overlaps.
+    """
+    most = max(2 * round(math.sqrt(n) / 2.0), 2)
+    east, north = 0, 1
+    quarters: list[int] = []
+    while len(quarters) < n:
+        quarters += [east, north] * (most // 2)
+        # Westward from the last step north, then down along the staircase's left side.
+        quarters += [2, 3] * (most // 2)
+        # Westward again, and the next staircase begins with a step north.
+        quarters += [2, north]
+    # Differences of headings are joint angles.
+    return np.unwrap(np.array(quarters[:n]) * (math.pi / 2.0))
+
+
+def shapes(n: int) -> dict[str, Array]:
+    """Return headings (n,) [rad] by the name of the shape."""
+    block = folded(n)
+    return {
+        UNFOLDED: unfolded(n),
+        FOLDED: block + OFF_STOP * (np.arange(n) % 2),
+        AT_STOPS: block,
+    }
+
+
+def each_chain(
+    progress: Progress, lengths: Iterable[int]
+) -> Iterator[tuple[tuple[int, str], Tick]]:
+    """Yield chains of some lengths, unfolded and folded, each with what takes its progress."""
+    cases = list(product(lengths, (UNFOLDED, FOLDED)))
+    return each_case(progress, cases, lambda case: f"n = {case[0]}, {case[1]}")
 
 
 class States(NamedTuple):
@@ -76,10 +171,9 @@ def chain_forces(
             if not model.magnetic:
                 continue
             pose = Pose(poses.cos[k], poses.sin[k], poses.x[k], poses.y[k])
-            loads, lo = Loads(out.fx[k], out.fy[k], out.torque[k]), states.lo[k]
-            add_chain_forces(
-                states.first[k], lo, model, states.q[k], pose, nodes, rigid, loads
-            )  # fmt: skip
+            first, lo = states.first[k], states.lo[k]
+            loads = Loads(out.fx[k], out.fy[k], out.torque[k])
+            add_chain_forces(first, lo, model, states.q[k], pose, nodes, rigid, loads)
             if model.field.present:
                 add_field(lo, model, pose, nodes, loads)
 
@@ -103,10 +197,8 @@ class Sample:
     """Centres (states, n, 2) [m]."""
     headings: Array
     """(states, n) [rad]"""
-    force: Array
-    """Exact, (states, n, 2) [N]."""
-    torque: Array
-    """Exact, about the centres, (states, n) [N·m]."""
+    exact: Loads
+    """What they feel: arrays of shape (states, n)."""
 
     @property
     def size(self) -> int:
@@ -116,29 +208,25 @@ class Sample:
     @property
     def first(self) -> Sample:
         """The first state alone."""
-        arrays = self.places, self.headings, self.force, self.torque
-        return Sample(self.scenes[:1], *(each[:1] for each in arrays))
+        exact = Loads(*(each[:1] for each in self.exact))
+        return Sample(self.scenes[:1], self.places[:1], self.headings[:1], exact)
 
     def errors(self, loads: Loads) -> Array:
         """Largest error in every state (states,), in forces between two flush opposite faces.
 
         Of a force, or of a torque over the side.
         """
-        force = np.hypot(loads.fx - self.force[..., 0], loads.fy - self.force[..., 1])
-        torque = np.abs(loads.torque - self.torque) / self.scenes[0].casing.side
+        force = np.hypot(loads.fx - self.exact.fx, loads.fy - self.exact.fy)
+        torque = np.abs(loads.torque - self.exact.torque) / self.scenes[0].casing.side
         return np.maximum(force, torque).max(axis=1) / exact_magnets.flush_force(self.scenes[0])
 
 
 def sample_of(scenes: Sequence[Scene], poses: Sequence[tuple[Array, Array]]) -> Sample:
     """Find the exact forces of scenes in poses: centres (n, 2) and headings (n,) each."""
+    places, headings = (np.array(arrays) for arrays in zip(*poses, strict=True))
     exact = [exact_magnets.forces(s, *pose) for s, pose in zip(scenes, poses, strict=True)]
-    return Sample(
-        scenes,
-        np.array([places for places, _ in poses]),
-        np.array([headings for _, headings in poses]),
-        np.array([force for force, _ in exact]),
-        np.array([torque for _, torque in exact]),
-    )
+    force, torque = (np.array(arrays) for arrays in zip(*exact, strict=True))
+    return Sample(scenes, places, headings, Loads(force[..., 0], force[..., 1], torque))
 
 
 class Evaluations(ABC):
@@ -150,7 +238,7 @@ class Evaluations(ABC):
 
     @cached_property
     def _times(self) -> int:
-        return enough_repeats(self._evaluate)
+        return timing.enough_repeats(self._evaluate)
 
     @property
     def evaluations(self) -> int:
@@ -161,10 +249,6 @@ class Evaluations(ABC):
         """Evaluate all states, `evaluations` in all."""
         self._evaluate(self._times)
 
-    def each(self, taken: Timing) -> Timing:
-        """Return what an evaluation took, of a timing of `work`."""
-        return taken.each_of(self.evaluations)
-
     def loads(self) -> Loads:
         """Return forces and torques; look-ups give torques alone, which turn joints alike."""
         self._evaluate(1)
@@ -173,6 +257,18 @@ class Evaluations(ABC):
     @abstractmethod
     def _evaluate(self, times: int) -> None:
         """Evaluate all states so many times."""
+
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+def time_each(
+    evaluations: Mapping[Key, Evaluations], rounds: int, tick: Tick
+) -> dict[Key, timing.Timing]:
+    """Time all in turns and return what a single evaluation of each takes."""
+    tasks = {key: timing.unprepared(each.work) for key, each in evaluations.items()}
+    taken = timing.take_turns(tasks, rounds, tick=tick)
+    return {key: taken[key].each_of(each.evaluations) for key, each in evaluations.items()}
 
 
 class Sums(Evaluations):
@@ -217,6 +313,11 @@ class Chain(Evaluations):
         self._states = states
         self._nodes = new_nodes(self._model.magnets, scene.n)
         self._rigid = new_rigid(self._model.magnets, scene.n)
+
+    @classmethod
+    def pinned(cls, scene: Scene, headings: Array) -> Chain:
+        """Return a pinned chain with given headings (n,) [rad]."""
+        return cls(scene, pinned_states([headings], scene.casing.side))
 
     def _evaluate(self, times: int) -> None:
         chain_forces(times, self._model, self._states, self._nodes, self._rigid, self._out)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from magfold_env.benchmarks.magnets.poses import folded, random_pair, unfolded
+from magfold_env.benchmarks.magnets.samples import folded, random_pair, unfolded
 from magfold_env.laws import exact_magnets as exact
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres

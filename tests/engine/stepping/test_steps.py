@@ -3,7 +3,7 @@
 import pytest
 
 from magfold_env.fold import FoldStatus
-from magfold_env.laws.along_folds import SteppedSession, limits_of
+from magfold_env.laws.along_folds import SteppedSession, follow
 from magfold_env.laws.random_scenes import random_scene
 from magfold_env.simulation.simulate import simulate
 
@@ -12,11 +12,11 @@ FURTHEST = 1e-3  # [rad]
 
 
 def check(seed):
-    found = limits_of(random_scene(seed))
-    assert found.finite, found.message
-    assert found.overlap <= DEEPEST
-    assert found.past_stop <= FURTHEST
-    return found
+    motion, session = follow(random_scene(seed))
+    assert motion.finite, session.message
+    assert motion.overlap <= DEEPEST
+    assert motion.past_stop <= FURTHEST
+    return session
 
 
 @pytest.mark.parametrize("seed", [3, 8, 10, 13, 14])
@@ -27,8 +27,8 @@ def test_every_step_keeps_its_limits(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100, 150))
 def test_every_step_keeps_its_limits_and_the_fold_goes_through(seed):
-    found = check(seed)
-    assert found.status != "failed", found.message
+    session = check(seed)
+    assert session.status is not FoldStatus.FAILED, session.message
 
 
 @pytest.mark.parametrize("seed", [1, 8, 10, 14])

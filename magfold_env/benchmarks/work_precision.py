@@ -2,7 +2,7 @@
 
 Ten named scenes are each run from several starts at every setting. A setting's error is its median
 over the starts, its time their mean. Errors are of the joints' angles, against the same scene run
-far more exactly (`references`). Starts whose outcome a nudge of 1e-6 rad decides are set aside, and
+far more exactly. Starts whose outcome a nudge of 1e-6 rad decides are set aside, and
 those whose reference has not converged.
 The paper's solver runs the pinned scenes. It stops joints in its own way, so that its error does
 not vanish with its step. Sessions are prepared untimed.
@@ -16,15 +16,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.runs import CLOSE, NUDGE, Setting, recorded, run_task
-from magfold_env.benchmarks.whole import references
-from magfold_env.benchmarks.whole.references import Reference
+from magfold_env.benchmarks import runs
+from magfold_env.benchmarks.runs import CLOSE, NUDGE, Setting, has_accuracy, recorded
 from magfold_env.engine.state import Array
-from magfold_env.reporting import plotting, tables
-from magfold_env.reporting.plotting import COLOURS, GRID, INK, MARKERS
+from magfold_env.fold import Fold
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.reporting.timing import Timing, ratio, take_turns
-from magfold_env.scene import Scene
+from magfold_env.scene import Magnets, Scene, Solver, load_scene
 
 ALLOWED = 1.5  # times the front's run time that the default may take
 WAY, END = "error on the way [rad]", "final error [rad]"
@@ -45,6 +43,13 @@ SET_ASIDE = {
     "unsure": f"the reference is not known to {CLOSE:g} rad",
 }
 FRONT = {WAY: "on the front on the way", END: "on the front at the end"}
+
+LONGEST = 1.0  # [s] simulated after the last release; most folds rest before that
+SWING = 0.3  # [s] of the pendulum, seven times √(d/g): longer swings are chaotic
+SPREAD = 0.03  # [rad] of the start angles
+LONG = 12  # components of the longest chain
+PENDULUM = "pendulum of three"
+LOOSER = 10.0
 
 ACROSS = 5  # panels beside each other
 TALLEST = 4.0  # [rad] of an error: beyond half a turn all are alike
@@ -73,11 +78,95 @@ FULL = Effort(
 )
 
 
+def named_scenes() -> dict[str, Scene]:
+    """Return what a user folds, in every mount there is, with the solver's own settings.
+
+    The scenes' start angles are yet to be drawn.
+    """
+    one, two, three = (load_scene(f"paper/sequence-{k}") for k in (1, 2, 3))
+    scenes = {
+        "sequence 1, free": one,
+        "sequence 2, frictionless": two.replace(friction=0.0),
+        "sequence 3, free": three,
+        "sequence 3, fed backward": three.replace(mount="tube", feed={"direction": "backward"}),
+        "tube-feed": load_scene("tube-feed"),
+        "anchor": load_scene("anchor"),
+        f"{LONG} components": one.replace(
+            sequence=one.sequence * (LONG // one.n),
+            mount="tube",
+            feed={"speed": 0.2},
+            friction=0.1,
+        ),
+        "sequence 3, pinned": three.replace(mount="pinned"),
+        "sequence 3, literal": load_scene("paper/sequence-3-literal"),
+        PENDULUM: load_scene("pendulum-3"),
+    }
+    for name, scene in scenes.items():
+        duration = SWING if name == PENDULUM else LONGEST
+        plain = scene.replace(duration=duration, solver=Solver(), start_angle_spread=SPREAD)
+        if has_accuracy(plain):
+            plain = plain.replace(magnets={"accuracy": Magnets().accuracy})
+        scenes[name] = plain
+    return scenes
+
+
+def settings_of(
+    scene: Scene,
+    tolerances: Sequence[float],
+    accuracies: Sequence[float],
+    time_steps: Sequence[float],
+) -> list[Setting]:
+    """Return every combination that a scene allows; the paper's solver needs it pinned."""
+    chosen = accuracies if has_accuracy(scene) else (None,)
+    found = [Setting("adaptive", t, accuracy) for accuracy in chosen for t in tolerances]
+    if scene.mount == "pinned":
+        found += [Setting("paper", step, accuracy) for accuracy in chosen for step in time_steps]
+    return found
+
+
+class Reference(NamedTuple):
+    """What a drawn scene does, and how well that is known."""
+
+    scene: Scene
+    fold: Fold
+    known: float  # what ten times looser settings change on the way [rad]
+    sensitivity: float  # what a start moved by `NUDGE` changes on the way [rad]
+
+    @property
+    def sensitive(self) -> bool:
+        """Whether the scene, rather than a setting, decides what comes out."""
+        return self.sensitivity > CLOSE
+
+    @property
+    def unsure(self) -> bool:
+        """Whether it is not known well enough to compare with."""
+        return self.known > CLOSE
+
+    def error_on_the_way(self, run: Fold) -> float:
+        """Largest difference of a joint's angle at any time [rad], as far as it is known."""
+        return max(runs.difference(run, self.fold), self.known, NUDGE)
+
+    def final_error(self, run: Fold) -> float:
+        """Largest difference of a joint's angle at the end [rad]."""
+        return max(runs.final_difference(run, self.fold), NUDGE)
+
+
+def reference(scene: Scene, tolerance: float, accuracy: float) -> Reference:
+    """Run a drawn scene as exactly as asked for, and twice more to see how much that is worth."""
+    tight, looser = (
+        Setting("adaptive", k * tolerance, k * accuracy if has_accuracy(scene) else None)
+        for k in (1.0, LOOSER)
+    )
+    exact, second = recorded(tight.on(scene)), recorded(looser.on(scene))
+    moved = recorded(looser.on(runs.nudged(scene)))
+    return Reference(scene, exact, runs.difference(second, exact), runs.difference(moved, second))
+
+
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every scene."""
     found = Measurement()
     shown: list[Row] = []
-    scenes = list(references.named_scenes().items())
+    scenes = list(named_scenes().items())
     for (name, scene), tick in tables.each_case(progress, scenes, lambda case: case[0]):
         rows, summary = measure(name, scene, QUICK if quick else FULL, tick)
         found.rows.extend(rows)
@@ -91,16 +180,18 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[Row], Row]:
     """Return a row for every setting of a scene, and what is to be read of them."""
-    starts = [references.drawn(scene, seed) for seed in range(effort.starts)]
-    known = [references.reference(start, *effort.reference) for start in starts]
+    starts = [scene.draw(np.random.default_rng(seed)) for seed in range(effort.starts)]
+    known = [reference(start, *effort.reference) for start in starts]
     clear = [each for each in known if not (each.sensitive or each.unsure)] or known
     tick(0.3)
     grid = (effort.tolerances, effort.accuracies, effort.time_steps)
-    settings = references.settings_of(scene, *grid)
+    settings = settings_of(scene, *grid)
     found = {setting: _errors(setting, clear) for setting in settings}
     tick(0.6)
-    tasks = {setting: run_task(*(setting.on(each.scene) for each in clear)) for setting in settings}
-    taken = take_turns(tasks, effort.rounds, 0.0, tick=lambda share: tick(0.6 + 0.4 * share))
+    tasks = {
+        setting: runs.run_task(*(setting.on(each.scene) for each in clear)) for setting in settings
+    }
+    taken = timing.take_turns(tasks, effort.rounds, 0.0, tick=lambda share: tick(0.6 + 0.4 * share))
     rows = [
         {
             "scene": name,
@@ -130,8 +221,8 @@ def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[R
 
 def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
     """Return a setting's errors over the starts, and how many words it gets right."""
-    runs = [recorded(setting.on(each.scene)) for each in references]
-    pairs = list(zip(runs, references, strict=True))
+    folds = [recorded(setting.on(each.scene)) for each in references]
+    pairs = list(zip(folds, references, strict=True))
     way = [each.error_on_the_way(run) for run, each in pairs]
     end = [each.final_error(run) for run, each in pairs]
     return {
@@ -140,11 +231,11 @@ def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
         f"worst {WAY}": max(way),
         f"worst {END}": max(end),
         "words right": sum(run.word == each.fold.word for run, each in pairs),
-        "evaluations": sum(run.evaluations for run in runs),
+        "evaluations": sum(run.evaluations for run in folds),
     }
 
 
-def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[Timing]) -> Row:
+def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[timing.Timing]) -> Row:
     """Return the default's errors and time, and how many times the front's time that is."""
     medians = np.array([time.median for time in times])
     default = next(k for k, setting in enumerate(settings) if setting.is_default)
@@ -163,7 +254,7 @@ def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[Timin
         END: end[default],
         "ms": float(rows[default]["time [ms]"]),
         "fastest as exact": str(settings[best]),
-        BEHIND: f"{ratio(times[default], times[best])}",
+        BEHIND: f"{timing.ratio(times[default], times[best])}",
         SURELY: behind(without_luck(settings, way)),
         AT_END: behind(end),
     }
@@ -229,15 +320,15 @@ def draw(rows: list[Row]) -> Any:
     size = (3.5 * ACROSS, 3.1 * 2 * lines + 0.9)
     figure = plotting.figure_class()(figsize=size, layout="constrained")
     said = f"Whole folds: largest error against run time; below {NUDGE:g} rad errors count as equal"
-    figure.suptitle(said, fontsize=15, color=INK)
+    figure.suptitle(said, fontsize=15, color=plotting.INK)
     titles = {WAY: "at any time", END: "at the end"}
     for part, error in zip(figure.subfigures(2, 1, hspace=0.03), FRONT, strict=True):
         axes = part.subplots(lines, ACROSS, squeeze=False).ravel()
         label = f"largest error of a joint {titles[error]} [rad]"
-        part.supylabel(label, fontsize=11, color=INK)
+        part.supylabel(label, fontsize=11, color=plotting.INK)
         for axis, scene in zip(axes, scenes, strict=False):
             _panel(axis, tables.select(rows, scene=scene), error)
-            axis.set_title(scene, fontsize=11, color=INK)
+            axis.set_title(scene, fontsize=11, color=plotting.INK)
         for axis in axes[len(scenes) :]:
             axis.set_visible(False)
     plotting.legend_below(figure, *figure.axes, fontsize=10)
@@ -246,36 +337,32 @@ def draw(rows: list[Row]) -> Any:
 
 def _panel(axis: Any, rows: list[Row], error: str) -> None:
     """Draw a line for each accuracy of the magnets, over tolerances or time steps."""
+    rows = [row | {"drawn": min(float(row[error]), TALLEST)} for row in rows]
 
-    def points(rows: list[Row]) -> tuple[Any, Any]:
-        return tables.numbers(rows, "time [ms]"), np.minimum(tables.numbers(rows, error), TALLEST)
+    def line(mine: Sequence[Row], k: int, **style: Any) -> None:
+        plotting.curve(axis, mine, "time [ms]", "drawn", k, **style)
 
-    axis.grid(visible=True, which="major", color=GRID, linewidth=0.7)
+    axis.grid(visible=True, which="major", color=plotting.GRID, linewidth=0.7)
     axis.set_axisbelow(True)
     axis.spines[["top", "right"]].set_visible(False)
     adaptive, paper = tables.select(rows, method="adaptive"), tables.select(rows, method="paper")
     for k, accuracy in enumerate(sorted(tables.distinct(adaptive, "magnets"), reverse=True)):
         label = f"magnets to {accuracy:g}" if accuracy else "no accuracy to choose"
-        style = {"color": COLOURS[1 + k], "marker": MARKERS[k], "linewidth": 1.1, "label": label}
-        axis.loglog(*points(tables.select(adaptive, magnets=accuracy)), markersize=4.5, **style)
+        mine = tables.select(adaptive, magnets=accuracy)
+        line(mine, k, markersize=4.5, linewidth=1.1, label=label)
+    style = {"color": "#8a8f98", "marker": "x", "markersize": 4.5, "linewidth": 0.9}
     for accuracy in sorted(tables.distinct(paper, "magnets")):
-        axis.loglog(
-            *points(tables.select(paper, magnets=accuracy)), color="#8a8f98", marker="x",
-            markersize=4.5, linewidth=0.9, label="the paper's solver",
-        )  # fmt: skip
-    marked = [row for row in rows if row[FRONT[error]]]
-    axis.step(
-        *points(sorted(marked, key=lambda row: float(row["time [ms]"]))), where="post", color=INK,
-        linewidth=2.6, alpha=0.3, label="Pareto front", zorder=1,
-    )  # fmt: skip
-    axis.loglog(
-        *points([row for row in rows if row["default"]]), color="#d0021b", marker="*",
-        markersize=15, markeredgecolor="white", linestyle="", label="the default", zorder=5,
-    )  # fmt: skip
-    across, up = points(rows)
+        line(tables.select(paper, magnets=accuracy), 0, label="the paper's solver", **style)
+    marked = sorted(tables.select(rows, {FRONT[error]: 1}), key=lambda row: float(row["time [ms]"]))
+    across, up = (tables.numbers(marked, name) for name in ("time [ms]", "drawn"))
+    style = {"color": plotting.INK, "linewidth": 2.6, "alpha": 0.3, "zorder": 1}
+    axis.step(across, up, where="post", label="Pareto front", **style)
+    style = {"color": "#d0021b", "marker": "*", "markersize": 15, "markeredgecolor": "white"}
+    default = tables.select(rows, default=1)
+    line(default, 0, linestyle="", label="the default", zorder=5, **style)
     axis.set_xlabel("run time [ms]", fontsize=9)
-    axis.set_xlim(*_at_least(WIDEST, across))
-    axis.set_ylim(*_at_least(HIGHEST, up))
+    axis.set_xlim(*_at_least(WIDEST, tables.numbers(rows, "time [ms]")))
+    axis.set_ylim(*_at_least(HIGHEST, tables.numbers(rows, "drawn")))
     axis.tick_params(labelsize=8)
     for which in (axis.xaxis, axis.yaxis):
         which.set_minor_formatter("")

@@ -10,6 +10,7 @@ orders, and methods that build on past steps, lose on short ones what they win o
 
 from __future__ import annotations
 
+import importlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,14 +18,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.benchmarks.contenders import dense
+from magfold_env.benchmarks.presentation import panels_by
 from magfold_env.engine.state import Array
 from magfold_env.laws import smooth_motion
+from magfold_env.laws.exact_magnets import COULOMB, FACES, faces_of
+from magfold_env.laws.mechanics import equation_39, levers
 from magfold_env.laws.smooth_motion import ADAPTIVE, DOP853, Integrator, Run, SmoothProblem
-from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, MARKERS, legend, panels
+from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.reporting.timing import Spread, Task, ratio, take_turns
+from magfold_env.scene import Scene
+from magfold_env.shapes import centres
 
 ENGINE = "engine"
 DEFAULT = 1e-3  # tolerance of a scene that names none [rad]
@@ -66,7 +69,7 @@ class Case:
     """[rad]"""
     evaluations: int
 
-    def task(self) -> Task:
+    def task(self) -> timing.Task:
         """Return the whole run as something to time."""
         return lambda: self.prepare(1.0)
 
@@ -104,7 +107,7 @@ def fixed_cases(
     steps = FEWEST_STEPS
     while True:
         cases.append(case(problem, method, steps, exact))
-        taken = take_turns({"run": cases[-1].task()}, rounds=1, shortest=0.0)["run"].median
+        taken = timing.take_turns({"run": cases[-1].task()}, rounds=1, shortest=0.0)["run"].median
         if cases[-1].error < enough or taken > seconds:
             return cases
         steps *= 2
@@ -157,7 +160,7 @@ def _measure(problem: SmoothProblem, effort: Effort, found: Measurement, tick: T
     # A call from Python costs the same whatever it integrates: seen in runs of no length.
     idle = Case("idle", 0.0, lambda _: DOP853.prepare(problem, 1.0, 0.0), 0.0, 0)
     tasks = {each: each.task() for each in [*cases, match, idle]}
-    times = take_turns(tasks, effort.rounds, tick=lambda share: tick(0.4 + 0.6 * share))
+    times = timing.take_turns(tasks, effort.rounds, tick=lambda share: tick(0.4 + 0.6 * share))
     rows: list[Row] = [
         {
             "problem": problem.name,
@@ -171,35 +174,38 @@ def _measure(problem: SmoothProblem, effort: Effort, found: Measurement, tick: T
         for each in cases
     ]
     found.rows.extend(rows)
-    found.tables.extend([_engine_table(problem, rows), _target_table(problem, rows)])
-    quotient = ratio(times[match], times[at_default])
-    found.findings.extend(_findings(problem, rows, quotient, match))
-    found.findings.append(
-        f"{problem.name}: DOP853 at {EXACT:g} and Adams at 1e-12 agree to {agreement:.1e} rad"
-    )
+    found.tables.extend(_tables(problem, rows))
+    bounded = tables.select(rows, method=ENGINE)
+    worst = float(_over_tolerance([row for row in bounded if row["setting"] in BOUNDED]).max())
+    quotient = timing.ratio(times[match], times[at_default])
+    said = [
+        f"{problem.name}: the engine's error is at most {worst:.2g} times the tolerance, from "
+        f"1e-3 to 1e-9; {ALLOWED:g} is allowed: {tables.verdict(worst <= ALLOWED)}",
+        f"{problem.name}: double Euler takes {quotient} times the engine's time for its error at "
+        f"1e-3, {match.error:.2g} rad, in {match.setting:.0f} steps; {WANTED:g} is asked for: "
+        f"{tables.verdict(quotient.median >= WANTED)}",
+        f"{problem.name}: DOP853 at {EXACT:g} and Adams at 1e-12 agree to {agreement:.1e} rad",
+    ]
+    found.findings.extend(said)
 
 
 def _over_tolerance(rows: list[Row]) -> Array:
     return tables.numbers(rows, "error [rad]") / tables.numbers(rows, "setting")
 
 
-def _engine_table(problem: SmoothProblem, rows: list[Row]) -> Table:
+def _tables(problem: SmoothProblem, rows: list[Row]) -> list[Table]:
+    """Return how the engine keeps its tolerance, and what every method needs for an error."""
     mine = tables.select(rows, method=ENGINE)
-    told = [
-        row | {"error / tolerance": share}
+    engine: list[Row] = [
+        {
+            "tolerance [rad]": row["setting"],
+            "error [rad]": row["error [rad]"],
+            "error / tolerance": share,
+            "evaluations": row["evaluations"],
+            "time [µs]": row["time [µs]"],
+        }
         for row, share in zip(mine, _over_tolerance(mine).tolist(), strict=True)
     ]
-    columns = {
-        "tolerance [rad]": "setting",
-        "error [rad]": "error [rad]",
-        "error / tolerance": "error / tolerance",
-        "evaluations": "evaluations",
-        "time [µs]": "time [µs]",
-    }
-    return Table(f"The engine on {problem.name}", tables.renamed(told, columns))
-
-
-def _target_table(problem: SmoothProblem, rows: list[Row]) -> Table:
     shown: list[Row] = []
     for method in tables.distinct(rows, "method"):
         mine = tables.select(rows, method=method)
@@ -208,9 +214,8 @@ def _target_table(problem: SmoothProblem, rows: list[Row]) -> Table:
             cells[f"µs, {target:g}"] = needed(mine, "time [µs]", target)
             cells[f"evals, {target:g}"] = needed(mine, "evaluations", target)
         shown.append(cells)
-    return Table(
-        f"Time (calls' overhead off) and evaluations for an error [rad]: {problem.name}", shown
-    )
+    title = f"Time (calls' overhead off) and evaluations for an error [rad]: {problem.name}"
+    return [Table(f"The engine on {problem.name}", engine), Table(title, shown)]
 
 
 def needed(rows: list[Row], cost: str, error: float) -> float:
@@ -233,18 +238,6 @@ def needed(rows: list[Row], cost: str, error: float) -> float:
     return float(costs[k - 1] * (costs[k] / costs[k - 1]) ** share)
 
 
-def _findings(problem: SmoothProblem, rows: list[Row], quotient: Spread, match: Case) -> list[str]:
-    mine = [row for row in tables.select(rows, method=ENGINE) if row["setting"] in BOUNDED]
-    worst = float(_over_tolerance(mine).max())
-    return [
-        f"{problem.name}: the engine's error is at most {worst:.2g} times the tolerance, from "
-        f"1e-3 to 1e-9; {ALLOWED:g} is allowed: {tables.verdict(worst <= ALLOWED)}",
-        f"{problem.name}: double Euler takes {quotient} times the engine's time for its error at "
-        f"1e-3, {match.error:.2g} rad, in {match.setting:.0f} steps; {WANTED:g} is asked for: "
-        f"{tables.verdict(quotient.median >= WANTED)}",
-    ]
-
-
 def independent_check(problem: SmoothProblem) -> str:
     """Compare the reference with SciPy's solution of the dense equations, in a sentence."""
     scene = problem.scene
@@ -253,34 +246,32 @@ def independent_check(problem: SmoothProblem) -> str:
         scene = scene.replace(magnets={"nodes": CHECK_NODES})
     same = SmoothProblem(problem.name, scene)
     mine = DOP853.prepare(same, EXACT)().angles
-    error = float(np.abs(mine - dense.solve(scene, problem.until)).max())
+    error = float(np.abs(mine - solve_dense(scene, problem.until)).max())
     return f"{problem.name}: SciPy on dense equation 39 differs by {error:.1e} rad at the end"
 
 
 def draw(rows: list[Row]) -> Any:
     """Work-precision diagrams: error against run time, a panel a problem."""
-    problems, methods = tables.distinct(rows, "problem"), tables.distinct(rows, "method")
-    figure, axes = panels(len(problems), "Smooth motion: error against run time")
-    for axis, problem in zip(axes, problems, strict=True):
-        for k, method in enumerate(methods):
-            mine = tables.select(rows, problem=problem, method=method)
+    labels = "run time, calls' overhead off [s]", "largest error of a heading [rad]"
+    title = "Smooth motion: error against run time"
+    figure, panels = panels_by(rows, ("problem",), title, labels)
+    for axis, here in panels:
+        for k, method in enumerate(tables.distinct(rows, "method")):
+            mine = tables.select(here, method=method)
             time = tables.numbers(mine, "time [µs]") - tables.numbers(mine, "call overhead [µs]")
             axis.loglog(
                 1e-6 * np.maximum(time, 1.0),
                 tables.numbers(mine, "error [rad]"),
-                color=COLOURS[k % len(COLOURS)],
-                marker=MARKERS[k % len(MARKERS)],
+                color=plotting.COLOURS[k % len(plotting.COLOURS)],
+                marker=plotting.MARKERS[k % len(plotting.MARKERS)],
                 markersize=5,
                 linewidth=2.2 if method == ENGINE else 1.3,
                 zorder=3 if method == ENGINE else 2,
                 label=method,
             )
-        axis.set_title(problem, fontsize=11)
-        axis.set_xlabel("run time, calls' overhead off [s]")
         axis.tick_params(axis="x", which="minor", labelbottom=False)
         axis.set_ylim(1e-12, 2.0)
-    axes[0].set_ylabel("largest error of a heading [rad]")
-    legend(axes[0], "lower left")
+    plotting.legend(panels[0][0], "lower left")
     return figure
 
 
@@ -330,3 +321,68 @@ def fewest(rows: list[Row], error: float) -> float:
     """Fewest evaluations of the settings that reach an error; nan if none does."""
     counts = [float(row["evaluations"]) for row in rows if float(row["error [rad]"]) <= error]
     return min(counts, default=math.nan)
+
+
+# --- the independent check: equation 39 with dense matrices and a plain sum over poles ----------
+# Nothing below uses the engine's kernels.
+
+
+def dense_accelerations(scene: Scene, angles: Array, rates: Array) -> Array:
+    """Return angular accelerations (n,) [rad/s²] of the pinned chain."""
+    arm = levers(scene)
+    coupling = arm.T @ (scene.masses[:, None] * arm)
+    force, torque = node_forces(scene, angles)
+    force = force + scene.masses[:, None] * np.asarray(scene.gravity.in_plane)
+    pull = torque + np.cos(angles) * (arm.T @ force[:, 1]) - np.sin(angles) * (arm.T @ force[:, 0])
+    return equation_39(coupling, np.diag(scene.inertias), angles, rates, pull)
+
+
+def node_forces(scene: Scene, angles: Array) -> tuple[Array, Array]:
+    """Return forces (n, 2) [N] and torques about the centres (n,) [N·m], node by node.
+
+    Needs a fixed number of nodes a pole face (``magnets.nodes``).
+    """
+    n, magnets = scene.n, scene.magnets
+    if magnets is None:
+        return np.zeros((n, 2)), np.zeros(n)
+    places = centres(angles, scene.casing.side)
+    faces = faces_of(scene, places, angles)
+    offset, share = np.polynomial.legendre.leggauss(magnets.nodes or 1)
+    along = faces.size[:, :1] / 2.0 * offset
+    x = (faces.centre[:, None] + along[..., None] * faces.along[:, None]).reshape(-1, 2)
+    charge = np.outer(faces.charge, share / 2.0).ravel()
+    height = np.repeat(faces.size[:, 1], offset.size)
+    owner = np.repeat(np.arange(n), FACES * offset.size)
+    arm, away = x - places[owner], x[:, None] - x[None, :]
+    square = (away**2).sum(axis=-1)
+    other = owner[:, None] != owner[None, :]
+    square[~other] = 1.0
+    # The force between two upright lines on one plane: with equal heights H, ρ and √(ρ² + H²).
+    half_sum, half_difference = 0.5 * (height[:, None] + height), 0.5 * (height[:, None] - height)
+    law = 2.0 / (square * (np.sqrt(square + half_difference**2) + np.sqrt(square + half_sum**2)))
+    weight = COULOMB * other * law * charge[:, None] * charge[None, :]
+    pull = (weight[..., None] * away).sum(axis=1)
+    torque = (arm[:, 0] * pull[:, 1] - arm[:, 1] * pull[:, 0]).reshape(n, -1)
+    return pull.reshape(n, -1, 2).sum(axis=1), torque.sum(axis=1)
+
+
+def solve_dense(scene: Scene, until: float, tolerance: float = 1e-13) -> Array:
+    """Return the headings (n,) of the chain at the time ``until`` [s], by SciPy's DOP853 from rest.
+
+    Raises
+    ------
+    RuntimeError
+        If SciPy gives up.
+    """
+    solve_ivp: Any = importlib.import_module("scipy.integrate").solve_ivp  # slow to import
+    n = scene.n
+
+    def slope(_: float, y: Array) -> Array:
+        return np.concatenate([y[n:], dense_accelerations(scene, y[:n], y[n:])])
+
+    start = np.zeros(2 * n)
+    start[1:n] = np.cumsum(np.asarray(scene.start_angles))
+    run: Any = solve_ivp(slope, (0.0, until), start, "DOP853", rtol=tolerance, atol=tolerance)
+    if not run.success:
+        raise RuntimeError(f"SciPy: {run.message}")
+    return run.y[:n, -1]

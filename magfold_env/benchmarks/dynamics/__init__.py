@@ -1,1 +1,0 @@
-"""`magfold bench dynamics`: run time against error, cost by feature, growth with length."""
