@@ -19,7 +19,7 @@ from magfold_env.fold import FoldStatus
 from magfold_env.laws.experiment import MODES, SEQUENCES, paper_scene, random_scenes
 from magfold_env.minimiser import Mode
 from magfold_env.parallel import Backend
-from magfold_env.reporting.statistics import share
+from magfold_env.reporting.intervals import share
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, each_case
 from magfold_env.scene import Scene
 from magfold_env.simulation.session import Session

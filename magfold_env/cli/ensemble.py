@@ -13,7 +13,7 @@ from magfold_env import ensembles
 from magfold_env.cli import options
 from magfold_env.files import write_text
 from magfold_env.parallel import Workers
-from magfold_env.reporting.statistics import Share
+from magfold_env.reporting.intervals import Share
 from magfold_env.scene import Problem, Scene, SceneError, Spreads, load_scene
 
 _ANGLES = "start_angles"

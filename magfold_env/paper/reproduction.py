@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-import numpy as np
-
 from magfold_env.reporting.page import Tone, Verdict
 from magfold_env.reporting.plotting import save_figure
-from magfold_env.reporting.tables import Cell, Progress, Row, Table
+from magfold_env.reporting.tables import Progress, Row, Table, distinct, select
 
 Measured = dict[str, list[Row]]
 """Rows by what they are of, plain values throughout; the rows of one have equal keys."""
@@ -40,6 +38,11 @@ class Claim(NamedTuple):
     """The reason, if one is known."""
     built_in: bool = False
     """Whether the sequences were reconstructed so that it holds."""
+
+    @classmethod
+    def unless(cls, stated: str, found: str, holds: bool, why_not: str) -> Claim:
+        """Return a claim with a reason that counts if it does not hold."""
+        return cls(stated, found, holds, "" if holds else why_not)
 
     @property
     def outcome(self) -> Outcome:
@@ -102,16 +105,6 @@ class Reproduction:
     plots: Callable[[Measured], list[Plot]]
 
 
-def select(rows: list[Row], **wanted: Cell) -> list[Row]:
-    """Return the rows in which columns have given values."""
-    return [row for row in rows if all(row[key] == value for key, value in wanted.items())]
-
-
-def distinct(rows: list[Row], column: str) -> list[Any]:
-    """Return the values of a column, each once, in their order."""
-    return list(dict.fromkeys(row[column] for row in rows))
-
-
 def pivot(rows: list[Row], line: str, column: str, value: str, missing: str) -> list[Row]:
     """Return a row for each value of one column, with a cell for each value of another."""
     names = distinct(rows, column)
@@ -121,8 +114,3 @@ def pivot(rows: list[Row], line: str, column: str, value: str, missing: str) -> 
         head = str(key) if isinstance(key, int) else f"{key:.3g}"
         shown.append({line: head, **{name: found.get(name, missing) for name in names}})
     return shown
-
-
-def power(x: Sequence[float], y: Sequence[float]) -> float:
-    """Return with which power of x y grows, by least squares."""
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])

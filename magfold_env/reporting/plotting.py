@@ -39,12 +39,21 @@ def save_figure(figure: Any, path: str | Path) -> None:
 
 
 def panels(
-    count: int, title: str, width: float = 5.2, height: float = 4.6, *, shared: bool = True
+    count: int,
+    title: str,
+    width: float = 5.2,
+    height: float = 4.6,
+    *,
+    rows: int = 1,
+    shared: bool = True,
 ) -> tuple[Any, Any]:
-    """Return a figure and its axes side by side, with the same limits if ``shared``."""
-    figure = figure_class()(figsize=(width * count, height), layout="constrained")
+    """Return a figure and its axes, ``count`` in each row, with the same limits if ``shared``.
+
+    Width and height are those of one panel [inch].
+    """
+    figure = figure_class()(figsize=(width * count, height * rows), layout="constrained")
     figure.suptitle(title, fontsize=13, color=INK)
-    axes = figure.subplots(1, count, squeeze=False, sharex=shared, sharey=shared)[0]
+    axes = figure.subplots(rows, count, squeeze=False, sharex=shared, sharey=shared).ravel()
     for axis in axes:
         axis.grid(visible=True, which="major", color=GRID, linewidth=0.7)
         axis.set_axisbelow(True)

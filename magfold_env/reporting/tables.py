@@ -18,10 +18,11 @@ from rich.markup import escape
 from rich.table import Table as RichTable
 
 from magfold_env.files import write_text
-from magfold_env.reporting.page import cell_text
 
 Cell = str | int | float
 Row = dict[str, Cell]
+
+WHOLE = 1000.0  # larger numbers are shown without decimals
 
 Progress = Callable[[float, str], None]
 """Is told the finished share of a part, 0 to 1, and what is going on."""
@@ -34,7 +35,7 @@ Case = TypeVar("Case")
 
 @dataclass(frozen=True)
 class Table:
-    """Rows for the console, all with the same keys."""
+    """Rows for the console or a page, all with the same keys, which head the columns."""
 
     title: str
     rows: list[Row]
@@ -97,14 +98,19 @@ def without_quartiles(rows: Sequence[Row], *hidden: str) -> list[Row]:
     ]
 
 
-def growth(rows: Sequence[Row], since: int, time: str = "time [µs]") -> float:
-    """Log-log slope of a time against "n" from a length on, by least squares; nan if too few."""
-    longer = [row for row in rows if float(row["n"]) >= since]
-    if len(longer) < 2:
+def power(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
+    """Return with which power of x y grows, by least squares; nan of fewer than two points."""
+    if np.size(x) < 2:
         return math.nan
-    n: npt.NDArray[np.float64] = np.log(numbers(longer, "n"))
-    times: npt.NDArray[np.float64] = np.log(numbers(longer, time))
-    return float(np.polyfit(n, times, 1)[0])
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
+
+
+def growth(
+    rows: Sequence[Row], since: int, until: float = math.inf, time: str = "time [µs]"
+) -> float:
+    """Return with which power of "n" a time grows between two lengths; nan if too few."""
+    mine = [row for row in rows if since <= float(row["n"]) <= until]
+    return power(numbers(mine, "n"), numbers(mine, time))
 
 
 def verdict(held: object) -> str:
@@ -113,6 +119,15 @@ def verdict(held: object) -> str:
 
 
 # --- the console and files --------------------------------------------------------------------
+
+
+def cell_text(cell: Cell) -> str:
+    """Return a table's cell as text, numbers to three figures."""
+    if isinstance(cell, str):
+        return cell
+    if not math.isfinite(cell):
+        return "never"
+    return f"{cell:.0f}" if isinstance(cell, int) or abs(cell) >= WHOLE else f"{cell:.3g}"
 
 
 def show(console: Console, machine: Mapping[str, str], measured: Mapping[str, Measurement]) -> None:

@@ -31,7 +31,7 @@ class Share:
 
     def __str__(self) -> str:
         """Return the share and its interval in per cent."""
-        return f"{100 * self.rate:.0f} % ({100 * self.low:.0f}–{100 * self.high:.0f})"
+        return per_cent(self.rate, self.low, self.high)
 
 
 def share(successes: int, trials: int) -> Share:
@@ -39,3 +39,8 @@ def share(successes: int, trials: int) -> Share:
     stats: Any = importlib.import_module("scipy.stats")  # slow to import
     interval = stats.binomtest(successes, trials).proportion_ci(0.95, method="wilson")
     return Share(successes, trials, float(interval.low), float(interval.high))
+
+
+def per_cent(rate: float, low: float, high: float) -> str:
+    """Return a share and its interval in per cent."""
+    return f"{100 * rate:.0f} % ({100 * low:.0f}–{100 * high:.0f})"
