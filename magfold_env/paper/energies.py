@@ -89,7 +89,7 @@ def search_tables(measured: Measured) -> list[Table]:
         same = {key: row[key] for key in ("sequence", "direction")}
         line: Row = {**same, "in the paper": row["in the paper"]}
         for model, name in states.MODELS.items():
-            (found,) = select(measured["ends"], magnets=model, **same)
+            (found,) = select(measured["ends"], same, magnets=model)
             line[f"here, {name}"] = f"{found['state']} ({found['word']})"
         shown.append(line)
     return [Table("Where the search ends", shown)]

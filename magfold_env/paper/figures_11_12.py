@@ -57,7 +57,7 @@ def _draw(title: str, measured: Measured, column: str, chosen: int, legend: str)
     figure, axes = panels(3, title, 4.7, shared=False)
     for axis, rows in motions.by_charge(axes, measured["over-time"]):
         for k, count in enumerate(tables.distinct(rows, column)):
-            mine = select(rows, **{column: count})
+            mine = select(rows, {column: count})
             points = {"marker": MARKERS[k], "markersize": 3.5, "markevery": (k, 12)}
             axis.semilogy(
                 numbers(mine, "time [s]"),
@@ -121,7 +121,7 @@ def steps_claims(measured: Measured) -> list[Claim]:
 
 
 def _steps_claims(name: str, rows: list[Row]) -> list[Claim]:
-    (chosen,) = select(rows, **{"steps a frame": quoted.COMPUTATIONS})
+    (chosen,) = select(rows, {"steps a frame": quoted.COMPUTATIONS})
     stated = f"{quoted.COMPUTATIONS} time steps a frame of the film are fine enough to go on with"
     own, ours, smooth = (math.sqrt(float(chosen[EARLY + key])) for key in (OWN, ERROR, SMOOTH))
     finest = math.sqrt(float(rows[-1][EARLY + SMOOTH]))

@@ -42,7 +42,7 @@ def check(scene: Scene) -> Verdict:
     stride = scene.solver.max_steps if paper else max(1, scene.solver.max_steps // LOOKS)
     motion, session = follow(scene, stride)
     stepped, fold = session.fold(), simulate(scene)
-    verdict.status, verdict.message, verdict.steps = fold.status.value, fold.message, fold.steps
+    verdict.status, verdict.message = fold.status.value, fold.message
     same = identical(stepped, fold)
     verdict.require("determinism", same, "another run, stopped at every step, ends otherwise")
     check_refusal(scene, fold, verdict)
