@@ -246,14 +246,8 @@ def _base_velocity(
 ) -> FloatArray:
     """Return the velocity of component 1's outer hinge [m/s], shape (m, 2).
 
-    Parameters
-    ----------
-    scene, motion
-        As in `kinetic_energy`.
-    inner
-        Velocities of the centres relative to it [m/s], shape (m, n, 2).
-    end
-        And of component n's outer hinge, shape (m, 2).
+    Relative to it, `inner` are those of the centres, shape (m, n, 2), and `end` that of component
+    n's outer hinge, shape (m, 2).
     """
     velocity = np.zeros_like(motion.base)
     if scene.mount == "pinned":

@@ -1,7 +1,5 @@
 """`magfold ensemble`: release a chain many times, and show and write what came of it."""
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -14,6 +12,7 @@ from magfold_env.cli import options
 from magfold_env.files import write_text
 from magfold_env.parallel import Workers
 from magfold_env.reporting.intervals import Share
+from magfold_env.reporting.tables import Row, to_csv
 from magfold_env.scene import Problem, Scene, SceneError, Spreads, load_scene
 
 _ANGLES = "start_angles"
@@ -75,20 +74,9 @@ def changed_scene(
     friction: float | None = None,
     spreads: Sequence[str] = (),
 ) -> Scene:
-    """Return the scene that the options ask for.
+    """Return the scene that the options of `ensemble` ask for; None leaves it as it is.
 
-    Parameters
-    ----------
-    scene
-        As it was loaded.
-    mode
-        How the chain is released; None leaves it as it is.
-    speed
-        Feed speed [m/s]; None leaves it as it is.
-    friction
-        Coefficient; None leaves it as it is.
-    spreads
-        Texts like ``friction=0.1``; ``start_angles`` [rad] also takes back given start angles.
+    A spread of ``start_angles`` also takes back given start angles.
 
     Raises
     ------
@@ -137,7 +125,12 @@ def write(made: ensembles.Ensemble, out: Path | None, png: Path | None) -> list[
         written = [out / name for name in ("ensemble.json", "runs.csv", "outcomes.csv")]
         made.to_json(written[0])
         made.to_csv(written[1])
-        write_text(written[2], _outcomes_csv(made))
+        rows: list[Row] = [
+            {"word": word, "status": status.value, "runs": found.successes,
+             "probability": found.rate, "low": found.low, "high": found.high}
+            for (word, status), found in made.outcomes.items()
+        ]  # fmt: skip
+        write_text(written[2], to_csv(rows))
     pictures = [path for path in (png, out / "ensemble.png" if out else None) if path is not None]
     if pictures:
         from magfold_env.render import draw_ensemble  # noqa: PLC0415 - an extra
@@ -145,16 +138,6 @@ def write(made: ensembles.Ensemble, out: Path | None, png: Path | None) -> list[
         for path in pictures:
             draw_ensemble(made, path)
     return written + pictures
-
-
-def _outcomes_csv(made: ensembles.Ensemble) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["word", "status", "runs", "probability", "low", "high"])
-    for (word, status), found in made.outcomes.items():
-        numbers = (found.successes, found.rate, found.low, found.high)
-        writer.writerow([word, status.value, *numbers])
-    return text.getvalue()
 
 
 def _cells(found: Share) -> tuple[str, str, str]:

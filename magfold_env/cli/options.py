@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich import progress
 from rich.console import Console
+from rich.markup import escape
 from rich.status import Status
 from rich.table import Table
 
@@ -125,6 +126,14 @@ def table(title: str, columns: Mapping[str, bool], caption: str | None = None) -
     made = Table(title=title, caption=caption)
     for name, numbers in columns.items():
         made.add_column(name, justify="right" if numbers else "left", no_wrap=name == "name")
+    return made
+
+
+def entries(title: str, rows: Mapping[str, str]) -> Table:
+    """Return a table of names and values, without headings."""
+    made = Table(show_header=False, title=title)
+    for name, value in rows.items():
+        made.add_row(name, escape(value))
     return made
 
 

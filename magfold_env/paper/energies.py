@@ -9,7 +9,7 @@ from magfold_env.minimiser import State, minimise
 from magfold_env.paper import quoted, states
 from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_env.reporting.intervals import per_cent
-from magfold_env.reporting.tables import Progress, Row, Table, each_case, select
+from magfold_env.reporting.tables import Progress, Row, Table, each_case, joined_pairs, select
 from magfold_env.shapes import cells, outline
 
 NEAR = 0.005
@@ -33,9 +33,9 @@ def state_row(state: State) -> Row:
     return {
         "word": state.word,
         SCORE: 1e3 * state.coulomb_score,
-        "conflicts": states.pairs(state.conflicts),
+        "conflicts": joined_pairs(state.conflicts),
         "contacts": len(state.contacts),
-        "touching": states.pairs(state.contacts),
+        "touching": joined_pairs(state.contacts),
         "stable": "yes" if state.stable else "no",
     }
 

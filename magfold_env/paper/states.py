@@ -75,11 +75,6 @@ def turned_joints(word: str, other: str) -> list[int]:
     return [k for k, (a, b) in enumerate(zip(word, other, strict=True), start=1) if a != b]
 
 
-def pairs(touching: tuple[tuple[int, int], ...]) -> str:
-    """Return pairs of components as a text like "1-2, 3-6"."""
-    return ", ".join(f"{first}-{second}" for first, second in touching)
-
-
 def plot(name: str, number: int, rows: list[Row], caption: str) -> Plot:
     """Return a picture of states of a sequence, side by side."""
 

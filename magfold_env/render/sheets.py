@@ -52,9 +52,8 @@ def save_pages(blocks: Sequence[Block], path: str | Path) -> None:
     blocks
         In their order; a page is broken before one that does not fit on it.
     path
-        Where to; its suffix says which; written under a temporary name first.
+        Where to; its suffix, one of `SUFFIXES`, says which; written under a temporary name first.
     """
-    check_suffix(path)
     pages = _pages(blocks)
     figures = [_figure(page, k + 1, len(pages)) for k, page in enumerate(pages)]
     with replacing(path) as temporary:

@@ -104,11 +104,9 @@ def snapshot_picture(
 def snapshot_view(snapshot: Snapshot) -> View:
     """Return a view of chain and ghost that is the same all through most episodes of a scene."""
     view = motion_view(snapshot.scene, snapshot.angles, snapshot.base, snapshot.released)
-    ghost = _ghost(snapshot)
-    if ghost is None:
+    if (ghost := _ghost(snapshot)) is None:
         return view
-    _, middles = ghost
-    return view.joined(View.around(middles, 0.7 * snapshot.scene.casing.diagonal))
+    return view.joined(View.around(ghost[1], 0.7 * snapshot.scene.casing.diagonal))
 
 
 def motion_view(
@@ -128,8 +126,7 @@ def _chain_picture(snapshot: Snapshot, size: Size, view: View, text: float) -> I
     canvas = Canvas(view, size)
     chain.draw_field(canvas, scene, text)
     chain.draw_tube(canvas, scene, angles, base)
-    ghost = _ghost(snapshot)
-    if ghost is not None:
+    if (ghost := _ghost(snapshot)) is not None:
         chain.draw_ghost(canvas, *ghost, side)
     with_magnets = loaded(scene, angles, base, snapshot.released) & snapshot.is_loaded
     if snapshot.marked is not None:
@@ -158,14 +155,14 @@ def _ghost(snapshot: Snapshot) -> tuple[FloatArray, FloatArray] | None:
     if count <= 1:
         return None
     out = slice(0, count) if scene.feed.direction == "forward" else slice(n - count, n)
-    wanted = headings(word_to_angles(snapshot.target))[out]
-    shape = centres(headings(word_to_angles(snapshot.target)), side=side)[out]
+    wanted = headings(word_to_angles(snapshot.target))
+    shape = centres(wanted, side=side)[out]
     real = centres(snapshot.angles, side=side, base=snapshot.base)[out]
     # The rotation of least squares, in the complex plane.
     away, goal = (points - points.mean(axis=0) for points in (shape, real))
     turn = np.angle(((goal[:, 0] + 1j * goal[:, 1]) * (away[:, 0] - 1j * away[:, 1])).sum())
     turned = away @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    return wanted + turn, turned + real.mean(axis=0)
+    return wanted[out] + turn, turned + real.mean(axis=0)
 
 
 def _draw_key(canvas: Canvas, text: float) -> None:

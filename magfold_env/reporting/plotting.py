@@ -32,6 +32,11 @@ def figure_class() -> Any:
         raise ImportError(msg) from error
 
 
+def patch(shape: str, *place: Any, **options: Any) -> Any:
+    """Return one of matplotlib's patches: a Polygon, a Circle, ..."""
+    return getattr(importlib.import_module("matplotlib.patches"), shape)(*place, **options)
+
+
 def save_figure(figure: Any, path: str | Path) -> None:
     """Write a figure as PNG, under a temporary name first."""
     with replacing(path) as temporary:

@@ -6,9 +6,10 @@ import csv
 import io
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from string import ascii_uppercase
 from typing import Any, TypeVar
 
 import numpy as np
@@ -111,6 +112,17 @@ def growth(
     """Return with which power of "n" a time grows between two lengths; nan if too few."""
     mine = [row for row in rows if since <= float(row["n"]) <= until]
     return power(numbers(mine, "n"), numbers(mine, time))
+
+
+def letters(index: int) -> str:
+    """Return A, B, ..., Z, AA, AB, ... for 0, 1, ..."""
+    more, last = divmod(index, len(ascii_uppercase))
+    return (letters(more - 1) if more else "") + ascii_uppercase[last]
+
+
+def joined_pairs(pairs: Iterable[tuple[int, int]]) -> str:
+    """Return pairs of components as a text like "1-2, 3-6"."""
+    return ", ".join(f"{first}-{second}" for first, second in pairs)
 
 
 def verdict(held: object) -> str:
