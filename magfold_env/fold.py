@@ -192,17 +192,7 @@ def loaded(scene: Scene, released: npt.ArrayLike) -> BoolArray:
     """Return which components have their magnets, component 1 first.
 
     All, unless the scene loads them at the mouth: then those released, and the one on its way out.
-
-    Parameters
-    ----------
-    scene
-        Gives the tube.
-    released
-        Numbers of components out of the tube, shape (m,).
-
-    Returns
-    -------
-    (m, n) array of bool
+    Of m numbers of components out of the tube, shape (m,), the result has the shape (m, n).
     """
     count = np.asarray(released)[:, None]
     if scene.mount != "tube" or scene.feed.loading == "preloaded":

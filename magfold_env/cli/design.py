@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Annotated, Any, cast
 
 import typer
-from rich.console import Console
 from rich.progress import TaskID
 
 from magfold_env import designer
@@ -79,12 +78,11 @@ def design(  # noqa: PLR0913 - one parameter an option
 
 def show(design: designer.Design) -> None:
     """Print a design and what speaks for it, or why there is none."""
-    console = Console()
     if design.scene is None:
-        console.print(f"{design.target}: cannot be reached; {design.certificate}", soft_wrap=True)
+        typer.echo(f"{design.target}: cannot be reached; {design.certificate}")
         return
     title = f"{design.target}, {design.mode}: {design.objective}"
-    console.print(options.entries(title, _rows(design)))
+    options.show(options.entries(title, _rows(design)))
 
 
 def write(design: designer.Design, out: Path | None, json: Path | None) -> list[Path]:

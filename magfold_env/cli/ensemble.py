@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Annotated, Any, cast
 
 import typer
-from rich.console import Console
 
 from magfold_env import ensembles
 from magfold_env.cli import options
@@ -112,9 +111,7 @@ def show(made: ensembles.Ensemble) -> None:
     statuses = options.table("By status", {"status": False, **numbers})
     for status, found in made.statuses.items():
         statuses.add_row(status.value, *_cells(found))
-    console = Console()
-    console.print(outcomes)
-    console.print(statuses)
+    options.show(outcomes, statuses)
 
 
 def write(made: ensembles.Ensemble, out: Path | None, png: Path | None) -> list[Path]:

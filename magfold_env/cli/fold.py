@@ -6,8 +6,6 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from magfold_env.cli import options
 from magfold_env.fold import Fold, FoldStatus
@@ -55,7 +53,7 @@ def fold(  # noqa: PLR0913 - one parameter an option
         begun = time.perf_counter()
         result = simulate(changed, seed=seed, frame_rate=FRAME_RATE if gif or html else None)
         taken = time.perf_counter() - begun
-    Console().print(fold_table(result, taken))
+    options.show(options.entries("Fold", fold_rows(result, taken)))
     with options.errors_in_one_line(), options.busy("drawing"):
         if gif or png or sheet:
             from magfold_env import render  # noqa: PLC0415 - an extra
@@ -86,14 +84,14 @@ def check_sheet(path: Path) -> None:
         raise ValueError(f"--sheet: {error}") from None
 
 
-def fold_table(fold: Fold, taken: float) -> Table:
+def fold_rows(fold: Fold, taken: float) -> dict[str, str]:
     """Return how a fold ended; `taken` is the time the computer needed [s]."""
     scene = fold.scene
     mount = scene.mount
     if mount == "tube":
         mount += f", {feed_text(scene)}"
     straight = energy(scene, np.zeros(scene.n))
-    rows = {
+    return {
         "sequence": " ".join(scene.sequence),
         "mount": mount,
         "word": fold.word or "(one component)",
@@ -105,4 +103,3 @@ def fold_table(fold: Fold, taken: float) -> Table:
         "steps, evaluations": f"{fold.steps}, {fold.evaluations}",
         "computing time": f"{taken:.3f} s",
     }
-    return options.entries("Fold", rows)

@@ -7,7 +7,6 @@ from dataclasses import asdict
 from typing import Annotated, Any, cast
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from magfold_env import minimiser
@@ -40,11 +39,8 @@ def minimise(
         # The options are text; the minimiser says which are allowed.
         found = minimiser.minimise(loaded, cast("Any", mode), top, cast("Any", among))
         feeds = _feeds(loaded)
-    console = Console()
-    console.print(states_table(found))
-    if found.decisions:
-        console.print(decisions_table(found))
-    console.print(one_by_one_table(loaded, feeds))
+    decisions = [decisions_table(found)] if found.decisions else []
+    options.show(states_table(found), *decisions, one_by_one_table(loaded, feeds))
     with options.errors_in_one_line(), options.busy("drawing"):
         if png is not None:
             from magfold_env.render import draw_states  # noqa: PLC0415 - an extra

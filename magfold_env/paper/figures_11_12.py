@@ -45,17 +45,17 @@ def _tables(measured: Measured, *left_out: str) -> list[Table]:
             f"{name.capitalize()}: mean squared errors, and how the fold ends",
             [
                 {key: cell for key, cell in row.items() if key not in ("charge", *left_out)}
-                for row in select(measured["means"], charge=name)
+                for row in rows
             ],
         )
-        for name in motions.charges()
+        for name, rows in motions.by_charge(measured["means"]).items()
     ]
 
 
 def _draw(title: str, measured: Measured, column: str, chosen: int, legend: str) -> tuple[Any, Any]:
     """Draw the error over time for both strengths of magnets, and leave a third panel empty."""
     figure, axes = panels(3, title, 4.7, shared=False)
-    for axis, rows in motions.by_charge(axes, measured["over-time"]):
+    for axis, rows in motions.axes_by_charge(axes, measured["over-time"]):
         for k, count in enumerate(tables.distinct(rows, column)):
             mine = select(rows, {column: count})
             points = {"marker": MARKERS[k], "markersize": 3.5, "markevery": (k, 12)}
@@ -115,8 +115,7 @@ def steps(quick: bool, progress: Progress) -> Measured:
 
 def steps_claims(measured: Measured) -> list[Claim]:
     """Judge the chosen step, until joints snap and on the whole."""
-    means = measured["means"]
-    cases = {name: select(means, charge=name) for name in motions.charges()}
+    cases = motions.by_charge(measured["means"])
     return [claim for name, rows in cases.items() for claim in _steps_claims(name, rows)]
 
 
@@ -156,8 +155,7 @@ def steps_plots(measured: Measured) -> list[Plot]:
     title = "The paper's solver: squared error of the angles"
     chosen = quoted.COMPUTATIONS
     figure, axes = _draw(title, measured, "steps a frame", chosen, "steps a frame")
-    for k, name in enumerate(motions.charges()):
-        rows = select(measured["means"], charge=name)
+    for k, rows in enumerate(motions.by_charge(measured["means"]).values()):
         style = {"markersize": 4, "linestyle": ("-", "--")[k]}
         for j, (column, label) in enumerate(LABELS.items()):
             told = label if k == 0 else None
@@ -249,8 +247,7 @@ def points_tables(measured: Measured) -> list[Table]:
 def points_claims(measured: Measured) -> list[Claim]:
     """Judge whether three charges do as well as thirty, and whether either is right."""
     few, many = quoted.CHARGES, quoted.MANY_CHARGES
-    means = measured["means"]
-    cases = {name: select(means, charge=name) for name in motions.charges()}
+    cases = motions.by_charge(measured["means"])
     made = [claim for name, rows in cases.items() for claim in _points_claims(name, rows)]
     at = _forces(measured)
     force = Claim(

@@ -103,8 +103,8 @@ def tables(measured: Measured) -> list[Table]:
 def claims(measured: Measured) -> list[Claim]:
     """Compare with what section 5.3 says of the two figures."""
     by_charge = {
-        name: {str(row["made by"]): row for row in select(measured["folds"], charge=name)}
-        for name in motions.charges()
+        name: {str(row["made by"]): row for row in rows}
+        for name, rows in motions.by_charge(measured["folds"]).items()
     }
     shapes = [_shape(name, folds) for name, folds in by_charge.items()]
     passive = [_passive(name, folds) for name, folds in by_charge.items()]
@@ -207,7 +207,7 @@ def plots(measured: Measured) -> list[Plot]:
 
 def _draw_displacement(rows: list[Row]) -> Any:
     figure, axes = panels(2, "", 5.6, 4.2)
-    for axis, mine in motions.by_charge(axes, rows):
+    for axis, mine in motions.axes_by_charge(axes, rows):
         for k, (differing, (one, other)) in enumerate(PAIRS.items()):
             axis.plot(
                 numbers(mine, "time [s]"),
@@ -221,12 +221,11 @@ def _draw_displacement(rows: list[Row]) -> Any:
 
 
 def _draw_angles(rows: list[Row]) -> Any:
-    names = list(motions.charges())
+    charges = motions.by_charge(rows)
     joints = sum(key.startswith(PAPER) for key in rows[0])
-    figure, axes = panels(joints, "", 2.7, 2.8, rows=len(names))
-    axes = axes.reshape(len(names), joints)
-    for row, name in zip(axes, names, strict=True):
-        mine = select(rows, charge=name)
+    figure, axes = panels(joints, "", 2.7, 2.8, rows=len(charges))
+    axes = axes.reshape(len(charges), joints)
+    for row, (name, mine) in zip(axes, charges.items(), strict=True):
         for j, axis in enumerate(row, start=1):
             for k, made_by in enumerate((PAPER, OURS, DEVICE)):
                 axis.plot(

@@ -77,12 +77,17 @@ def each_charge(progress: Progress) -> Iterator[tuple[tuple[str, float], Tick]]:
     return each_case(progress, list(charges().items()), lambda case: case[0])
 
 
-def by_charge(axes: Any, rows: list[Row]) -> Iterator[tuple[Any, list[Row]]]:
+def by_charge(rows: list[Row]) -> dict[str, list[Row]]:
+    """Return the rows of each charge by its name."""
+    return {name: select(rows, charge=name) for name in charges()}
+
+
+def axes_by_charge(axes: Any, rows: list[Row]) -> Iterator[tuple[Any, list[Row]]]:
     """Yield an axis and its rows for each charge, to be drawn over time."""
-    for axis, name in zip(axes, charges(), strict=False):
+    for axis, (name, mine) in zip(axes, by_charge(rows).items(), strict=False):
         axis.set_title(f"{name} on a pole face", fontsize=10)
         axis.set_xlabel("time [s]")
-        yield axis, select(rows, charge=name)
+        yield axis, mine
 
 
 def literal(charge: float) -> Scene:

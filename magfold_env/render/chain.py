@@ -156,14 +156,7 @@ class Touch(NamedTuple):
 def touches(angles: FloatArray, base: FloatArray, side: float) -> list[Touch]:
     """Return the faces that lie on one another; a corner on a face is none.
 
-    Parameters
-    ----------
-    angles
-        Absolute headings [rad], shape (n,).
-    base
-        Component 1's outer hinge [m], shape (2,).
-    side
-        Edge length of a casing [m].
+    Headings [rad] have the shape (n,), component 1's outer hinge [m] has (2,).
     """
     turns = angles[:, None] + FACE_NORMALS
     normals = np.stack([np.cos(turns), np.sin(turns)], axis=-1)

@@ -35,17 +35,7 @@ def draw_ensemble(ensemble: Ensemble, path: str | Path) -> None:
 
 
 def bar_chart(panels: Mapping[str, Sequence[Bar]], columns: int = 3, title: str = "") -> Any:
-    """Return a figure with a panel of bars for each entry, row by row.
-
-    Parameters
-    ----------
-    panels
-        Bars by the panel's title, most frequent first.
-    columns
-        Panels in a row.
-    title
-        Of the figure.
-    """
+    """Return a figure with a panel of bars, most frequent first, for each title, row by row."""
     columns = min(columns, len(panels))
     rows = math.ceil(len(panels) / columns)
     figure = figure_class()(figsize=(_WIDTH * columns, _HEIGHT * rows), layout="constrained")

@@ -80,16 +80,9 @@ class Snapshot:
 def snapshot_picture(
     snapshot: Snapshot, size: Size = SNAPSHOT_SIZE, view: View | None = None
 ) -> Image.Image:
-    """Return the picture of a snapshot.
+    """Return the picture of a snapshot, of a width and a height [px].
 
-    Parameters
-    ----------
-    snapshot
-        What to show.
-    size
-        Width and height [px].
-    view
-        Part of the plane to show at least, `snapshot_view` by default.
+    It shows a part of the plane at least, `snapshot_view` by default.
     """
     width, height = size
     panel = round(_PANEL * width)

@@ -148,14 +148,9 @@ def enough_repeats(
     least: float = LASTING,
     clock: Callable[[], float] = time.thread_time,
 ) -> int:
-    """Return how often to repeat compiled work in one call, so that the call itself costs nothing.
+    """Return how often compiled work must repeat itself in one call that lasts `least` [s].
 
-    Parameters
-    ----------
-    work
-        Repeats itself so many times in one call.
-    least
-        How long the call shall last [s].
+    The call itself then costs nothing.
     """
     work(1)  # compiles
     repeats = 1

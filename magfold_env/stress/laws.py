@@ -172,12 +172,10 @@ def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
         told = fold.status is FoldStatus.FOLDED
         verdict.require("status", told == shut, "told folded" if told else "told misfolded")
         return
-    if "a second are the limit" in fold.message:
-        capped = fold.steps >= solver.max_steps_per_second
-        verdict.require("status", capped, "told a limit that was not met")
-    elif "are the limit" in fold.message:
-        capped = fold.steps >= solver.max_steps
-        verdict.require("status", capped, "told a limit that was not met")
+    if "are the limit" in fold.message:
+        a_second = "a second are the limit" in fold.message
+        most = solver.max_steps_per_second if a_second else solver.max_steps
+        verdict.require("status", fold.steps >= most, "told a limit that was not met")
     else:
         fed = float(motion.time[motion.released < scene.n].max(initial=0.0))
         late = fold.time >= (fed + scene.duration) * (1.0 - 1e-9)
