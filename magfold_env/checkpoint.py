@@ -1,7 +1,5 @@
 """What a long run has found so far, in files that a kill cannot break."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import time

@@ -1,7 +1,5 @@
 """Files: where shipped settings lie, writing that never leaves half a file, and reading back."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

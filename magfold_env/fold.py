@@ -1,14 +1,12 @@
 """Fold: what a simulation ends with; Trajectory: how it got there, and what moved on the way."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Self, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -51,7 +49,7 @@ class Trajectory:
         """Return the number of frames."""
         return len(self.time)
 
-    def finite(self) -> Trajectory:
+    def finite(self) -> Self:
         """Return the frames before numbers broke down: all of them, if none did.
 
         Raises
@@ -64,7 +62,7 @@ class Trajectory:
         count = len(self) if sound.all() else int(sound.argmin())
         if count == 0:
             raise ValueError("folds: a trajectory without a finite frame is not allowed")
-        return Trajectory(**{name: value[:count] for name, value in vars(self).items()})
+        return type(self)(**{name: value[:count] for name, value in vars(self).items()})
 
 
 @dataclass(frozen=True, eq=False)

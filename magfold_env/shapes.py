@@ -4,8 +4,6 @@ A word has one letter a joint, from component 1 to n: L (+90°), S (0) or R (-90
 in half diagonals, in which the centres of any word lie on integers; see `cells`.
 """
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figures 15 and 16: pendula, how well integrators keep their energy and what they cost."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import partial

@@ -1,12 +1,10 @@
 """What a figure or table of the paper is here: numbers, and claims, tables and plots of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Self
 
 from magfold_env.reporting.page import Tone, Verdict
 from magfold_env.reporting.plotting import save_figure
@@ -40,7 +38,7 @@ class Claim(NamedTuple):
     """Whether the sequences were reconstructed so that it holds."""
 
     @classmethod
-    def unless(cls, stated: str, found: str, holds: bool, why_not: str) -> Claim:
+    def unless(cls, stated: str, found: str, holds: bool, why_not: str) -> Self:
         """Return a claim with a reason that counts if it does not hold."""
         return cls(stated, found, holds, "" if holds else why_not)
 
@@ -71,35 +69,26 @@ class Plot(NamedTuple):
     """Draws it into a file."""
 
     @classmethod
-    def of(cls, name: str, figure: Any, caption: str) -> Plot:
+    def of(cls, name: str, figure: Any, caption: str) -> Self:
         """Return the picture that shows a figure of matplotlib's."""
         return cls(name, caption, partial(save_figure, figure))
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """The counterpart of a figure or a table.
-
-    Attributes
-    ----------
-    name : str
-        For ``--only``, and of its files.
-    title : str
-        Its heading.
-    shows, computed, missing : str
-        What the paper shows, what is computed here, and what is not covered.
-    measure : callable
-        Takes whether to do less, and a progress; everything else is made of what it returns.
-    tables, claims, plots : callable
-        Make tables, comparisons and pictures of it.
-    """
+    """The counterpart of a figure or a table."""
 
     name: str
+    """For ``--only``, and of its files."""
     title: str
     shows: str
+    """In the paper."""
     computed: str
+    """Here."""
     missing: str
+    """What is not covered."""
     measure: Callable[[bool, Progress], Measured]
+    """Takes whether to do less; tables, comparisons and pictures are made of what it returns."""
     tables: Callable[[Measured], list[Table]]
     claims: Callable[[Measured], list[Claim]]
     plots: Callable[[Measured], list[Plot]]

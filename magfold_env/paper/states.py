@@ -1,10 +1,8 @@
 """The paper's sequences, its names for their folded states, and pictures of states."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 from magfold_env.minimiser import State, minimise
 from magfold_env.paper.reproduction import Plot
@@ -31,7 +29,7 @@ class Drawn(NamedTuple):
     stable: bool
 
     @classmethod
-    def of(cls, row: Row) -> Drawn:
+    def of(cls, row: Row) -> Self:
         """Return what is drawn of a row."""
         listed = [pair.split("-") for pair in str(row["conflicts"]).split(", ") if pair]
         conflicts = tuple((int(first), int(second)) for first, second in listed)

@@ -32,49 +32,34 @@ _KEY = (
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What a picture shows.
-
-    Attributes
-    ----------
-    scene : Scene
-        Sizes, tube and sequence.
-    angles : array, shape (n,)
-        Absolute headings [rad].
-    base : array, shape (2,)
-        Component 1's outer hinge [m].
-    released : int
-        Number of components out of the tube.
-    target : str
-        The wanted fold word.
-    held : array of bool, shape (n,)
-        Which components friction holds.
-    title, message : str
-        How far the episode has come, and how it ended in words.
-    rows : tuple of (str, str)
-        Names and values of what is to be read.
-    predicted : str, optional
-        The fold word that was predicted.
-    is_loaded : bool
-        False while no magnets are chosen of a chain that is built beforehand.
-    marked : int, optional
-        Index of a component in the tube whose magnets are being chosen; its faces are numbered.
-    overlay : tuple of str
-        Lines of text over the chain; a tab parts two columns.
-    """
+    """What a picture shows."""
 
     scene: Scene
+    """Sizes, tube and sequence."""
     angles: FloatArray
+    """Absolute headings [rad], shape (n,)."""
     base: FloatArray
+    """Component 1's outer hinge [m], shape (2,)."""
     released: int
+    """Number of components out of the tube."""
     target: str
+    """The wanted fold word."""
     held: BoolArray
+    """Which components friction holds, shape (n,)."""
     title: str
+    """How far the episode has come."""
     message: str = ""
+    """How it ended in words."""
     rows: tuple[tuple[str, str], ...] = ()
+    """Names and values of what is to be read."""
     predicted: str | None = None
+    """The fold word that was predicted."""
     is_loaded: bool = True
+    """False while no magnets are chosen of a chain that is built beforehand."""
     marked: int | None = None
+    """Index of a component in the tube whose magnets are being chosen; its faces are numbered."""
     overlay: tuple[str, ...] = ()
+    """Lines of text over the chain; a tab parts two columns."""
 
 
 def snapshot_picture(

@@ -1,7 +1,5 @@
 """What the page is told of a fold: lengths in mm, energies in mJ, rounded to what can be seen."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

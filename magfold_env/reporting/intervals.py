@@ -1,7 +1,5 @@
 """Shares of successes with their confidence intervals."""
 
-from __future__ import annotations
-
 import importlib
 from dataclasses import dataclass
 from typing import Any
@@ -9,20 +7,14 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Share:
-    """Successes among trials, with Wilson's 95 % confidence interval.
-
-    Attributes
-    ----------
-    successes, trials : int
-        Counts.
-    low, high : float
-        Ends of the interval of the probability of success.
-    """
+    """Successes among trials, with Wilson's 95 % confidence interval."""
 
     successes: int
     trials: int
     low: float
+    """Lower end of the interval of the probability of success."""
     high: float
+    """Upper end."""
 
     @property
     def rate(self) -> float:

@@ -1,7 +1,5 @@
 """One self-contained HTML page for results: prose, tables and pictures, nothing from elsewhere."""
 
-from __future__ import annotations
-
 import html
 import re
 from base64 import b64encode

@@ -1,7 +1,5 @@
 """What all diagrams share. Needs matplotlib, from the extra `render`."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Rows of what was measured: columns of them, and how they are shown, written and judged."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -5,11 +5,9 @@ tolerance allows may differ between views: what differs must do so at two far ti
 far more than either view does from one tolerance to another.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -44,7 +42,7 @@ class End(NamedTuple):
     """Whether its steps were too many: where that stops a chain depends on rounding."""
 
     @classmethod
-    def of(cls, fold: Fold) -> End:
+    def of(cls, fold: Fold) -> Self:
         """Return how a fold ends."""
         return cls(fold.status, fold.joint_angles, "are the limit" in fold.message)
 

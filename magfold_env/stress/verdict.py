@@ -1,11 +1,9 @@
 """What the laws say about one case, and what many cases add up to."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 Counts = Counter[str]
 
@@ -82,7 +80,7 @@ class Tally:
             laws = [[each.law, str(each)] for each in verdict.broken]
             self.failures.append({"case": case, "kind": kind, "broken": laws})
 
-    def merge(self, other: Tally) -> None:
+    def merge(self, other: Self) -> None:
         """Count what another one counts."""
         for kind, counts in other.statuses.items():
             self.statuses.setdefault(kind, Counts()).update(counts)
