@@ -1,15 +1,15 @@
 """Fold: what a simulation ends with; Trajectory: how it got there, and what moved on the way."""
 
 import json
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
+from pydantic_core import from_json, to_json
 
 from magfold_env.files import write_text
 from magfold_env.replay import Recording, write_html
@@ -126,7 +126,7 @@ class Fold:
         }
         if self.trajectory is not None:
             data["trajectory"] = dict(vars(self.trajectory))
-        return cast("dict[str, Any]", _finite(data))
+        return from_json(to_json(data, inf_nan_mode="null", fallback=np.ndarray.tolist))
 
     def to_json(self, path: str | Path) -> None:
         """Write `to_dict` to a file, under a temporary name first."""
@@ -252,16 +252,3 @@ def _base_velocity(
         drift = np.gradient(np.einsum("i,mia->ma", share, place), motion.time[free], axis=0)
         velocity[free] = drift - np.einsum("i,mia->ma", share, inner[free])
     return velocity
-
-
-def _finite(value: Any) -> Any:
-    """Return plain values in which a number JSON cannot hold (a failed fold's) is None."""
-    if isinstance(value, np.ndarray):
-        return _finite(value.tolist())
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in cast("dict[str, Any]", value).items()}
-    if isinstance(value, list):
-        return [_finite(item) for item in cast("list[Any]", value)]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
