@@ -49,8 +49,7 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
             load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread or []
         )
         asked = Workers(workers, cast("Any", backend), address)
-        with options.progress_bar(text=False, count=True) as bar:
-            task = bar.add_task("", total=runs)
+        with options.progress_of(runs, text=False, count=True) as tell:
             made = ensembles.ensemble(
                 changed,
                 runs,
@@ -59,7 +58,7 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
                 backend=asked.backend,
                 address=asked.address,
                 state=None if out is None else out / "state",
-                progress=lambda made, total: bar.update(task, completed=made, total=total),
+                progress=lambda made, total: tell(made),
             )
         show(made)
         options.say_written(*write(made, out, png))

@@ -1,6 +1,6 @@
 """What commands share: their options, checks before the long work, and how they tell things."""
 
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -95,6 +95,20 @@ def progress_bar(*, text: bool = True, count: bool = False) -> progress.Progress
     return progress.Progress(
         *columns, console=console, transient=True, disable=not console.is_terminal
     )
+
+
+@contextmanager
+def progress_of(
+    total: float, *, text: bool = True, count: bool = False
+) -> Generator[Callable[..., None]]:
+    """Offer what takes how much of one task is done, and what is going on: see `progress_bar`."""
+    with progress_bar(text=text, count=count) as bar:
+        task = bar.add_task("", total=total)
+
+        def tell(done: float, what: str = "") -> None:
+            bar.update(task, completed=done, description=what)
+
+        yield tell
 
 
 def show(*what: RenderableType) -> None:

@@ -100,7 +100,9 @@ def render(page: Page) -> str:
             f'<section id="{n}">\n<h2>{_escaped(s.title)}</h2>\n{_blocks(s.blocks)}\n</section>'
             for n, s in named
         ),
-        provenance=_provenance(page.provenance),
+        provenance=f"<section>\n<h2>How it was made</h2>\n{_entries(page.provenance)}\n</section>"
+        if page.provenance
+        else "",
     )
 
 
@@ -162,12 +164,6 @@ def _table(table: Table) -> str:
 def _row(tag: str, kinds: Sequence[str], texts: Sequence[str]) -> str:
     cells = (f"<{tag}{k}>{_escaped(t)}</{tag}>" for k, t in zip(kinds, texts, strict=True))
     return f"<tr>{''.join(cells)}</tr>"
-
-
-def _provenance(record: Mapping[str, str]) -> str:
-    if not record:
-        return ""
-    return f"<section>\n<h2>How it was made</h2>\n{_entries(record)}\n</section>"
 
 
 def _slug(title: str) -> str:
