@@ -1,7 +1,5 @@
 """What a long run has found so far, in files that a kill cannot break."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import time
@@ -41,14 +39,8 @@ class Checkpoint:
         self._saved = time.monotonic()
 
     def load(self) -> list[Any]:
-        """Return the records of all files, in the order they were added.
-
-        Raises
-        ------
-        CheckpointError
-            If a file is damaged or holds another key.
-        """
-        return [record for path in self._paths() for record in self._read(path)]
+        """Return the records of all files as they are; see `read`."""
+        return self.read(lambda record: record)
 
     def read(self, make: Callable[[Any], T]) -> list[T]:
         """Return what ``make`` makes of every record, in the order they were added.
@@ -56,7 +48,8 @@ class Checkpoint:
         Raises
         ------
         CheckpointError
-            Also if ``make`` raises a ValueError, a TypeError or the like.
+            If a file is damaged or holds another key, or if ``make`` raises a ValueError, a
+            TypeError or the like.
         """
         made: list[T] = []
         for path in self._paths():
@@ -84,7 +77,8 @@ class Checkpoint:
         paths = self._paths()
         number = int(paths[-1].stem.removeprefix("part-")) + 1 if paths else 0
         content = {"key": self._key, "records": self._pending}
-        text = _canonical({"checksum": _checksum(content), **content})
+        # Not canonical: the columns of a kept table stay in their order.
+        text = json.dumps({"checksum": _checksum(content), **content}, separators=(",", ":"))
         write_text(self._folder / f"part-{number:06d}.json", text + "\n")
         self._pending = []
 

@@ -1,7 +1,5 @@
 """Files: where shipped settings lie, writing that never leaves half a file, and reading back."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -27,9 +25,14 @@ def physics_digest() -> str:
 
     Results that were kept are those of today's physics only if it is the same.
     """
+    return sources_digest("engine/**/*.py", "scene/*.py", "shapes.py", "simulation/*.py")
+
+
+def sources_digest(*patterns: str) -> str:
+    """Return a hash of the package's files that match patterns of `Path.glob`, in order."""
     package = Path(__file__).resolve().parent
     digest = hashlib.sha256()
-    for pattern in ("engine/**/*.py", "scene/*.py", "shapes.py", "simulation/*.py"):
+    for pattern in patterns:
         for path in sorted(package.glob(pattern)):
             digest.update(path.name.encode())
             digest.update(path.read_bytes())

@@ -1,17 +1,15 @@
 """Fold: what a simulation ends with; Trajectory: how it got there, and what moved on the way."""
 
-from __future__ import annotations
-
 import json
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
+from pydantic_core import from_json, to_json
 
 from magfold_env.files import write_text
 from magfold_env.replay import Recording, write_html
@@ -51,7 +49,7 @@ class Trajectory:
         """Return the number of frames."""
         return len(self.time)
 
-    def finite(self) -> Trajectory:
+    def finite(self) -> Self:
         """Return the frames before numbers broke down: all of them, if none did.
 
         Raises
@@ -64,7 +62,7 @@ class Trajectory:
         count = len(self) if sound.all() else int(sound.argmin())
         if count == 0:
             raise ValueError("folds: a trajectory without a finite frame is not allowed")
-        return Trajectory(**{name: value[:count] for name, value in vars(self).items()})
+        return type(self)(**{name: value[:count] for name, value in vars(self).items()})
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +126,7 @@ class Fold:
         }
         if self.trajectory is not None:
             data["trajectory"] = dict(vars(self.trajectory))
-        return cast("dict[str, Any]", _finite(data))
+        return from_json(to_json(data, inf_nan_mode="null", fallback=np.ndarray.tolist))
 
     def to_json(self, path: str | Path) -> None:
         """Write `to_dict` to a file, under a temporary name first."""
@@ -192,17 +190,7 @@ def loaded(scene: Scene, released: npt.ArrayLike) -> BoolArray:
     """Return which components have their magnets, component 1 first.
 
     All, unless the scene loads them at the mouth: then those released, and the one on its way out.
-
-    Parameters
-    ----------
-    scene
-        Gives the tube.
-    released
-        Numbers of components out of the tube, shape (m,).
-
-    Returns
-    -------
-    (m, n) array of bool
+    Of m numbers of components out of the tube, shape (m,), the result has the shape (m, n).
     """
     count = np.asarray(released)[:, None]
     if scene.mount != "tube" or scene.feed.loading == "preloaded":
@@ -246,14 +234,8 @@ def _base_velocity(
 ) -> FloatArray:
     """Return the velocity of component 1's outer hinge [m/s], shape (m, 2).
 
-    Parameters
-    ----------
-    scene, motion
-        As in `kinetic_energy`.
-    inner
-        Velocities of the centres relative to it [m/s], shape (m, n, 2).
-    end
-        And of component n's outer hinge, shape (m, 2).
+    Relative to it, `inner` are those of the centres, shape (m, n, 2), and `end` that of component
+    n's outer hinge, shape (m, 2).
     """
     velocity = np.zeros_like(motion.base)
     if scene.mount == "pinned":
@@ -270,16 +252,3 @@ def _base_velocity(
         drift = np.gradient(np.einsum("i,mia->ma", share, place), motion.time[free], axis=0)
         velocity[free] = drift - np.einsum("i,mia->ma", share, inner[free])
     return velocity
-
-
-def _finite(value: Any) -> Any:
-    """Return plain values in which a number JSON cannot hold (a failed fold's) is None."""
-    if isinstance(value, np.ndarray):
-        return _finite(value.tolist())
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in cast("dict[str, Any]", value).items()}
-    if isinstance(value, list):
-        return [_finite(item) for item in cast("list[Any]", value)]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

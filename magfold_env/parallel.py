@@ -1,7 +1,5 @@
 """One function over many tasks: on threads, on processes, or on a Ray cluster, through joblib."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import time
@@ -32,17 +30,6 @@ _WAVE = 2.0
 class Workers:
     """What computes: how many workers, of which kind, and where.
 
-    Attributes
-    ----------
-    count : int or None
-        How many work at a time; None takes all cores, or a cluster's CPUs.
-    backend : {"threads", "processes", "ray"} or None
-        Threads of this process, processes of this machine, or a Ray cluster. None takes processes
-        where more than four work on many tasks, else threads: outside the kernels, a quarter of a
-        short release, threads wait for each other; but processes take seconds to start.
-    address : str or None
-        Of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts one here.
-
     Raises
     ------
     SceneError
@@ -50,8 +37,16 @@ class Workers:
     """
 
     count: int | None = None
+    """How many work at a time; None takes all cores, or a cluster's CPUs."""
     backend: Backend | None = None
+    """Threads of this process, processes of this machine, or a Ray cluster.
+
+    None takes processes where more than four work on many tasks, else threads: outside the
+    kernels, a quarter of a short release, threads wait for each other; but processes take seconds
+    to start.
+    """
     address: str | None = None
+    """Of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts one here."""
 
     def __post_init__(self) -> None:
         problems: list[Problem] = []

@@ -4,10 +4,6 @@ A word has one letter a joint, from component 1 to n: L (+90°), S (0) or R (-90
 in half diagonals, in which the centres of any word lie on integers; see `cells`.
 """
 
-from __future__ import annotations
-
-from itertools import product
-
 import numpy as np
 import numpy.typing as npt
 
@@ -75,11 +71,6 @@ def mirror(word: str) -> str:
     return parse_word(word).translate(_FLIP)
 
 
-def reverse(word: str) -> str:
-    """Return the word of the same shape read from the other end: letters flipped and reversed."""
-    return parse_word(word).translate(_FLIP)[::-1]
-
-
 def is_fully_folded(word: str) -> bool:
     """Whether every joint is turned (no S); such a word may still overlap."""
     return "S" not in parse_word(word)
@@ -109,11 +100,6 @@ def overlaps(word: str) -> bool:
     """
     centres = cells(word)
     return len(np.unique(centres, axis=0)) < len(centres)
-
-
-def words(n: int) -> list[str]:
-    """Return the words of n components without overlap, sorted L, R, S."""
-    return sorted(w for w in map("".join, product(LETTERS, repeat=n - 1)) if not overlaps(w))
 
 
 def folded_words(n: int) -> list[str]:

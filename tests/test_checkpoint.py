@@ -28,6 +28,12 @@ def test_records_come_back_in_order_and_bit_for_bit(tmp_path: Path) -> None:
     assert len(list((tmp_path / "state").iterdir())) == 2
 
 
+def test_the_columns_of_a_kept_row_stay_in_their_order(tmp_path: Path) -> None:
+    written(tmp_path / "state", [{"word": "LR", "energy": 1.0}])
+    (row,) = Checkpoint(tmp_path / "state", KEY).load()
+    assert list(row) == ["word", "energy"]
+
+
 def test_nothing_is_written_before_there_is_something(tmp_path: Path) -> None:
     kept = written(tmp_path / "state", [])
     assert kept.load() == []

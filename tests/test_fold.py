@@ -86,6 +86,6 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path: Path) -> None:
     path.write_text("old", encoding="utf-8")
     broken = _fold("LR")
     object.__setattr__(broken, "message", object())  # JSON cannot hold it
-    with pytest.raises(TypeError):
+    with pytest.raises(ValueError, match="Error serializing to JSON"):
         broken.to_json(path)
     assert path.read_text(encoding="utf-8") == "old"

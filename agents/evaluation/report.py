@@ -20,7 +20,7 @@ from agents.settings import EnvSettings
 from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
 from magfold_env.files import write_text
-from magfold_env.reporting.statistics import Share, share
+from magfold_env.reporting.intervals import Share, share
 from magfold_env.shapes import word_to_angles
 
 FORMAT = "magfold_env evaluation 2"

@@ -18,7 +18,7 @@ from magfold_env.designer.task import SPEEDS, Choice, default_scene
 from magfold_env.ensembles import ensemble, release
 from magfold_env.minimiser import Mode
 from magfold_env.reporting import tables
-from magfold_env.reporting.statistics import Share
+from magfold_env.reporting.intervals import Share
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import folded_words

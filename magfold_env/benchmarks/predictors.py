@@ -23,7 +23,7 @@ from magfold_env.laws.random_scenes import random_sequence
 from magfold_env.minimiser import Landscape, Mode, descend, ground_state, minimise
 from magfold_env.parallel import Backend
 from magfold_env.reporting import timing
-from magfold_env.reporting.statistics import share
+from magfold_env.reporting.intervals import share
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, each_case
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words, headings

@@ -3,7 +3,6 @@
 from typing import Annotated, Any, cast
 
 import typer
-from rich.console import Console
 
 from magfold_env.cli import bench, design, ensemble, fold, minimise, options, paper, stress
 from magfold_env.scene import load_scene, scene_names
@@ -76,7 +75,7 @@ def scenes() -> None:
             magnets = "none" if scene.magnets is None else scene.magnets.model
             cells = (name, str(scene.n), scene.mount, magnets, scene.solver.method)
             table.add_row(*cells, " ".join(scene.sequence))
-        Console().print(table)
+        options.show(table)
 
 
 app.add_typer(bench.bench, name="bench")

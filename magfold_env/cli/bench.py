@@ -9,14 +9,9 @@ from typing import Annotated
 import typer
 
 from magfold_env.benchmarks.descriptions import Summary, descriptions
-from magfold_env.cli.options import errors_in_one_line
+from magfold_env.cli import options
 
 bench = typer.Typer(no_args_is_help=True)
-
-Quick = Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")]
-Out = Annotated[
-    Path | None, typer.Option(help="Folder for CSV, JSON and PNG files; made if need be.")
-]
 
 
 @bench.callback(invoke_without_command=True)
@@ -50,7 +45,7 @@ def suite(
         raise typer.BadParameter("one of --quick and --full must be given, or a benchmark's name")
     effort = "quick" if quick else "full"
     command = import_module("magfold_env.benchmarks.suite")
-    with errors_in_one_line():
+    with options.errors_in_one_line():
         complete = command.run(effort, out or Path("runs") / f"bench-{effort}")
     if not complete:
         raise typer.Exit(1)
@@ -62,14 +57,16 @@ def _add(name: str, summary: Summary) -> None:
     @bench.command(name, help=summary.measures)
     def measure(  # pyright: ignore[reportUnusedFunction] - typer holds it
         *,
-        quick: Quick = False,
+        quick: options.Quick = False,
         only: Annotated[
             list[str] | None,
             typer.Option(help=f"A part: {', '.join(summary.parts)}; may repeat."),
         ] = None,
-        out: Out = None,
+        out: Annotated[
+            Path | None, typer.Option(help="Folder for CSV, JSON and PNG files; made if need be.")
+        ] = None,
     ) -> None:
-        with errors_in_one_line():
+        with options.errors_in_one_line():
             import_module("magfold_env.benchmarks.parts").run(name, only or [], quick, out)
 
 

@@ -4,9 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any, cast
 
 import typer
-from rich.console import Console
 from rich.progress import TaskID
-from rich.table import Table
 
 from magfold_env import designer
 from magfold_env.cli import options
@@ -80,14 +78,11 @@ def design(  # noqa: PLR0913 - one parameter an option
 
 def show(design: designer.Design) -> None:
     """Print a design and what speaks for it, or why there is none."""
-    console = Console()
     if design.scene is None:
-        console.print(f"{design.target}: cannot be reached; {design.certificate}", soft_wrap=True)
+        typer.echo(f"{design.target}: cannot be reached; {design.certificate}")
         return
-    table = Table(title=f"{design.target}, {design.mode}: {design.objective}", show_header=False)
-    for name, value in _rows(design):
-        table.add_row(name, value)
-    console.print(table)
+    title = f"{design.target}, {design.mode}: {design.objective}"
+    options.show(options.entries(title, _rows(design)))
 
 
 def write(design: designer.Design, out: Path | None, json: Path | None) -> list[Path]:
@@ -106,27 +101,27 @@ def write(design: designer.Design, out: Path | None, json: Path | None) -> list[
     return written
 
 
-def _rows(design: designer.Design) -> list[tuple[str, str]]:
-    rows = [("sequence", " ".join(design.sequence))]
+def _rows(design: designer.Design) -> dict[str, str]:
+    rows = {"sequence": " ".join(design.sequence)}
     if design.speed is not None:
         speeds = design.speed if isinstance(design.speed, tuple) else (design.speed,)
-        rows.append(("feed", f"{design.mode}, {', '.join(f'{each:g}' for each in speeds)} m/s"))
+        rows["feed"] = f"{design.mode}, {', '.join(f'{each:g}' for each in speeds)} m/s"
     if design.probability is not None:
         fresh = f"{design.probability} of {design.probability.trials} releases of its own"
-        rows.append((f"folds into {design.target}", fresh))
+        rows[f"folds into {design.target}"] = fresh
     if (evidence := design.evidence) is not None:
         side = "higher" if evidence.gap >= 0.0 else "lower"
         stable = "yes, as the only word" if evidence.only_stable else "yes"
-        rows += [
-            ("energy", f"{1e3 * evidence.energy:.3f} mJ"),
-            ("next word", f"{evidence.rival}, {1e3 * abs(evidence.gap):.3f} mJ {side}"),
-            ("bears errors of single magnets", f"{100 * evidence.tolerance:.0f} %"),
-            ("stable", stable if evidence.stable else "no"),
-        ]
+        rows |= {
+            "energy": f"{1e3 * evidence.energy:.3f} mJ",
+            "next word": f"{evidence.rival}, {1e3 * abs(evidence.gap):.3f} mJ {side}",
+            "bears errors of single magnets": f"{100 * evidence.tolerance:.0f} %",
+            "stable": stable if evidence.stable else "no",
+        }
     if (short := design.shortfall) is not None:
         gap = design.objective == "gap"
         by = f"by {1e3 * short:.3f} mJ" if gap else f"by {100 * short:.1f} %"
-        rows.append(("below the proven optimum", by))
-    rows.append(("asked", ", ".join(f"{count} {name}" for name, count in design.calls.items())))
-    rows.append(("reached", "yes" if design.reached else "no"))
+        rows["below the proven optimum"] = by
+    rows["asked"] = ", ".join(f"{count} {name}" for name, count in design.calls.items())
+    rows["reached"] = "yes" if design.reached else "no"
     return rows

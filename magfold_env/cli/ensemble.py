@@ -1,19 +1,17 @@
 """`magfold ensemble`: release a chain many times, and show and write what came of it."""
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, cast
 
 import typer
-from rich.console import Console
 
 from magfold_env import ensembles
 from magfold_env.cli import options
 from magfold_env.files import write_text
 from magfold_env.parallel import Workers
-from magfold_env.reporting.statistics import Share
+from magfold_env.reporting.intervals import Share
+from magfold_env.reporting.tables import Row, to_csv
 from magfold_env.scene import Problem, Scene, SceneError, Spreads, load_scene
 
 _ANGLES = "start_angles"
@@ -51,8 +49,7 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
             load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread or []
         )
         asked = Workers(workers, cast("Any", backend), address)
-        with options.progress_bar(text=False, count=True) as bar:
-            task = bar.add_task("", total=runs)
+        with options.progress_of(runs, text=False, count=True) as tell:
             made = ensembles.ensemble(
                 changed,
                 runs,
@@ -61,7 +58,7 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
                 backend=asked.backend,
                 address=asked.address,
                 state=None if out is None else out / "state",
-                progress=lambda made, total: bar.update(task, completed=made, total=total),
+                progress=lambda made, total: tell(made),
             )
         show(made)
         options.say_written(*write(made, out, png))
@@ -75,20 +72,9 @@ def changed_scene(
     friction: float | None = None,
     spreads: Sequence[str] = (),
 ) -> Scene:
-    """Return the scene that the options ask for.
+    """Return the scene that the options of `ensemble` ask for; None leaves it as it is.
 
-    Parameters
-    ----------
-    scene
-        As it was loaded.
-    mode
-        How the chain is released; None leaves it as it is.
-    speed
-        Feed speed [m/s]; None leaves it as it is.
-    friction
-        Coefficient; None leaves it as it is.
-    spreads
-        Texts like ``friction=0.1``; ``start_angles`` [rad] also takes back given start angles.
+    A spread of ``start_angles`` also takes back given start angles.
 
     Raises
     ------
@@ -124,9 +110,7 @@ def show(made: ensembles.Ensemble) -> None:
     statuses = options.table("By status", {"status": False, **numbers})
     for status, found in made.statuses.items():
         statuses.add_row(status.value, *_cells(found))
-    console = Console()
-    console.print(outcomes)
-    console.print(statuses)
+    options.show(outcomes, statuses)
 
 
 def write(made: ensembles.Ensemble, out: Path | None, png: Path | None) -> list[Path]:
@@ -137,7 +121,12 @@ def write(made: ensembles.Ensemble, out: Path | None, png: Path | None) -> list[
         written = [out / name for name in ("ensemble.json", "runs.csv", "outcomes.csv")]
         made.to_json(written[0])
         made.to_csv(written[1])
-        write_text(written[2], _outcomes_csv(made))
+        rows: list[Row] = [
+            {"word": word, "status": status.value, "runs": found.successes,
+             "probability": found.rate, "low": found.low, "high": found.high}
+            for (word, status), found in made.outcomes.items()
+        ]  # fmt: skip
+        write_text(written[2], to_csv(rows))
     pictures = [path for path in (png, out / "ensemble.png" if out else None) if path is not None]
     if pictures:
         from magfold_env.render import draw_ensemble  # noqa: PLC0415 - an extra
@@ -145,16 +134,6 @@ def write(made: ensembles.Ensemble, out: Path | None, png: Path | None) -> list[
         for path in pictures:
             draw_ensemble(made, path)
     return written + pictures
-
-
-def _outcomes_csv(made: ensembles.Ensemble) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["word", "status", "runs", "probability", "low", "high"])
-    for (word, status), found in made.outcomes.items():
-        numbers = (found.successes, found.rate, found.low, found.high)
-        writer.writerow([word, status.value, *numbers])
-    return text.getvalue()
 
 
 def _cells(found: Share) -> tuple[str, str, str]:

@@ -7,16 +7,17 @@ from dataclasses import asdict
 from typing import Annotated, Any, cast
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from magfold_env import minimiser
 from magfold_env.cli import options
 from magfold_env.files import write_text
+from magfold_env.reporting.tables import joined_pairs, letters
 from magfold_env.scene import Scene, load_scene
 
 MODES = ("forward", "backward")
-_ALPHABET = "abcdefghijklmnopqrstuvwxyz"
+MOST_NAMED = 26
+"""States of one of the paper's sequences that are named, a letter each."""
 
 
 def minimise(
@@ -38,11 +39,8 @@ def minimise(
         # The options are text; the minimiser says which are allowed.
         found = minimiser.minimise(loaded, cast("Any", mode), top, cast("Any", among))
         feeds = _feeds(loaded)
-    console = Console()
-    console.print(states_table(found))
-    if found.decisions:
-        console.print(decisions_table(found))
-    console.print(one_by_one_table(loaded, feeds))
+    decisions = [decisions_table(found)] if found.decisions else []
+    options.show(states_table(found), *decisions, one_by_one_table(loaded, feeds))
     with options.errors_in_one_line(), options.busy("drawing"):
         if png is not None:
             from magfold_env.render import draw_states  # noqa: PLC0415 - an extra
@@ -77,9 +75,9 @@ def states_table(found: minimiser.Minimum) -> Table:
             state.word,
             options.millijoules(state.energy),
             options.millijoules(state.coulomb_score),
-            _pairs(state),
+            joined_pairs(state.conflicts) or "none",
             "yes" if state.stable else "no",
-            _letter(outlines.index(state.outline)),
+            letters(outlines.index(state.outline)).lower(),
             " ".join(state.tied) or "none",
         )
     return table
@@ -116,13 +114,14 @@ def one_by_one_table(scene: Scene, feeds: Sequence[minimiser.Minimum]) -> Table:
     if number is not None:
         title += " (the paper's Table 1)"
         columns += ["state", "in the paper"]
-        stable = minimiser.minimise(scene, top=len(_ALPHABET), among="stable").states
-        names = {s.word: f"S{number}{_letter(k).upper()}" for k, s in enumerate(stable)}
+        stable = minimiser.minimise(scene, top=MOST_NAMED, among="stable").states
+        names = {s.word: f"S{number}{letters(k)}" for k, s in enumerate(stable)}
     shut = "A direction that is missing shuts itself in: every letter overlaps."
     table = _table(title, columns, None if len(feeds) == len(MODES) else shut)
     for found in feeds:
         state = found.best
-        cells = [found.mode, state.word, options.millijoules(state.energy), _pairs(state)]
+        conflicts = joined_pairs(state.conflicts) or "none"
+        cells = [found.mode, state.word, options.millijoules(state.energy), conflicts]
         if number is not None:
             cells += [names.get(state.word, "not stable"), TABLE_1[number][found.mode]]
         table.add_row(*cells)
@@ -146,13 +145,3 @@ def _table(title: str, names: Sequence[str], caption: str | None) -> Table:
     numbers = ("", "joint", "score")
     columns = {name: name in numbers or name.startswith("energy") for name in names}
     return options.table(title, columns, caption)
-
-
-def _letter(index: int) -> str:
-    """Return a, b, ..., z, aa, ab, ... for 0, 1, ..."""
-    more, last = divmod(index, len(_ALPHABET))
-    return (_letter(more - 1) if more else "") + _ALPHABET[last]
-
-
-def _pairs(state: minimiser.State) -> str:
-    return ", ".join(f"{first}-{second}" for first, second in state.conflicts) or "none"

@@ -1,13 +1,14 @@
 """What commands share: their options, checks before the long work, and how they tell things."""
 
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich import progress
-from rich.console import Console
+from rich.console import Console, RenderableType
+from rich.markup import escape
 from rich.status import Status
 from rich.table import Table
 
@@ -44,13 +45,7 @@ def errors_in_one_line() -> Generator[None]:
 
 
 def check_outputs(paths: Mapping[str, Path | None]) -> None:
-    """Fail before the long work if a result could not be written.
-
-    Parameters
-    ----------
-    paths
-        Where to, by the option that says so; None for what is not asked for.
-    """
+    """Fail before the long work if a result could not be written where its option says."""
     for option, path in paths.items():
         if path is not None and not path.parent.is_dir():
             raise ValueError(f"{option}: {str(path)!r} is not allowed; its folder must exist")
@@ -85,12 +80,8 @@ def busy(what: str) -> Status:
 def progress_bar(*, text: bool = True, count: bool = False) -> progress.Progress:
     """Return a bar on stderr, if that is a terminal, that goes when the work is done.
 
-    Parameters
-    ----------
-    text
-        Whether it says what is going on.
-    count
-        Whether it counts and tells the time that is left, rather than the time taken.
+    It says what is going on, if ``text``, and tells the time taken; if ``count``, how much is done
+    and the time that is left.
     """
     columns: list[progress.ProgressColumn] = []
     if text:
@@ -106,6 +97,27 @@ def progress_bar(*, text: bool = True, count: bool = False) -> progress.Progress
     )
 
 
+@contextmanager
+def progress_of(
+    total: float, *, text: bool = True, count: bool = False
+) -> Generator[Callable[..., None]]:
+    """Offer what takes how much of one task is done, and what is going on: see `progress_bar`."""
+    with progress_bar(text=text, count=count) as bar:
+        task = bar.add_task("", total=total)
+
+        def tell(done: float, what: str = "") -> None:
+            bar.update(task, completed=done, description=what)
+
+        yield tell
+
+
+def show(*what: RenderableType) -> None:
+    """Print tables on stdout."""
+    console = Console()
+    for each in what:
+        console.print(each)
+
+
 def wide_console() -> Console:
     """Return a console on stdout that is wide where that is no terminal."""
     console = Console()
@@ -113,18 +125,21 @@ def wide_console() -> Console:
 
 
 def table(title: str, columns: Mapping[str, bool], caption: str | None = None) -> Table:
-    """Return a table without rows; a name of something is never broken.
+    """Return a table without rows, of columns that hold numbers, to the right, or do not.
 
-    Parameters
-    ----------
-    title, caption
-        What stands above and below it.
-    columns
-        Whether they hold numbers, which stand to the right, by their headings.
+    A name of something is never broken.
     """
     made = Table(title=title, caption=caption)
     for name, numbers in columns.items():
         made.add_column(name, justify="right" if numbers else "left", no_wrap=name == "name")
+    return made
+
+
+def entries(title: str, rows: Mapping[str, str]) -> Table:
+    """Return a table of names and values, without headings."""
+    made = Table(show_header=False, title=title)
+    for name, value in rows.items():
+        made.add_row(name, escape(value))
     return made
 
 

@@ -27,12 +27,7 @@ def paper(
         options.need_render(charts=True)
         from magfold_env.paper import run as runs  # noqa: PLC0415 - for this command only
 
-        with options.progress_bar() as bar:
-            task = bar.add_task("", total=1.0)
-
-            def progress(share: float, what: str) -> None:
-                bar.update(task, completed=share, description=what)
-
+        with options.progress_of(1.0) as progress:
             done = runs.run(only or [], quick, out, progress)
         console = options.wide_console()
         for each in done:

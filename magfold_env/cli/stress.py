@@ -34,16 +34,10 @@ def stress(
             options.wide_console().print(report.verdict_table(rerun.name, verdict))
             kept = not verdict.broken
         else:
-            with options.progress_bar(count=True) as bar:
-                task = bar.add_task("", total=cases)
-
-                def progress(tally: campaign.Tally) -> None:
-                    text = f"{len(tally.failures)} break a law"
-                    bar.update(task, completed=tally.cases, description=text)
-
+            with options.progress_of(cases, count=True) as tell:
                 tally = campaign.run(
-                    cases, seed, only or [],
-                    workers=workers, minutes=minutes, out=out, progress=progress,
+                    cases, seed, only or [], workers=workers, minutes=minutes, out=out,
+                    progress=lambda tally: tell(tally.cases, f"{len(tally.failures)} break a law"),
                 )  # fmt: skip
             for table in (report.kinds_table(tally), report.laws_table(tally)):
                 options.wide_console().print(table)

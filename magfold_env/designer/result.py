@@ -8,7 +8,7 @@ from typing import Any, Literal, Self
 from magfold_env.designer.evidence import Evidence
 from magfold_env.files import reading_json, write_text
 from magfold_env.minimiser import Mode
-from magfold_env.reporting.statistics import Share
+from magfold_env.reporting.intervals import Share
 from magfold_env.scene import Scene, base
 
 Objective = Literal["probability", "ground", "unique", "gap", "sensitivity"]

@@ -7,7 +7,7 @@ import yaml
 from pydantic import Field, field_validator, model_validator
 
 from magfold_env.files import configs_dir, write_text
-from magfold_env.reporting.statistics import Share, share
+from magfold_env.reporting.intervals import Share, share
 from magfold_env.scene import Problem, Scene, SceneError, base, io, load_scene
 from magfold_env.shapes import overlaps, parse_word
 

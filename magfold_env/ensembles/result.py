@@ -18,7 +18,7 @@ import numpy.typing as npt
 from magfold_env.ensembles.run import Run, generator
 from magfold_env.files import reading_json, write_text
 from magfold_env.fold import Fold, FoldStatus
-from magfold_env.reporting.statistics import Share, share
+from magfold_env.reporting.intervals import Share, share
 from magfold_env.scene import Scene
 from magfold_env.shapes import FloatArray
 from magfold_env.simulation.simulate import simulate

@@ -24,7 +24,7 @@ from magfold_env.files import physics_digest
 from magfold_env.laws.outcomes import Outcome, moved_starts, reference_of
 from magfold_env.laws.random_scenes import is_designed, random_scene
 from magfold_env.parallel import Workers, finished
-from magfold_env.reporting.statistics import share
+from magfold_env.reporting.intervals import share
 from magfold_env.scene import save_scene
 
 Row = dict[str, Any]

@@ -5,10 +5,11 @@ import numpy as np
 from magfold_env.ensembles import ensemble
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.experiment import RUNS, paper_scene
-from magfold_env.minimiser import minimise
+from magfold_env.minimiser import State, minimise
 from magfold_env.paper import quoted, states
-from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction, select
-from magfold_env.reporting.tables import Cell, Progress, Row, Table
+from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction
+from magfold_env.reporting.intervals import per_cent
+from magfold_env.reporting.tables import Progress, Row, Table, each_case, joined_pairs, select
 from magfold_env.shapes import cells, outline
 
 NEAR = 0.005
@@ -27,15 +28,26 @@ _NONE_FOUND = (
 )
 
 
+def state_row(state: State) -> Row:
+    """Return a state as the pictures and tables need it."""
+    return {
+        "word": state.word,
+        SCORE: 1e3 * state.coulomb_score,
+        "conflicts": joined_pairs(state.conflicts),
+        "contacts": len(state.contacts),
+        "touching": joined_pairs(state.contacts),
+        "stable": "yes" if state.stable else "no",
+    }
+
+
 # --- Table 1 and Figure 6: the search component by component ---------------------------------
 
 
 def search(quick: bool, progress: Progress) -> Measured:
     """Search every sequence in both directions, with both models of its magnets."""
     rows: list[Row] = []
-    for number, ends in quoted.TABLE_1.items():
-        progress(number / len(quoted.TABLE_1), f"sequence {number}")
-        for direction, stated in ends.items():
+    for number, _ in each_case(progress, quoted.SEQUENCES, "sequence {}".format):
+        for direction, stated in quoted.TABLE_1[number].items():
             for model in states.MODELS:
                 best = minimise(states.scene_of(number, model), direction).best
                 rows.append(
@@ -65,10 +77,8 @@ def decisions() -> list[Row]:
             row: Row = {"direction": direction, "step": step, "joint": decision.joint}
             row |= {"word": "".join(letters), SCORE: 1e3 * (least + inside)}
             rows.append(row | {"conflicts": "", "stable": "no"})
-        rows[-1] |= {
-            "conflicts": states.pairs(found.best.conflicts),
-            "stable": "yes" if found.best.stable else "no",
-        }
+        last = state_row(found.best)
+        rows[-1] |= {key: last[key] for key in ("conflicts", "stable")}
     return rows
 
 
@@ -79,7 +89,7 @@ def search_tables(measured: Measured) -> list[Table]:
         same = {key: row[key] for key in ("sequence", "direction")}
         line: Row = {**same, "in the paper": row["in the paper"]}
         for model, name in states.MODELS.items():
-            (found,) = select(measured["ends"], magnets=model, **same)
+            (found,) = select(measured["ends"], same, magnets=model)
             line[f"here, {name}"] = f"{found['state']} ({found['word']})"
         shown.append(line)
     return [Table("Where the search ends", shown)]
@@ -146,22 +156,11 @@ TABLE_1 = Reproduction(
 def lowest(quick: bool, progress: Progress) -> Measured:
     """List all full folds of every sequence in the paper's model, lowest energy first."""
     rows: list[Row] = []
-    for number in quoted.SEQUENCES:
-        progress(number / len(quoted.SEQUENCES), f"sequence {number}")
+    for number, _ in each_case(progress, quoted.SEQUENCES, "sequence {}".format):
         for rank, state in enumerate(states.folded(number), start=1):
-            rows.append(
-                {
-                    "sequence": number,
-                    "rank": rank,
-                    "state": states.names(number).get(state.word, ""),
-                    "word": state.word,
-                    SCORE: 1e3 * state.coulomb_score,
-                    "conflicts": states.pairs(state.conflicts),
-                    "contacts": len(state.contacts),
-                    "touching": states.pairs(state.contacts),
-                    "stable": "yes" if state.stable else "no",
-                }
-            )
+            name = states.names(number).get(state.word, "")
+            case: Row = {"sequence": number, "rank": rank, "state": name}
+            rows.append(case | state_row(state))
     return {"states": rows}
 
 
@@ -174,14 +173,16 @@ def _five(measured: Measured) -> dict[int, list[Row]]:
 def lowest_tables(measured: Measured) -> list[Table]:
     """Return the five lowest states of each sequence."""
     columns = ("state", "word", SCORE, "contacts", "conflicts", "stable")
-    return [
-        Table(f"Sequence {number}", [{key: _cell(row, key) for key in columns} for row in five])
-        for number, five in _five(measured).items()
-    ]
+    made: list[Table] = []
+    for number, five in _five(measured).items():
+        shown = [{key: row[key] or "none" for key in columns} for row in five]
+        made.append(Table(f"Sequence {number}", [with_digits(row, SCORE) for row in shown]))
+    return made
 
 
-def _cell(row: Row, key: str) -> Cell:
-    return f"{float(row[key]):.4f}" if key == SCORE else row[key] or "none"
+def with_digits(row: Row, *columns: str) -> Row:
+    """Return a row in which some numbers have four digits after the point."""
+    return row | {column: f"{float(row[column]):.4f}" for column in columns}
 
 
 def lowest_claims(measured: Measured) -> list[Claim]:
@@ -249,7 +250,8 @@ def _global_minimum(rows: list[Row], by_name: dict[str, Row]) -> Claim:
     others = [r for r in select(rows, sequence=2, stable="yes") if r["state"] != "S2A"]
     more = int(best["contacts"]) - max((int(row["contacts"]) for row in others), default=0)
     turned = states.turned_joints(str(best["word"]), str(s2b["word"]))
-    straight = is_straight(str(s2b["word"]))
+    places = cells(str(s2b["word"]))
+    straight = int(np.linalg.matrix_rank(places - places[0])) <= 1
     return Claim(
         "S2A is the global minimum of sequence 2; it differs from the straight line S2B in the "
         "angle between 4 and 5 alone, joins 3 to 6, and has more faces in contact than any other "
@@ -288,21 +290,14 @@ def _compact(rows: list[Row]) -> Claim:
         if counts != sorted(counts, reverse=True):
             listed = ", ".join(f"{row['state'] or row['word']} {row['contacts']}" for row in stable)
             broken.append(f"sequence {number}: {listed}")
-    stated = "the lower the energy of a stable state, the more faces are in contact."
-    if not broken:
-        return Claim(stated, "in the order of energy, the numbers of contacts never rise.", True)
-    return Claim(
-        stated,
-        f"in the order of energy, contacts rise somewhere: {'; '.join(broken)}.",
-        False,
+    return Claim.unless(
+        "the lower the energy of a stable state, the more faces are in contact.",
+        f"in the order of energy, contacts rise somewhere: {'; '.join(broken)}."
+        if broken
+        else "in the order of energy, the numbers of contacts never rise.",
+        not broken,
         "Contacts are most of the energy, but faces that do not touch act on each other too.",
     )
-
-
-def is_straight(word: str) -> bool:
-    """Whether the centres of a word's casings lie on a line."""
-    places = cells(word)
-    return int(np.linalg.matrix_rank(places - places[0])) <= 1
 
 
 def lowest_plots(measured: Measured) -> list[Plot]:
@@ -346,13 +341,12 @@ def nearly_equal(quick: bool, progress: Progress) -> Measured:
     found = {state.word: state for state in states.folded(1)}
     rows: list[Row] = []
     for name, stated in STATED.items():
-        state = found[states.word_of(name)]
-        row: Row = {"state": name, "word": state.word, SCORE: 1e3 * state.coulomb_score}
-        row |= {"in the paper": stated, "contacts": len(state.contacts), "conflicts": ""}
-        rows.append(row | {"stable": "yes" if state.stable else "no"})
+        row: Row = {"state": name, "in the paper": stated} | state_row(found[states.word_of(name)])
+        order = ("state", "word", SCORE, "in the paper", "contacts", "conflicts", "stable")
+        rows.append({column: row[column] for column in order})
     releases: list[Row] = []
-    for k, (mode, runs) in enumerate(RUNS.items()):
-        progress(k / len(RUNS), f"{runs} releases, {mode}")
+    for mode, _ in each_case(progress, list(RUNS)):
+        runs = RUNS[mode]
         made = ensemble(paper_scene(1, mode), runs)
         for name in STATED:
             share = made.probability(states.word_of(name), FoldStatus.FOLDED)
@@ -363,11 +357,9 @@ def nearly_equal(quick: bool, progress: Progress) -> Measured:
 
 def nearly_equal_tables(measured: Measured) -> list[Table]:
     """Return both energies, and how often each state occurs."""
-    energies: list[Row] = []
-    for row in measured["states"]:
-        line: Row = {key: row[key] for key in ("state", "word")}
-        line |= {key: f"{float(row[key]):.4f}" for key in (SCORE, "in the paper")}
-        energies.append(line | {"contacts": row["contacts"]})
+    columns = ("state", "word", SCORE, "in the paper", "contacts")
+    rows = [{key: row[key] for key in columns} for row in measured["states"]]
+    energies = [with_digits(row, SCORE, "in the paper") for row in rows]
     columns = ("mode", "releases", "state")
     shares: list[Row] = [
         {**{key: row[key] for key in columns}, "share": _share(row)} for row in measured["releases"]
@@ -376,8 +368,7 @@ def nearly_equal_tables(measured: Measured) -> list[Table]:
 
 
 def _share(row: Row) -> str:
-    share, low, high = (100.0 * float(row[key]) for key in ("share", "low", "high"))
-    return f"{share:.0f} % ({low:.0f}–{high:.0f})"
+    return per_cent(*(float(row[key]) for key in ("share", "low", "high")))
 
 
 def nearly_equal_claims(measured: Measured) -> list[Claim]:

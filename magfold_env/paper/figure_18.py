@@ -7,8 +7,8 @@ from magfold_env.fold import FoldStatus
 from magfold_env.laws import experiment
 from magfold_env.paper import states
 from magfold_env.paper.quoted import SEQUENCES
-from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction, select
-from magfold_env.reporting.tables import Progress, Row, Table
+from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction
+from magfold_env.reporting.tables import Progress, Row, Table, select
 from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
 MODES = experiment.MODES
@@ -33,12 +33,11 @@ def tables(measured: Measured) -> list[Table]:
         for mode in MODES:
             stated = experiment.PAPER[number, mode]
             for row in select(measured["bars"], sequence=number, mode=mode):
-                share = f"{float(row['probability']):.0%}".replace("%", " %")
                 interval = f"{100 * float(row['low']):.0f}–{100 * float(row['high']):.0f} %"
                 line: Row = {"sequence": str(number), "mode": mode, "releases": row["runs"]}
                 line |= {"ends in": named(number, str(row["word"])), "": str(row["status"])}
-                line |= {"share": share, "95 %": interval, "in the paper": stated}
-                shown.append(line)
+                line |= {"share": _per_cent(float(row["probability"])), "95 %": interval}
+                shown.append(line | {"in the paper": stated})
                 stated = ""
     return [Table("Simulated releases", shown)]
 
@@ -67,10 +66,11 @@ def _least(bars: list[Row], number: int, mode: str) -> Claim:
     mine = select(bars, sequence=number, mode=mode)
     best = states.folded(number)[0].word
     least = least_moved(number)
-    full = [row for row in mine if row["status"] == FOLDED]
+    full = select(mine, status=FOLDED)
     most = str(full[0]["word"]) if full else ""
     misfolded = 1.0 - sum(float(row["probability"]) for row in full)
     share = sum(_rate(mine, word) for word in least)
+    stopped = f"Most chains of sequence {number} come to rest before they are folded. "
     return Claim(
         f"sequence {number}, {mode}: most often the shape of least movement, not the global "
         "minimum.",
@@ -80,40 +80,33 @@ def _least(bars: list[Row], number: int, mode: str) -> Claim:
         + (f"the most frequent full fold is {named(number, most)}; " if most else "none folds; ")
         + f"{_per_cent(misfolded)} stop before they are folded.",
         most in least and share > _rate(mine, best),
-        "" if most in least else _why_not(number, misfolded),
-    )
-
-
-def _why_not(number: int, misfolded: float) -> str:
-    why = (
-        "Friction's static part, masses and the spread of a release by hand are assumed, and the "
+        ""
+        if most in least
+        else (stopped if misfolded > MOST else "")
+        + "Friction's static part, masses and the spread of a release by hand are assumed, and the "
         "sequences are not the paper's own: small differences of energy decide which way a joint "
-        "turns."
+        "turns.",
     )
-    if misfolded > MOST:
-        return f"Most chains of sequence {number} come to rest before they are folded. {why}"
-    return why
 
 
 def _even_split(bars: list[Row], number: int) -> Claim:
-    mine = select(bars, sequence=number, mode="backward")
-    full = [row for row in mine if row["status"] == FOLDED]
+    full = select(bars, sequence=number, mode="backward", status=FOLDED)
     listed = ", ".join(
         f"{named(number, str(r['word']))} {_per_cent(float(r['probability']))}" for r in full
     )
     even = len(full) > 1 and float(full[0]["low"]) <= float(full[1]["high"])
-    return Claim(
+    return Claim.unless(
         f"sequence {number}, backward: nearly equal probabilities of several shapes.",
         f"{listed or 'no full fold'}; the intervals of the first two "
         f"{'overlap' if even else 'do not overlap'}.",
         even,
-        "" if even else "Several shapes occur, but one of them more often.",
+        "Several shapes occur, but one of them more often.",
     )
 
 
 def _named_split(bars: list[Row]) -> Claim:
-    mine = select(bars, sequence=1, mode="backward")
-    first_two = [str(row["word"]) for row in mine if row["status"] == FOLDED][:2]
+    full = select(bars, sequence=1, mode="backward", status=FOLDED)
+    first_two = [str(row["word"]) for row in full[:2]]
     wanted = [states.word_of("S1A"), states.word_of("S1C")]
     return Claim(
         "sequence 1, backward: these shapes are S1A and S1C, S1B being much rarer.",
@@ -133,7 +126,7 @@ def _first_turned(word: str) -> str:
 
 def _only_s3a(bars: list[Row]) -> Claim:
     mine = select(bars, sequence=3)
-    folded = {str(row["word"]) for row in mine if row["status"] == FOLDED}
+    folded = {str(row["word"]) for row in select(mine, status=FOLDED)}
     shares = ", ".join(
         f"{mode} {_per_cent(_rate(select(mine, mode=mode), states.word_of('S3A')))}"
         for mode in MODES
@@ -179,9 +172,8 @@ def _modes_matter(bars: list[Row]) -> Claim:
 
 def _folded_interval(rows: list[Row]) -> tuple[float, float, float]:
     """Return the share of S3A, folded, and its interval."""
-    for row in rows:
-        if row["status"] == FOLDED and row["word"] == states.word_of("S3A"):
-            return float(row["probability"]), float(row["low"]), float(row["high"])
+    for row in select(rows, status=FOLDED, word=states.word_of("S3A")):
+        return float(row["probability"]), float(row["low"]), float(row["high"])
     return 0.0, 0.0, 0.0
 
 

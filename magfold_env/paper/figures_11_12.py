@@ -7,9 +7,10 @@ import numpy as np
 
 from magfold_env.laws import exact_magnets
 from magfold_env.paper import motions, quoted
-from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction, power, select
-from magfold_env.reporting.plotting import COLOURS, MARKERS, numbers, panels
-from magfold_env.reporting.tables import Progress, Row, Table
+from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction
+from magfold_env.reporting import tables
+from magfold_env.reporting.plotting import COLOURS, MARKERS, curve, panels
+from magfold_env.reporting.tables import Progress, Row, Table, numbers, select
 from magfold_env.shapes import BoolArray
 
 SMALL = 0.1
@@ -44,20 +45,19 @@ def _tables(measured: Measured, *left_out: str) -> list[Table]:
             f"{name.capitalize()}: mean squared errors, and how the fold ends",
             [
                 {key: cell for key, cell in row.items() if key not in ("charge", *left_out)}
-                for row in select(measured["means"], charge=name)
+                for row in rows
             ],
         )
-        for name in motions.charges()
+        for name, rows in motions.by_charge(measured["means"]).items()
     ]
 
 
 def _draw(title: str, measured: Measured, column: str, chosen: int, legend: str) -> tuple[Any, Any]:
     """Draw the error over time for both strengths of magnets, and leave a third panel empty."""
     figure, axes = panels(3, title, 4.7, shared=False)
-    for axis, name in zip(axes, motions.charges(), strict=False):
-        rows = select(measured["over-time"], charge=name)
-        for k, count in enumerate(dict.fromkeys(int(row[column]) for row in rows)):
-            mine = select(rows, **{column: count})
+    for axis, rows in motions.axes_by_charge(axes, measured["over-time"]):
+        for k, count in enumerate(tables.distinct(rows, column)):
+            mine = select(rows, {column: count})
             points = {"marker": MARKERS[k], "markersize": 3.5, "markevery": (k, 12)}
             axis.semilogy(
                 numbers(mine, "time [s]"),
@@ -67,8 +67,6 @@ def _draw(title: str, measured: Measured, column: str, chosen: int, legend: str)
                 label=f"{count}, the paper's choice" if count == chosen else f"{count}",
                 **(points if column == "h" else {}),
             )
-        axis.set_title(f"{name} on a pole face", fontsize=10)
-        axis.set_xlabel("time [s]")
         axis.set_ylim(LEAST, 30.0)
         axis.legend(fontsize=8, frameon=False, title=legend, title_fontsize=8)
     axes[0].set_ylabel("mean squared error of the relative angles [rad²]")
@@ -93,15 +91,14 @@ def steps(quick: bool, progress: Progress) -> Measured:
     counts, finest = (QUICK_STEPS, QUICK_FINEST) if quick else (STEPS, FINEST)
     over_time: list[Row] = []
     means: list[Row] = []
-    charges = motions.charges()
-    for k, (name, charge) in enumerate(charges.items()):
+    for (name, charge), tick in motions.each_charge(progress):
         scene = motions.literal(charge)
         smooth = scene.replace(friction=0.0)
         ours, ours_smooth = (motions.follow(motions.exact(each)) for each in (scene, smooth))
         limit = motions.follow(motions.stepped(scene, finest))
         early = motions.before_snap(ours, limit)
         for j, count in enumerate(counts):
-            progress((k + j / len(counts)) / len(charges), f"{name}, {count} steps a frame")
+            tick(j / len(counts))
             found, free = (motions.follow(motions.stepped(each, count)) for each in (scene, smooth))
             case: Row = {"charge": name, "steps a frame": count}
             over_time += _over_time(case, found, ours)
@@ -118,17 +115,16 @@ def steps(quick: bool, progress: Progress) -> Measured:
 
 def steps_claims(measured: Measured) -> list[Claim]:
     """Judge the chosen step, until joints snap and on the whole."""
-    means = measured["means"]
-    cases = {name: select(means, charge=name) for name in motions.charges()}
+    cases = motions.by_charge(measured["means"])
     return [claim for name, rows in cases.items() for claim in _steps_claims(name, rows)]
 
 
 def _steps_claims(name: str, rows: list[Row]) -> list[Claim]:
-    (chosen,) = select(rows, **{"steps a frame": quoted.COMPUTATIONS})
+    (chosen,) = select(rows, {"steps a frame": quoted.COMPUTATIONS})
     stated = f"{quoted.COMPUTATIONS} time steps a frame of the film are fine enough to go on with"
     own, ours, smooth = (math.sqrt(float(chosen[EARLY + key])) for key in (OWN, ERROR, SMOOTH))
     finest = math.sqrt(float(rows[-1][EARLY + SMOOTH]))
-    growth = power(numbers(rows, "Δt [ms]"), numbers(rows, EARLY + OWN))
+    growth = tables.power(numbers(rows, "Δt [ms]"), numbers(rows, EARLY + OWN))
     before = Claim(
         f"{stated} ({name}, until the first joint snaps).",
         f"with them the angles are {own:.2g} rad from where the scheme itself ends up with ever "
@@ -141,15 +137,13 @@ def _steps_claims(name: str, rows: list[Row]) -> list[Claim]:
         + ". Equation 41 gives friction neither a torque nor a static part.",
     )
     finer = [row for row in rows if int(row["steps a frame"]) >= quoted.COMPUTATIONS]
-    words = list(dict.fromkeys(str(row["word"]) for row in finer))
-    whole = Claim(
+    words = tables.distinct(finer, "word")
+    whole = Claim.unless(
         f"{stated} ({name}, the whole fold).",
         f"from there on, smaller steps end in {', '.join(words)}; this project's solver in "
         f"{rows[0]['reference']} ({rows[0]['reference ended']}).",
         len(words) == 1,
-        ""
-        if len(words) == 1
-        else "A snap moves a joint by up to 9° at once and averages two rates, and nothing keeps "
+        "A snap moves a joint by up to 9° at once and averages two rates, and nothing keeps "
         "components apart that are not neighbours: point charges of either sign come as near to "
         "each other as the step lets them. What follows the first snaps depends on the step.",
     )
@@ -161,23 +155,16 @@ def steps_plots(measured: Measured) -> list[Plot]:
     title = "The paper's solver: squared error of the angles"
     chosen = quoted.COMPUTATIONS
     figure, axes = _draw(title, measured, "steps a frame", chosen, "steps a frame")
-    for k, name in enumerate(motions.charges()):
-        rows = select(measured["means"], charge=name)
+    for k, rows in enumerate(motions.by_charge(measured["means"]).values()):
+        style = {"markersize": 4, "linestyle": ("-", "--")[k]}
         for j, (column, label) in enumerate(LABELS.items()):
-            axes[2].loglog(
-                numbers(rows, "Δt [ms]"),
-                numbers(rows, column),
-                color=COLOURS[j + 1],
-                marker=MARKERS[j],
-                markersize=4,
-                linestyle=("-", "--")[k],
-                label=label if k == 0 else None,
-            )
+            told = label if k == 0 else None
+            curve(axes[2], rows, "Δt [ms]", column, j, label=told, **style)
     axes[2].plot([], [], color=COLOURS[0], linestyle="--", label="dashed: whole charge")
     axes[2].set_title("before the first snap, by what it is measured from", fontsize=10)
     axes[2].set_xlabel("time step Δt [ms]")
-    ticks = dict.fromkeys(float(row["Δt [ms]"]) for row in measured["means"])
-    axes[2].set_xticks(list(ticks), [f"{step:.2g}" for step in ticks])
+    ticks = tables.distinct(measured["means"], "Δt [ms]")
+    axes[2].set_xticks(ticks, [f"{step:.2g}" for step in ticks])
     axes[2].minorticks_off()
     axes[2].legend(fontsize=8, frameon=False)
     caption = (
@@ -222,13 +209,12 @@ def points(quick: bool, progress: Progress) -> Measured:
     """Follow the fold with ever more charges on a face; the reference has rectangles."""
     over_time: list[Row] = []
     means: list[Row] = []
-    charges = motions.charges()
-    for k, (name, charge) in enumerate(charges.items()):
+    for (name, charge), tick in motions.each_charge(progress):
         scene = motions.default_steps(charge)
         reference = motions.follow(motions.rectangles(motions.exact(scene)))
         found: dict[int, motions.Motion] = {}
         for j, count in enumerate(COUNTS):
-            progress((k + j / len(COUNTS)) / len(charges), f"{name}, h = {count}")
+            tick(j / len(COUNTS))
             found[count] = motions.follow(scene.replace(magnets={"nodes": count}))
         many = found[quoted.MANY_CHARGES]
         for count, motion in found.items():
@@ -261,9 +247,8 @@ def points_tables(measured: Measured) -> list[Table]:
 def points_claims(measured: Measured) -> list[Claim]:
     """Judge whether three charges do as well as thirty, and whether either is right."""
     few, many = quoted.CHARGES, quoted.MANY_CHARGES
-    made: list[Claim] = []
-    for name in motions.charges():
-        made += _points_claims(name, select(measured["means"], charge=name))
+    cases = motions.by_charge(measured["means"])
+    made = [claim for name, rows in cases.items() for claim in _points_claims(name, rows)]
     at = _forces(measured)
     force = Claim(
         f"h = {few} stands for the magnets well enough to go on with.",
@@ -288,15 +273,13 @@ def _points_claims(name: str, rows: list[Row]) -> list[Claim]:
             f"they differ by {early:.2g} rad (root mean square).",
             early < small,
         ),
-        Claim(
+        Claim.unless(
             f"{stated} ({name}, the whole fold).",
             f"they differ by {whole:.2g} rad and end in {few['word']} and {many['word']}; "
             f"rectangles of the same charge, in this project's solver, in "
             f"{few['reference']} ({few['reference ended']}).",
             same,
-            ""
-            if same
-            else "After the first snaps the paper's solver amplifies any difference, see Figure "
+            "After the first snaps the paper's solver amplifies any difference, see Figure "
             "11: how a fold goes on says little about the number of charges.",
         ),
     ]
@@ -308,13 +291,12 @@ def points_plots(measured: Measured) -> list[Plot]:
     figure, axes = _draw(title, measured, "h", quoted.CHARGES, "charges h")
     for k, count in enumerate(COUNTS):
         rows = select(measured["forces"], h=count)
-        gap, force = numbers(rows, "gap [mm]"), numbers(rows, "magnets / exact")
-        axes[2].loglog(gap, force, color=COLOURS[k], label=f"h = {count}")
+        style = {"color": COLOURS[k], "marker": "", "label": f"h = {count}"}
+        curve(axes[2], rows, "gap [mm]", "magnets / exact", k, **style)
     axes[2].axhline(1.0, color="#808080", linewidth=0.8)
     axes[2].axvline(1e3 * GAP, color="#808080", linewidth=0.8, linestyle=":")
     axes[2].set_title("force between two magnets; dotted: touching casings", fontsize=10)
-    axes[2].set_xlabel("gap [mm]")
-    axes[2].set_ylabel("points / charged rectangles")
+    axes[2].set(xlabel="gap [mm]", ylabel="points / charged rectangles")
     axes[2].legend(fontsize=8, frameon=False)
     caption = (
         "Left, middle: squared error over time of the paper's solver with h charges a pole "

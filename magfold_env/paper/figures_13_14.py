@@ -7,12 +7,10 @@ import numpy as np
 from magfold_env.paper import motions
 from magfold_env.paper.motions import Motion
 from magfold_env.paper.quoted import ANGLE, DISPLACEMENT, SNAP
-from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction, select
+from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_env.paper.states import word_of
-from magfold_env.reporting import plotting
-from magfold_env.reporting.page import cell_text
-from magfold_env.reporting.plotting import COLOURS, INK, numbers
-from magfold_env.reporting.tables import Progress, Row, Table
+from magfold_env.reporting.plotting import COLOURS, INK, panels
+from magfold_env.reporting.tables import Progress, Row, Table, cell_text, numbers, select
 
 BESIDE = 1
 """Frames within which a jump and a snap belong together."""
@@ -36,9 +34,7 @@ def measure(quick: bool, progress: Progress) -> Measured:
     over_time: list[Row] = []
     folds: list[Row] = []
     differences: list[Row] = []
-    charges = motions.charges()
-    for k, (name, charge) in enumerate(charges.items()):
-        progress(k / len(charges), name)
+    for (name, charge), _ in motions.each_charge(progress):
         scene = motions.default_steps(charge)
         ours = motions.exact(scene)
         found = {
@@ -107,8 +103,8 @@ def tables(measured: Measured) -> list[Table]:
 def claims(measured: Measured) -> list[Claim]:
     """Compare with what section 5.3 says of the two figures."""
     by_charge = {
-        name: {str(row["made by"]): row for row in select(measured["folds"], charge=name)}
-        for name in motions.charges()
+        name: {str(row["made by"]): row for row in rows}
+        for name, rows in motions.by_charge(measured["folds"]).items()
     }
     shapes = [_shape(name, folds) for name, folds in by_charge.items()]
     passive = [_passive(name, folds) for name, folds in by_charge.items()]
@@ -135,15 +131,12 @@ def claims(measured: Measured) -> list[Claim]:
 def _shape(name: str, folds: dict[str, Row]) -> Claim:
     wanted = word_of("S3A")
     ends = {made_by: f"{row['word']} ({row['ended']})" for made_by, row in folds.items()}
-    holds = folds[PAPER]["word"] == wanted
-    return Claim(
+    return Claim.unless(
         f"the simulation ends in the right shape, S3A = {wanted} ({name}).",
         f"the paper's solver ends in {ends[PAPER]}, this project's in {ends[OURS]} with the same "
         f"points and in {ends[DEVICE]} with rectangles.",
-        holds,
-        ""
-        if holds
-        else "Sequence and mass are not the paper's but reconstructed and assumed, and every "
+        folds[PAPER]["word"] == wanted,
+        "Sequence and mass are not the paper's but reconstructed and assumed, and every "
         "magnet counts: the point charges pull several times too hard where casings touch (Figure "
         "12), and what the paper's solver ends in depends on its time step (Figure 11).",
     )
@@ -152,7 +145,7 @@ def _shape(name: str, folds: dict[str, Row]) -> Claim:
 def _passive(name: str, folds: dict[str, Row]) -> Claim:
     """Judge whether the collision handling takes energy away, as what it stands for does."""
     won = {made_by: float(row["energy won [mJ]"]) for made_by, row in folds.items()}
-    return Claim(
+    return Claim.unless(
         f"components snap together without bouncing, and the collision handling approximates the "
         f"transfer of impulse ({name}).",
         "kinetic and magnetic energy, which friction and impacts can only lessen, rise above those "
@@ -160,9 +153,7 @@ def _passive(name: str, folds: dict[str, Row]) -> Claim:
         f"{cell_text(max(won[OURS], won[DEVICE]))} mJ at most with this project's, whose fold with "
         f"the same points sets {cell_text(folds[OURS]['magnets set free [mJ]'])} mJ free.",
         won[PAPER] <= WINS,
-        ""
-        if won[PAPER] <= WINS
-        else "To set an angle and to average two rates keeps neither momentum nor energy, and "
+        "To set an angle and to average two rates keeps neither momentum nor energy, and "
         "point charges that pass close by each other in one step may win any amount: the chain is "
         "thrown about.",
     )
@@ -215,9 +206,8 @@ def plots(measured: Measured) -> list[Plot]:
 
 
 def _draw_displacement(rows: list[Row]) -> Any:
-    figure, axes = plotting.panels(2, "", 5.6, 4.2)
-    for axis, name in zip(axes, motions.charges(), strict=True):
-        mine = select(rows, charge=name)
+    figure, axes = panels(2, "", 5.6, 4.2)
+    for axis, mine in motions.axes_by_charge(axes, rows):
         for k, (differing, (one, other)) in enumerate(PAIRS.items()):
             axis.plot(
                 numbers(mine, "time [s]"),
@@ -226,19 +216,16 @@ def _draw_displacement(rows: list[Row]) -> Any:
                 label=f"{one} – {other}",
             )
         axis.axhline(1e3 * DISPLACEMENT, color=INK, linestyle=":", linewidth=1.0)
-        axis.set_title(f"{name} on a pole face", fontsize=10)
-        axis.set_xlabel("time [s]")
     axes[0].set_ylabel("mean distance of the centres [mm]")
     return _with_legend(figure, axes[0])
 
 
 def _draw_angles(rows: list[Row]) -> Any:
-    names = list(motions.charges())
+    charges = motions.by_charge(rows)
     joints = sum(key.startswith(PAPER) for key in rows[0])
-    figure = plotting.figure_class()(figsize=(13.5, 5.6), layout="constrained")
-    axes = figure.subplots(len(names), joints, sharex=True, sharey=True)
-    for row, name in zip(axes, names, strict=True):
-        mine = select(rows, charge=name)
+    figure, axes = panels(joints, "", 2.7, 2.8, rows=len(charges))
+    axes = axes.reshape(len(charges), joints)
+    for row, (name, mine) in zip(axes, charges.items(), strict=True):
         for j, axis in enumerate(row, start=1):
             for k, made_by in enumerate((PAPER, OURS, DEVICE)):
                 axis.plot(
@@ -251,8 +238,6 @@ def _draw_angles(rows: list[Row]) -> Any:
             for snap in (-np.rad2deg(SNAP), np.rad2deg(SNAP)):
                 axis.axhline(snap, color=INK, linestyle=":", linewidth=0.8)
             axis.set_yticks([-90, -45, 0, 45, 90])
-            axis.grid(visible=True, color=plotting.GRID, linewidth=0.7)
-            axis.spines[["top", "right"]].set_visible(False)
         row[0].set_ylabel(f"{name}: angle [°]")
     for j, axis in enumerate(axes[0], start=1):
         axis.set_title(f"joint {j} (components {j} and {j + 1})", fontsize=10)

@@ -4,13 +4,16 @@ The paper films such a fold and lays its simulation over the film. There is no f
 paper's solver is compared with this project's.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from magfold_env.fold import FoldStatus, kinetic_energy
 from magfold_env.paper import states
 from magfold_env.paper.quoted import COMPUTATIONS, FRAME_RATE, MAGNET_CHARGE, SNAP
+from magfold_env.reporting.tables import Progress, Row, Tick, each_case, select
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import BoolArray, FloatArray, angles_to_word, centres
 from magfold_env.simulation.frames import magnetic_energy
@@ -67,6 +70,24 @@ def charges() -> dict[str, float]:
     magnets = load_scene(f"paper/sequence-{SEQUENCE}-literal").magnets
     assert magnets is not None  # the scene is shipped
     return {HALF: magnets.charge, WHOLE: MAGNET_CHARGE}
+
+
+def each_charge(progress: Progress) -> Iterator[tuple[tuple[str, float], Tick]]:
+    """Yield name and magnitude of the charges, each with what takes its progress."""
+    return each_case(progress, list(charges().items()), lambda case: case[0])
+
+
+def by_charge(rows: list[Row]) -> dict[str, list[Row]]:
+    """Return the rows of each charge by its name."""
+    return {name: select(rows, charge=name) for name in charges()}
+
+
+def axes_by_charge(axes: Any, rows: list[Row]) -> Iterator[tuple[Any, list[Row]]]:
+    """Yield an axis and its rows for each charge, to be drawn over time."""
+    for axis, (name, mine) in zip(axes, by_charge(rows).items(), strict=False):
+        axis.set_title(f"{name} on a pole face", fontsize=10)
+        axis.set_xlabel("time [s]")
+        yield axis, mine
 
 
 def literal(charge: float) -> Scene:

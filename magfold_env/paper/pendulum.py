@@ -1,7 +1,5 @@
 """Figures 15 and 16: pendula, how well integrators keep their energy and what they cost."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import partial
@@ -9,10 +7,11 @@ from functools import partial
 import numpy as np
 
 from magfold_env.laws import mechanics, pinned_chain, smooth_motion
-from magfold_env.paper import quoted, reproduction
-from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction, power, select
-from magfold_env.reporting.plotting import COLOURS, MARKERS, numbers, panels
-from magfold_env.reporting.tables import Progress, Row, Table
+from magfold_env.paper import quoted
+from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction, pivot
+from magfold_env.reporting import tables
+from magfold_env.reporting.plotting import COLOURS, MARKERS, panels
+from magfold_env.reporting.tables import Progress, Row, Table, select
 from magfold_env.scene import Scene
 from magfold_env.shapes import FloatArray
 from magfold_env.simulation.simulate import simulate
@@ -91,25 +90,23 @@ def engine_change(step: float, tolerance: float) -> float:
 
 def drift(quick: bool, progress: Progress) -> Measured:
     """Let every integrator take so many steps as the paper's, for each time step."""
-    cases: dict[str, Callable[[float], float]] = {}
-    for method in (*smooth_motion.FIXED, *smooth_motion.ADAPTIVE):
-        name = (
-            method.name
-            if method in smooth_motion.FIXED
-            else f"{method.name}, tolerance {TOLERANCE:g}"
-        )
-        cases[name] = partial(integrator_change, method, tolerance=TOLERANCE)
+    named = {method.name: method for method in smooth_motion.FIXED}
+    named |= {f"{each.name}, tolerance {TOLERANCE:g}": each for each in smooth_motion.ADAPTIVE}
+    cases: dict[str, Callable[[float], float]] = {
+        name: partial(integrator_change, method, tolerance=TOLERANCE)
+        for name, method in named.items()
+    }
     cases[_ENGINE] = partial(engine_change, tolerance=TOLERANCE)
     cases[_TIGHT] = partial(engine_change, tolerance=TIGHT)
     counts = QUICK_STEPS if quick else STEPS
     rows: list[Row] = []
     broken: list[Row] = []
-    for k, (name, find) in enumerate(cases.items()):
+    for name, tick in tables.each_case(progress, list(cases)):
         for j, count in enumerate(counts):
-            progress((k + j / len(counts)) / len(cases), name)
+            tick(j / len(counts))
             step = 1.0 / (quoted.FRAME_RATE * count)
             case: Row = {"integrator": name, "steps a frame": count, STEP: 1e3 * step}
-            found = find(step)
+            found = cases[name](step)
             if math.isfinite(found):
                 rows.append(case | {CHANGE: 100.0 * found})
             else:
@@ -119,7 +116,7 @@ def drift(quick: bool, progress: Progress) -> Measured:
 
 def drift_tables(measured: Measured) -> list[Table]:
     """Return a row a time step and a column an integrator."""
-    shown = reproduction.pivot(measured["energy"], STEP, "integrator", CHANGE, "broke down")
+    shown = pivot(measured["energy"], STEP, "integrator", CHANGE, "broke down")
     return [Table("Mean change of the energy from one time step to the next [%]", shown)]
 
 
@@ -128,11 +125,11 @@ def drift_claims(measured: Measured) -> list[Claim]:
     rows = measured["energy"]
     changes = {
         name: {float(r[STEP]): float(r[CHANGE]) for r in select(rows, integrator=name)}
-        for name in reproduction.distinct(rows, "integrator")
+        for name in tables.distinct(rows, "integrator")
     }
     euler = changes[smooth_motion.EULER.name]
     steps, change = list(euler), list(euler.values())
-    falls = bool((np.diff(change) < 0.0).all())
+    falls, slope = bool((np.diff(change) < 0.0).all()), tables.power(steps, change)
     mine = select(rows, integrator=smooth_motion.EULER.name)
     chosen = next(row for row in mine if row["steps a frame"] == quoted.COMPUTATIONS)
     lost = select(measured["broke-down"], integrator=smooth_motion.EULER.name)
@@ -148,7 +145,7 @@ def drift_claims(measured: Measured) -> list[Claim]:
             "the error of the energy falls with the time step.",
             f"double Euler's falls {'all along' if falls else 'not everywhere'}, from "
             f"{change[0]:.2g} to {change[-1]:.2g} % a step, like Δt to the "
-            f"{power(steps, change):.1f}; at the paper's {quoted.COMPUTATIONS} steps a frame it is "
+            f"{slope:.1f}; at the paper's {quoted.COMPUTATIONS} steps a frame it is "
             f"{float(chosen[CHANGE]):.2g} %."
             + "".join(f" At {float(row[STEP]):.2g} ms it breaks down." for row in lost),
             falls,
@@ -172,12 +169,12 @@ def drift_plots(measured: Measured) -> list[Plot]:
     rows = measured["energy"]
     figure, axes = panels(1, "Pendulum of 3: change of energy a time step", width=9.5, height=5.4)
     axis = axes[0]
-    for k, name in enumerate(reproduction.distinct(rows, "integrator")):
+    for k, name in enumerate(tables.distinct(rows, "integrator")):
         mine = select(rows, integrator=name)
         ours = name in (_ENGINE, _TIGHT)
         axis.loglog(
-            numbers(mine, STEP),
-            np.maximum(numbers(mine, CHANGE), 1e-16),
+            tables.numbers(mine, STEP),
+            np.maximum(tables.numbers(mine, CHANGE), 1e-16),
             color=COLOURS[3] if ours else COLOURS[(0, 1, 2, 4, 5, 6)[k % 6]],
             marker=MARKERS[k % len(MARKERS)],
             markersize=5,
@@ -185,8 +182,8 @@ def drift_plots(measured: Measured) -> list[Plot]:
             linestyle="--" if name == _TIGHT else "-",
             label=name,
         )
-    axis.set_xlabel("time step Δt [ms]")
-    axis.set_ylabel("mean change of the energy a time step\n[% of what it swings with]")
+    changed = "mean change of the energy a time step\n[% of what it swings with]"
+    axis.set(xlabel="time step Δt [ms]", ylabel=changed)
     figure.legend(loc="outside right center", fontsize=9, frameon=False)
     caption = (
         f"Mean over {quoted.PENDULUM_STEPS} time steps. Methods with a tolerance take as many "
@@ -232,20 +229,21 @@ def times(quick: bool, progress: Progress) -> Measured:
 def times_tables(measured: Measured) -> list[Table]:
     """Return a row a length and a column a contender."""
     title = "Accelerations of one chain [µs], as many ms for 1000 time steps"
-    return [Table(title, reproduction.pivot(measured["times"], "n", "contender", TIME, ""))]
+    return [Table(title, pivot(measured["times"], "n", "contender", TIME, ""))]
 
 
 def times_claims(measured: Measured) -> list[Claim]:
     """Compare how the times grow, and the dense method with the recursion."""
     rows = measured["times"]
     up_to, beyond = (quoted.NEAR_LINEAR_UP_TO, quoted.LONGEST)
-    dense, recursion = pinned_chain.DENSE, pinned_chain.SCALAR
-    short, long = growth(rows, dense, SHORTEST, up_to), growth(rows, dense, up_to, beyond)
-    whole, ours = growth(rows, dense, SHORTEST, beyond), growth(rows, recursion, up_to, beyond)
+    dense = select(rows, contender=pinned_chain.DENSE)
+    recursion = select(rows, contender=pinned_chain.SCALAR)
+    short, long = tables.growth(dense, SHORTEST, up_to), tables.growth(dense, up_to, beyond)
+    whole, ours = tables.growth(dense, SHORTEST, beyond), tables.growth(recursion, up_to, beyond)
     times = {
         n: float(row["times one chain's"])
         for n in (SHORTEST, up_to, beyond)
-        for row in select(rows, contender=dense, n=n)
+        for row in select(dense, n=n)
     }
     listed = ", ".join(f"{ratio:.0f} times at n = {n}" for n, ratio in times.items())
     return [
@@ -273,12 +271,6 @@ def times_claims(measured: Measured) -> list[Claim]:
             "The paper gives no times of other methods.",
         ),
     ]
-
-
-def growth(rows: list[Row], name: str, low: int, high: int) -> float:
-    """Return with which power of n a contender's time grows between two lengths."""
-    mine = [row for row in select(rows, contender=name) if low <= int(row["n"]) <= high]
-    return power(numbers(mine, "n"), numbers(mine, TIME))
 
 
 def times_plots(measured: Measured) -> list[Plot]:

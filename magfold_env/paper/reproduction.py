@@ -1,18 +1,14 @@
 """What a figure or table of the paper is here: numbers, and claims, tables and plots of them."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
-
-import numpy as np
+from typing import Any, Literal, NamedTuple, Self
 
 from magfold_env.reporting.page import Tone, Verdict
 from magfold_env.reporting.plotting import save_figure
-from magfold_env.reporting.tables import Cell, Progress, Row, Table
+from magfold_env.reporting.tables import Progress, Row, Table, distinct, select
 
 Measured = dict[str, list[Row]]
 """Rows by what they are of, plain values throughout; the rows of one have equal keys."""
@@ -41,6 +37,11 @@ class Claim(NamedTuple):
     built_in: bool = False
     """Whether the sequences were reconstructed so that it holds."""
 
+    @classmethod
+    def unless(cls, stated: str, found: str, holds: bool, why_not: str) -> Self:
+        """Return a claim with a reason that counts if it does not hold."""
+        return cls(stated, found, holds, "" if holds else why_not)
+
     @property
     def outcome(self) -> Outcome:
         """What the comparison came to."""
@@ -68,48 +69,29 @@ class Plot(NamedTuple):
     """Draws it into a file."""
 
     @classmethod
-    def of(cls, name: str, figure: Any, caption: str) -> Plot:
+    def of(cls, name: str, figure: Any, caption: str) -> Self:
         """Return the picture that shows a figure of matplotlib's."""
         return cls(name, caption, partial(save_figure, figure))
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """The counterpart of a figure or a table.
-
-    Attributes
-    ----------
-    name : str
-        For ``--only``, and of its files.
-    title : str
-        Its heading.
-    shows, computed, missing : str
-        What the paper shows, what is computed here, and what is not covered.
-    measure : callable
-        Takes whether to do less, and a progress; everything else is made of what it returns.
-    tables, claims, plots : callable
-        Make tables, comparisons and pictures of it.
-    """
+    """The counterpart of a figure or a table."""
 
     name: str
+    """For ``--only``, and of its files."""
     title: str
     shows: str
+    """In the paper."""
     computed: str
+    """Here."""
     missing: str
+    """What is not covered."""
     measure: Callable[[bool, Progress], Measured]
+    """Takes whether to do less; tables, comparisons and pictures are made of what it returns."""
     tables: Callable[[Measured], list[Table]]
     claims: Callable[[Measured], list[Claim]]
     plots: Callable[[Measured], list[Plot]]
-
-
-def select(rows: list[Row], **wanted: Cell) -> list[Row]:
-    """Return the rows in which columns have given values."""
-    return [row for row in rows if all(row[key] == value for key, value in wanted.items())]
-
-
-def distinct(rows: list[Row], column: str) -> list[Any]:
-    """Return the values of a column, each once, in their order."""
-    return list(dict.fromkeys(row[column] for row in rows))
 
 
 def pivot(rows: list[Row], line: str, column: str, value: str, missing: str) -> list[Row]:
@@ -121,8 +103,3 @@ def pivot(rows: list[Row], line: str, column: str, value: str, missing: str) -> 
         head = str(key) if isinstance(key, int) else f"{key:.3g}"
         shown.append({line: head, **{name: found.get(name, missing) for name in names}})
     return shown
-
-
-def power(x: Sequence[float], y: Sequence[float]) -> float:
-    """Return with which power of x y grows, by least squares."""
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])

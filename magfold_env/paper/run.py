@@ -63,23 +63,9 @@ def choose(only: Sequence[str]) -> list[Reproduction]:
 
 
 def run(only: Sequence[str], quick: bool, out: Path, progress: Progress) -> list[Done]:
-    """Measure and write; a folder's finished parts are not measured again, and are on the page.
+    """Measure parts, all if none is named, write, and return what the page shows.
 
-    Parameters
-    ----------
-    only
-        Names of the parts to measure; all if empty.
-    quick
-        Whether to measure less.
-    out
-        Folder of the results, made if need be.
-    progress
-        Is told the finished share of everything, 0 to 1, and what is going on.
-
-    Returns
-    -------
-    list of Done
-        All parts that the page shows.
+    A folder's finished parts are not measured again, and are on the page.
 
     Raises
     ------

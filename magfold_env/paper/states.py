@@ -1,10 +1,8 @@
 """The paper's sequences, its names for their folded states, and pictures of states."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 from magfold_env.minimiser import State, minimise
 from magfold_env.paper.reproduction import Plot
@@ -31,7 +29,7 @@ class Drawn(NamedTuple):
     stable: bool
 
     @classmethod
-    def of(cls, row: Row) -> Drawn:
+    def of(cls, row: Row) -> Self:
         """Return what is drawn of a row."""
         listed = [pair.split("-") for pair in str(row["conflicts"]).split(", ") if pair]
         conflicts = tuple((int(first), int(second)) for first, second in listed)
@@ -73,11 +71,6 @@ def word_of(name: str) -> str:
 def turned_joints(word: str, other: str) -> list[int]:
     """Return the numbers of the joints, from 1, in which two words differ."""
     return [k for k, (a, b) in enumerate(zip(word, other, strict=True), start=1) if a != b]
-
-
-def pairs(touching: tuple[tuple[int, int], ...]) -> str:
-    """Return pairs of components as a text like "1-2, 3-6"."""
-    return ", ".join(f"{first}-{second}" for first, second in touching)
 
 
 def plot(name: str, number: int, rows: list[Row], caption: str) -> Plot:

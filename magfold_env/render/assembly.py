@@ -1,6 +1,5 @@
 """The assembly sheet: what the workshop needs to build a chain, printable on A4."""
 
-import importlib
 import math
 import textwrap
 from collections.abc import Sequence
@@ -15,7 +14,7 @@ from magfold_env.minimiser import Mode, minimise
 from magfold_env.render import parts, style
 from magfold_env.render.chain import FACE_NORMALS, magnet_block, square
 from magfold_env.render.sheets import MARGIN, Axis, Block, check_suffix, save_pages, text
-from magfold_env.reporting.plotting import GRID, INK
+from magfold_env.reporting.plotting import GRID, INK, patch
 from magfold_env.scene import FACES, Scene
 from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
@@ -195,26 +194,22 @@ def card_scale(scene: Scene) -> float:
 def draw_card(
     axis: Axis, corner: tuple[float, float], scene: Scene, k: int, names: Sequence[str]
 ) -> None:
-    """Draw a component seen from above, heading to the right, with all its neighbours must know.
+    """Draw component k seen from above, heading to the right, with all its neighbours must know.
 
     Parameters
     ----------
-    axis
-        In mm.
-    corner
-        Upper left one of the card [mm].
-    scene
-        The chain.
-    k
-        Index of the component.
+    axis, corner
+        In mm, and the upper left corner of the card on it.
+    scene, k
+        The chain, and the component's index.
     names
         What the magnets behind its four faces are called; empty where nothing needs saying.
     """
     left, top = corner
     middle = np.array([left + CARD[0] / 2.0, top - CARD[1] / 2.0 + 1.0])
     scale = 1e3 * card_scale(scene)
-    frame = (left + 0.8, top - CARD[1] + 0.8, CARD[0] - 1.6, CARD[1] - 1.6)
-    _rectangle(axis, frame)
+    frame = (left + 0.8, top - CARD[1] + 0.8), CARD[0] - 1.6, CARD[1] - 1.6
+    axis.add_patch(patch("Rectangle", *frame, fill=False, edgecolor=GRID, linewidth=0.8))
     text(axis, left + 3.5, top - 3.0, f"{k + 1}", 15.0, fontweight="bold")
     mass = f"{1e3 * scene.masses[k]:.3g} g" if np.ptp(scene.masses) > 0.0 else ""
     words = f"{scene.sequence[k]}  {mass}".strip()
@@ -256,18 +251,9 @@ def _draw_feed(axis: Axis, scene: Scene, x: float, y: float) -> None:
 def draw_fold(
     axis: Axis, box: tuple[float, float, float, float], scene: Scene, angles: FloatArray
 ) -> None:
-    """Draw a whole chain as large as a box allows.
+    """Draw a whole chain with headings [rad], shape (n,), as large as a box allows.
 
-    Parameters
-    ----------
-    axis
-        In mm.
-    box
-        Left, bottom, width and height [mm].
-    scene
-        The chain.
-    angles
-        Its headings [rad], shape (n,).
+    The box is left, bottom, width and height [mm].
     """
     left, bottom, width, height = box
     middles = centres(angles, side=scene.casing.side)
@@ -291,10 +277,10 @@ def _draw_component(
         if pole != "-":
             _, block = magnet_block(scene, f, heading, np.zeros(2))
             _polygon(axis, scale * block + middle, style.NORTH if pole == "N" else style.SOUTH)
-    circle = importlib.import_module("matplotlib.patches").Circle
     for end, inner in ((corners[2], k > 0), (corners[0], k < scene.n - 1)):
         if inner:
-            axis.add_patch(circle(end, 0.055 * side, color=_colour(style.CASING_EDGE), linewidth=0))
+            dot = {"color": _colour(style.CASING_EDGE), "linewidth": 0}
+            axis.add_patch(patch("Circle", end, 0.055 * side, **dot))
     size = 0.26 * side / _POINT
     inside = {"ha": "center", "va": "center_baseline", "fontweight": "bold"}
     text(axis, middle[0], middle[1], f"{k + 1}", size, **inside)
@@ -307,15 +293,8 @@ def _polygon(
     edge: style.Colour | None = None,
     line: float = 0.0,
 ) -> None:
-    polygon = importlib.import_module("matplotlib.patches").Polygon
-    colour = "none" if edge is None else _colour(edge)
-    axis.add_patch(polygon(corners, facecolor=_colour(fill), edgecolor=colour, linewidth=line))
-
-
-def _rectangle(axis: Axis, box: tuple[float, float, float, float]) -> None:
-    left, bottom, width, height = box
-    patch = importlib.import_module("matplotlib.patches").Rectangle
-    axis.add_patch(patch((left, bottom), width, height, fill=False, edgecolor=GRID, linewidth=0.8))
+    edges = {"edgecolor": "none" if edge is None else _colour(edge), "linewidth": line}
+    axis.add_patch(patch("Polygon", corners, facecolor=_colour(fill), **edges))
 
 
 def _colour(colour: style.Colour) -> Any:

@@ -1,12 +1,10 @@
 """A picture addressed in metres: shapes are drawn large and reduced, which smooths their edges."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -30,18 +28,18 @@ class View(NamedTuple):
     top: float
 
     @classmethod
-    def around(cls, points: FloatArray, room: float) -> View:
+    def around(cls, points: FloatArray, room: float) -> Self:
         """Return the view of points [m], shape (m, 2), with room on all sides [m]."""
         (left, bottom), (right, top) = points.min(axis=0) - room, points.max(axis=0) + room
         return cls(float(left), float(right), float(bottom), float(top))
 
-    def joined(self, other: View) -> View:
+    def joined(self, other: Self) -> Self:
         """Return the smallest view that holds both."""
-        return View(
-            min(self.left, other.left),
-            max(self.right, other.right),
-            min(self.bottom, other.bottom),
-            max(self.top, other.top),
+        return self._replace(
+            left=min(self.left, other.left),
+            right=max(self.right, other.right),
+            bottom=min(self.bottom, other.bottom),
+            top=max(self.top, other.top),
         )
 
 

@@ -30,10 +30,8 @@ def draw_chain(
 
     Parameters
     ----------
-    canvas
-        What to draw on.
-    scene
-        Gives the casing, the magnets and the sequence.
+    canvas, scene
+        What to draw on, and what gives the casing, the magnets and the sequence.
     angles
         Absolute headings [rad], shape (n,).
     base
@@ -117,18 +115,9 @@ def draw_ghost(canvas: Canvas, angles: FloatArray, middles: FloatArray, side: fl
 def draw_conflicts(
     canvas: Canvas, middles: FloatArray, side: float, pairs: Iterable[tuple[int, int]]
 ) -> None:
-    """Ring the places where equal poles touch.
+    """Ring the places where equal poles touch, between pairs of components counted from 1.
 
-    Parameters
-    ----------
-    canvas
-        What to draw on.
-    middles
-        Centres of the components [m], shape (n, 2).
-    side
-        Edge length of a casing [m].
-    pairs
-        Numbers of the components that touch, counted from 1.
+    Their centres are `middles` [m], shape (n, 2).
     """
     for first, second in pairs:
         between = (middles[first - 1] + middles[second - 1]) / 2
@@ -167,14 +156,7 @@ class Touch(NamedTuple):
 def touches(angles: FloatArray, base: FloatArray, side: float) -> list[Touch]:
     """Return the faces that lie on one another; a corner on a face is none.
 
-    Parameters
-    ----------
-    angles
-        Absolute headings [rad], shape (n,).
-    base
-        Component 1's outer hinge [m], shape (2,).
-    side
-        Edge length of a casing [m].
+    Headings [rad] have the shape (n,), component 1's outer hinge [m] has (2,).
     """
     turns = angles[:, None] + FACE_NORMALS
     normals = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
@@ -199,17 +181,7 @@ def touches(angles: FloatArray, base: FloatArray, side: float) -> list[Touch]:
 
 
 def draw_touches(canvas: Canvas, scene: Scene, found: Iterable[Touch]) -> None:
-    """Draw bars where faces touch, in a warning's colour where their poles are equal.
-
-    Parameters
-    ----------
-    canvas
-        What to draw on.
-    scene
-        Gives the casing and the poles.
-    found
-        `touches`.
-    """
+    """Draw bars where faces touch, in a warning's colour where their poles are equal."""
     for touch in found:
         (i, a), (j, b) = touch.first, touch.second
         poles = scene.sequence[i][a], scene.sequence[j][b]
@@ -234,17 +206,7 @@ def with_magnet(scene: Scene, view: View) -> View:
 
 
 def draw_field(canvas: Canvas, scene: Scene, text: float) -> None:
-    """Draw a scene's external field, if it has one.
-
-    Parameters
-    ----------
-    canvas
-        What to draw on.
-    scene
-        Gives the field.
-    text
-        Height of text [px].
-    """
+    """Draw a scene's external field, if it has one, with `text` of this height [px]."""
     if scene.field is None:
         return
     if scene.field.magnet is not None:

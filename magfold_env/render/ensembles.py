@@ -1,6 +1,5 @@
 """Bar charts of ensembles: how often a chain ends in which shape. Needs matplotlib."""
 
-import importlib
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,7 +9,7 @@ import numpy as np
 
 from magfold_env.ensembles import Bar, Ensemble, bars
 from magfold_env.render.chain import square
-from magfold_env.reporting.plotting import COLOURS, GRID, INK, figure_class, save_figure
+from magfold_env.reporting.plotting import COLOURS, GRID, INK, figure_class, patch, save_figure
 from magfold_env.shapes import centres, headings
 
 SLOTS = 6
@@ -36,17 +35,7 @@ def draw_ensemble(ensemble: Ensemble, path: str | Path) -> None:
 
 
 def bar_chart(panels: Mapping[str, Sequence[Bar]], columns: int = 3, title: str = "") -> Any:
-    """Return a figure with a panel of bars for each entry, row by row.
-
-    Parameters
-    ----------
-    panels
-        Bars by the panel's title, most frequent first.
-    columns
-        Panels in a row.
-    title
-        Of the figure.
-    """
+    """Return a figure with a panel of bars, most frequent first, for each title, row by row."""
     columns = min(columns, len(panels))
     rows = math.ceil(len(panels) / columns)
     figure = figure_class()(figsize=(_WIDTH * columns, _HEIGHT * rows), layout="constrained")
@@ -58,8 +47,11 @@ def bar_chart(panels: Mapping[str, Sequence[Bar]], columns: int = 3, title: str 
     for axis in axes[len(panels) :]:
         axis.set_axis_off()
     shown = {bar.status for content in panels.values() for bar in _most(content)}
-    patch = importlib.import_module("matplotlib.patches").Patch
-    handles = [patch(color=_COLOURS[name], label=name) for name in _COLOURS if name in shown]
+    handles = [
+        patch("Patch", color=colour, label=name)
+        for name, colour in _COLOURS.items()
+        if name in shown
+    ]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
     return figure
 
@@ -98,14 +90,12 @@ def _label(bar: Bar) -> str:
 
 def _draw_outline(axis: Any, bar: Bar) -> None:
     """Draw the casings of a chain, turned so that those of a full fold stand upright."""
-    polygon = importlib.import_module("matplotlib.patches").Polygon
     angles = headings(bar.joints, first=math.pi / 4)
     for k, (middle, angle) in enumerate(zip(centres(angles), angles, strict=True)):
         face = _COLOURS[bar.status] if k == 0 else "white"
         corners = square(middle, float(angle), 1.0)
-        axis.add_patch(
-            polygon(corners, facecolor=face, edgecolor=INK, linewidth=0.8, clip_on=False)
-        )
+        look = {"facecolor": face, "edgecolor": INK, "linewidth": 0.8, "clip_on": False}
+        axis.add_patch(patch("Polygon", corners, **look))
     axis.set_aspect("equal")
     axis.autoscale_view()
     axis.set_axis_off()

@@ -134,16 +134,10 @@ def loaded(scene: Scene, angles: FloatArray, base: FloatArray, released: int) ->
 
 
 def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike) -> View:
-    """Return a view that holds the released components of one or more states.
+    """Return a view that holds the released components of one state or of m states.
 
-    A fixed magnet is held too, unless it is far away.
-
-    Parameters
-    ----------
-    scene
-        Gives sizes.
-    angles, base, released
-        Of one state, shapes (n,), (2,) and (), or of m states, shapes (m, n), (m, 2) and (m,).
+    Shapes are (n,), (2,) and (), or (m, n), (m, 2) and (m,). A fixed magnet is held too, unless it
+    is far away.
     """
     n, diagonal = scene.n, scene.casing.diagonal
     middles = centres(angles, side=scene.casing.side, base=base).reshape(-1, n, 2)

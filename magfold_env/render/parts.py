@@ -1,13 +1,12 @@
 """What a chain is built of, for the workshop: its magnets by kind, and its casings in words."""
 
-import string
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from magfold_env.reporting.tables import letters
 from magfold_env.scene import Scene
+from magfold_env.shapes import FloatArray, IntArray
 
 MILLI = 1e3
 _DIGITS = 6  # of sizes and strengths that count as equal
@@ -28,7 +27,7 @@ class Kind(NamedTuple):
     pieces: int
 
 
-def kinds(scene: Scene) -> tuple[list[Kind], npt.NDArray[np.int64]]:
+def kinds(scene: Scene) -> tuple[list[Kind], IntArray]:
     """Return the kinds of magnets a chain needs, and which is where.
 
     Returns
@@ -48,12 +47,14 @@ def kinds(scene: Scene) -> tuple[list[Kind], npt.NDArray[np.int64]]:
     for k, faces in enumerate(scene.sequence):
         for f, pole in enumerate(faces):
             if pole != "-":
-                values = (*(float(length[f]) for length in lengths), float(strength[k, f]))
-                width, height, thickness, inset, strong = (_rounded(value) for value in values)
+                values = (*(length[f] for length in lengths), strength[k, f])
+                width, height, thickness, inset, strong = (
+                    float(f"{value:.{_DIGITS}g}") for value in values
+                )
                 key = width, height, thickness, inset, strong
                 where[k, f] = known.setdefault(key, len(known))
     found = [
-        Kind(_name(index), *key[:4], _strength(scene, key[4]), int((where == index).sum()))
+        Kind(letters(index), *key[:4], _strength(scene, key[4]), int((where == index).sum()))
         for key, index in known.items()
     ]
     return found, where
@@ -69,8 +70,8 @@ def casing_texts(scene: Scene) -> list[str]:
     """Return what to know of the casings, a line a fact."""
     casing = scene.casing
     lines = [
-        f"{scene.n} casings, side {millimetres(casing.side)} mm, {grams(scene.masses)} each with "
-        "magnets; neighbours hinged at opposite corners"
+        f"{scene.n} casings, side {millimetres(casing.side)} mm, {_milli_range(scene.masses)} g "
+        "each with magnets; neighbours hinged at opposite corners"
     ]
     stops = "Joints stop at ±90°, face on face" if scene.contact else "No joint stops"
     lines.append(f"{stops}; friction with the floor {scene.friction:.3g}")
@@ -84,12 +85,10 @@ def release_text(scene: Scene) -> str:
             "Component 1's outer hinge is pinned." if scene.mount == "pinned" else "Free release."
         )
     first = 1 if scene.feed.direction == "forward" else scene.n
-    slow, fast = float(scene.speeds.min()), float(scene.speeds.max())
-    speed = f"{MILLI * slow:.4g}" + (f" to {MILLI * fast:.4g}" if fast > slow else "")
     loading = "; magnets are set at the mouth" if scene.feed.loading == "at_mouth" else ""
     return (
         f"Tube of bore {millimetres(scene.bore)} mm, fed {scene.feed.direction}: component {first} "
-        f"leaves first, at {speed} mm/s{loading}."
+        f"leaves first, at {_milli_range(scene.speeds)} mm/s{loading}."
     )
 
 
@@ -98,19 +97,10 @@ def millimetres(metres: float) -> str:
     return f"{MILLI * metres:.4g}"
 
 
-def grams(masses: Sequence[float] | npt.NDArray[np.float64]) -> str:
-    """Return masses [kg] in g: one number, or their range."""
-    low, high = min(masses), max(masses)
-    return f"{MILLI * low:.4g}" + (f" to {MILLI * high:.4g}" if high > low else "") + " g"
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.{_DIGITS}g}")
-
-
-def _name(index: int) -> str:
-    more, last = divmod(index, len(string.ascii_uppercase))
-    return (_name(more - 1) if more else "") + string.ascii_uppercase[last]
+def _milli_range(values: FloatArray) -> str:
+    """Return a thousand times some values: one number, or their range."""
+    low, high = float(values.min()), float(values.max())
+    return f"{MILLI * low:.4g}" + (f" to {MILLI * high:.4g}" if high > low else "")
 
 
 def _strength(scene: Scene, strength: float) -> str:

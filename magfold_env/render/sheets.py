@@ -45,16 +45,10 @@ def check_suffix(path: str | Path) -> None:
 
 
 def save_pages(blocks: Sequence[Block], path: str | Path) -> None:
-    """Write blocks one below the other: pages of a PDF, or one tall PNG.
+    """Write blocks one below the other: pages of a PDF, or one tall PNG, as the suffix says.
 
-    Parameters
-    ----------
-    blocks
-        In their order; a page is broken before one that does not fit on it.
-    path
-        Where to; its suffix says which; written under a temporary name first.
+    A page is broken before a block that does not fit on it. See `check_suffix`.
     """
-    check_suffix(path)
     pages = _pages(blocks)
     figures = [_figure(page, k + 1, len(pages)) for k, page in enumerate(pages)]
     with replacing(path) as temporary:

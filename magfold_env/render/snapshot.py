@@ -32,64 +32,42 @@ _KEY = (
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What a picture shows.
-
-    Attributes
-    ----------
-    scene : Scene
-        Sizes, tube and sequence.
-    angles : array, shape (n,)
-        Absolute headings [rad].
-    base : array, shape (2,)
-        Component 1's outer hinge [m].
-    released : int
-        Number of components out of the tube.
-    target : str
-        The wanted fold word.
-    held : array of bool, shape (n,)
-        Which components friction holds.
-    title, message : str
-        How far the episode has come, and how it ended in words.
-    rows : tuple of (str, str)
-        Names and values of what is to be read.
-    predicted : str, optional
-        The fold word that was predicted.
-    is_loaded : bool
-        False while no magnets are chosen of a chain that is built beforehand.
-    marked : int, optional
-        Index of a component in the tube whose magnets are being chosen; its faces are numbered.
-    overlay : tuple of str
-        Lines of text over the chain; a tab parts two columns.
-    """
+    """What a picture shows."""
 
     scene: Scene
+    """Sizes, tube and sequence."""
     angles: FloatArray
+    """Absolute headings [rad], shape (n,)."""
     base: FloatArray
+    """Component 1's outer hinge [m], shape (2,)."""
     released: int
+    """Number of components out of the tube."""
     target: str
+    """The wanted fold word."""
     held: BoolArray
+    """Which components friction holds, shape (n,)."""
     title: str
+    """How far the episode has come."""
     message: str = ""
+    """How it ended in words."""
     rows: tuple[tuple[str, str], ...] = ()
+    """Names and values of what is to be read."""
     predicted: str | None = None
+    """The fold word that was predicted."""
     is_loaded: bool = True
+    """False while no magnets are chosen of a chain that is built beforehand."""
     marked: int | None = None
+    """Index of a component in the tube whose magnets are being chosen; its faces are numbered."""
     overlay: tuple[str, ...] = ()
+    """Lines of text over the chain; a tab parts two columns."""
 
 
 def snapshot_picture(
     snapshot: Snapshot, size: Size = SNAPSHOT_SIZE, view: View | None = None
 ) -> Image.Image:
-    """Return the picture of a snapshot.
+    """Return the picture of a snapshot, of a width and a height [px].
 
-    Parameters
-    ----------
-    snapshot
-        What to show.
-    size
-        Width and height [px].
-    view
-        Part of the plane to show at least, `snapshot_view` by default.
+    It shows a part of the plane at least, `snapshot_view` by default.
     """
     width, height = size
     panel = round(_PANEL * width)
@@ -104,11 +82,9 @@ def snapshot_picture(
 def snapshot_view(snapshot: Snapshot) -> View:
     """Return a view of chain and ghost that is the same all through most episodes of a scene."""
     view = motion_view(snapshot.scene, snapshot.angles, snapshot.base, snapshot.released)
-    ghost = _ghost(snapshot)
-    if ghost is None:
+    if (ghost := _ghost(snapshot)) is None:
         return view
-    _, middles = ghost
-    return view.joined(View.around(middles, 0.7 * snapshot.scene.casing.diagonal))
+    return view.joined(View.around(ghost[1], 0.7 * snapshot.scene.casing.diagonal))
 
 
 def motion_view(
@@ -128,8 +104,7 @@ def _chain_picture(snapshot: Snapshot, size: Size, view: View, text: float) -> I
     canvas = Canvas(view, size)
     chain.draw_field(canvas, scene, text)
     chain.draw_tube(canvas, scene, angles, base)
-    ghost = _ghost(snapshot)
-    if ghost is not None:
+    if (ghost := _ghost(snapshot)) is not None:
         chain.draw_ghost(canvas, *ghost, side)
     with_magnets = loaded(scene, angles, base, snapshot.released) & snapshot.is_loaded
     if snapshot.marked is not None:
@@ -158,14 +133,14 @@ def _ghost(snapshot: Snapshot) -> tuple[FloatArray, FloatArray] | None:
     if count <= 1:
         return None
     out = slice(0, count) if scene.feed.direction == "forward" else slice(n - count, n)
-    wanted = headings(word_to_angles(snapshot.target))[out]
-    shape = centres(headings(word_to_angles(snapshot.target)), side=side)[out]
+    wanted = headings(word_to_angles(snapshot.target))
+    shape = centres(wanted, side=side)[out]
     real = centres(snapshot.angles, side=side, base=snapshot.base)[out]
     # The rotation of least squares, in the complex plane.
     away, goal = (points - points.mean(axis=0) for points in (shape, real))
     turn = np.angle(((goal[:, 0] + 1j * goal[:, 1]) * (away[:, 0] - 1j * away[:, 1])).sum())
     turned = away @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    return wanted + turn, turned + real.mean(axis=0)
+    return wanted[out] + turn, turned + real.mean(axis=0)
 
 
 def _draw_key(canvas: Canvas, text: float) -> None:

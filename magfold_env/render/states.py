@@ -10,6 +10,7 @@ from PIL import Image
 from magfold_env.render import style
 from magfold_env.render.canvas import Canvas, View, save_image, tiled
 from magfold_env.render.chain import draw_chain, draw_conflicts
+from magfold_env.reporting.tables import joined_pairs
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres, headings, word_to_angles
 
@@ -87,7 +88,6 @@ def _panel(scene: Scene, state: State, rank: int, reach: float) -> Image.Image:
     if state.stable:
         verdict, colour = "stable", style.GOOD
     elif state.conflicts:
-        pairs = ", ".join(f"{first}-{second}" for first, second in state.conflicts)
-        verdict, colour = f"conflict {pairs}", style.WARNING
+        verdict, colour = f"conflict {joined_pairs(state.conflicts)}", style.WARNING
     canvas.note(verdict, (_PANEL - 10, _PANEL - 8), _TEXT, colour, "rd")
     return canvas.image()

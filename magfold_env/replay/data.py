@@ -1,7 +1,5 @@
 """What the page is told of a fold: lengths in mm, energies in mJ, rounded to what can be seen."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,15 +105,20 @@ def _facts(fold: Recording) -> list[list[str]]:
     scene = fold.scene
     facts = {"Sequence": " ".join(scene.sequence), "Mount": scene.mount}
     if scene.mount == "tube":
-        slowest, fastest = float(scene.speeds.min()), float(scene.speeds.max())
-        speed = f"{slowest:.4g}" if slowest == fastest else f"{slowest:.4g} to {fastest:.4g}"
-        facts["Feed"] = f"{scene.feed.direction}, {speed} m/s, {scene.feed.loading}"
+        facts["Feed"] = feed_text(scene)
     facts["Casing"] = f"{_MILLI * scene.casing.side:.4g} mm"
     facts["Friction"] = f"{scene.friction:.4g}"
     if np.isfinite(fold.energy):
         facts["Magnetic energy at the end"] = f"{_MILLI * fold.energy:.4f} mJ".replace("-", "−")
     facts["Simulated time"] = f"{fold.duration:.4f} s"
     return [[name, value] for name, value in facts.items()]
+
+
+def feed_text(scene: Scene) -> str:
+    """Return how a tube feeds: which way, how fast and how it is loaded."""
+    slow, fast = float(scene.speeds.min()), float(scene.speeds.max())
+    speed = f"{slow:.4g}" if slow == fast else f"{slow:.4g} to {fast:.4g}"
+    return f"{scene.feed.direction}, {speed} m/s, {scene.feed.loading}"
 
 
 def _millijoules(joules: FloatArray) -> list[float]:

@@ -1,8 +1,5 @@
 """On what and with what a measurement was taken."""
 
-from __future__ import annotations
-
-import hashlib
 import os
 import platform
 import subprocess
@@ -10,6 +7,8 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from magfold_env.files import sources_digest
 
 LIBRARIES = ("numba", "llvmlite", "numpy", "gymnasium")
 PEERS = ("magpylib", "mujoco", "pin")
@@ -39,12 +38,7 @@ def describe() -> dict[str, str]:
 def identity() -> dict[str, str]:
     """Return what measurements must share to belong to one run, the package's sources included."""
     same = {key: value for key, value in describe().items() if key not in PASSING}
-    package = Path(__file__).resolve().parents[1]
-    sources = hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
-        sources.update(path.relative_to(package).as_posix().encode())
-        sources.update(path.read_bytes())
-    return same | {"sources": sources.hexdigest()[:16]}
+    return same | {"sources": sources_digest("**/*.py")}
 
 
 def _processor() -> str:

@@ -1,38 +1,20 @@
 """One self-contained HTML page for results: prose, tables and pictures, nothing from elsewhere."""
 
-from __future__ import annotations
-
 import html
-import math
 import re
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from string import Template
-from typing import Literal, Protocol
+from typing import Literal
 
 from magfold_env.files import write_text
+from magfold_env.reporting.tables import Table, cell_text
 
-Cell = str | int | float
 Tone = Literal["good", "bad", "plain"]
 
 PNG_START = b"\x89PNG\r\n\x1a\n"
-WHOLE = 1000.0  # larger numbers are shown without decimals
-
-
-class Tabular(Protocol):
-    """Whatever has a title and rows with equal keys, which head the columns."""
-
-    @property
-    def title(self) -> str:
-        """What the rows are."""
-        ...
-
-    @property
-    def rows(self) -> Sequence[Mapping[str, Cell]]:
-        """Cells by column."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -68,7 +50,7 @@ class Verdict:
     """Further sentences, each a line of its own."""
 
 
-Block = str | Picture | Entries | Points | Verdict | Tabular
+Block = str | Picture | Entries | Points | Verdict | Table
 """What a section is made of; a plain text is a paragraph."""
 
 
@@ -107,9 +89,8 @@ def write_page(page: Page, path: str | Path) -> None:
 def render(page: Page) -> str:
     """Return a page as HTML text, its pictures inside; see `write_page`."""
     names = [f"s{k}-{_slug(section.title)}" for k, section in enumerate(page.sections, start=1)]
-    listed = zip(names, page.sections, strict=True)
-    contents = "".join(f'<li><a href="#{n}">{_escaped(s.title)}</a></li>' for n, s in listed)
-    bodies = zip(names, page.sections, strict=True)
+    named = list(zip(names, page.sections, strict=True))
+    contents = "".join(f'<li><a href="#{n}">{_escaped(s.title)}</a></li>' for n, s in named)
     template = Path(__file__).with_suffix(".html").read_text(encoding="utf-8")
     return Template(template).substitute(
         title=_escaped(page.title),
@@ -117,19 +98,12 @@ def render(page: Page) -> str:
         contents=f"<nav><ol>{contents}</ol></nav>" if len(page.sections) > 1 else "",
         sections="\n".join(
             f'<section id="{n}">\n<h2>{_escaped(s.title)}</h2>\n{_blocks(s.blocks)}\n</section>'
-            for n, s in bodies
+            for n, s in named
         ),
-        provenance=_provenance(page.provenance),
+        provenance=f"<section>\n<h2>How it was made</h2>\n{_entries(page.provenance)}\n</section>"
+        if page.provenance
+        else "",
     )
-
-
-def cell_text(cell: Cell) -> str:
-    """Return a table's cell as text, numbers to three figures."""
-    if isinstance(cell, str):
-        return cell
-    if not math.isfinite(cell):
-        return "never"
-    return f"{cell:.0f}" if isinstance(cell, int) or abs(cell) >= WHOLE else f"{cell:.3g}"
 
 
 def _blocks(blocks: Sequence[Block]) -> str:
@@ -152,7 +126,7 @@ def _block(block: Block) -> str:
             more = "".join(f"<p>{_escaped(text)}</p>" for text in block.more)
             first = f"<p>{badge} {_escaped(block.sentence)}</p>"
             return f'<div class="verdict {block.tone}">{first}{more}</div>'
-        case _:
+        case Table():
             return _table(block)
 
 
@@ -172,7 +146,7 @@ def _entries(texts: Mapping[str, str]) -> str:
     return f"<dl>{''.join(items)}</dl>"
 
 
-def _table(table: Tabular) -> str:
+def _table(table: Table) -> str:
     """Return a table; a column is ranged right if its first cell is a number."""
     if not table.rows:
         return f"<p>{_escaped(table.title)}: nothing.</p>"
@@ -190,12 +164,6 @@ def _table(table: Tabular) -> str:
 def _row(tag: str, kinds: Sequence[str], texts: Sequence[str]) -> str:
     cells = (f"<{tag}{k}>{_escaped(t)}</{tag}>" for k, t in zip(kinds, texts, strict=True))
     return f"<tr>{''.join(cells)}</tr>"
-
-
-def _provenance(record: Mapping[str, str]) -> str:
-    if not record:
-        return ""
-    return f"<section>\n<h2>How it was made</h2>\n{_entries(record)}\n</section>"
 
 
 def _slug(title: str) -> str:

@@ -1,7 +1,5 @@
 """What all diagrams share. Needs matplotlib, from the extra `render`."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -32,6 +30,11 @@ def figure_class() -> Any:
         raise ImportError(msg) from error
 
 
+def patch(shape: str, *place: Any, **options: Any) -> Any:
+    """Return one of matplotlib's patches: a Polygon, a Circle, ..."""
+    return getattr(importlib.import_module("matplotlib.patches"), shape)(*place, **options)
+
+
 def save_figure(figure: Any, path: str | Path) -> None:
     """Write a figure as PNG, under a temporary name first."""
     with replacing(path) as temporary:
@@ -39,12 +42,21 @@ def save_figure(figure: Any, path: str | Path) -> None:
 
 
 def panels(
-    count: int, title: str, width: float = 5.2, height: float = 4.6, *, shared: bool = True
+    count: int,
+    title: str,
+    width: float = 5.2,
+    height: float = 4.6,
+    *,
+    rows: int = 1,
+    shared: bool = True,
 ) -> tuple[Any, Any]:
-    """Return a figure and its axes side by side, with the same limits if ``shared``."""
-    figure = figure_class()(figsize=(width * count, height), layout="constrained")
+    """Return a figure and its axes, ``count`` in each row, with the same limits if ``shared``.
+
+    Width and height are those of one panel [inch].
+    """
+    figure = figure_class()(figsize=(width * count, height * rows), layout="constrained")
     figure.suptitle(title, fontsize=13, color=INK)
-    axes = figure.subplots(1, count, squeeze=False, sharex=shared, sharey=shared)[0]
+    axes = figure.subplots(rows, count, squeeze=False, sharex=shared, sharey=shared).ravel()
     for axis in axes:
         axis.grid(visible=True, which="major", color=GRID, linewidth=0.7)
         axis.set_axisbelow(True)

@@ -1,14 +1,13 @@
 """Rows of what was measured: columns of them, and how they are shown, written and judged."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from string import ascii_uppercase
 from typing import Any, TypeVar
 
 import numpy as np
@@ -18,10 +17,11 @@ from rich.markup import escape
 from rich.table import Table as RichTable
 
 from magfold_env.files import write_text
-from magfold_env.reporting.page import cell_text
 
 Cell = str | int | float
 Row = dict[str, Cell]
+
+WHOLE = 1000.0  # larger numbers are shown without decimals
 
 Progress = Callable[[float, str], None]
 """Is told the finished share of a part, 0 to 1, and what is going on."""
@@ -34,7 +34,7 @@ Case = TypeVar("Case")
 
 @dataclass(frozen=True)
 class Table:
-    """Rows for the console, all with the same keys."""
+    """Rows for the console or a page, all with the same keys, which head the columns."""
 
     title: str
     rows: list[Row]
@@ -97,14 +97,30 @@ def without_quartiles(rows: Sequence[Row], *hidden: str) -> list[Row]:
     ]
 
 
-def growth(rows: Sequence[Row], since: int, time: str = "time [µs]") -> float:
-    """Log-log slope of a time against "n" from a length on, by least squares; nan if too few."""
-    longer = [row for row in rows if float(row["n"]) >= since]
-    if len(longer) < 2:
+def power(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
+    """Return with which power of x y grows, by least squares; nan of fewer than two points."""
+    if np.size(x) < 2:
         return math.nan
-    n: npt.NDArray[np.float64] = np.log(numbers(longer, "n"))
-    times: npt.NDArray[np.float64] = np.log(numbers(longer, time))
-    return float(np.polyfit(n, times, 1)[0])
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
+
+
+def growth(
+    rows: Sequence[Row], since: int, until: float = math.inf, time: str = "time [µs]"
+) -> float:
+    """Return with which power of "n" a time grows between two lengths; nan if too few."""
+    mine = [row for row in rows if since <= float(row["n"]) <= until]
+    return power(numbers(mine, "n"), numbers(mine, time))
+
+
+def letters(index: int) -> str:
+    """Return A, B, ..., Z, AA, AB, ... for 0, 1, ..."""
+    more, last = divmod(index, len(ascii_uppercase))
+    return (letters(more - 1) if more else "") + ascii_uppercase[last]
+
+
+def joined_pairs(pairs: Iterable[tuple[int, int]]) -> str:
+    """Return pairs of components as a text like "1-2, 3-6"."""
+    return ", ".join(f"{first}-{second}" for first, second in pairs)
 
 
 def verdict(held: object) -> str:
@@ -113,6 +129,15 @@ def verdict(held: object) -> str:
 
 
 # --- the console and files --------------------------------------------------------------------
+
+
+def cell_text(cell: Cell) -> str:
+    """Return a table's cell as text, numbers to three figures."""
+    if isinstance(cell, str):
+        return cell
+    if not math.isfinite(cell):
+        return "never"
+    return f"{cell:.0f}" if isinstance(cell, int) or abs(cell) >= WHOLE else f"{cell:.3g}"
 
 
 def show(console: Console, machine: Mapping[str, str], measured: Mapping[str, Measurement]) -> None:

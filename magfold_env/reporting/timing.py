@@ -5,14 +5,12 @@ after round, and a ratio is taken within each round, where the drift cancels. Th
 processor time of the calling thread: time that other programs take away does not count.
 """
 
-from __future__ import annotations
-
 import gc
 import math
 import time
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -71,9 +69,9 @@ class Timing:
         """Median [s]."""
         return self.spread.median
 
-    def each_of(self, count: int) -> Timing:
+    def each_of(self, count: int) -> Self:
         """Return what one of so many took that one call does."""
-        return Timing(self.samples / count)
+        return type(self)(self.samples / count)
 
 
 def spread_of(samples: npt.NDArray[np.float64]) -> Spread:
@@ -148,14 +146,9 @@ def enough_repeats(
     least: float = LASTING,
     clock: Callable[[], float] = time.thread_time,
 ) -> int:
-    """Return how often to repeat compiled work in one call, so that the call itself costs nothing.
+    """Return how often compiled work must repeat itself in one call that lasts `least` [s].
 
-    Parameters
-    ----------
-    work
-        Repeats itself so many times in one call.
-    least
-        How long the call shall last [s].
+    The call itself then costs nothing.
     """
     work(1)  # compiles
     repeats = 1

@@ -1,21 +1,20 @@
 """Cases by their names; many of them, on one or more processes, to go on after a kill."""
 
-import hashlib
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count, islice
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.files import physics_digest
+from magfold_env.files import physics_digest, sources_digest
 from magfold_env.parallel import Workers, finished
 from magfold_env.scene import Problem, Scene, SceneError, save_scene
-from magfold_env.stress.kinds import KINDS, RandomSource
+from magfold_env.stress.kinds import KINDS, Source
 from magfold_env.stress.laws import check
 from magfold_env.stress.verdict import Tally, Verdict
 
@@ -43,7 +42,7 @@ class Case:
     def scene(self) -> Scene:
         """Draw the scene: the same whenever and wherever that is done."""
         letters = map(ord, self.kind)
-        return KINDS[self.kind].make(RandomSource(self.seed, self.number, *letters))
+        return KINDS[self.kind].make(Source(self.seed, self.number, *letters))
 
     def verdict(self) -> Verdict:
         """Check the scene; an error that is raised breaks a law like any other."""
@@ -105,7 +104,7 @@ def run(
     kept = None if out is None else Checkpoint(out / "state", _key(seed, chosen))
     tally, done = Tally(), set[int]()
     if kept is not None:
-        for number, size, part in kept.read(_block_of):
+        for number, size, part in kept.read(TypeAdapter(tuple[int, int, Tally]).validate_python):
             # The last block of a shorter campaign is smaller.
             if number < len(blocks) and size == len(blocks[number]):
                 done.add(number)
@@ -123,7 +122,7 @@ def run(
                 if out is not None:
                     _save_failures(part, out / "failures")
                 if kept is not None:
-                    kept.add([wave[place], len(blocks[wave[place]]), part.to_dict()])
+                    kept.add([wave[place], len(blocks[wave[place]]), vars(part)])
                 if progress is not None:
                     progress(tally)
     finally:
@@ -161,20 +160,11 @@ def _blocks(cases: int, seed: int, kinds: Sequence[str]) -> list[list[Case]]:
     return [every[k : k + BLOCK] for k in range(0, cases, BLOCK)]
 
 
-def _block_of(record: list[Any]) -> tuple[int, int, Tally]:
-    """Return a block's number, its size and what was found in it."""
-    number, size, part = record
-    return int(number), int(size), Tally.from_dict(part)
-
-
 def _key(seed: int, kinds: Sequence[str]) -> dict[str, object]:
-    checks = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        checks.update(path.read_bytes())
     return {
         "kind": "stress",
         "physics": physics_digest(),
-        "checks": checks.hexdigest()[:16],
+        "checks": sources_digest("stress/*.py"),
         "seed": seed,
         "kinds": list(kinds),
     }

@@ -1,11 +1,8 @@
-"""Kinds of scenes: ordinary ones, and one extreme corner each. Nothing in them is left to draw.
-
-Their numbers come from a generator, or from whatever else can draw.
-"""
+"""Kinds of scenes: ordinary ones, and one extreme corner each. Nothing in them is left to draw."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -35,24 +32,8 @@ DEVICES: tuple[Mapping[str, Any], ...] = (
 Changes = dict[str, Any]
 
 
-class Source(Protocol):
-    """Draws numbers and choices, evenly as far as it draws at random."""
-
-    def integer(self, low: int, high: int) -> int:
-        """Return an integer from ``low`` to ``high``, both included."""
-        ...
-
-    def number(self, low: float, high: float) -> float:
-        """Return a number from ``low`` to ``high``."""
-        ...
-
-    def pick(self, options: Sequence[T]) -> T:
-        """Return one of the options."""
-        ...
-
-
-class RandomSource:
-    """Draws from a generator.
+class Source:
+    """Draws numbers and choices evenly, from a generator; a subclass may draw otherwise.
 
     Parameters
     ----------
@@ -87,6 +68,16 @@ def numbers(source: Source, low: float, high: float, count: int) -> tuple[float,
     return tuple(source.number(low, high) for _ in range(count))
 
 
+def changed(draw: Callable[[Source, int], Changes]) -> Callable[[Source], Scene]:
+    """Return what draws scenes of few components with some changes, drawn after their number."""
+
+    def make(source: Source) -> Scene:
+        n = few(source)
+        return scene(source, n, **draw(source, n))
+
+    return make
+
+
 class Kind(NamedTuple):
     """One kind of scenes."""
 
@@ -95,6 +86,11 @@ class Kind(NamedTuple):
     make: Callable[[Source], Scene]
     share: int
     """How many of a hundred cases; those with none must be asked for."""
+
+
+def ordinary(source: Source) -> Scene:
+    """Draw what users simulate."""
+    return scene(source, few(source))
 
 
 def few(source: Source) -> int:
@@ -146,86 +142,54 @@ def fed(source: Source, speed: float | tuple[float, ...]) -> Changes:
     }
 
 
-def ordinary(source: Source) -> Scene:
-    """Draw what users simulate."""
-    return scene(source, few(source))
-
-
-def masses(source: Source) -> Scene:
-    """Draw masses up to a million times apart, and inertias that do not go with them."""
-    return scene(source, n := few(source), casing=uneven(source, n))
-
-
 def uneven(source: Source, n: int) -> Changes:
-    """Draw masses and inertias."""
+    """Draw masses up to a million times apart, and inertias that do not go with them."""
     mass = tuple(logarithmic(source, 1e-6, 1.0) for _ in range(n))
     even = np.array(mass) * 0.0125**2 / 6.0
     factor = [logarithmic(source, 0.1, 10.0) for _ in range(n)]
-    return {"mass": mass, "inertia": source.pick((None, tuple(even * factor)))}
+    return {"casing": {"mass": mass, "inertia": source.pick((None, tuple(even * factor)))}}
 
 
-def friction(source: Source) -> Scene:
+def rubbing(source: Source, n: int) -> Changes:
     """Draw friction of 0, of 10 and of all orders between."""
-    return scene(source, few(source), friction=rubbing(source))
-
-
-def rubbing(source: Source) -> float:
-    """Draw a friction coefficient."""
-    return source.pick((0.0, 10.0, logarithmic(source, 1e-4, 10.0)))
-
-
-def feed(source: Source) -> Scene:
-    """Draw feed speeds from 0.1 mm/s to 10 m/s, also from component to component."""
-    n = few(source)
-    return scene(source, n, mount="tube", feed=hurried(source, n))
+    return {"friction": source.pick((0.0, 10.0, logarithmic(source, 1e-4, 10.0)))}
 
 
 def hurried(source: Source, n: int) -> Changes:
-    """Draw feed speeds."""
+    """Draw feed speeds from 0.1 mm/s to 10 m/s, also from component to component."""
     one = logarithmic(source, 1e-4, 10.0)
     each = tuple(logarithmic(source, 1e-4, 10.0) for _ in range(n))
-    return fed(source, source.pick((one, each)))
+    return {"mount": "tube", "feed": fed(source, source.pick((one, each)))}
 
 
-def remanence(source: Source) -> Scene:
-    """Draw magnets of 0 to 1.5 T, also magnet by magnet, in several makes."""
-    n = few(source)
-    return scene(source, n, magnets=strong(source, n))
-
-
-def strong(source: Source, n: int) -> Changes | None:
-    """Draw magnets, or none."""
+def strong(source: Source, n: int) -> Changes:
+    """Draw magnets of 0 to 1.5 T, also magnet by magnet, in several makes, or none."""
     if source.integer(0, 9) == 0:
-        return None
+        return {"magnets": None}
     one = logarithmic(source, 1e-6, 1.5)
     rows = tuple(tuple(logarithmic(source, 1e-6, 1.5) for _ in range(4)) for _ in range(n))
     strength = source.pick((1.5, one, rows))
-    return {**source.pick(DEVICES), "remanence": strength}
+    return {"magnets": {**source.pick(DEVICES), "remanence": strength}}
 
 
-def gaps(source: Source) -> Scene:
-    """Draw magnets that come as near as 10 µm, and casings with all kinds of corners."""
-    return scene(
-        source,
-        few(source),
-        magnets=close(source),
-        casing={"corner_radius": logarithmic(source, 1e-7, 1e-3)},
-    )
-
-
-def close(source: Source) -> Changes:
-    """Draw magnets just below the faces."""
+def close(source: Source, n: int) -> Changes:
+    """Draw magnets just below the faces, which come as near as 10 µm."""
     points = {"model": "points", "inset": logarithmic(source, 5e-6, 5e-4)}
     strips = {"inset": source.pick(GAPS)}
     summed = {"inset": logarithmic(source, 5e-6, 5e-4), "nodes": source.integer(1, 24)}
-    return {**source.pick((points, strips, summed)), "remanence": logarithmic(source, 0.01, 1.5)}
+    magnets = source.pick((points, strips, summed))
+    return {"magnets": {**magnets, "remanence": logarithmic(source, 0.01, 1.5)}}
 
 
-def stops(source: Source) -> Scene:
+def rounded(source: Source, n: int) -> Changes:
+    """Draw magnets just below the faces of casings with all kinds of corners."""
+    return close(source, n) | {"casing": {"corner_radius": logarithmic(source, 1e-7, 1e-3)}}
+
+
+def at_stops(source: Source, n: int) -> Changes:
     """Draw starts at the stops, where squares touch already; some overlap and are refused."""
-    n = few(source)
     at = tuple(source.pick((-STOP, STOP, 0.0, source.number(-STOP, STOP))) for _ in range(n - 1))
-    return scene(source, n, mount=source.pick(("free", "pinned")), start_angles=at)
+    return {"start_angles": at, "mount": source.pick(("free", "pinned"))}
 
 
 def overlapping(source: Source) -> Scene:
@@ -240,17 +204,14 @@ def overlapping(source: Source) -> Scene:
     return scene(source, n, mount=source.pick(("free", "pinned")), start_angles=angles)
 
 
-def straight(source: Source) -> Scene:
+def symmetric(source: Source, n: int) -> Changes:
     """Draw chains that are their own mirror image, exactly straight or next to it."""
-    n = few(source)
     halves = [(source.pick("NS-"), source.pick("NS-")) for _ in range(n)]
     off = source.pick((0.0, 0.0, 1e-15, 1e-9))
-    return scene(
-        source,
-        n,
-        sequence=tuple(front + back + back + front for front, back in halves),
-        start_angles=tuple(off * source.pick((-1.0, 1.0)) for _ in range(n - 1)),
-    )
+    return {
+        "sequence": tuple(front + back + back + front for front, back in halves),
+        "start_angles": tuple(off * source.pick((-1.0, 1.0)) for _ in range(n - 1)),
+    }
 
 
 def tolerances(source: Source) -> Scene:
@@ -259,14 +220,8 @@ def tolerances(source: Source) -> Scene:
     return scene(source, source.integer(1, 6), solver=solver)
 
 
-def fields(source: Source) -> Scene:
-    """Draw fields and gravity in the plane, and fixed magnets to run into."""
-    n = few(source)
-    return scene(source, n, **outside(source, n))
-
-
 def outside(source: Source, n: int) -> Changes:
-    """Draw what acts from outside; a fixed magnet lies beside the straight chain."""
+    """Draw fields, gravity in the plane and fixed magnets, beside the straight chain."""
     pull = source.pick(((0.0, 0.0), numbers(source, -20.0, 20.0, 2)))
     size = {name: source.number(0.005, 0.03) for name in ("width", "height", "thickness")}
     beside = source.pick((-1.0, 1.0)) * (0.04 + 0.3 * 0.0177 * n + source.number(0.0, 0.1))
@@ -297,14 +252,13 @@ def long(source: Source) -> Scene:
     return scene(source, n, sequence=letters, solver={"max_steps": LONG_STEPS}, **free)
 
 
-def mixed(source: Source) -> Scene:
+def mixed(source: Source, n: int) -> Changes:
     """Draw all extremes at once."""
-    n = few(source)
-    changes: Changes = {"casing": uneven(source, n), "friction": rubbing(source)}
+    changes = uneven(source, n) | rubbing(source, n)
     changes |= source.pick(({}, outside(source, n)))
-    changes["magnets"] = source.pick((strong(source, n), close(source)))
+    changes |= source.pick((strong(source, n), close(source, n)))
     changes["solver"] = {"tolerance": logarithmic(source, 1e-8, 1e-2)}
-    return scene(source, n, **mounted(source, 1e-3, 10.0), **changes)
+    return changes | mounted(source, 1e-3, 10.0)
 
 
 def marathon(source: Source) -> Scene:
@@ -325,18 +279,18 @@ def marathon(source: Source) -> Scene:
 
 KINDS: dict[str, Kind] = {
     "ordinary": Kind("what users simulate, 1 to 12 components", ordinary, 24),
-    "masses": Kind("masses a million times apart", masses, 8),
-    "friction": Kind("friction 0, 10 and all orders between", friction, 8),
-    "feed": Kind("feed of 0.1 mm/s to 10 m/s", feed, 8),
-    "remanence": Kind("0 to 1.5 T, magnet by magnet", remanence, 8),
-    "gaps": Kind("magnets 10 µm apart, all kinds of corners", gaps, 7),
-    "stops": Kind("starts at the stops", stops, 7),
+    "masses": Kind("masses a million times apart", changed(uneven), 8),
+    "friction": Kind("friction 0, 10 and all orders between", changed(rubbing), 8),
+    "feed": Kind("feed of 0.1 mm/s to 10 m/s", changed(hurried), 8),
+    "remanence": Kind("0 to 1.5 T, magnet by magnet", changed(strong), 8),
+    "gaps": Kind("magnets 10 µm apart, all kinds of corners", changed(rounded), 7),
+    "stops": Kind("starts at the stops", changed(at_stops), 7),
     "overlapping": Kind("overlapping starts", overlapping, 4),
-    "straight": Kind("exactly straight, symmetric chains", straight, 5),
+    "straight": Kind("exactly straight, symmetric chains", changed(symmetric), 5),
     "tolerances": Kind("tolerances of 1e-1 to 1e-12 rad", tolerances, 5),
-    "fields": Kind("fields, fixed magnets, gravity in the plane", fields, 5),
+    "fields": Kind("fields, fixed magnets, gravity in the plane", changed(outside), 5),
     "paper": Kind("the paper's solver, steps up to 20 ms", paper, 3),
     "long": Kind("13 to 1,000 components, 60 steps", long, 1),
-    "mixed": Kind("all of these at once", mixed, 7),
+    "mixed": Kind("all of these at once", changed(mixed), 7),
     "marathon": Kind("ten million steps of a pendulum", marathon, 0),
 }

@@ -42,7 +42,7 @@ def check(scene: Scene) -> Verdict:
     stride = scene.solver.max_steps if paper else max(1, scene.solver.max_steps // LOOKS)
     motion, session = follow(scene, stride)
     stepped, fold = session.fold(), simulate(scene)
-    verdict.status, verdict.message, verdict.steps = fold.status.value, fold.message, fold.steps
+    verdict.status, verdict.message = fold.status.value, fold.message
     same = identical(stepped, fold)
     verdict.require("determinism", same, "another run, stopped at every step, ends otherwise")
     check_refusal(scene, fold, verdict)
@@ -172,12 +172,10 @@ def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
         told = fold.status is FoldStatus.FOLDED
         verdict.require("status", told == shut, "told folded" if told else "told misfolded")
         return
-    if "a second are the limit" in fold.message:
-        capped = fold.steps >= solver.max_steps_per_second
-        verdict.require("status", capped, "told a limit that was not met")
-    elif "are the limit" in fold.message:
-        capped = fold.steps >= solver.max_steps
-        verdict.require("status", capped, "told a limit that was not met")
+    if "are the limit" in fold.message:
+        a_second = "a second are the limit" in fold.message
+        most = solver.max_steps_per_second if a_second else solver.max_steps
+        verdict.require("status", fold.steps >= most, "told a limit that was not met")
     else:
         fed = float(motion.time[motion.released < scene.n].max(initial=0.0))
         late = fold.time >= (fed + scene.duration) * (1.0 - 1e-9)

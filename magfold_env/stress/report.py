@@ -1,7 +1,6 @@
 """What a campaign found, as tables, JSON and a picture."""
 
 import json
-from collections.abc import Iterable
 from pathlib import Path
 
 from rich.markup import escape
@@ -70,7 +69,7 @@ def write(tally: Tally, folder: Path) -> list[Path]:
     """Write JSON and, if matplotlib is installed, a picture; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "stress.json"
-    data = {"machine": dict(machine.describe()), "cases": tally.cases, **tally.to_dict()}
+    data = {"machine": dict(machine.describe()), "cases": tally.cases, **vars(tally)}
     write_text(path, json.dumps(data, indent=1, allow_nan=False) + "\n")
     try:
         return [path, _draw(tally, folder / "stress.png")]
@@ -79,11 +78,11 @@ def write(tally: Tally, folder: Path) -> list[Path]:
 
 
 def _draw(tally: Tally, path: Path) -> Path:
-    """Draw how the kinds ended."""
     figure, (axis,) = panels(1, "How the cases end", width=8.0)
     kinds = list(tally.statuses)[::-1]
     left = [0.0] * len(kinds)
-    for status, colour in zip(STATUSES, _colours(), strict=True):
+    colours = [COLOURS[k] for k in (3, 6, 5, 2, 4)]
+    for status, colour in zip(STATUSES, colours, strict=True):
         shares = [tally.statuses[k][status] / tally.statuses[k].total() for k in kinds]
         if any(shares):
             axis.barh(kinds, shares, left=left, color=colour, label=status)
@@ -93,7 +92,3 @@ def _draw(tally: Tally, path: Path) -> Path:
     axis.legend(ncols=len(STATUSES), loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
     save_figure(figure, path)
     return path
-
-
-def _colours() -> Iterable[str]:
-    return [COLOURS[k] for k in (3, 6, 5, 2, 4)]

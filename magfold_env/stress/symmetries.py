@@ -5,11 +5,9 @@ tolerance allows may differ between views: what differs must do so at two far ti
 far more than either view does from one tolerance to another.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -44,7 +42,7 @@ class End(NamedTuple):
     """Whether its steps were too many: where that stops a chain depends on rounding."""
 
     @classmethod
-    def of(cls, fold: Fold) -> End:
+    def of(cls, fold: Fold) -> Self:
         """Return how a fold ends."""
         return cls(fold.status, fold.joint_angles, "are the limit" in fold.message)
 
@@ -75,7 +73,8 @@ def check_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
 
 def views(scene: Scene) -> dict[str, End]:
     """Return how a scene ends that is mirrored, turned, looked at from its other end."""
-    ends: dict[str, End] = {"mirror": _flipped(end_of(mirrored(scene)))}
+    image = end_of(mirrored(scene))
+    ends = {"mirror": image._replace(joints=-image.joints)}
     if scene.mount != "tube":
         ends["rotation"] = turned_end(scene)
     if scene.mount == "free":
@@ -85,7 +84,8 @@ def views(scene: Scene) -> dict[str, End]:
 
 def reason_set_aside(scene: Scene, here: End, different: Mapping[str, End]) -> str:
     """Return why some views may end otherwise, nothing if they may not."""
-    if is_sensitive(scene, here):
+    starts = moved_starts(scene, np.random.default_rng(0))
+    if any(not alike(end_of(start), here) for start in starts):
         return "sensitive to 1e-6 rad"
     if any(is_decided_by_error(scene, here, different, tighter) for tighter in TIGHTER):
         return "decided by the solver's error"
@@ -130,12 +130,6 @@ def alike(one: End, other: End) -> bool:
     return one.status is other.status and _apart(one.joints, other.joints) <= SAME_WITHIN
 
 
-def is_sensitive(scene: Scene, end: End) -> bool:
-    """Whether the fold changes when its start is moved by 1e-6 rad."""
-    starts = moved_starts(scene, np.random.default_rng(0))
-    return any(not alike(end_of(start), end) for start in starts)
-
-
 def _check_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
     """Ask for one run from both views, bit for bit: the engine counts from the held end."""
     other = simulate(seen_from_other_end(scene))
@@ -143,10 +137,6 @@ def _check_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None
     off = _apart(_reversed(End.of(other)).joints, fold.joint_angles)
     words = f"ends {other.status.value} at {other.time:.6g} s, {off:.3g} rad off"
     verdict.require("other end", same and off <= ROUNDING, words)
-
-
-def _flipped(end: End) -> End:
-    return end._replace(joints=-end.joints)
 
 
 def _reversed(end: End) -> End:

@@ -1,11 +1,9 @@
 """What the laws say about one case, and what many cases add up to."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 Counts = Counter[str]
 
@@ -31,7 +29,6 @@ class Verdict:
 
     status: str = ""
     message: str = ""
-    steps: int = 0
     worst: dict[str, float] = field(default_factory=dict[str, float])
     """Value over what is allowed, by law."""
     broken: list[Broken] = field(default_factory=list[Broken])
@@ -54,7 +51,7 @@ class Verdict:
 
 @dataclass
 class Tally:
-    """Counts of cases, and those that break a law; values that JSON can hold."""
+    """Counts of cases, and those that break a law; its `vars` are values that JSON can hold."""
 
     statuses: dict[str, Counts] = field(default_factory=dict[str, Counts])
     """How many of each kind ended how."""
@@ -83,7 +80,7 @@ class Tally:
             laws = [[each.law, str(each)] for each in verdict.broken]
             self.failures.append({"case": case, "kind": kind, "broken": laws})
 
-    def merge(self, other: Tally) -> None:
+    def merge(self, other: Self) -> None:
         """Count what another one counts."""
         for kind, counts in other.statuses.items():
             self.statuses.setdefault(kind, Counts()).update(counts)
@@ -98,29 +95,3 @@ class Tally:
     def cases(self) -> int:
         """How many."""
         return sum(counts.total() for counts in self.statuses.values())
-
-    def broken(self) -> dict[str, Counts]:
-        """Return how many cases break each law, by kind."""
-        found: dict[str, Counts] = {}
-        for failure in self.failures:
-            for law in {law for law, _ in failure["broken"]}:
-                found.setdefault(law, Counts())[failure["kind"]] += 1
-        return found
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as values that JSON can hold."""
-        return {name: getattr(self, name) for name in type(self).__dataclass_fields__}
-
-    @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Tally:
-        """Return the tally that `to_dict` was made of."""
-        statuses = {kind: Counts(counts) for kind, counts in data["statuses"].items()}
-        worst = {law: (share, case) for law, (share, case) in data["worst"].items()}
-        return cls(
-            statuses,
-            Counts(data["held"]),
-            worst,
-            data["failures"],
-            Counts(data["notes"]),
-            data["seconds"],
-        )

@@ -10,7 +10,7 @@ from agents.evaluation.episodes import Outcome
 from agents.evaluation.policies import OpenLoop
 from agents.evaluation.report import Method, overall_table, summarise, targets_table, write_results
 from agents.settings import EnvSettings
-from magfold_env.reporting.statistics import share
+from magfold_env.reporting.intervals import share
 from magfold_env.shapes import word_to_angles
 
 

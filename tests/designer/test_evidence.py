@@ -6,7 +6,8 @@ import pytest
 import magfold_env as mf
 from magfold_env.designer.annealing import sequence_of_signs
 from magfold_env.designer.evidence import Rivals, one_letter_off
-from magfold_env.shapes import overlaps, words
+from magfold_env.shapes import overlaps
+from tests.words import words
 
 SCENE = mf.load_scene("design").replace(sequence=("NNNN",) * 4)
 TARGET = "LRL"

@@ -7,7 +7,7 @@ import magfold_env as mf
 from magfold_env.designer import gap_designs
 from magfold_env.designer.evidence import Rivals
 from magfold_env.designer.exhaustive import Exhaustive
-from magfold_env.shapes import words
+from tests.words import words
 
 SCENE = mf.load_scene("design").replace(sequence=("NNNN",) * 4)
 NUMBERS = np.random.default_rng(0).integers(2**15, size=12).tolist()

@@ -13,7 +13,7 @@ import pytest
 import magfold_env as mf
 from magfold_env.ensembles import Run
 from magfold_env.fold import FoldStatus
-from magfold_env.reporting.statistics import share
+from magfold_env.reporting.intervals import share
 
 SCENE = mf.Scene(sequence=("NSNS", "SNSN", "NNSS"))
 FOLDED, MISFOLDED, FAILED = FoldStatus.FOLDED, FoldStatus.MISFOLDED, FoldStatus.FAILED

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from magfold_env.scene import Scene, load_scene
-from magfold_env.shapes import mirror, reverse
+from magfold_env.shapes import mirror
 from magfold_env.simulation.simulate import simulate
+from tests.words import reverse
 
 pytestmark = pytest.mark.laws
 

@@ -11,9 +11,10 @@ from magfold_env.minimiser import minimise
 from magfold_env.minimiser.energies import quadratic_forms, signs, strengths, word_energies
 from magfold_env.minimiser.lattice import all_words, from_words
 from magfold_env.scene import Magnets, Scene
-from magfold_env.shapes import mirror, reverse
+from magfold_env.shapes import mirror
 from tests.minimiser import reference
 from tests.minimiser.scenes import STRENGTHS, scene_of, sequences
+from tests.words import reverse
 
 SIDE = 0.0125
 

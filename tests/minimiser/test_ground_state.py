@@ -10,8 +10,9 @@ import magfold_env as mf
 from magfold_env.minimiser import Among, GroundStates, Landscape, ground_state, minimise
 from magfold_env.minimiser.lattice import from_words
 from magfold_env.scene import Scene
-from magfold_env.shapes import headings, reverse, word_to_angles
+from magfold_env.shapes import headings, word_to_angles
 from tests.minimiser.scenes import scene_of
+from tests.words import reverse
 
 
 def random_scene(seed: int, n: int, model: str = "strips") -> Scene:

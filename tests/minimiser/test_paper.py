@@ -7,7 +7,8 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.minimiser import Minimum, State, minimise
-from magfold_env.shapes import outline, reverse
+from magfold_env.shapes import outline
+from tests.words import reverse
 
 STATES = {
     1: "LRLLL -26.6765; LRRRL -25.0128 4-5; RRLLL -26.5601; LRLLR -24.6627; RRLLR -24.5481",

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from magfold_env.minimiser.energies import word_energies
 from magfold_env.minimiser.lattice import all_words, from_words
-from magfold_env.shapes import mirror, reverse
+from magfold_env.shapes import mirror
 from tests.minimiser.scenes import MODELS, scene_of, sequences
+from tests.words import reverse
 
 pytestmark = pytest.mark.laws
 

@@ -10,10 +10,9 @@ from magfold_env.laws.smooth_motion import EULER, VERLET
 from magfold_env.paper import figures_11_12, figures_13_14, motions, pendulum
 from magfold_env.paper.figures_11_12 import EARLY, ERROR, FIGURE_11, FIGURE_12
 from magfold_env.paper.pendulum import FIGURE_15, FIGURE_16
-from magfold_env.paper.reproduction import Measured, power
+from magfold_env.paper.reproduction import Measured
 from magfold_env.reporting.page import PNG_START
-from magfold_env.reporting.plotting import numbers
-from magfold_env.reporting.tables import Row
+from magfold_env.reporting.tables import Row, growth, numbers, power, select
 from tests.paper.measured import changed, outcomes
 
 CASES = (motions.HALF, motions.WHOLE)
@@ -195,8 +194,8 @@ def test_figure_16_judges_powers_of_the_length() -> None:
     other = outcomes(FIGURE_16.claims(times(2.0, 3.0)))
     assert other == ["disagrees", "disagrees", "cannot be compared"]
     rows = times(1.0, 2.0)["times"]
-    assert pendulum.growth(rows, DENSE, 60, 450) == pytest.approx(2.0)
-    assert pendulum.growth(rows, SCALAR, 6, 450) == pytest.approx(1.0)
+    assert growth(select(rows, contender=DENSE), 60, 450) == pytest.approx(2.0)
+    assert growth(select(rows, contender=SCALAR), 6, 450) == pytest.approx(1.0)
 
 
 def test_a_picture_is_drawn(tmp_path: Path) -> None:

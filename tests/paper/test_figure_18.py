@@ -5,10 +5,11 @@ import pytest
 
 from magfold_env.paper import figure_18
 from magfold_env.paper.reproduction import Measured
-from magfold_env.reporting.statistics import share
+from magfold_env.reporting.intervals import share
 from magfold_env.reporting.tables import Row
-from magfold_env.shapes import centres, headings, mirror, reverse, word_to_angles
+from magfold_env.shapes import centres, headings, mirror, word_to_angles
 from tests.paper.measured import outcomes
+from tests.words import reverse
 
 Ends = dict[tuple[int, str], list[tuple[str, str, int]]]
 

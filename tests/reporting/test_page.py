@@ -1,4 +1,3 @@
-from dataclasses import dataclass
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -6,25 +5,18 @@ import pytest
 from PIL import Image
 
 from magfold_env.reporting.page import (
-    Cell,
     Entries,
     Page,
     Picture,
     Points,
     Section,
     Verdict,
-    cell_text,
     render,
     write_page,
 )
+from magfold_env.reporting.tables import Cell, Table, cell_text
 
 VOID = {"meta", "link", "img"}
-
-
-@dataclass(frozen=True)
-class Rows:
-    title: str
-    rows: list[dict[str, Cell]]
 
 
 class Reader(HTMLParser):
@@ -74,7 +66,7 @@ def test_everything_given_is_on_the_page_and_nothing_comes_from_elsewhere(pictur
         Entries({"Label": "An entry."}),
         Points(["A point."]),
         Verdict("agrees", "A reason.", "good", ["Another reason."]),
-        Rows(
+        Table(
             "A table", [{"name": "first", "time [s]": 0.12345}, {"name": "second", "time [s]": 2}]
         ),
     ]
@@ -106,7 +98,7 @@ def test_the_contents_lead_to_the_sections() -> None:
 
 def test_text_stays_text() -> None:
     nasty = '</title><script>alert("1")</script> & $$title'
-    table = Rows(nasty, [{nasty: nasty}])
+    table = Table(nasty, [{nasty: nasty}])
     blocks = [nasty, Entries({nasty: nasty}), Points([nasty]), Verdict(nasty, nasty, more=[nasty])]
     blocks.append(table)
     text = render(Page(nasty, [Section(nasty, blocks)], [nasty], {nasty: nasty}))
@@ -115,7 +107,7 @@ def test_text_stays_text() -> None:
 
 
 def test_an_empty_table_says_so() -> None:
-    assert "A table: nothing." in render(Page("T", [Section("S", [Rows("A table", [])])]))
+    assert "A table: nothing." in render(Page("T", [Section("S", [Table("A table", [])])]))
 
 
 @pytest.mark.parametrize(

@@ -8,12 +8,12 @@ from typing import TypeVar
 from hypothesis import strategies as st
 
 from magfold_env.scene import Scene
-from magfold_env.stress.kinds import KINDS
+from magfold_env.stress.kinds import KINDS, Source
 
 T = TypeVar("T")
 
 
-class DrawnSource:
+class DrawnSource(Source):
     """A source of numbers that hypothesis chooses."""
 
     def __init__(self, draw: st.DrawFn) -> None:

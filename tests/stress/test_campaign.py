@@ -25,7 +25,7 @@ def _checked_quickly(monkeypatch: pytest.MonkeyPatch) -> None:
     """Check by name alone: one case breaks a law."""
 
     def verdict(case: Case) -> Verdict:
-        found = Verdict(status="folded", message="", steps=case.number)
+        found = Verdict(status="folded")
         found.bound("law", 2.0 if case.name == BROKEN else 0.01 * case.number, 1.0, "too much")
         return found
 
@@ -33,7 +33,7 @@ def _checked_quickly(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def counts(tally: Tally) -> dict[str, object]:
-    return {key: value for key, value in tally.to_dict().items() if key != "seconds"}
+    return {key: value for key, value in vars(tally).items() if key != "seconds"}
 
 
 def test_kinds_come_in_their_shares() -> None:
@@ -54,7 +54,9 @@ def test_a_campaign_counts_and_saves_what_breaks_a_law(tmp_path: Path) -> None:
     tally = run(CASES, 0, ["overlapping"], out=tmp_path)
     assert tally.cases == CASES == tally.held["law"]
     assert tally.worst["law"] == (0.01 * (CASES - 1), f"overlapping-0-{CASES - 1}")
-    assert tally.broken() == {"law": {"overlapping": 1}}
+    (failure,) = tally.failures
+    assert (failure["case"], failure["kind"]) == (BROKEN, "overlapping")
+    assert [law for law, _ in failure["broken"]] == ["law"]
     path = tmp_path / "failures" / f"{BROKEN}.yaml"
     assert list(path.parent.iterdir()) == [path]
     assert load_scene(path) == Case(0, "overlapping", 3).scene()

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from magfold_env.reporting.statistics import share
+from magfold_env.reporting.intervals import share
 
 Z = 1.959963984540054
 

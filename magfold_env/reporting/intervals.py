@@ -1,7 +1,5 @@
 """Shares of successes with their confidence intervals."""
 
-from __future__ import annotations
-
 import importlib
 from dataclasses import dataclass
 from typing import Any
@@ -9,20 +7,14 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Share:
-    """Successes among trials, with Wilson's 95 % confidence interval.
-
-    Attributes
-    ----------
-    successes, trials : int
-        Counts.
-    low, high : float
-        Ends of the interval of the probability of success.
-    """
+    """Successes among trials, with Wilson's 95 % confidence interval."""
 
     successes: int
     trials: int
     low: float
+    """Lower end of the interval of the probability of success."""
     high: float
+    """Upper end."""
 
     @property
     def rate(self) -> float:
@@ -31,7 +23,7 @@ class Share:
 
     def __str__(self) -> str:
         """Return the share and its interval in per cent."""
-        return f"{100 * self.rate:.0f} % ({100 * self.low:.0f}–{100 * self.high:.0f})"
+        return per_cent(self.rate, self.low, self.high)
 
 
 def share(successes: int, trials: int) -> Share:
@@ -39,3 +31,8 @@ def share(successes: int, trials: int) -> Share:
     stats: Any = importlib.import_module("scipy.stats")  # slow to import
     interval = stats.binomtest(successes, trials).proportion_ci(0.95, method="wilson")
     return Share(successes, trials, float(interval.low), float(interval.high))
+
+
+def per_cent(rate: float, low: float, high: float) -> str:
+    """Return a share and its interval in per cent."""
+    return f"{100 * rate:.0f} % ({100 * low:.0f}–{100 * high:.0f})"
