@@ -1,8 +1,7 @@
 """Ensembles: many perturbed releases of a scene, and the probabilities of where they end."""
 
 from magfold_env.ensembles.releases import PREDICTORS, ensemble, predictions, release
-from magfold_env.ensembles.result import Bar, Ensemble, bars
-from magfold_env.ensembles.run import Run, generator
+from magfold_env.ensembles.result import Bar, Ensemble, Run, bars, generator
 
 __all__ = [
     "PREDICTORS",

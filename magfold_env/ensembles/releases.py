@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import get_args
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.ensembles.result import Ensemble
-from magfold_env.ensembles.run import Run, run_one
+from magfold_env.ensembles.result import Ensemble, Run, run_one
 from magfold_env.files import physics_digest
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.parallel import Backend, Workers, finished
-from magfold_env.scene import Problem, Scene, SceneError
+from magfold_env.scene import Scene, errors
 
 
 def release(scene: Scene, mode: Mode, speed: float | None = None) -> Scene:
@@ -33,8 +32,7 @@ def release(scene: Scene, mode: Mode, speed: float | None = None) -> Scene:
     SceneError
         If an argument is none of these.
     """
-    if mode not in get_args(Mode):
-        raise SceneError([Problem("mode", mode, f"must be one of {', '.join(get_args(Mode))}")])
+    errors.refuse(errors.unless_one_of("mode", mode, get_args(Mode)))
     feed = {} if speed is None else {"speed": speed}
     if mode == "free":
         return scene.replace(mount="free", feed=feed)
@@ -89,16 +87,18 @@ def ensemble(
         If Ray is wanted and not installed.
     """
     asked = Workers(workers, backend, address)
-    problems = [
-        Problem(key, value, f"must be at least {least}")
-        for key, value, least in (("runs", runs, 1), ("seed", seed, 0))
-        if value < least
-    ]
-    if problems:
-        raise SceneError(problems)
-    kept = None if state is None else Checkpoint(state, _key(scene, seed))
+    problems = errors.unless_at_least("runs", runs, 1) + errors.unless_at_least("seed", seed, 0)
+    errors.refuse(problems)
     made: dict[int, Run] = {}
-    if kept is not None:
+    kept = None
+    if state is not None:
+        key = {
+            "kind": "ensemble",
+            "physics": physics_digest(),
+            "scene": scene.model_dump(mode="json"),
+            "seed": seed,
+        }
+        kept = Checkpoint(state, key)
         found = kept.read(partial(Run.from_record, n=scene.n))
         made = {run.number: run for run in found if run.number < runs}
     missing = [index for index in range(runs) if index not in made]
@@ -113,15 +113,6 @@ def ensemble(
         if kept is not None:
             kept.save()
     return Ensemble.of(scene, seed, [made[index] for index in range(runs)])
-
-
-def _key(scene: Scene, seed: int) -> dict[str, object]:
-    return {
-        "kind": "ensemble",
-        "physics": physics_digest(),
-        "scene": scene.model_dump(mode="json"),
-        "seed": seed,
-    }
 
 
 PREDICTORS: dict[Mode, str] = {

@@ -15,7 +15,7 @@ from magfold_env.engine.magnets import pairs
 from magfold_env.engine.state import Array, Loads, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.minimiser.energies import energy_unit, refuse_field
-from magfold_env.scene import Problem, Scene, SceneError
+from magfold_env.scene import Problem, Scene, SceneError, errors
 from magfold_env.shapes import angles_to_word, centres
 from magfold_env.simulation.pack import charges, pack_magnets
 
@@ -103,8 +103,7 @@ def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent
         raise SceneError([Problem("angles", start.shape, f"must have shape ({scene.n},)")])
     if not np.isfinite(start).all():
         raise SceneError([Problem("angles", start.tolist(), "must be finite")])
-    if max_steps < 1:
-        raise ValueError(f"max_steps: {max_steps!r} is not allowed; must be at least 1")
+    errors.refuse(errors.unless_at_least("max_steps", max_steps, 1))
     refuse_field(scene)
     potential = _Potential(scene, float(start[0]))
     limit = 0.5 * np.pi if scene.contact else np.inf

@@ -14,7 +14,7 @@ from magfold_env.engine.state import Array
 from magfold_env.minimiser import arms, energies, states
 from magfold_env.minimiser.lattice import ORDER, Ints, from_words
 from magfold_env.minimiser.states import Among, Ranking, State
-from magfold_env.scene import Scene
+from magfold_env.scene import Scene, errors
 
 MOST_ENTRIES: Final = 40_000_000
 """Most words of half a chain, shorter ones included: 20 bytes each."""
@@ -99,11 +99,14 @@ def ground_state(
     ValueError
         If an argument is out of range, or half the chain has too many words to list.
     """
-    states.check_one_of("among", among, get_args(Among))
-    states.check_top(top)
+    problems = [
+        *errors.unless_one_of("among", among, get_args(Among)),
+        *errors.unless_at_least("top", top, 1),
+    ]
     for key, limit in (("time_limit", time_limit), ("node_limit", node_limit)):
         if limit is not None and not limit >= 0:
-            raise ValueError(f"{key}: {limit!r} is not allowed; must be None or at least 0")
+            problems.append(errors.Problem(key, limit, "must be None or at least 0"))
+    errors.refuse(problems)
     energies.refuse_field(scene)
     if scene.n == 1:
         return GroundStates((states.state_of(scene, ""),), math.inf, nodes=1)

@@ -18,7 +18,7 @@ from magfold_env.minimiser.every_sequence import (
 )
 from magfold_env.minimiser.lattice import HEADINGS, ORDER, Lattice, all_words
 from magfold_env.minimiser.search import LONGEST
-from magfold_env.scene import Scene
+from magfold_env.scene import Scene, errors
 
 Words = Literal["all", "folded"]
 Components = Sequence[str]
@@ -59,7 +59,7 @@ class Landscape:
     """
 
     def __init__(self, scene: Scene, among: Words = "all") -> None:
-        states.check_one_of("among", among, get_args(Words))
+        errors.refuse(errors.unless_one_of("among", among, get_args(Words)))
         if scene.n > LONGEST:
             raise ValueError(
                 f"sequence: {scene.n} components are not allowed; a landscape takes at most "

@@ -9,7 +9,7 @@ from magfold_env.minimiser import energies, states
 from magfold_env.minimiser.ground_states import ground_state
 from magfold_env.minimiser.lattice import ORDER, Lattice, all_words, from_words
 from magfold_env.minimiser.states import Among, Ranking, State, state_of
-from magfold_env.scene import Scene
+from magfold_env.scene import Scene, errors
 
 Mode = Literal["free", "forward", "backward"]
 
@@ -97,9 +97,12 @@ def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "al
         for a full search, or a component-by-component search runs into a joint where every letter
         overlaps.
     """
-    states.check_one_of("mode", mode, get_args(Mode))
-    states.check_one_of("among", among, get_args(Among))
-    states.check_top(top)
+    problems = [
+        *errors.unless_one_of("mode", mode, get_args(Mode)),
+        *errors.unless_one_of("among", among, get_args(Among)),
+        *errors.unless_at_least("top", top, 1),
+    ]
+    errors.refuse(problems)
     energies.refuse_field(scene)
     if mode != "free":
         return _one_by_one(scene, mode)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -118,31 +118,6 @@ def ranked(scene: Scene, energy: Array) -> list[list[int]]:
     order = np.argsort(energy, kind="stable")
     steps = np.diff(energy[order]) > energies.tie(scene)
     return [np.sort(group).tolist() for group in np.split(order, np.flatnonzero(steps) + 1)]
-
-
-def check_one_of(key: str, value: str, allowed: Iterable[str]) -> None:
-    """Refuse an argument that is not one of the words allowed.
-
-    Raises
-    ------
-    ValueError
-        If it is none of them.
-    """
-    allowed = tuple(allowed)
-    if value not in allowed:
-        raise ValueError(f"{key}: {value!r} is not allowed; must be one of {', '.join(allowed)}")
-
-
-def check_top(top: int) -> None:
-    """Refuse a number of states below 1.
-
-    Raises
-    ------
-    ValueError
-        If it is.
-    """
-    if top < 1:
-        raise ValueError(f"top: {top!r} is not allowed; must be at least 1")
 
 
 def touching(one: Lattice) -> Pairs:

@@ -24,7 +24,6 @@ READING = [
     "magfold_env.designer.result",
     "magfold_env.designer.suites",
     "magfold_env.ensembles.result",
-    "magfold_env.ensembles.run",
     "magfold_env.scene.errors",
     "magfold_env.files",
     "magfold_env.scene.scene",
