@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import yaml
 from pydantic import Field, field_validator, model_validator
 
 from magfold_env.reporting.statistics import Share, share
@@ -115,7 +116,7 @@ def save_suite(suite: Suite, path: str | Path, comment: str) -> None:
     data: dict[str, Any] = {"scene_name": suite.scene_name, "words": {}}
     for word, witnesses in suite.words.items():
         data["words"][word] = {kind: _plain(witness) for kind, witness in witnesses.items()}
-    io.write_yaml(path, data, comment, width=200)
+    io.write_commented(path, yaml.safe_dump(data, sort_keys=False, width=200), comment)
 
 
 def _plain(witness: Witness) -> dict[str, Any]:

@@ -6,8 +6,6 @@ but their relative pose. On the lattice few poses exist, and of each the pairs o
 all there is to know.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any, NamedTuple
 

@@ -3,8 +3,6 @@
 Casings that overlap are pushed apart by springs, whose energy counts as the magnets' does.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -15,9 +13,10 @@ from magfold_env.engine.magnets import pairs
 from magfold_env.engine.state import Array, Loads, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.minimiser.energies import energy_unit, refuse_field
-from magfold_env.scene import Problem, Scene, SceneError, errors
+from magfold_env.scene import Scene, errors
 from magfold_env.shapes import angles_to_word, centres
 from magfold_env.simulation.pack import charges, pack_magnets
+from magfold_env.simulation.simulate import checked
 
 STIFFNESS: Final = 2e4
 """Of the springs between casings, in the energy unit over side²: overlaps stay below 1e-3 side."""
@@ -98,11 +97,7 @@ def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent
     from differences of the torques, of which the magnitudes of the curvatures are taken: on a
     ridge a step goes down, too.
     """
-    start = np.asarray(angles, dtype=np.float64)
-    if start.shape != (scene.n,):
-        raise SceneError([Problem("angles", start.shape, f"must have shape ({scene.n},)")])
-    if not np.isfinite(start).all():
-        raise SceneError([Problem("angles", start.tolist(), "must be finite")])
+    start = checked("angles", angles, scene.n)
     errors.refuse(errors.unless_at_least("max_steps", max_steps, 1))
     refuse_field(scene)
     potential = _Potential(scene, float(start[0]))

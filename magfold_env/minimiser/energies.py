@@ -8,8 +8,6 @@ computed once a scene and does not change with its shape, so that is plain NumPy
 as the scene gives, or as are worth it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
@@ -20,6 +18,7 @@ from magfold_env.minimiser.couplings import FACES, couplings
 from magfold_env.minimiser.lattice import Lattice
 from magfold_env.scene import SIGNS, Magnets, Scene
 from magfold_env.scene.parts import MU0
+from magfold_env.simulation.pack import width_rule
 
 TIE = 1e-9
 """Energies this close, relative to `energy_unit`, are equal: symmetries differ by rounding."""
@@ -136,13 +135,8 @@ def internal_energy(scene: Scene) -> float:
 
 def _nodes(magnets: Magnets) -> tuple[Array, Array]:
     """Return offsets from a pole face's centre, in widths, and the shares of its charge."""
-    if magnets.model == "points":
-        count = magnets.nodes or POINTS
-        return np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1), np.full(
-            count, 1.0 / count
-        )
-    node, weight = np.polynomial.legendre.leggauss(magnets.nodes or NODES)
-    return node / 2.0, weight / 2.0
+    strips = magnets.model == "strips"
+    return width_rule(strips, magnets.nodes or (NODES if strips else POINTS))
 
 
 def _between_faces(magnets: Magnets, side: float) -> Array:

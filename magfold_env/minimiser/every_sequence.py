@@ -10,8 +10,6 @@ Sequences are numbered with one bit a face, component 1's front-left highest, N 
 order of the numbers is the alphabetical order of the sequences.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

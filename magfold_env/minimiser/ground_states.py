@@ -1,7 +1,5 @@
 """Exact ground states of long chains, with a certificate: `ground_state`."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Energies and hinge torques of all words of a chain, for one sequence, many, or every one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Literal, get_args

@@ -1,7 +1,5 @@
 """The energy minimiser: full search, and the component-by-component search of the paper."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, get_args
 

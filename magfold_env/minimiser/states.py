@@ -1,7 +1,5 @@
 """States: words with all that is known of them, and their order."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """Errors a user can cause, and the words they are told in."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Scenes as YAML files: the shipped ones by name, any other by path."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -75,13 +73,14 @@ def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
     comment
         Lines to put before it.
     """
-    write_yaml(path, scene.model_dump(mode="json"), comment, default_flow_style=None)
+    data = scene.model_dump(mode="json")
+    write_commented(path, yaml.safe_dump(data, sort_keys=False, default_flow_style=None), comment)
 
 
-def write_yaml(path: str | Path, data: dict[str, Any], comment: str, **layout: Any) -> None:
-    """Write values as YAML under some lines of comment; ``layout`` is PyYAML's."""
+def write_commented(path: str | Path, text: str, comment: str) -> None:
+    """Write YAML under some lines of comment."""
     head = "".join(f"# {line}\n" for line in comment.splitlines())
-    write_text(path, head + yaml.safe_dump(data, sort_keys=False, **layout))
+    write_text(path, head + text)
 
 
 def shipped_names(folder: str) -> list[str]:

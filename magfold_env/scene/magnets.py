@@ -1,7 +1,5 @@
 """The magnets group of a scene: four magnets a component, one behind each face."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np

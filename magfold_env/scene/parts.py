@@ -1,7 +1,5 @@
 """The groups of a scene: small frozen models, one sentence a field, SI units and radians."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """How a run ends: statuses, and what they are in words."""
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine import outcomes

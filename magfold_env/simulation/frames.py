@@ -3,7 +3,7 @@
 And the magnetic energies of what was recorded.
 """
 
-from __future__ import annotations
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -36,21 +36,15 @@ class Frames:
         interval = 0.0 if frame_rate is None else 1.0 / frame_rate
         capacity = ROOM + int(LONGEST_STEP / interval) if interval else 0
         self._model, self._state = model, state
-        self._parts: list[tuple[Array, Array, Array, npt.NDArray[np.int64]]] = []
+        self._parts: list[list[npt.NDArray[Any]]] = []
         self.record: Record = new_record(model, interval, capacity)
         """Where the kernels put frames."""
 
     def empty(self) -> None:
         """Make room in the record."""
         count, record = int(self._state.counter[FRAMES]), self.record
-        self._parts.append(
-            (
-                record.time[:count].copy(),
-                record.q[:count].copy(),
-                record.v[:count].copy(),
-                record.lo[:count].copy(),
-            )
-        )
+        columns = record.time, record.q, record.v, record.lo
+        self._parts.append([column[:count].copy() for column in columns])
         self._state.counter[FRAMES] = 0
 
     def trajectory(self, view: Orientation) -> Trajectory | None:

@@ -13,7 +13,7 @@ from magfold_env.engine.magnets import expansions, multipoles
 from magfold_env.engine.magnets.multipoles import ComplexArray
 from magfold_env.engine.magnets.pairs import BLEND, LANES
 from magfold_env.engine.state import Array, Bodies, Field, Magnets, Model, Tables
-from magfold_env.scene import SIGNS, Casing, FixedMagnet, Scene
+from magfold_env.scene import Casing, FixedMagnet, Scene
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
 from magfold_env.simulation.pair_tables import build_tables
@@ -121,15 +121,6 @@ def charges(scene: Scene) -> Array:
     return np.ascontiguousarray(charge)
 
 
-def component_charges(faces: str, index: int, scene: Scene) -> Array:
-    """Signed charges (4,) [A·m] of component ``index`` + 1, its faces in the engine's order."""
-    if scene.magnets is None:
-        return np.zeros(len(faces))
-    signs = np.array([SIGNS[letter] for letter in faces])
-    charge = signs * scene.magnets.charges(scene.n)[index]
-    return charge[TURNED] if reversed_inside(scene) else charge
-
-
 def pack_magnets(scene: Scene) -> Magnets:
     """Quadrature nodes of a casing's eight pole faces."""
     magnets = scene.magnets
@@ -197,7 +188,7 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
     most = -(-max(rule.counts) // LANES) * LANES
     node, weight = np.zeros((levels, most)), np.zeros((levels, most))
     for level, count in enumerate(rule.counts):
-        node[level, :count], weight[level, :count] = _width_rule(strips, count)
+        node[level, :count], weight[level, :count] = width_rule(strips, count)
     outer = side / 2.0 - np.array(sizes.inset)
     distance = np.concatenate([outer, outer - np.array(sizes.thickness)])
     angle = np.tile(FACE_ANGLES, 2)
@@ -208,7 +199,7 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
     ranks, widest = len(rule.ranks), 8 * max(rule.ranks)
     node_x, node_y, share = (np.zeros((ranks, widest)) for _ in range(3))
     for rank, count in enumerate(rule.ranks):
-        offset, part = _width_rule(strips, count)
+        offset, part = width_rule(strips, count)
         nodes = slice(0, 8 * count)
         node_x[rank, nodes] = (face_x[:, None] + np.outer(tangent_x, offset)).ravel()
         node_y[rank, nodes] = (face_y[:, None] + np.outer(tangent_y, offset)).ravel()
@@ -252,13 +243,13 @@ def _moments(
     """Moments of the magnet behind each outer face, that face having unit charge."""
     centre, along = faces
     # Four nodes are exact up to the seventh order.
-    offset, part = _width_rule(True, 4)
+    offset, part = width_rule(True, 4)
     share = np.concatenate([part, -part])
     poles = [np.concatenate([centre[g] + offset * along[g] for g in (f, f + 4)]) for f in range(4)]
     return np.array([found(poles[f], share, sizes.height[f]) for f in range(4)])
 
 
-def _width_rule(strips: bool, count: int) -> tuple[Array, Array]:
+def width_rule(strips: bool, count: int) -> tuple[Array, Array]:
     """Offsets, in widths, and shares of the charge of ``count`` nodes across a pole face."""
     if strips:
         x, w = np.polynomial.legendre.leggauss(count)

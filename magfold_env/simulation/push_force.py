@@ -1,7 +1,5 @@
 """What a feed needs, and how far it has come."""
 
-from __future__ import annotations
-
 import math
 from typing import cast
 

@@ -4,8 +4,6 @@ The engine counts from the held end. Seen from its other end a chain has its ord
 headings turned by π and its joint angles' signs changed.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

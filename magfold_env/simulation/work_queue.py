@@ -8,8 +8,6 @@ process that forks after they have run (`AsyncVectorEnv` does), and those of num
 share loops out beforehand, and abort where two Python threads use them at once.
 """
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable
