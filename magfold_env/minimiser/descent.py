@@ -9,12 +9,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from magfold_env import shapes
 from magfold_env.engine.magnets import pairs
 from magfold_env.engine.state import Array, Loads, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.minimiser.energies import energy_unit, refuse_field
 from magfold_env.scene import Scene, errors
-from magfold_env.shapes import angles_to_word, centres
 from magfold_env.simulation.pack import charges, pack_magnets
 from magfold_env.simulation.simulate import checked
 
@@ -100,7 +100,7 @@ def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent
     start = checked("angles", angles, scene.n)
     errors.refuse(errors.unless_at_least("max_steps", max_steps, 1))
     refuse_field(scene)
-    potential = _Potential(scene, float(start[0]))
+    potential, side = _Potential(scene, float(start[0])), scene.casing.side
     limit = 0.5 * np.pi if scene.contact else np.inf
     joints = np.clip(np.diff(start), -limit, limit)
     energy, torques = potential.at(joints)
@@ -118,7 +118,17 @@ def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent
             break
         joints, energy, torques = moved
         steps += 1
-    return potential.result(joints, steps, converged=converged)
+    headings, places = potential.place(joints)
+    energy, torques = potential.at(joints, springs=False)
+    return Descent(
+        angles=headings,
+        word=shapes.angles_to_word(joints),
+        energy=energy,
+        torques=torques,
+        overlap=max((each.depth for each in overlaps(places, headings, side)), default=0.0),
+        steps=steps,
+        converged=converged,
+    )
 
 
 class _Potential:
@@ -133,43 +143,29 @@ class _Potential:
         self._nodes = new_nodes(self._magnets, pinned.n)
         self._stiffness = STIFFNESS * energy_unit(scene) / scene.casing.side**2
 
-    def at(self, joints: Array) -> tuple[float, Array]:
-        """Return the energy [J] and the torques on the joints (n-1,) [N·m]."""
-        headings, places = self._place(joints)
-        energy, force, moment = self._magnetic(headings, places, with_energy=True)
-        energy += self._push(headings, places, force, moment)
-        return energy, self._joint_torques(headings, places, force, moment)
+    def at(
+        self, joints: Array, *, springs: bool = True, with_energy: bool = True
+    ) -> tuple[float, Array]:
+        """Return the energy [J] and the torques on the joints (n-1,) [N·m].
 
-    def torques(self, joints: Array) -> Array:
-        """Return the torques on the joints (n-1,) [N·m] without the energy, at half the cost."""
-        headings, places = self._place(joints)
-        _, force, moment = self._magnetic(headings, places, with_energy=False)
-        self._push(headings, places, force, moment)
-        return self._joint_torques(headings, places, force, moment)
+        The torques alone, without the magnets' energy, take half the time.
+        """
+        headings, places = self.place(joints)
+        energy, force, moment = self._magnetic(headings, places, with_energy=with_energy)
+        if springs and self._scene.contact:
+            found = overlaps(places, headings, self._scene.casing.side)
+            energy += push(found, self._stiffness, force, moment)
+        # Moments about each hinge of what acts on the components behind it.
+        half = 0.5 * self._scene.casing.diagonal
+        hinges = places - half * np.stack([np.cos(headings), np.sin(headings)], axis=1)
+        beyond = np.cumsum(force[::-1], axis=0)[::-1]
+        turning = np.cumsum(moment[::-1])[::-1]
+        return energy, (turning - hinges[:, 0] * beyond[:, 1] + hinges[:, 1] * beyond[:, 0])[1:]
 
-    def result(self, joints: Array, steps: int, *, converged: bool) -> Descent:
-        headings, places = self._place(joints)
-        energy, force, moment = self._magnetic(headings, places, with_energy=True)
-        deep = overlaps(places, headings, self._scene.casing.side)
-        return Descent(
-            angles=headings,
-            word=angles_to_word(joints),
-            energy=energy,
-            torques=self._joint_torques(headings, places, force, moment),
-            overlap=max((overlap.depth for overlap in deep), default=0.0),
-            steps=steps,
-            converged=converged,
-        )
-
-    def _place(self, joints: Array) -> tuple[Array, Array]:
-        headings = self._first + np.concatenate([[0.0], np.cumsum(joints)])
-        return headings, centres(headings, self._scene.casing.side)
-
-    def _push(self, headings: Array, places: Array, force: Array, moment: Array) -> float:
-        if not self._scene.contact:
-            return 0.0
-        found = overlaps(places, headings, self._scene.casing.side)
-        return push(found, self._stiffness, force, moment)
+    def place(self, joints: Array) -> tuple[Array, Array]:
+        """Return headings (n,) [rad] and centres (n, 2) [m]."""
+        headings = shapes.headings(joints, self._first)
+        return headings, shapes.centres(headings, self._scene.casing.side)
 
     def _magnetic(
         self, headings: Array, places: Array, *, with_energy: bool
@@ -190,14 +186,6 @@ class _Potential:
         force[:, 0], force[:, 1] = force_x, force_y
         moment += x * force_y - y * force_x
         return energy, force, moment
-
-    def _joint_torques(self, headings: Array, places: Array, force: Array, moment: Array) -> Array:
-        """Moments about each hinge of what acts on the components behind it (n-1,) [N·m]."""
-        half = 0.5 * self._scene.casing.diagonal
-        hinges = places - half * np.stack([np.cos(headings), np.sin(headings)], axis=1)
-        beyond = np.cumsum(force[::-1], axis=0)[::-1]
-        turning = np.cumsum(moment[::-1])[::-1]
-        return (turning - hinges[:, 0] * beyond[:, 1] + hinges[:, 1] * beyond[:, 0])[1:]
 
 
 def _step(potential: _Potential, joints: Array, torques: Array, limit: float) -> Array:
@@ -223,7 +211,8 @@ def _newton_step(
     for k, joint in enumerate(free):
         moved = joints.copy()
         moved[joint] += _DIFFERENCE
-        curvature[k] = (torques[free] - potential.torques(moved)[free]) / _DIFFERENCE
+        there = potential.at(moved, with_energy=False)[1]
+        curvature[k] = (torques[free] - there[free]) / _DIFFERENCE
     values, vectors = np.linalg.eigh(0.5 * (curvature + curvature.T))
     size = np.abs(values)
     size = np.maximum(size, max(_FLATTEST * size.max(), np.finfo(np.float64).tiny))
@@ -265,16 +254,8 @@ def overlaps(centres: Array, headings: Array, side: float) -> list[Overlap]:
 
     Two squares are apart if a face of one of them separates them. Else the face that comes nearest
     to it is the one to push at, and all corners behind it are to be pushed: squares that lie flush
-    press on each other with two.
-
-    Parameters
-    ----------
-    centres : (n, 2) array
-        [m]
-    headings : (n,) array
-        [rad]
-    side
-        Edge length [m].
+    press on each other with two. ``centres`` (n, 2) and ``side`` are in metres,
+    ``headings`` (n,) in radians.
     """
     found: list[Overlap] = []
     distance = np.hypot(*(centres[:, None] - centres[None, :]).transpose(2, 0, 1))
@@ -289,22 +270,10 @@ def overlaps(centres: Array, headings: Array, side: float) -> list[Overlap]:
 
 
 def push(found: list[Overlap], stiffness: float, force: Array, moment: Array) -> float:
-    """Add the forces [N] that push overlapping casings apart, and their moments [N·m].
+    """Add the forces (n, 2) [N] that push overlapping casings apart, and their moments (n,) [N·m].
 
-    Parameters
-    ----------
-    found
-        The corners to push at.
-    stiffness
-        Force by depth [N/m].
-    force : (n, 2) array
-    moment : (n,) array
-        About the origin.
-
-    Returns
-    -------
-    float
-        The energy whose gradient they are, half of stiffness times depth² for each corner [J].
+    ``stiffness`` is the force by depth [N/m]; moments are about the origin. Returns the energy
+    whose gradient they are, half of stiffness times depth² for each corner found [J].
     """
     for first, second, depth, normal, corner in found:
         strength = stiffness * depth * normal

@@ -9,15 +9,15 @@ as the scene gives, or as are worth it.
 """
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from magfold_env.engine.state import Array
 from magfold_env.minimiser.couplings import FACES, couplings
 from magfold_env.minimiser.lattice import Lattice
-from magfold_env.scene import SIGNS, Magnets, Scene
-from magfold_env.scene.parts import MU0
+from magfold_env.scene import Magnets, Scene
+from magfold_env.scene.base import MU0
+from magfold_env.scene.scene import signs
 from magfold_env.simulation.pack import width_rule
 
 TIE = 1e-9
@@ -27,11 +27,6 @@ NODES = 32  # along a pole face where the scene gives no number
 POINTS = 3  # the paper's, likewise
 
 _NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # of the faces, from the heading
-
-
-def signs(sequence: Sequence[str]) -> Array:
-    """Return +1 for N, -1 for S and 0 for a face without magnet, shape (n, 4)."""
-    return np.array([[SIGNS[face] for face in faces] for faces in sequence])
 
 
 def strengths(scene: Scene) -> Array:
@@ -75,12 +70,8 @@ def tie(scene: Scene) -> float:
 def word_energies(scene: Scene, lattice: Lattice) -> Array:
     """Return the energy of each word with the scene's sequence [J], shape (m,).
 
-    Each pair of components counts once, pairs inside a component are left out: `mf.energy`.
-
-    Raises
-    ------
-    ValueError
-        If the scene has an external field.
+    Each pair of components counts once, pairs inside a component are left out: `mf.energy`. A
+    scene in an external field is refused.
     """
     refuse_field(scene)
     table = couplings(scene)
@@ -92,18 +83,10 @@ def word_energies(scene: Scene, lattice: Lattice) -> Array:
 
 
 def quadratic_forms(scene: Scene, lattice: Lattice) -> Array:
-    """Return J of each word: its energy is sᵀ J s for signs s of all 4n faces, 0 for empty ones.
+    """Return J (m, 4n, 4n) of each word [J]: its energy is sᵀ J s for signs s of all 4n faces.
 
-    Returns
-    -------
-    (m, 4n, 4n) array
-        Symmetric [J]; zero where both faces belong to one component. How strong each face's
-        magnet is counts, the scene's sequence does not.
-
-    Raises
-    ------
-    ValueError
-        If the scene has an external field.
+    Symmetric, and zero where both faces belong to one component. How strong each face's magnet is
+    counts, the scene's sequence does not. A scene in an external field is refused.
     """
     refuse_field(scene)
     strength = strengths(scene)
@@ -160,15 +143,7 @@ def _between_faces(magnets: Magnets, side: float) -> Array:
 
 
 def _lines(rho: Array, one: float, other: float) -> Array:
-    """Return the mean of 1/r between two upright lines [1/m], centred on the plane.
-
-    Parameters
-    ----------
-    rho
-        Their distance [m].
-    one, other
-        Their heights [m].
-    """
+    """Mean of 1/r between two upright lines `rho` apart, of two heights, about the plane [1/m]."""
 
     def antiderivative(u: float) -> Array:
         return u * np.arcsinh(u / rho) - np.sqrt(u * u + rho * rho)

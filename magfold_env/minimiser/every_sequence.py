@@ -85,15 +85,7 @@ def sequence_of(number: int, n: int) -> tuple[str, ...]:
 def energies_of_every_sequence(form: Array) -> Array:
     """Return a word's energy with every sequence whose first face is N [J], by number.
 
-    Parameters
-    ----------
-    form : (4n, 4n) array
-        See `quadratic_forms`.
-
-    Raises
-    ------
-    ValueError
-        If there are too many sequences.
+    ``form`` (4n, 4n) is the word's, see `quadratic_forms`; too many sequences are refused.
     """
     out = np.empty(_checked_size(form.shape[0]))
     word_for_every_sequence(form, _trailing(form.shape[0]), out)
@@ -106,23 +98,10 @@ def best_words(
     tie: float,
     progress: Callable[[float], object] | None = None,
 ) -> EverySequence:
-    """Find the ground state of every sequence.
+    """Find the ground state of every sequence; too many of them are refused.
 
-    Parameters
-    ----------
-    forms : (words, 4n, 4n) array
-        See `quadratic_forms`.
-    words
-        Their names.
-    tie
-        Gaps up to this are rounding [J].
-    progress
-        Called with the share of the work that is done, from 0 to 1.
-
-    Raises
-    ------
-    ValueError
-        If there are too many sequences.
+    ``forms`` (words, 4n, 4n) are those of the ``words``, see `quadratic_forms`. Gaps up to ``tie``
+    are rounding [J]. ``progress`` is called with the share of the work that is done, from 0 to 1.
     """
     faces = forms.shape[1]
     size, trailing = _checked_size(faces), _trailing(faces)

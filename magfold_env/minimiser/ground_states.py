@@ -108,11 +108,14 @@ def ground_state(
     energies.refuse_field(scene)
     if scene.n == 1:
         return GroundStates((states.state_of(scene, ""),), math.inf, nodes=1)
-    limits = Limit(time_limit, node_limit)
-    search = BranchAndBound(
-        scene, ORDER if among == "all" else "LR", stable=among == "stable", top=top
-    )
-    bound = search.run(limits, progress or (lambda done: None))
+    letters = ORDER if among == "all" else "LR"
+    end = math.inf if time_limit is None else time.monotonic() + time_limit
+    search = _BranchAndBound(
+        scene, letters, stable=among == "stable", top=top,
+        end=end, most_nodes=math.inf if node_limit is None else node_limit,
+        progress=progress or (lambda done: None),
+    )  # fmt: skip
+    bound = search.run()
     # Ties in the order S, L, R, as in the full search.
     words = sorted(search.words(), key=lambda word: [ORDER.index(letter) for letter in word])
     lowest: tuple[State, ...] = ()
@@ -122,40 +125,19 @@ def ground_state(
     return GroundStates(lowest, bound, search.nodes)
 
 
-class Limit:
-    """When to stop: after some seconds or nodes, None for never."""
+class _BranchAndBound:
+    """A chain of at least two components cut in the middle, and the best states found of it.
 
-    def __init__(self, seconds: float | None, nodes: int | None) -> None:
-        self._end = math.inf if seconds is None else time.monotonic() + seconds
-        self._nodes = math.inf if nodes is None else nodes
-
-    def reached(self, nodes: int) -> bool:
-        """Whether this is the time, so many nodes having been visited."""
-        return nodes >= self._nodes or time.monotonic() >= self._end
-
-
-class BranchAndBound:
-    """A chain cut in the middle, and the best states found of it.
-
-    Parameters
-    ----------
-    scene
-        A chain of at least two components.
-    letters
-        Those that words may have.
-    stable
-        Whether equal poles must not touch.
-    top
-        How many states to find. They are sought where they lie lower than the worst one found by
-        more than equal energies may differ.
-
-    Attributes
-    ----------
-    nodes : int
-        Words of half the chain, shorter ones included, that were bounded or completed.
+    Words have some ``letters``; ``stable`` ones no equal poles that touch. It stops at the time
+    ``end``, see `time.monotonic`, or after ``most_nodes``. States are sought where they lie lower
+    than the worst one found by more than equal energies may differ.
     """
 
-    def __init__(self, scene: Scene, letters: str, *, stable: bool, top: int) -> None:
+    def __init__(
+        self, scene: Scene, letters: str, *,
+        stable: bool, top: int, end: float, most_nodes: float, progress: Progress,
+    ) -> None:  # fmt: skip
+        self._end, self._most_nodes, self._progress = end, most_nodes, progress
         root = scene.n // 2 - 1
         self._near, self._far = arms.near_arm(root, letters), arms.far_arm(root, scene.n, letters)
         near_count, far_count = (_counted(scene.n, arm) for arm in (self._near, self._far))
@@ -168,21 +150,17 @@ class BranchAndBound:
         self._found = arms.BestStates(np.full(top, np.inf), nothing, nothing.copy())
         self.nodes = 0
 
-    def run(self, limit: Limit, progress: Progress) -> float:
-        """Find the best states.
+    def run(self) -> float:
+        """Find the best states, and return what all others have at least [J].
 
-        Returns
-        -------
-        float
-            What all states that were not found have at least [J]; infinite if nothing that is
-            better than the worst one found was left out.
+        That is infinite if nothing that is better than the worst one found was left out.
         """
         whole = self._near.joints[self._near_words.node] == self._near.joints[-1]
         prefixes: Ints = np.flatnonzero(whole & np.isfinite(self._near_words.least))
         far_least = float(self._far_words.least[0])
         if not prefixes.size or not math.isfinite(far_least):
             return math.inf
-        bound = self._bounds(limit, progress)
+        bound = self._bounds()
         if bound is None:
             own = self._near_words.least[prefixes]
             self._complete(prefixes[np.argsort(own, kind="stable")[:_FIRST]])
@@ -190,7 +168,7 @@ class BranchAndBound:
             return float(own.min()) + far_least + crossing
         bound = bound[prefixes] + far_least
         order = np.argsort(bound, kind="stable")
-        return self._best_first(prefixes[order], bound[order], limit, progress)
+        return self._best_first(prefixes[order], bound[order])
 
     def words(self) -> list[str]:
         """Return the words found, lowest energy first."""
@@ -202,35 +180,38 @@ class BranchAndBound:
             if energy < np.inf
         ]
 
-    def _bounds(self, limit: Limit, progress: Progress) -> Array | None:
+    def _stopped(self) -> bool:
+        return self.nodes >= self._most_nodes or time.monotonic() >= self._end
+
+    def _bounds(self) -> Array | None:
         """Bound every word of the near arm [J], the far arm's own energy left out."""
         bound = np.empty(self._near_words.node.size)
         for begin in range(0, bound.size, _STRETCH):
-            if limit.reached(self.nodes):
+            if self._stopped():
                 return None
             end = min(begin + _STRETCH, bound.size)
             arms.bound_prefixes(
                 self._cross, self._near, self._far, self._near_words, begin, end, bound
             )
             self.nodes += end - begin
-            progress(0.5 * end / bound.size)
+            self._progress(0.5 * end / bound.size)
         return bound
 
-    def _best_first(self, prefixes: Ints, bound: Array, limit: Limit, progress: Progress) -> float:
+    def _best_first(self, prefixes: Ints, bound: Array) -> float:
         """Complete words of the near arm, ordered by their bounds, until none can improve."""
         begin = 0
         while True:
             worst = float(self._found.energy[-1]) - self._tolerance
             needed = int(np.searchsorted(bound, worst))
             if begin >= needed:
-                progress(1.0)
+                self._progress(1.0)
                 return math.inf
-            if begin > 0 and limit.reached(self.nodes):
+            if begin > 0 and self._stopped():
                 return float(bound[begin])
             end = min(begin + _BATCH, needed)
             self._complete(prefixes[begin:end])
             begin = end
-            progress(0.5 + 0.5 * begin / needed)
+            self._progress(0.5 + 0.5 * begin / needed)
 
     def _complete(self, prefixes: Ints) -> None:
         self.nodes += arms.search_prefixes(

@@ -5,7 +5,7 @@ from typing import Literal, get_args
 
 from magfold_env.minimiser import energies, states
 from magfold_env.minimiser.ground_states import ground_state
-from magfold_env.minimiser.lattice import ORDER, Lattice, all_words, from_words
+from magfold_env.minimiser.lattice import ORDER, all_words, from_words
 from magfold_env.minimiser.states import Among, Ranking, State, state_of
 from magfold_env.scene import Scene, errors
 
@@ -130,20 +130,14 @@ def _one_by_one(scene: Scene, mode: Mode) -> Minimum:
                 f"mode: {mode!r} runs into a dead end: every letter of joint {joint + 1} overlaps "
                 f"after {''.join(letters)!r}"
             )
-        decision = _decide(scene, joint, lattice)
-        letters[joint] = decision.letter
-        decisions.append(decision)
+        energy = energies.word_energies(scene, lattice)
+        options = tuple(
+            Option(word[joint], each)
+            for word, each in zip(lattice.words, energy.tolist(), strict=True)
+        )
+        best, *others = states.ranked(scene, energy)[0]
+        letters[joint] = options[best].letter
+        tied = "".join(options[other].letter for other in others)
+        decisions.append(Decision(joint + 1, options, letters[joint], tied))
         examined += len(lattice)
     return Minimum(mode, (state_of(scene, "".join(letters)),), tuple(decisions), examined)
-
-
-def _decide(scene: Scene, joint: int, lattice: Lattice) -> Decision:
-    energy = energies.word_energies(scene, lattice)
-    letters = [word[joint] for word in lattice.words]
-    best, *others = states.ranked(scene, energy)[0]
-    return Decision(
-        joint + 1,
-        tuple(Option(x, float(e)) for x, e in zip(letters, energy, strict=True)),
-        letters[best],
-        "".join(letters[other] for other in others),
-    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
@@ -18,6 +18,11 @@ SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
 """Sign of the outward pole that a letter of a component stands for; - is a face without magnet."""
 
 _JOINT_LIMIT = math.pi / 2
+
+
+def signs(sequence: Sequence[str]) -> Array:
+    """Return +1 for N, -1 for S and 0 for a face without magnet, shape (n, 4)."""
+    return np.array([[SIGNS[face] for face in faces] for faces in sequence])
 
 
 def _faces(letters: str) -> str:
@@ -146,11 +151,6 @@ class Scene(base.Part):
         return np.broadcast_to(np.asarray(value, dtype=np.float64), self.n).copy()
 
     @property
-    def signs(self) -> Array:
-        """Signs of the outward poles: +1 for N, -1 for S, 0 without magnet, shape (n, 4)."""
-        return np.array([[SIGNS[letter] for letter in faces] for faces in self.sequence])
-
-    @property
     def charges(self) -> Array:
         """Magnetic charges of the outer pole faces [A m], N positive, shape (n, 4).
 
@@ -159,7 +159,7 @@ class Scene(base.Part):
         """
         if self.magnets is None:
             return np.zeros((self.n, len(FACES)))
-        return self.signs * self.magnets.charges(self.n)
+        return signs(self.sequence) * self.magnets.charges(self.n)
 
     @property
     def bore(self) -> float:
