@@ -80,33 +80,23 @@ def one_letter_off(target: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Evidence:
-    """A target's place among the states of a sequence.
-
-    Attributes
-    ----------
-    energy : float
-        Of the target [J].
-    gap : float
-        How far the lowest other word lies above the target [J]; negative if it lies below.
-    rival : str
-        That word.
-    tolerance : float
-        Error of single magnets at which a rival may overtake: the relative standard deviation of
-        all faces' strengths, independent of each other, at which the rival's energy above the
-        target varies by as much as it is, to first order. The least among the rivals of lowest
-        energy and those one letter off; negative if one lies below the target.
-    stable : bool
-        Whether the target is fully folded and no equal poles touch.
-    only_stable : bool
-        Whether no other word is.
-    """
+    """A target's place among the states of a sequence."""
 
     energy: float
+    """Of the target [J]."""
     gap: float
+    """How far the lowest other word lies above the target [J]; negative if it lies below."""
     rival: str
+    """That word."""
     tolerance: float
+    """Error of single magnets at which a rival may overtake: the relative standard deviation of all
+    faces' strengths, independent of each other, at which the rival's energy above the target varies
+    by as much as it is, to first order. The least among the rivals of lowest energy and those one
+    letter off; negative if one lies below the target."""
     stable: bool
+    """Whether the target is fully folded and no equal poles touch."""
     only_stable: bool
+    """Whether no other word is."""
 
     @property
     def ground(self) -> bool:

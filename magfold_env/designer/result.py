@@ -19,54 +19,37 @@ FORMAT = "magfold_env design 1"
 
 @dataclass(frozen=True)
 class Design:
-    """The result of `design`.
-
-    Attributes
-    ----------
-    target : str
-        The word that was wanted.
-    mode : {"free", "forward", "backward"}
-        How the chain is released.
-    objective : str
-        What was sought, see `design`.
-    search : str
-        How.
-    scene : Scene or None
-        The chain with the sequence and the speed that were found, ready for `simulate`; None if
-        no sequence is left to give.
-    reached : bool
-        Whether the objective is met: by energy the target is the only ground state, and for
-        `unique` the only stable word; for `probability` the share of successes reaches the goal.
-    score : float or None
-        The gap [J], or, where those were sought, the tolerance or the share of successes.
-    bound : float or None
-        What no sequence exceeds, proved; None if unknown.
-    evidence : Evidence or None
-        By energy.
-    probability : Share or None
-        Of settling as the target, on releases of their own; None if none were asked for.
-    releases_seed : int
-        Their seed: ``ensemble(design.scene, runs, design.releases_seed)`` repeats them.
-    calls : dict
-        What was asked of each oracle: ``energies`` of one word, or flips of one face judged,
-        exact searches for ``ground states``, and ``releases`` simulated in the search.
-    certificate : str
-        Why no sequence can do what was sought; empty if that is not proved.
-    """
+    """The result of `design`."""
 
     target: str
+    """The word that was wanted."""
     mode: Mode
+    """How the chain is released."""
     objective: Objective
+    """What was sought, see `design`."""
     search: Search
+    """How."""
     scene: Scene | None
+    """The chain with the sequence and the speed that were found, ready for `simulate`; None if no
+    sequence is left to give."""
     reached: bool
+    """Whether the objective is met: by energy the target is the only ground state, and for `unique`
+    the only stable word; for `probability` the share of successes reaches the goal."""
     score: float | None
+    """The gap [J], or, where those were sought, the tolerance or the share of successes."""
     bound: float | None
+    """What no sequence exceeds, proved; None if unknown."""
     evidence: Evidence | None
+    """By energy."""
     probability: Share | None
+    """Of settling as the target, on releases of their own; None if none were asked for."""
     releases_seed: int
+    """Their seed: ``ensemble(design.scene, runs, design.releases_seed)`` repeats them."""
     calls: dict[str, int]
+    """What was asked of each oracle: ``energies`` of one word, or flips of one face judged, exact
+    searches for ``ground states``, and ``releases`` simulated in the search."""
     certificate: str
+    """Why no sequence can do what was sought; empty if that is not proved."""
 
     @property
     def sequence(self) -> tuple[str, ...]:

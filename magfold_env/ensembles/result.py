@@ -168,13 +168,9 @@ class Ensemble:
         status
             Count only runs that end so; where there are none, no word is returned.
         """
-        words: list[str] = self.word.tolist()
-        if status is not None:
-            ended = FoldStatus(status).value
-            words = [word for word, end in zip(words, self.status, strict=True) if end == ended]
-        counts = Counter(words)
-        most = max(counts.values(), default=0)
-        return tuple(sorted(word for word, count in counts.items() if count == most))
+        ended = self.word if status is None else self.word[self.status == FoldStatus(status).value]
+        words, counts = np.unique(ended, return_counts=True)
+        return tuple(words[counts == counts.max(initial=0)].tolist())
 
     # --- single runs -------------------------------------------------------------------------
 

@@ -36,34 +36,23 @@ _CORNERS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """The result of `descend`.
-
-    Attributes
-    ----------
-    angles : (n,) array
-        Headings [rad], component 1's as it was given.
-    word : str
-        The nearest letters.
-    energy : float
-        `mf.energy` at the angles [J].
-    torques : (n-1,) array
-        The magnets' on the joints, -∂U/∂θ [N·m]; where the chain rests they are nil, or held by a
-        stop or by casings that touch.
-    overlap : float
-        How deep the casings overlap that press on each other most [m].
-    steps : int
-        Number of steps taken.
-    converged : bool
-        Whether no free joint is turned any more.
-    """
+    """The result of `descend`."""
 
     angles: Array
+    """Headings [rad], component 1's as it was given, shape (n,)."""
     word: str
+    """The nearest letters."""
     energy: float
+    """`mf.energy` at the angles [J]."""
     torques: Array
+    """The magnets' on the joints, -∂U/∂θ [N·m], shape (n-1,); where the chain rests they are nil,
+    or held by a stop or by casings that touch."""
     overlap: float
+    """How deep the casings overlap that press on each other most [m]."""
     steps: int
+    """Number of steps taken."""
     converged: bool
+    """Whether no free joint is turned any more."""
 
 
 def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent:

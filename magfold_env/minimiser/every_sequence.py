@@ -35,26 +35,18 @@ class EverySequence:
     """The ground states of all sequences, by their number.
 
     Only sequences whose first face is N are listed: to flip all poles changes no energy.
-
-    Attributes
-    ----------
-    words : tuple of str
-        The words that were compared.
-    word : (2^(4n-1),) int array
-        Index of the word of least energy; of equal ones any.
-    energy : (2^(4n-1),) array
-        Its energy [J].
-    gap : (2^(4n-1),) array
-        How far the next word lies above it [J]; infinite if there is none.
-    tie : float
-        Gaps up to this are none, but for rounding [J].
     """
 
     words: tuple[str, ...]
+    """The words that were compared."""
     word: WordIndices
+    """Index of the word of least energy; of equal ones any, shape (2^(4n-1),)."""
     energy: Array
+    """Its energy [J], shape (2^(4n-1),)."""
     gap: Array
+    """How far the next word lies above it [J]; infinite if there is none, shape (2^(4n-1),)."""
     tie: float
+    """Gaps up to this are none, but for rounding [J]."""
 
     def counts(self) -> dict[str, int]:
         """Count the sequences that have each word as their only ground state.

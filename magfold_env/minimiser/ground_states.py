@@ -26,21 +26,14 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class GroundStates(Ranking):
-    """The result of `ground_state`.
-
-    Attributes
-    ----------
-    states : tuple of State
-        Lowest energy first.
-    lower_bound : float
-        No state that is not listed lies lower [J]; infinite if every state is listed.
-    nodes : int
-        Words of half the chain, shorter ones included, that were bounded or completed.
-    """
+    """The result of `ground_state`."""
 
     states: tuple[State, ...]
+    """Lowest energy first."""
     lower_bound: float
+    """No state that is not listed lies lower [J]; infinite if every state is listed."""
     nodes: int
+    """Words of half the chain, shorter ones included, that were bounded or completed."""
 
     @property
     def gap(self) -> float:

@@ -28,46 +28,30 @@ class Option:
 
 @dataclass(frozen=True)
 class Decision:
-    """One joint decided by a component-by-component search.
-
-    Attributes
-    ----------
-    joint : int
-        1-based: joint k lies between components k and k+1.
-    options : tuple of Option
-        Those without overlap, in the order S, L, R.
-    letter : str
-        The one of least energy.
-    tied : str
-        The other letters of the same energy; the order S, L, R decided against them.
-    """
+    """One joint decided by a component-by-component search."""
 
     joint: int
+    """1-based: joint k lies between components k and k+1."""
     options: tuple[Option, ...]
+    """Those without overlap, in the order S, L, R."""
     letter: str
+    """The one of least energy."""
     tied: str
+    """The other letters of the same energy; the order S, L, R decided against them."""
 
 
 @dataclass(frozen=True)
 class Minimum(Ranking):
-    """The result of `minimise`.
-
-    Attributes
-    ----------
-    mode : {"free", "forward", "backward"}
-        How the chain was searched.
-    states : tuple of State
-        Lowest energy first. The component-by-component modes end in one state.
-    decisions : tuple of Decision
-        In the order they were taken; empty for the full search.
-    examined : int
-        Number of words whose energies were compared; of words of half the chain for long ones.
-    """
+    """The result of `minimise`."""
 
     mode: Mode
+    """How the chain was searched."""
     states: tuple[State, ...]
+    """Lowest energy first. The component-by-component modes end in one state."""
     decisions: tuple[Decision, ...]
+    """In the order they were taken; empty for the full search."""
     examined: int
+    """Number of words whose energies were compared; of words of half the chain for long ones."""
 
 
 def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "all") -> Minimum:

@@ -22,36 +22,24 @@ _BESIDE = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
 @dataclass(frozen=True)
 class State:
-    """A word of the lattice with its energy.
-
-    Attributes
-    ----------
-    word : str
-        One letter a joint, component 1 first.
-    energy : float
-        Of the magnets, each pair of components once: `mf.energy` [J].
-    coulomb_score : float
-        The paper's: `energy` and the pairs inside each component, a constant of the sequence [J].
-    fully_folded : bool
-        Whether every joint is L or R.
-    contacts : tuple of (int, int)
-        Components, 1-based, that touch along a face, neighbours or not.
-    conflicts : tuple of (int, int)
-        Those of them whose touching faces have equal poles.
-    outline : Outline
-        The cells covered, up to rotation and translation.
-    tied : tuple of str
-        Other words of the same energy that the search ranked with this one.
-    """
+    """A word of the lattice with its energy."""
 
     word: str
+    """One letter a joint, component 1 first."""
     energy: float
+    """Of the magnets, each pair of components once: `mf.energy` [J]."""
     coulomb_score: float
+    """The paper's: `energy` and the pairs inside each component, a constant of the sequence [J]."""
     fully_folded: bool
+    """Whether every joint is L or R."""
     contacts: Pairs
+    """Components, 1-based, that touch along a face, neighbours or not."""
     conflicts: Pairs
+    """Those of them whose touching faces have equal poles."""
     outline: Outline
+    """The cells covered, up to rotation and translation."""
     tied: tuple[str, ...] = ()
+    """Other words of the same energy that the search ranked with this one."""
 
     @property
     def stable(self) -> bool:

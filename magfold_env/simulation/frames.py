@@ -64,16 +64,10 @@ class Frames:
 
 
 def magnetic_energy(scene: Scene, motion: Trajectory) -> Array:
-    """Return the magnetic energies of a recorded motion [J], shape (m,).
+    """Return the magnetic energies of the recorded motion of a scene [J], shape (m,).
 
-    Of the magnets that act, an outer field's included, as `Fold.energy` is.
-
-    Parameters
-    ----------
-    scene
-        That was simulated; nothing in it may be left to chance.
-    motion
-        Its trajectory, all of it finite.
+    Of the magnets that act, an outer field's included, as `Fold.energy` is. Nothing in the scene
+    may be left to chance, and all of the motion must be finite.
     """
     # A pinned chain is indexed from component 1, as a trajectory is.
     model = pack(scene.replace(mount="pinned"))

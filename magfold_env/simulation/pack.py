@@ -53,24 +53,16 @@ def pack(scene: Scene) -> Model:
     """
     n = scene.n
     casing = scene.casing
-    pitch = casing.diagonal
     mass, inertia = scene.masses, scene.inertias
-    flip = reversed_inside(scene)
-    if flip:
+    length = np.full(n, casing.diagonal)
+    if reversed_inside(scene):
         mass, inertia = mass[::-1].copy(), inertia[::-1].copy()
-    bodies = Bodies(
-        mass=mass,
-        inertia=inertia,
-        reach=np.full(n, pitch / 2.0),
-        length=np.full(n, pitch),
-    )
-    gravity_x, gravity_y = scene.gravity.in_plane
     magnets, tables = pack_magnets(scene), joint_tables(scene)
     charge = 0.0 if scene.magnets is None else scene.magnets.charge
     rate, light_rate = typical_rate(scene, np.full(2, charge), np.array([mass.mean(), mass.min()]))
     return Model(
         n=n,
-        bodies=bodies,
+        bodies=Bodies(mass, inertia, length / 2.0, length),
         magnets=magnets if tables is NO_TABLES else magnets._replace(tables=tables),
         charge=charges(scene),
         magnetic=_is_magnetic(scene),
@@ -80,8 +72,8 @@ def pack(scene: Scene) -> Model:
         grip=scene.friction * scene.gravity.normal * mass,
         arm=FRICTION_ARM * casing.side,
         frictional=scene.friction > 0.0 and scene.gravity.normal > 0.0,
-        gravity_x=gravity_x,
-        gravity_y=gravity_y,
+        gravity_x=scene.gravity.in_plane[0],
+        gravity_y=scene.gravity.in_plane[1],
         field=pack_field(scene, _is_magnetic(scene)),
         contact=scene.contact,
         tube=scene.mount == "tube",
@@ -159,10 +151,7 @@ def _tables_of(side: float, sizes: MagnetSizes) -> tuple[Tables, float]:
 def quadrature_of(
     casing: Casing, magnets: MagnetsPart, rule: Rule, turned: bool = False
 ) -> Magnets:
-    """Return the nodes of a casing's eight pole faces for a given rule.
-
-    They are those of a casing that is ``turned`` by half a turn, if asked.
-    """
+    """Return the nodes of a casing's eight pole faces, maybe ``turned`` by half a turn."""
     return _build(rule, magnets.model == "strips", casing.side, MagnetSizes.of(magnets, turned))
 
 
@@ -303,14 +292,8 @@ def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
 def typical_rate(scene: Scene, charge: Array, mass: Array) -> Array:
     """Return the rate that the strongest force gives one component, the scale of errors [rad/s].
 
-    Parameters
-    ----------
-    scene
-        Its sizes, gravity and field.
-    charge
-        Largest of a pole face [A·m], of any shape.
-    mass
-        Of the component [kg], of the same shape.
+    ``charge`` is the largest of a pole face [A·m], of any shape, ``mass`` the component's [kg], of
+    the same shape.
     """
     acceleration = np.full(mass.shape, math.hypot(*scene.gravity.in_plane))
     if scene.magnets is not None:
@@ -320,15 +303,9 @@ def typical_rate(scene: Scene, charge: Array, mass: Array) -> Array:
         with np.errstate(over="ignore"):
             force = 1e-7 * density * density
             if scene.field is not None:
-                force = force + charge * _outer_flux_density(scene)
+                outer = math.hypot(*scene.field.uniform)
+                if (magnet := scene.field.magnet) is not None:
+                    outer += 1e-7 * magnet.charge / magnet.width**2
+                force = force + charge * outer
             acceleration += force / mass
     return np.maximum(np.sqrt(acceleration / scene.casing.diagonal), SLOWEST)
-
-
-def _outer_flux_density(scene: Scene) -> float:
-    """Return the order of what acts from outside [T]."""
-    assert scene.field is not None
-    found = math.hypot(*scene.field.uniform)
-    if (magnet := scene.field.magnet) is not None:
-        found += 1e-7 * magnet.charge / magnet.width**2
-    return found

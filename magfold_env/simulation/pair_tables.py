@@ -121,20 +121,9 @@ def coefficients(spaces: int, values: Array) -> Array:
 
 
 def build_tables(magnets: Magnets, pitch: float) -> tuple[Tables, float]:
-    """Lay the splines of one kind of casing.
+    """Lay the splines of one kind of casing, whose energies are summed over its magnets' nodes.
 
-    Parameters
-    ----------
-    magnets
-        Pole faces, with the nodes that their energies are to be summed over.
-    pitch
-        Distance of a casing's hinges [m].
-
-    Returns
-    -------
-    Tables
-    float
-        Error of the slopes, all faces together, as a share of the largest slope.
+    Returns the error of the slopes, too, all faces together, as a share of the largest slope.
     """
     angles = END * sites(ONE_SPACES)
     values = energies(magnets, pitch, angles[:, None])

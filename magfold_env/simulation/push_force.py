@@ -18,14 +18,8 @@ def push_force(model: Model, state: State, work: Work) -> float:
     By Newton's law for the chain: the mass times the acceleration of what is outside, less the
     friction of the floor and the forces of the walls on it; inside the tube nothing rubs. Negative
     where the chain pulls. The pull of a fixed external magnet on components inside the tube is left
-    out. No number where the contact forces are not found.
-
-    Parameters
-    ----------
-    model, state
-        The chain, which stays as it is.
-    work
-        Scratch space of another: what a run carries over from step to step must not change.
+    out. No number where the contact forces are not found. The chain stays as it is; ``work`` is
+    that of another: what a run carries over from step to step must not change.
     """
     state = state._replace(
         **{name: cast("Array", array).copy() for name, array in state._asdict().items()}
@@ -49,12 +43,7 @@ def push_force(model: Model, state: State, work: Work) -> float:
 def progress_of_next(model: Model, q: Array, lo: int) -> float:
     """Return how far the component in the mouth is out, from 0 to 1; 1 if none is left inside.
 
-    Parameters
-    ----------
-    model, q
-        The chain and its coordinates, (n + 2,).
-    lo
-        Number of components that are held.
+    ``q`` (n + 2,) are the chain's coordinates; ``lo`` components are held.
     """
     if lo == 0:
         return 1.0

@@ -83,8 +83,8 @@ def simulate_batch(
     draws = list(seeds)
     chosen = [scenes] * len(draws) if isinstance(scenes, Scene) else list(scenes)
     if len(chosen) != len(draws):
-        message = f"must be one, or as many as the {len(draws)} seeds"
-        raise SceneError([Problem("scenes", len(chosen), message)])
+        allowed = f"must be one, or as many as the {len(draws)} seeds"
+        raise SceneError([Problem("scenes", len(chosen), allowed)])
     workers = (os.cpu_count() or 1) if threads is None else threads
     errors.refuse(errors.unless_at_least("threads", workers, 1))
 
@@ -140,8 +140,7 @@ def forces(scene: Scene, angles: npt.ArrayLike) -> tuple[Floats, Floats]:
     SceneError
         If the shape is not (n,) or a number is not finite.
     """
-    force, torque, _, _ = _smooth_state(scene, checked("angles", angles, scene.n))
-    return force, torque
+    return _smooth_state(scene, checked("angles", angles, scene.n))[:2]
 
 
 def energy(scene: Scene, angles: npt.ArrayLike) -> float:
@@ -154,7 +153,7 @@ def energy(scene: Scene, angles: npt.ArrayLike) -> float:
     SceneError
         If the shape is not (n,) or a number is not finite.
     """
-    return _smooth_state(scene, checked("angles", angles, scene.n))[3]
+    return _smooth_state(scene, checked("angles", angles, scene.n))[2]
 
 
 def checked(key: str, values: npt.ArrayLike, n: int, *, stacked: bool = False) -> Floats:
@@ -168,16 +167,13 @@ def checked(key: str, values: npt.ArrayLike, n: int, *, stacked: bool = False) -
     return array
 
 
-def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, Floats, float]:
-    """Magnet forces (n, 2) [N], torques (n,) [N·m], centres (n, 2) [m] and energy [J]."""
-    pinned = scene.replace(mount="pinned", start_angles=None)
-    model = pack(pinned)
+def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, float]:
+    """Magnet forces (n, 2) [N], torques (n,) [N·m] and energy [J]."""
+    model = pack(scene.replace(mount="pinned", start_angles=None))
     work = new_work(model._replace(contact=False, frictional=False))
-    q = np.append(np.asarray(angles, dtype=np.float64), [0.0, 0.0])
-    articulated.place(0, model.bodies, q, work.pose)
+    articulated.place(0, model.bodies, np.append(angles, [0.0, 0.0]), work.pose)
     if model.magnetic:
         add_magnet_forces(0, model, work.pose, work.nodes, work.loads)
     energy = magnet_energy(0, model, work)
     force = np.stack([work.loads.fx, work.loads.fy], axis=1)
-    centres = np.stack([work.pose.x, work.pose.y], axis=1)
-    return force, work.loads.torque, centres, energy
+    return force, work.loads.torque, energy
