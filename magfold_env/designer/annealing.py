@@ -59,25 +59,12 @@ def anneal_sequence(
     stable: bool = False,
     good_enough: float = np.inf,
 ) -> Annealed:
-    """Search for the sequence whose worst rival scores highest.
+    """Search for the sequence whose worst rival scores highest, or the first above ``good_enough``.
 
-    Parameters
-    ----------
-    scene
-        Its casing, its magnets and its number of components count.
-    target
-        A word of its length without overlap.
-    rng
-        Draws the start and the flips.
-    calls
-        Flips tried are added to its ``energies``, exact searches to its ``ground states``.
-    tolerant
-        Score rivals by their tolerance instead of their energy above the target [J].
-    stable
-        Search only among sequences of which the target is the only stable word, see
-        `stable_groups`.
-    good_enough
-        End with the first score above this.
+    Rivals of the target, a word without overlap, are scored by their energy above it [J], or if
+    ``tolerant`` by their tolerance. The scene's sequence does not count; if ``stable``, only those
+    are sought of which the target is the only stable word, see `stable_groups`. Flips tried are
+    added to the ``energies`` of ``calls``, exact searches to its ``ground states``.
     """
     if stable:
         signs, groups = stable_signs(target, rng)
@@ -118,14 +105,9 @@ def sequence_of_signs(signs: Array) -> tuple[str, ...]:
 
 
 def stable_groups(target: str) -> tuple[Array, list[Ints]]:
-    """Return signs that make a fully folded target the only stable word, and groups that may flip.
+    """Return signs (4n,) that make a fully folded target the only stable word, and groups of faces.
 
-    Returns
-    -------
-    signs : (4n,) array
-        +1 or −1 a face.
-    groups : list of int arrays
-        Faces, each in one group: whichever groups are flipped, it stays so.
+    Each face is in one group: whichever groups are flipped, it stays so.
 
     Raises
     ------

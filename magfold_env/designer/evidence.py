@@ -21,14 +21,7 @@ LOWEST = 30
 class Rivals:
     """Words other than the target, with the energies by which they lie above it as forms.
 
-    Parameters
-    ----------
-    scene
-        Its casing, its magnets and its number of components count; its sequence does not.
-    target
-        A word of the scene's length without overlap.
-    words
-        The first rivals.
+    The target is a word of the scene's length without overlap; the scene's sequence does not count.
     """
 
     def __init__(self, scene: Scene, target: str, words: Iterable[str] = ()) -> None:
@@ -105,16 +98,9 @@ class Evidence:
 
 
 def weigh(scene: Scene, target: str, calls: Counter[str]) -> Evidence:
-    """Compare a target with the other words of a scene's sequence.
+    """Compare a target without overlap with the other words of a sequence, two components at least.
 
-    Parameters
-    ----------
-    scene
-        With the sequence, at least two components.
-    target
-        A word of its length without overlap.
-    calls
-        The exact searches are added to its ``ground states``.
+    The exact searches are added to the ``ground states`` of ``calls``.
     """
     lowest = ground_state(scene, top=LOWEST).states
     stable = ground_state(scene, top=2, among="stable").states

@@ -112,12 +112,7 @@ def _first_of_largest(scores: Array, tie: float) -> int | None:
 class Exhaustive:
     """Every sequence of a scene's length, compared by the energies of one target and all rivals.
 
-    Parameters
-    ----------
-    scene
-        Its casing, its magnets and its number of components count; at most six components.
-    target
-        A word of its length without overlap.
+    The scene has at most six components; its sequence does not count. The target does not overlap.
     """
 
     def __init__(self, scene: scenes.Scene, target: str) -> None:

@@ -292,8 +292,7 @@ def stable_sequences(task: Task) -> Sequences:
 def _best_of_all(task: Task, calls: Counter[str]) -> Found:
     every = exhaustive.Exhaustive(task.scene, task.target)
     calls["energies"] += every.calls
-    gaps = every.gaps
-    scores = gaps
+    gaps = scores = every.gaps
     if task.objective == "sensitivity":
         scores = every.tolerances()
     elif task.objective == "unique":
@@ -301,18 +300,14 @@ def _best_of_all(task: Task, calls: Counter[str]) -> Found:
         scores = np.where(every.only_stable(), 1.0 + gaps - gaps.min(), 0.0)
     number = every.best(scores)
     if number is None:
-        return Found(None, None, None, _certificate(task.objective, every))
+        certificate = f"of none of all {gaps.size} sequences is it the only stable word"
+        if task.objective != "unique":
+            lower = f"at least {-gaps.max():.3g} J lower" if gaps.max() < 0.0 else "as low"
+            certificate = (
+                f"of none of all {gaps.size} sequences is it the only ground state; another word "
+                f"lies {lower}"
+            )
+        return Found(None, None, None, certificate)
     score = float(scores[number] if task.objective == "sensitivity" else gaps[number])
     bound = score if task.objective in ("gap", "sensitivity") else None
     return Found(sequence_of(number, task.scene.n), score, bound)
-
-
-def _certificate(objective: Objective, every: exhaustive.Exhaustive) -> str:
-    count = every.gaps.size
-    if objective == "unique":
-        return f"of none of all {count} sequences is it the only stable word"
-    least = -every.gaps.max()
-    lower = f"at least {least:.3g} J lower" if least > 0.0 else "as low"
-    return (
-        f"of none of all {count} sequences is it the only ground state; another word lies {lower}"
-    )

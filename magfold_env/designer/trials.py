@@ -134,30 +134,11 @@ def cross_entropy(
 ) -> list[Evaluation]:
     """Search for the choice that folds into the target most often.
 
-    Parameters
-    ----------
-    trials
-        Releases choices.
-    faces
-        How many faces the chain has.
-    speeds
-        The search stays between the slowest and the fastest [m/s]; none where no tube feeds.
-    rng
-        Draws the choices.
-    budget
-        Releases, those before the search included, that no generation but the first may exceed.
-    goal
-        Share of successes that ends the search.
-    first
-        Where to begin; None begins with every choice equally likely.
-    groups
-        Faces whose signs stay as they are in ``first`` relative to each other, every face in one
-        group; None makes each face one.
-
-    Returns
-    -------
-    list of Evaluation
-        The choices that came nearest, by `race`.
+    It begins with ``first``, or with every choice equally likely, and stays between the slowest and
+    the fastest of the ``speeds`` [m/s]; there are none where no tube feeds. The signs of each group
+    of faces stay as they are in ``first`` relative to each other; None makes each face a group. No
+    generation but the first may exceed the budget of releases, those before the search included;
+    the share of successes ``goal`` ends it. Returns the choices that came nearest, by `race`.
     """
     current = _around(first, faces, speeds, groups)
     best: list[Evaluation] = []
@@ -221,22 +202,8 @@ class Trials:
     """Releases choices, and keeps how each release ended.
 
     Release k of every choice draws from the same generator, so that choices are compared under
-    equal conditions; what was asked before is not simulated again.
-
-    Parameters
-    ----------
-    scene
-        What is released, but for sequence and speed.
-    target
-        The word that is wanted.
-    seed
-        Of all draws.
-    workers
-        Who simulates.
-    kept
-        Where releases are kept, and taken from; None keeps them in memory only.
-    report
-        Is told the number of releases so far.
+    equal conditions; what was asked before is not simulated again. Releases are kept in, and taken
+    from, a checkpoint if there is one; ``report`` is told their number so far.
     """
 
     def __init__(

@@ -58,15 +58,7 @@ def refuse(problems: Sequence[Problem]) -> None:
 
 
 def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Translate pydantic's report into problems with dotted keys.
-
-    Parameters
-    ----------
-    error
-        What pydantic raised while it validated `model`.
-    model
-        The outermost model, from which the known keys of each group are read.
-    """
+    """Translate pydantic's report on a model, the outermost one, into problems with dotted keys."""
     problems: list[Problem] = []
     for entry in error.errors(include_url=False):
         key = dotted(entry["loc"])

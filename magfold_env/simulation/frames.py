@@ -22,15 +22,7 @@ ROOM = 4096  # frames kept before they are moved out of the kernels' record
 
 
 class Frames:
-    """What was recorded of a chain so far.
-
-    Parameters
-    ----------
-    model, state
-        The chain.
-    frame_rate
-        Frames recorded a simulated second [1/s]; None records nothing.
-    """
+    """What was recorded of a chain so far: frames at a rate [1/s], or nothing if that is None."""
 
     def __init__(self, model: Model, state: State, frame_rate: float | None) -> None:
         interval = 0.0 if frame_rate is None else 1.0 / frame_rate

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 
@@ -167,8 +167,7 @@ class MagnetSizes(NamedTuple):
     def of(cls, magnets: MagnetsPart, turned: bool) -> MagnetSizes:
         """Return the sizes of a scene's magnets, maybe those of a casing turned by half a turn."""
         order = TURNED if turned else [0, 1, 2, 3]
-        names: tuple[Length, ...] = ("width", "height", "thickness", "inset")
-        return cls(*(tuple(magnets.by_face(name)[order].tolist()) for name in names))
+        return cls(*(tuple(magnets.by_face(name)[order].tolist()) for name in get_args(Length)))
 
 
 @lru_cache(maxsize=64)

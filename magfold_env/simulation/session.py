@@ -175,15 +175,9 @@ class Session:
     def push(self, speeds: Array, seconds: float) -> None:
         """Feed for some time [s] or until the run ends.
 
-        A component that passes the mouth meanwhile is released. With none left inside the chain
-        folds freely.
-
-        Parameters
-        ----------
-        speeds
-            Speed while each component is in the mouth [m/s], 0 or more, component 1 first, (n,).
-        seconds
-            For how long.
+        ``speeds`` (n,) are those while each component is in the mouth [m/s], 0 or more, component 1
+        first. A component that passes the mouth meanwhile is released. With none left inside the
+        chain folds freely.
         """
         self._state.speed[:] = speeds[::-1] if self._view.flip else speeds
         self._go_on(keep=-1, until=self.time + seconds)

@@ -99,15 +99,7 @@ class Stack(Generic[T]):
 
 
 class Rows:
-    """The copies of a stack as tuples, where kernels take no addresses.
-
-    Parameters
-    ----------
-    stack
-        What they are copies in.
-    count
-        How many.
-    """
+    """The copies of a stack as tuples, where kernels take no addresses."""
 
     def __init__(self, stack: Stack[Any], count: int) -> None:
         self._stack = stack

@@ -18,13 +18,7 @@ Job = tuple[Callable[..., int], tuple[Any, ...], "SimpleQueue[int]"]
 
 
 class WorkQueue:
-    """Some threads, the calling one among them; the others are started when first needed.
-
-    Parameters
-    ----------
-    size
-        How many.
-    """
+    """Some threads, the calling one among them; the others are started when first needed."""
 
     def __init__(self, size: int) -> None:
         self.size = size
