@@ -89,9 +89,7 @@ class Design:
     def to_dict(self) -> dict[str, Any]:
         """Return the design as values that JSON can hold."""
         scene = None if self.scene is None else self.scene.model_dump(mode="json")
-        found = {key: getattr(self, key) for key in type(self).__dataclass_fields__}
-        parts = {key: _plain(found[key]) for key in ("evidence", "probability")}
-        return {"format": FORMAT, **found, "scene": scene, **parts}
+        return {"format": FORMAT, **asdict(self), "scene": scene}
 
     def to_json(self, path: str | Path) -> None:
         """Write the design as JSON, under a temporary name first; `from_json` reads it."""
@@ -112,7 +110,3 @@ class Design:
                 data[key] = None if data[key] is None else kind(**data[key])
             del data["format"]
             return cls(**data)
-
-
-def _plain(part: Evidence | Share | None) -> dict[str, Any] | None:
-    return None if part is None else asdict(part)

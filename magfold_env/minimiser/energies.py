@@ -42,13 +42,7 @@ def poles(scene: Scene) -> Array:
 
 
 def refuse_field(scene: Scene) -> None:
-    """Refuse a scene in an external field.
-
-    Raises
-    ------
-    ValueError
-        If it has one.
-    """
+    """Refuse a scene in an external field with a ValueError."""
     if scene.field is not None and scene.field.any:
         raise ValueError(
             f"field: {scene.field!r} is not allowed; energy minimisation does not know of "

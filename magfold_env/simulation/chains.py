@@ -14,7 +14,7 @@ from magfold_env.engine.stepping import runs
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Trajectory
 from magfold_env.simulation.frames import Frames
-from magfold_env.simulation.push_force import progress_of_next, push_force
+from magfold_env.simulation.push_force import push_force
 from magfold_env.simulation.stack import Stack
 from magfold_env.simulation.view import Orientation
 from magfold_env.simulation.work_queue import WorkQueue
@@ -143,8 +143,12 @@ class Chains:
         return push_force(model, self._states.row(row), self._probe)
 
     def progress_of_next(self, row: int) -> float:
-        """Return how far the component in the mouth is out, see `push_force.progress_of_next`."""
-        return progress_of_next(self.models[0], self.q[row], int(self.counters[row, state.LO]))
+        """Return how far the component in the mouth is out, 0 to 1; 1 if none is left inside."""
+        model, q, lo = self.models[0], self.q[row], int(self.counters[row, state.LO])
+        if lo == 0:
+            return 1.0
+        link = model.bodies.length[lo - 1] * math.cos(q[lo - 1])
+        return min(max(float(q[model.n] / link), 0.0), 1.0)
 
     def motion(self, view: Orientation) -> Trajectory | None:
         """Return the frames of the single chain; None if nothing is recorded."""

@@ -1,4 +1,4 @@
-"""What a feed needs, and how far it has come."""
+"""What a feed needs."""
 
 import math
 from typing import cast
@@ -38,17 +38,6 @@ def push_force(model: Model, state: State, work: Work) -> float:
     momentum = _momentum_rate(lo, model, work, out)
     outside = work.chain.force[n] + float(work.rows.multiplier @ work.rows.jacobian[:, n])
     return momentum - outside + _pull_of_held(lo, model, state, work)
-
-
-def progress_of_next(model: Model, q: Array, lo: int) -> float:
-    """Return how far the component in the mouth is out, from 0 to 1; 1 if none is left inside.
-
-    ``q`` (n + 2,) are the chain's coordinates; ``lo`` components are held.
-    """
-    if lo == 0:
-        return 1.0
-    link = model.bodies.length[lo - 1] * math.cos(q[lo - 1])
-    return min(max(float(q[model.n] / link), 0.0), 1.0)
 
 
 def _momentum_rate(lo: int, model: Model, work: Work, acceleration: Array) -> float:

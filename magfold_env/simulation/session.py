@@ -218,15 +218,20 @@ class Session:
         if self.status is not None:
             return
         self._state.counter[state.KEEP] = keep
-        chain = self._model, self._state, self._work, self._frames.record
-        run = self._run_paper if self.scene.solver.method == "paper" else run_chain
-        while (outcome := run(chain, until)) == outcomes.FULL:
-            self._frames.empty()
+        outcome = self._run(until)
         if outcome != outcomes.REACHED:
             rested = outcome == outcomes.RESTED
             joints: list[float] = np.diff(self.angles).tolist() if rested else []
             cap = work_cap(self._model, self.steps)
             self.status, self.message = ending(outcome, self.time, joints, cap)
+
+    def _run(self, until: float) -> int:
+        """Run until a time [s] or an end; returns how the integration ended."""
+        chain = self._model, self._state, self._work, self._frames.record
+        run = self._run_paper if self.scene.solver.method == "paper" else run_chain
+        while (outcome := run(chain, until)) == outcomes.FULL:
+            self._frames.empty()
+        return outcome
 
     def _run_paper(self, chain: Chain, until: float) -> int:
         """Do what `run_chain` does, in the paper's steps."""

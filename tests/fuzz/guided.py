@@ -23,7 +23,7 @@ READING = [
     "magfold_env.checkpoint",
     "magfold_env.designer.result",
     "magfold_env.designer.suites",
-    "magfold_env.ensembles.result",
+    "magfold_env.ensembles",
     "magfold_env.scene.errors",
     "magfold_env.files",
     "magfold_env.scene.scene",
