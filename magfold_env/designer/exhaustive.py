@@ -123,7 +123,7 @@ class Exhaustive:
         self.calls = len(lattice) * every.gap.size
         """Energies that were compared."""
         self._lattice, self._tie = lattice, every.tie
-        own = every_sequence.energies_of_every_sequence(forms[row])
+        own = every_sequence.every_energy(forms[row])
         self.gaps: Array = np.where(every.word == row, every.gap, every.energy - own)
         """Energy of the best rival above the target [J], for every sequence."""
 

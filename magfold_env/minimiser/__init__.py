@@ -3,13 +3,13 @@
 from magfold_env.minimiser.descent import Descent, descend
 from magfold_env.minimiser.energies import refuse_field, strengths
 from magfold_env.minimiser.every_sequence import LONGEST_OF_ALL, EverySequence, sequence_of
-from magfold_env.minimiser.ground_states import GroundStates, ground_state
 from magfold_env.minimiser.landscape import Landscape
-from magfold_env.minimiser.search import Minimum, Mode, minimise
-from magfold_env.minimiser.states import State
+from magfold_env.minimiser.search import GroundStates, Minimum, Mode, ground_state, minimise
+from magfold_env.minimiser.states import Among, State
 
 __all__ = [
     "LONGEST_OF_ALL",
+    "Among",
     "Descent",
     "EverySequence",
     "GroundStates",

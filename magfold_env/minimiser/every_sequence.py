@@ -74,7 +74,7 @@ def sequence_of(number: int, n: int) -> tuple[str, ...]:
     return tuple(letters[k : k + FACES] for k in range(0, len(letters), FACES))
 
 
-def energies_of_every_sequence(form: Array) -> Array:
+def every_energy(form: Array) -> Array:
     """Return a word's energy with every sequence whose first face is N [J], by number.
 
     ``form`` (4n, 4n) is the word's, see `quadratic_forms`; too many sequences are refused.

@@ -9,11 +9,7 @@ from numpy.typing import NDArray
 
 from magfold_env.engine.state import Array
 from magfold_env.minimiser import couplings, energies, states
-from magfold_env.minimiser.every_sequence import (
-    EverySequence,
-    best_words,
-    energies_of_every_sequence,
-)
+from magfold_env.minimiser.every_sequence import EverySequence, best_words, every_energy
 from magfold_env.minimiser.lattice import HEADINGS, ORDER, all_words
 from magfold_env.minimiser.search import LONGEST
 from magfold_env.scene import Scene, errors
@@ -156,7 +152,7 @@ class Landscape:
         """
         if word not in self.words:
             raise ValueError(f"word: {word!r} is not allowed; must be one of the landscape's words")
-        return energies_of_every_sequence(self._forms[self.words.index(word)])
+        return every_energy(self._forms[self.words.index(word)])
 
     def every_sequence(self, progress: Callable[[float], None] | None = None) -> EverySequence:
         """Find the ground state of every sequence.
@@ -171,7 +167,8 @@ class Landscape:
         ValueError
             If there are too many sequences.
         """
-        return best_words(self._forms, self.words, energies.tie(self.scene), progress)
+        tie = energies.tie(self.scene)
+        return best_words(self._forms, self.words, tie, progress)
 
     @cached_property
     def _poses(self) -> couplings.PairPoses:

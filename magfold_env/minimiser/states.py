@@ -47,26 +47,6 @@ class State:
         return self.fully_folded and not self.conflicts
 
 
-class Ranking:
-    """What a search found: states, the lowest first."""
-
-    states: tuple[State, ...]
-
-    @property
-    def best(self) -> State:
-        """The state of least energy that was found.
-
-        Raises
-        ------
-        ValueError
-            If there is none: no word of this length satisfies the condition that was set, or none
-            was found within the limits.
-        """
-        if not self.states:
-            raise ValueError("the search found no state that satisfies its condition")
-        return self.states[0]
-
-
 def state_of(scene: Scene, word: str, tied: tuple[str, ...] = ()) -> State:
     """Return the state that a word without overlap is; ``tied`` are words of equal energy."""
     one = from_words([word])
