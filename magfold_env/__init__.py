@@ -29,8 +29,13 @@ if TYPE_CHECKING:
         save_scene,
         scene_names,
     )
-    from magfold_env.simulation.batch import simulate_batch
-    from magfold_env.simulation.simulate import accelerations, energy, forces, simulate
+    from magfold_env.simulation.simulate import (
+        accelerations,
+        energy,
+        forces,
+        simulate,
+        simulate_batch,
+    )
 
 __all__ = [
     "Casing",
@@ -72,8 +77,7 @@ _NAMES = {
     "minimiser": "Landscape descend ground_state minimise sequence_of",
     "scene": "Casing Feed Field FixedMagnet Gravity Magnets Scene SceneError Solver Spreads "
     "load_scene save_scene scene_names",
-    "simulation.batch": "simulate_batch",
-    "simulation.simulate": "accelerations energy forces simulate",
+    "simulation.simulate": "accelerations energy forces simulate simulate_batch",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 

@@ -163,20 +163,20 @@ class RobustSearch:
         """Race proposals at more and more speeds, then refine the best."""
         task = _task(calls.env, calls.target, rng)
         sequences = _proposed(task)
-        standings: list[trials.Standing] = []
+        evaluations: list[trials.Evaluation] = []
         for count in range(1, len(designer.SPEEDS) + 1):
             choices = [
                 designer.Choice(each, speed)
                 for speed in designer.SPEEDS[:count]
                 for each in sequences
             ]
-            standings = trials.race(choices, calls)
-            if standings[0].rate >= self.goal:
+            evaluations = trials.race(choices, calls)
+            if evaluations[0].rate >= self.goal:
                 return
         groups = annealing.stable_groups(calls.target)[1] if task.search == "annealing" else None
         trials.cross_entropy(
             calls, 4 * task.scene.n, designer.SPEEDS, rng, calls.budget,
-            goal=self.goal, first=standings[0].choice, groups=groups,
+            goal=self.goal, first=evaluations[0].choice, groups=groups,
         )  # fmt: skip
 
 

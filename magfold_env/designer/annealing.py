@@ -14,7 +14,6 @@ faces into groups within which one sign gives all others.
 
 import math
 from collections import Counter
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -60,25 +59,12 @@ def anneal_sequence(
     stable: bool = False,
     good_enough: float = np.inf,
 ) -> Annealed:
-    """Search for the sequence whose worst rival scores highest.
+    """Search for the sequence whose worst rival scores highest, or the first above ``good_enough``.
 
-    Parameters
-    ----------
-    scene
-        Its casing, its magnets and its number of components count.
-    target
-        A word of its length without overlap.
-    rng
-        Draws the start and the flips.
-    calls
-        Flips tried are added to its ``energies``, exact searches to its ``ground states``.
-    tolerant
-        Score rivals by their tolerance instead of their energy above the target [J].
-    stable
-        Search only among sequences of which the target is the only stable word, see
-        `stable_groups`.
-    good_enough
-        End with the first score above this.
+    Rivals of the target, a word without overlap, are scored by their energy above it [J], or if
+    ``tolerant`` by their tolerance. The scene's sequence does not count; if ``stable``, only those
+    are sought of which the target is the only stable word, see `stable_groups`. Flips tried are
+    added to the ``energies`` of ``calls``, exact searches to its ``ground states``.
     """
     if stable:
         signs, groups = stable_signs(target, rng)
@@ -88,7 +74,8 @@ def anneal_sequence(
     faces, first = np.concatenate(groups), np.cumsum([0, *(len(group) for group in groups)])
     rivals = Rivals(scene, target, one_letter_off(target))
     score_all = rivals.tolerances if tolerant else rivals.energies
-    spread = _typical_score(score_all, rng, 4 * scene.n)
+    samples = rng.choice([-1.0, 1.0], (_SAMPLES, 4 * scene.n))
+    spread = float(np.std([score_all(each).min() for each in samples]))
     temperatures = np.geomspace(_HOT * spread, _COLD * spread, STEPS)
     best: Annealed | None = None
     for _ in range(ROUNDS):
@@ -96,7 +83,9 @@ def anneal_sequence(
         anneal(rivals.excess, faces, first, proposals, chances, temperatures, tolerant, signs)
         calls["energies"] += STEPS
         sequence = sequence_of_signs(signs)
-        new = rivals.add(_lowest(scene.replace(sequence=sequence), calls))
+        calls["ground states"] += 1
+        lowest = ground_state(scene.replace(sequence=sequence), top=RIVALS).states
+        new = rivals.add(state.word for state in lowest)
         score = float(score_all(signs).min())
         if best is None or score > best.score:
             best = Annealed(sequence, score)
@@ -115,28 +104,10 @@ def sequence_of_signs(signs: Array) -> tuple[str, ...]:
     return tuple(letters[k : k + 4] for k in range(0, len(letters), 4))
 
 
-def _typical_score(
-    score_all: Callable[[Array], Array], rng: np.random.Generator, faces: int
-) -> float:
-    signs = rng.choice([-1.0, 1.0], (_SAMPLES, faces))
-    return float(np.std([score_all(each).min() for each in signs]))
-
-
-def _lowest(designed: Scene, calls: Counter[str]) -> list[str]:
-    """Return the words of the states that a sequence really has lowest."""
-    calls["ground states"] += 1
-    return [state.word for state in ground_state(designed, top=RIVALS).states]
-
-
 def stable_groups(target: str) -> tuple[Array, list[Ints]]:
-    """Return signs that make a fully folded target the only stable word, and groups that may flip.
+    """Return signs (4n,) that make a fully folded target the only stable word, and groups of faces.
 
-    Returns
-    -------
-    signs : (4n,) array
-        +1 or −1 a face.
-    groups : list of int arrays
-        Faces, each in one group: whichever groups are flipped, it stays so.
+    Each face is in one group: whichever groups are flipped, it stays so.
 
     Raises
     ------
@@ -144,7 +115,10 @@ def stable_groups(target: str) -> tuple[Array, list[Ints]]:
         If the equations contradict each other. For no word of up to 16 components do they.
     """
     equations = [(a, b, _OPPOSITE) for a, b in states.touching_faces(from_words([target]))]
-    equations += _repelled(target)
+    for k, letter in enumerate(target):
+        # The faces that would touch if the joint took the other letter repel each other.
+        front, back = {"L": (_FRONT_RIGHT, _BACK_RIGHT), "R": (_FRONT_LEFT, _BACK_LEFT)}[letter]
+        equations.append((4 * k + front, 4 * (k + 1) + back, _EQUAL))
     faces = 4 * (len(target) + 1)
     linked: list[list[tuple[int, int]]] = [[] for _ in range(faces)]
     for a, b, relation in equations:
@@ -167,15 +141,6 @@ def stable_signs(target: str, rng: np.random.Generator) -> tuple[Array, list[Int
     for group in groups:
         signs[group] *= rng.choice([-1.0, 1.0])
     return signs, groups
-
-
-def _repelled(target: str) -> list[tuple[int, int, int]]:
-    """Return the faces that would touch if a joint took the other letter."""
-    found: list[tuple[int, int, int]] = []
-    for k, letter in enumerate(target):
-        front, back = {"L": (_FRONT_RIGHT, _BACK_RIGHT), "R": (_FRONT_LEFT, _BACK_LEFT)}[letter]
-        found.append((4 * k + front, 4 * (k + 1) + back, _EQUAL))
-    return found
 
 
 def _spread(start: int, linked: list[list[tuple[int, int]]], signs: Array) -> Ints:

@@ -21,14 +21,7 @@ LOWEST = 30
 class Rivals:
     """Words other than the target, with the energies by which they lie above it as forms.
 
-    Parameters
-    ----------
-    scene
-        Its casing, its magnets and its number of components count; its sequence does not.
-    target
-        A word of the scene's length without overlap.
-    words
-        The first rivals.
+    The target is a word of the scene's length without overlap; the scene's sequence does not count.
     """
 
     def __init__(self, scene: Scene, target: str, words: Iterable[str] = ()) -> None:
@@ -80,33 +73,23 @@ def one_letter_off(target: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Evidence:
-    """A target's place among the states of a sequence.
-
-    Attributes
-    ----------
-    energy : float
-        Of the target [J].
-    gap : float
-        How far the lowest other word lies above the target [J]; negative if it lies below.
-    rival : str
-        That word.
-    tolerance : float
-        Error of single magnets at which a rival may overtake: the relative standard deviation of
-        all faces' strengths, independent of each other, at which the rival's energy above the
-        target varies by as much as it is, to first order. The least among the rivals of lowest
-        energy and those one letter off; negative if one lies below the target.
-    stable : bool
-        Whether the target is fully folded and no equal poles touch.
-    only_stable : bool
-        Whether no other word is.
-    """
+    """A target's place among the states of a sequence."""
 
     energy: float
+    """Of the target [J]."""
     gap: float
+    """How far the lowest other word lies above the target [J]; negative if it lies below."""
     rival: str
+    """That word."""
     tolerance: float
+    """Error of single magnets at which a rival may overtake: the relative standard deviation of all
+    faces' strengths, independent of each other, at which the rival's energy above the target varies
+    by as much as it is, to first order. The least among the rivals of lowest energy and those one
+    letter off; negative if one lies below the target."""
     stable: bool
+    """Whether the target is fully folded and no equal poles touch."""
     only_stable: bool
+    """Whether no other word is."""
 
     @property
     def ground(self) -> bool:
@@ -115,16 +98,9 @@ class Evidence:
 
 
 def weigh(scene: Scene, target: str, calls: Counter[str]) -> Evidence:
-    """Compare a target with the other words of a scene's sequence.
+    """Compare a target without overlap with the other words of a sequence, two components at least.
 
-    Parameters
-    ----------
-    scene
-        With the sequence, at least two components.
-    target
-        A word of its length without overlap.
-    calls
-        The exact searches are added to its ``ground states``.
+    The exact searches are added to the ``ground states`` of ``calls``.
     """
     lowest = ground_state(scene, top=LOWEST).states
     stable = ground_state(scene, top=2, among="stable").states

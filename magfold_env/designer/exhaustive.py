@@ -1,14 +1,14 @@
 """Design by energy over every sequence of a short chain: proven optima, or the proof of none."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env import scene as parts
+from magfold_env import scene as scenes
 from magfold_env.designer.evidence import Rivals
 from magfold_env.engine.state import Array
 from magfold_env.minimiser import EverySequence, energies, every_sequence, sequence_of, states
@@ -29,28 +29,20 @@ _BLOCK = 1 << 18  # sequences at a time
 
 @dataclass(frozen=True)
 class GapDesign:
-    """A sequence designed for a target word.
-
-    Attributes
-    ----------
-    sequence : tuple of str
-        The components, component 1 first; of equal gaps the alphabetically first.
-    gap : float
-        Energy of the best competitor above the target's [J].
-    energy : float
-        Energy of the target [J].
-    competitor : str
-        The word of second lowest energy; ties go to the first in the order S, L, R.
-    """
+    """A sequence designed for a target word."""
 
     sequence: tuple[str, ...]
+    """The components, component 1 first; of equal gaps the alphabetically first."""
     gap: float
+    """Energy of the best competitor above the target's [J]."""
     energy: float
+    """Energy of the target [J]."""
     competitor: str
+    """The word of second lowest energy; ties go to the first in the order S, L, R."""
 
 
 def gap_designs(
-    scene: parts.Scene, targets: Iterable[str], progress: Progress | None = None
+    scene: scenes.Scene, targets: Iterable[str], progress: Progress | None = None
 ) -> dict[str, GapDesign | None]:
     """Find the sequence of largest energy gap for each target, over all sequences.
 
@@ -93,7 +85,16 @@ def gap_designs(
     for target in wanted:
         row = every.words.index(target)
         number = _first_of_largest(np.where(every.word == row, every.gap, 0.0), every.tie)
-        found[target] = None if number is None else _describe(scene, lattice, row, number)
+        if number is None:
+            found[target] = None
+            continue
+        sequence = sequence_of(number, scene.n)
+        energy = energies.word_energies(scene.replace(sequence=sequence), lattice)
+        others = np.delete(np.arange(len(lattice)), row)
+        lowest = energy[others].min()
+        competitor = others[np.argmax(energy[others] <= lowest + energies.tie(scene))]
+        gap, own = float(lowest - energy[row]), float(energy[row])
+        found[target] = GapDesign(sequence, gap, own, lattice.word(int(competitor)))
     return found
 
 
@@ -108,56 +109,33 @@ def _first_of_largest(scores: Array, tie: float) -> int | None:
     return int(np.argmax(scores >= largest * (1.0 - TOLERANCE)))
 
 
-def _describe(scene: parts.Scene, lattice: Lattice, row: int, number: int) -> GapDesign:
-    """Evaluate the sequence of a number afresh."""
-    sequence = sequence_of(number, scene.n)
-    energy = energies.word_energies(scene.replace(sequence=sequence), lattice)
-    others = np.delete(np.arange(len(lattice)), row)
-    tied = energy[others] <= energy[others].min() + energies.tie(scene)
-    return GapDesign(
-        sequence=sequence,
-        gap=float(energy[others].min() - energy[row]),
-        energy=float(energy[row]),
-        competitor=lattice.word(int(others[np.argmax(tied)])),
-    )
-
-
 class Exhaustive:
     """Every sequence of a scene's length, compared by the energies of one target and all rivals.
 
-    Parameters
-    ----------
-    scene
-        Its casing, its magnets and its number of components count; at most six components.
-    target
-        A word of its length without overlap.
+    The scene has at most six components; its sequence does not count. The target does not overlap.
     """
 
-    def __init__(self, scene: parts.Scene, target: str) -> None:
+    def __init__(self, scene: scenes.Scene, target: str) -> None:
         self._scene, self._target = scene, target
-        lattice, forms, every = _compared_by_magnets(
-            _fields(scene.magnets), scene.casing.side, scene.n
-        )
+        magnets = cast("Hashable", scene.magnets)  # as all frozen models are
+        lattice, forms, every = _compared_by_magnets(magnets, scene.casing.side, scene.n)
         row = every.words.index(target)
         self.calls = len(lattice) * every.gap.size
         """Energies that were compared."""
         self._lattice, self._tie = lattice, every.tie
-        own = every_sequence.energies_of_every_sequence(forms[row])
-        self._gap = np.where(every.word == row, every.gap, every.energy - own)
-
-    def gaps(self) -> Array:
-        """Return the energy of the best rival above the target [J], for every sequence."""
-        return self._gap
+        own = every_sequence.every_energy(forms[row])
+        self.gaps: Array = np.where(every.word == row, every.gap, every.energy - own)
+        """Energy of the best rival above the target [J], for every sequence."""
 
     def only_stable(self) -> Flags:
         """Return of which sequences the target is the only stable word."""
         if "S" in self._target:
-            return np.zeros(self._gap.size, dtype=np.bool_)
+            return np.zeros(self.gaps.size, dtype=np.bool_)
         contacts = {
             word: states.touching_faces(from_words([word])) for word in folded_words(self._scene.n)
         }
         own = contacts.pop(self._target)
-        found = np.empty(self._gap.size, dtype=np.bool_)
+        found = np.empty(self.gaps.size, dtype=np.bool_)
         for begin in range(0, found.size, _BLOCK):
             numbers = np.arange(begin, min(begin + _BLOCK, found.size))
             faces = _bits(numbers, 4 * self._scene.n)
@@ -173,12 +151,12 @@ class Exhaustive:
         Where a rival is below the best found so far, which is enough to know that a sequence is
         not the best, it stands for the worst.
         """
-        found = np.full(self._gap.size, -np.inf)
-        numbers = np.flatnonzero(self._gap > self._tie)
+        found = np.full(self.gaps.size, -np.inf)
+        numbers = np.flatnonzero(self.gaps > self._tie)
         if not numbers.size:
             return found
         rivals = Rivals(self._scene, self._target, self._lattice.words)
-        likely = numbers[np.argmax(self._gap[numbers])]
+        likely = numbers[np.argmax(self.gaps[numbers])]
         chosen = _signs(np.array([likely]), 4 * self._scene.n)[0]
         best = float(rivals.tolerances(chosen).min())
         worst = np.full(numbers.size, np.inf)
@@ -196,12 +174,8 @@ class Exhaustive:
     def best(self, scores: Array, where: Flags | None = None) -> int | None:
         """Return the number of the best sequence, the first of equal ones; None if none will do.
 
-        Parameters
-        ----------
-        scores
-            An entry a sequence; those that are not positive, up to rounding, will not do.
-        where
-            Which sequences to choose from.
+        Of the scores, one a sequence, those that are not positive, up to rounding, will not do.
+        ``where`` says which sequences to choose from.
         """
         scores = scores if where is None else np.where(where, scores, -np.inf)
         return _first_of_largest(scores, self._tie)
@@ -217,13 +191,9 @@ class Exhaustive:
                 break
         return chosen
 
-    def sequence(self, number: int) -> tuple[str, ...]:
-        """Return the sequence of a number."""
-        return sequence_of(number, self._scene.n)
-
 
 def _compared(
-    scene: parts.Scene, progress: Progress | None = None
+    scene: scenes.Scene, progress: Progress | None = None
 ) -> tuple[Lattice, Array, EverySequence]:
     """Return all words of a scene's length, their forms, and which is lowest for each sequence."""
     lattice = all_words(scene.n)
@@ -234,15 +204,10 @@ def _compared(
 
 @lru_cache(maxsize=1)  # some hundred megabytes, and seconds, for all targets of one kind of chain
 def _compared_by_magnets(
-    fields: tuple[tuple[str, Any], ...] | None, side: float, n: int
+    magnets: scenes.Magnets | None, side: float, n: int
 ) -> tuple[Lattice, Array, EverySequence]:
-    magnets = None if fields is None else parts.Magnets(**dict(fields))
-    casing = parts.Casing(side=side)
-    return _compared(parts.Scene(sequence=("NNNN",) * n, casing=casing, magnets=magnets))
-
-
-def _fields(magnets: parts.Magnets | None) -> tuple[tuple[str, Any], ...] | None:
-    return None if magnets is None else tuple(dict(magnets).items())
+    casing = scenes.Casing(side=side)
+    return _compared(scenes.Scene(sequence=("NNNN",) * n, casing=casing, magnets=magnets))
 
 
 def _bits(numbers: Ints, faces: int) -> NDArray[np.uint8]:

@@ -80,14 +80,11 @@ def suite_words(n: int) -> list[str]:
 def witnesses_for(word: str) -> Witnesses:
     """Search for the witnesses of a word."""
     held = design(word, objective="unique", runs=0, workers=1)
-    ground = held if held.evidence and held.evidence.ground else _by_gap(word)
+    ground = held
+    if not (held.evidence and held.evidence.ground):
+        ground = design(word, objective="gap", runs=0, workers=1)
     gap = ground.evidence.gap if ground.evidence else None
-    found: Witnesses = {
-        "ground": suites.Witness(sequence=ground.sequence, gap=gap)
-        if ground.reached
-        else _none(ground),
-        "unique": suites.Witness(sequence=held.sequence) if held.reached else _none(held),
-    }
+    found: Witnesses = {"ground": _witness(ground, gap=gap), "unique": _witness(held)}
     modes: tuple[Mode, ...] = get_args(Mode)
     for mode in modes:
         released = _released(held, mode) if held.reached else None
@@ -95,10 +92,6 @@ def witnesses_for(word: str) -> Witnesses:
             released = _designed(word, mode)
         found[mode] = released
     return found
-
-
-def _by_gap(word: str) -> Design:
-    return design(word, objective="gap", runs=0, workers=1)
 
 
 def _released(held: Design, mode: Mode) -> suites.Witness:
@@ -113,14 +106,17 @@ def _released(held: Design, mode: Mode) -> suites.Witness:
 def _designed(word: str, mode: Mode) -> suites.Witness:
     found = design(word, mode=mode, budget=BUDGET, runs=RELEASES, workers=1)
     if found.scene is None or found.probability is None:
-        return _none(found)
+        return suites.Witness(certificate=found.certificate)
     speed = found.speed if isinstance(found.speed, float) else None
     hits = found.probability.successes
     return suites.Witness(sequence=found.sequence, speed=speed, successes=hits, releases=RELEASES)
 
 
-def _none(found: Design) -> suites.Witness:
-    return suites.Witness(certificate=found.certificate)
+def _witness(found: Design, gap: float | None = None) -> suites.Witness:
+    """Return a design's sequence, or why there is none."""
+    if not found.reached:
+        return suites.Witness(certificate=found.certificate)
+    return suites.Witness(sequence=found.sequence, gap=gap)
 
 
 def _comment(n: int) -> str:

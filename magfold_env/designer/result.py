@@ -19,54 +19,37 @@ FORMAT = "magfold_env design 1"
 
 @dataclass(frozen=True)
 class Design:
-    """The result of `design`.
-
-    Attributes
-    ----------
-    target : str
-        The word that was wanted.
-    mode : {"free", "forward", "backward"}
-        How the chain is released.
-    objective : str
-        What was sought, see `design`.
-    search : str
-        How.
-    scene : Scene or None
-        The chain with the sequence and the speed that were found, ready for `simulate`; None if
-        no sequence is left to give.
-    reached : bool
-        Whether the objective is met: by energy the target is the only ground state, and for
-        `unique` the only stable word; for `probability` the share of successes reaches the goal.
-    score : float or None
-        The gap [J], or, where those were sought, the tolerance or the share of successes.
-    bound : float or None
-        What no sequence exceeds, proved; None if unknown.
-    evidence : Evidence or None
-        By energy.
-    probability : Share or None
-        Of settling as the target, on releases of their own; None if none were asked for.
-    releases_seed : int
-        Their seed: ``ensemble(design.scene, runs, design.releases_seed)`` repeats them.
-    calls : dict
-        What was asked of each oracle: ``energies`` of one word, or flips of one face judged,
-        exact searches for ``ground states``, and ``releases`` simulated in the search.
-    certificate : str
-        Why no sequence can do what was sought; empty if that is not proved.
-    """
+    """The result of `design`."""
 
     target: str
+    """The word that was wanted."""
     mode: Mode
+    """How the chain is released."""
     objective: Objective
+    """What was sought, see `design`."""
     search: Search
+    """How."""
     scene: Scene | None
+    """The chain with the sequence and the speed that were found, ready for `simulate`; None if no
+    sequence is left to give."""
     reached: bool
+    """Whether the objective is met: by energy the target is the only ground state, and for `unique`
+    the only stable word; for `probability` the share of successes reaches the goal."""
     score: float | None
+    """The gap [J], or, where those were sought, the tolerance or the share of successes."""
     bound: float | None
+    """What no sequence exceeds, proved; None if unknown."""
     evidence: Evidence | None
+    """By energy."""
     probability: Share | None
+    """Of settling as the target, on releases of their own; None if none were asked for."""
     releases_seed: int
+    """Their seed: ``ensemble(design.scene, runs, design.releases_seed)`` repeats them."""
     calls: dict[str, int]
+    """What was asked of each oracle: ``energies`` of one word, or flips of one face judged, exact
+    searches for ``ground states``, and ``releases`` simulated in the search."""
     certificate: str
+    """Why no sequence can do what was sought; empty if that is not proved."""
 
     @property
     def sequence(self) -> tuple[str, ...]:
@@ -106,9 +89,7 @@ class Design:
     def to_dict(self) -> dict[str, Any]:
         """Return the design as values that JSON can hold."""
         scene = None if self.scene is None else self.scene.model_dump(mode="json")
-        found = {key: getattr(self, key) for key in type(self).__dataclass_fields__}
-        parts = {key: _plain(found[key]) for key in ("evidence", "probability")}
-        return {"format": FORMAT, **found, "scene": scene, **parts}
+        return {"format": FORMAT, **asdict(self), "scene": scene}
 
     def to_json(self, path: str | Path) -> None:
         """Write the design as JSON, under a temporary name first; `from_json` reads it."""
@@ -129,7 +110,3 @@ class Design:
                 data[key] = None if data[key] is None else kind(**data[key])
             del data["format"]
             return cls(**data)
-
-
-def _plain(part: Evidence | Share | None) -> dict[str, Any] | None:
-    return None if part is None else asdict(part)

@@ -17,7 +17,7 @@ from magfold_env.designer.result import Design, Objective, Search
 from magfold_env.designer.task import Choice, Task, task_for
 from magfold_env.ensembles import ensemble
 from magfold_env.files import physics_digest
-from magfold_env.minimiser import Mode, energies
+from magfold_env.minimiser import Mode, energies, sequence_of
 from magfold_env.parallel import Backend, Workers, connected
 from magfold_env.scene import Scene
 from magfold_env.shapes import is_fully_folded
@@ -135,24 +135,31 @@ class _Run:
     report: Progress
     calls: Counter[str]
 
-    def most_probable(self) -> trials.Standing:
+    def most_probable(self) -> trials.Evaluation:
         """Search for the choice that most often settles as the target."""
         task = self.task
         scene = trials.hurried(task.scene)
-        kept = None if self.folder is None else Checkpoint(self.folder / "search", self._key(scene))
+        key = {
+            "kind": "design",
+            "physics": physics_digest(),
+            "scene": scene.model_dump(mode="json"),
+            "target": task.target,
+            "seed": task.searching_seed,
+        }
+        kept = None if self.folder is None else Checkpoint(self.folder / "search", key)
         releases = trials.Trials(
             scene, task.target, task.searching_seed, self.workers, kept,
             lambda made: self.report("releases", min(1.0, made / task.budget)),
         )  # fmt: skip
-        standings: list[trials.Standing] = []
+        evaluations: list[trials.Evaluation] = []
         if task.search != "cross-entropy":
             found = candidates(task, self.calls, lambda done: self.report("energies", done))
             drawn = stable_sequences(task) if task.search == "annealing" else []
-            standings = _raced(task, releases, found, drawn)
-        if not standings or standings[0].rate < task.enough:
-            standings = _refined(task, releases, standings)
+            evaluations = _raced(task, releases, found, drawn)
+        if not evaluations or evaluations[0].rate < task.enough:
+            evaluations = _refined(task, releases, evaluations)
         self.calls["releases"] = releases.count
-        return standings[0]
+        return evaluations[0]
 
     def assessed(self, choice: Choice, score: float | None, bound: float | None) -> Design:
         """Weigh a choice by energy, and release it on draws that the search has not seen."""
@@ -186,44 +193,35 @@ class _Run:
             None, None, task.releases_seed, dict(self.calls), certificate,
         )  # fmt: skip
 
-    def _key(self, scene: Scene) -> dict[str, object]:
-        return {
-            "kind": "design",
-            "physics": physics_digest(),
-            "scene": scene.model_dump(mode="json"),
-            "target": self.task.target,
-            "seed": self.task.searching_seed,
-        }
-
 
 def _raced(
     task: Task, releases: trials.Trials, few: list[tuple[str, ...]], many: list[tuple[str, ...]]
-) -> list[trials.Standing]:
+) -> list[trials.Evaluation]:
     """Try few sequences at the first speed, then more of them and more speeds, until one does."""
     speeds = task.speeds or (None,)
     stages = [(few, 1), *(([*few, *many], count) for count in range(1, len(speeds) + 1))]
-    standings: list[trials.Standing] = []
+    evaluations: list[trials.Evaluation] = []
     for sequences, count in stages:
         choices = [Choice(each, speed) for speed in speeds[:count] for each in sequences]
-        standings = trials.race(choices, releases, task.enough)
-        if not standings or standings[0].rate >= task.enough:
+        evaluations = trials.race(choices, releases, task.enough)
+        if not evaluations or evaluations[0].rate >= task.enough:
             break
-    return standings
+    return evaluations
 
 
 def _refined(
-    task: Task, releases: trials.Trials, standings: list[trials.Standing]
-) -> list[trials.Standing]:
+    task: Task, releases: trials.Trials, evaluations: list[trials.Evaluation]
+) -> list[trials.Evaluation]:
     """Go on from the best choice so far, if there is one, and keep what was better."""
     rng = np.random.default_rng([task.searching_seed, 1])
-    first = standings[0].choice if standings else None
+    first = evaluations[0].choice if evaluations else None
     # Of what annealing proposes the target is the only stable word; so it shall stay.
     groups = annealing.stable_groups(task.target)[1] if task.search == "annealing" else None
     others = trials.cross_entropy(
         releases, 4 * task.scene.n, task.speeds, rng, task.budget,
         goal=task.enough, first=first, groups=groups,
     )  # fmt: skip
-    return trials.ranked([*standings, *others])
+    return trials.ranked([*evaluations, *others])
 
 
 class Found(NamedTuple):
@@ -267,11 +265,11 @@ def candidates(task: Task, calls: Counter[str], report: Report) -> Sequences:
         every = exhaustive.Exhaustive(task.scene, task.target)
         calls["energies"] += every.calls
         report(0.5)
-        gaps, only = every.gaps(), every.only_stable()
+        gaps, only = every.gaps, every.only_stable()
         firsts = [every.best(gaps, only), every.best(every.tolerances()), every.best(gaps)]
         numbers = [number for number in firsts if number is not None]
         numbers += every.spread_out(gaps, _COUNT - len(numbers), _APART)
-        return list(dict.fromkeys(every.sequence(number) for number in numbers))
+        return list(dict.fromkeys(sequence_of(number, task.scene.n) for number in numbers))
     rng = np.random.default_rng(task.searching_seed)
     found: Sequences = []
     for done in range(_STARTS):
@@ -294,8 +292,7 @@ def stable_sequences(task: Task) -> Sequences:
 def _best_of_all(task: Task, calls: Counter[str]) -> Found:
     every = exhaustive.Exhaustive(task.scene, task.target)
     calls["energies"] += every.calls
-    gaps = every.gaps()
-    scores = gaps
+    gaps = scores = every.gaps
     if task.objective == "sensitivity":
         scores = every.tolerances()
     elif task.objective == "unique":
@@ -303,18 +300,14 @@ def _best_of_all(task: Task, calls: Counter[str]) -> Found:
         scores = np.where(every.only_stable(), 1.0 + gaps - gaps.min(), 0.0)
     number = every.best(scores)
     if number is None:
-        return Found(None, None, None, _certificate(task.objective, every))
+        certificate = f"of none of all {gaps.size} sequences is it the only stable word"
+        if task.objective != "unique":
+            lower = f"at least {-gaps.max():.3g} J lower" if gaps.max() < 0.0 else "as low"
+            certificate = (
+                f"of none of all {gaps.size} sequences is it the only ground state; another word "
+                f"lies {lower}"
+            )
+        return Found(None, None, None, certificate)
     score = float(scores[number] if task.objective == "sensitivity" else gaps[number])
     bound = score if task.objective in ("gap", "sensitivity") else None
-    return Found(every.sequence(number), score, bound)
-
-
-def _certificate(objective: Objective, every: exhaustive.Exhaustive) -> str:
-    count = every.gaps().size
-    if objective == "unique":
-        return f"of none of all {count} sequences is it the only stable word"
-    least = -every.gaps().max()
-    lower = f"at least {least:.3g} J lower" if least > 0.0 else "as low"
-    return (
-        f"of none of all {count} sequences is it the only ground state; another word lies {lower}"
-    )
+    return Found(sequence_of(number, task.scene.n), score, bound)

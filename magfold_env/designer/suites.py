@@ -6,9 +6,8 @@ from typing import Annotated, Any, Literal, Self
 import yaml
 from pydantic import Field, field_validator, model_validator
 
-from magfold_env.files import configs_dir, write_text
 from magfold_env.reporting.intervals import Share, share
-from magfold_env.scene import Problem, Scene, SceneError, base, io, load_scene
+from magfold_env.scene import Problem, Scene, base, errors, io, load_scene
 from magfold_env.shapes import overlaps, parse_word
 
 Kind = Literal["ground", "unique", "forward", "backward", "free"]
@@ -73,8 +72,7 @@ class Suite(base.Part):
             for kind, witness in witnesses.items()
             if witness.sequence is not None and len(witness.sequence) != len(word) + 1
         ]
-        if problems:
-            raise SceneError(problems)
+        errors.refuse(problems)
         return self
 
     @property
@@ -94,7 +92,7 @@ class Suite(base.Part):
 
 def suite_names() -> list[str]:
     """Return the names of the shipped suites, shortest chains first."""
-    return sorted((path.stem for path in _folder().glob("*.yaml")), key=lambda s: (len(s), s))
+    return sorted(io.shipped_names("suites"), key=len)
 
 
 def load_suite(name_or_path: str | Path) -> Suite:
@@ -110,12 +108,7 @@ def load_suite(name_or_path: str | Path) -> Suite:
     SceneError
         If there is no such suite or file, or if it is not valid.
     """
-    path = Path(name_or_path)
-    if isinstance(name_or_path, str) and name_or_path in suite_names():
-        path = _folder() / f"{name_or_path}.yaml"
-    if not path.is_file():
-        raise SceneError(f"{name_or_path}: no such suite; shipped: {', '.join(suite_names())}")
-    return io.read_part(path, Suite)
+    return io.read_named(name_or_path, "suites", suite_names(), Suite)
 
 
 def save_suite(suite: Suite, path: str | Path, comment: str) -> None:
@@ -123,8 +116,7 @@ def save_suite(suite: Suite, path: str | Path, comment: str) -> None:
     data: dict[str, Any] = {"scene_name": suite.scene_name, "words": {}}
     for word, witnesses in suite.words.items():
         data["words"][word] = {kind: _plain(witness) for kind, witness in witnesses.items()}
-    head = "".join(f"# {line}\n" for line in comment.splitlines())
-    write_text(path, head + yaml.safe_dump(data, sort_keys=False, width=200))
+    io.write_commented(path, yaml.safe_dump(data, sort_keys=False, width=200), comment)
 
 
 def _plain(witness: Witness) -> dict[str, Any]:
@@ -132,7 +124,3 @@ def _plain(witness: Witness) -> dict[str, Any]:
     if witness.sequence is not None:
         found["sequence"] = " ".join(witness.sequence)
     return found
-
-
-def _folder() -> Path:
-    return configs_dir() / "suites"

@@ -1,6 +1,6 @@
 """What a design is asked for, checked, and what it decides."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, get_args
 
@@ -9,7 +9,7 @@ import numpy as np
 from magfold_env.designer.result import Objective, Search
 from magfold_env.ensembles import release
 from magfold_env.minimiser import LONGEST_OF_ALL, Mode, refuse_field
-from magfold_env.scene import Problem, Scene, SceneError, load_scene
+from magfold_env.scene import Problem, Scene, errors, load_scene
 from magfold_env.shapes import cells, is_fully_folded, parse_word
 
 SPEEDS: tuple[float, ...] = (0.2, 0.5, 0.08, 0.03)
@@ -113,14 +113,16 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     """
     n = len(parse_word(target)) + 1
     problems = [
-        *_not_one_of("objective", objective, get_args(Objective)),
-        *_not_one_of("search", search, (None, *get_args(Search))),
-        *_out_of_range("seed", seed, seed >= 0, "at least 0"),
-        *_out_of_range("budget", budget, budget >= 1, "at least 1"),
-        *_out_of_range("runs", runs, runs >= 0, "at least 0"),
-        *_out_of_range("goal", goal, 0.0 < goal <= 1.0, "above 0 and at most 1"),
-        *_out_of_range("speeds", speeds, speeds is None or len(speeds) > 0, "None or not empty"),
+        *errors.unless_one_of("objective", objective, get_args(Objective)),
+        *errors.unless_one_of("search", search, (None, *get_args(Search))),
+        *errors.unless_at_least("seed", seed, 0),
+        *errors.unless_at_least("budget", budget, 1),
+        *errors.unless_at_least("runs", runs, 0),
     ]
+    if not 0.0 < goal <= 1.0:
+        problems.append(Problem("goal", goal, "must be above 0 and at most 1"))
+    if speeds is not None and not len(speeds):
+        problems.append(Problem("speeds", speeds, "must be None or not empty"))
     if n < 2:
         problems.append(Problem("target", target, "must have at least one letter"))
     if search == "exhaustive" and n > LONGEST_OF_ALL:
@@ -133,8 +135,7 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     if speeds is not None and (mode == "free" or objective != "probability"):
         allowed = "must be left out unless a tube feeds and the objective is probability"
         problems.append(Problem("speeds", speeds, allowed))
-    if problems:
-        raise SceneError(problems)
+    errors.refuse(problems)
     scene = load_scene(default_scene(n)) if scene is None else scene
     # Whatever the poles: a sequence of the target's length.
     released = release(scene.replace(sequence=("NNNN",) * n, start_angles=None), mode)
@@ -151,14 +152,3 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
 def default_scene(n: int) -> str:
     """Return the name of the shipped scene that chains of n components are designed for."""
     return "design" if n <= LONGEST_OF_ALL else "design-long"
-
-
-def _not_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Problem]:
-    choices = list(allowed)
-    if value in choices:
-        return []
-    return [Problem(key, value, f"must be one of {', '.join(str(each) for each in choices)}")]
-
-
-def _out_of_range(key: str, value: object, fits: bool, allowed: str) -> list[Problem]:
-    return [] if fits else [Problem(key, value, f"must be {allowed}")]

@@ -20,6 +20,7 @@ from magfold_env.ensembles import generator
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.parallel import Workers, finished
 from magfold_env.scene import Scene
+from magfold_env.scene.scene import signs
 from magfold_env.shapes import similarity, word_to_angles
 from magfold_env.simulation.simulate import simulate
 
@@ -60,8 +61,8 @@ class Oracle(Protocol):
         ...
 
 
-class Standing(NamedTuple):
-    """What is known of a choice."""
+class Evaluation(NamedTuple):
+    """What releases of a choice have shown."""
 
     choice: Choice
     mean: float
@@ -75,29 +76,18 @@ class Standing(NamedTuple):
         return self.successes / self.releases
 
 
-def race(choices: Sequence[Choice], trials: Oracle, enough: float = 1.0) -> list[Standing]:
-    """Try choices on ever more releases, those that do best only, and rank them.
+def race(choices: Sequence[Choice], trials: Oracle, enough: float = 1.0) -> list[Evaluation]:
+    """Try choices on ever more releases, those that do best only, and return them `ranked`.
 
-    Parameters
-    ----------
-    choices
-        Of equal ones the first are preferred.
-    trials
-        Releases them.
-    enough
-        Share of successes that ends the race; finalists that can no longer have it are left out.
-
-    Returns
-    -------
-    list of Standing
-        By `ranked`.
+    Of equal ones the first are preferred. ``enough`` is the share of successes that ends the race;
+    finalists that can no longer have it are left out.
     """
     field = list(dict.fromkeys(choices))
-    known: dict[Choice, Standing] = {}
+    known: dict[Choice, Evaluation] = {}
     for releases, places in RUNGS:
         tried = ranked(_tried(field[:places], trials, releases))
-        field = [standing.choice for standing in tried]
-        known |= {standing.choice: standing for standing in tried}
+        field = [evaluation.choice for evaluation in tried]
+        known |= {evaluation.choice: evaluation for evaluation in tried}
     for choice in field:
         failures = known[choice].releases - known[choice].successes
         if (FINAL - failures) / FINAL >= enough:
@@ -107,15 +97,15 @@ def race(choices: Sequence[Choice], trials: Oracle, enough: float = 1.0) -> list
     return ranked(known.values())
 
 
-def ranked(standings: Iterable[Standing]) -> list[Standing]:
+def ranked(evaluations: Iterable[Evaluation]) -> list[Evaluation]:
     """Return those of most releases first, then of most successes, then of the highest mean."""
-    return sorted(standings, key=lambda each: (-each.releases, -each.successes, -each.mean))
+    return sorted(evaluations, key=lambda each: (-each.releases, -each.successes, -each.mean))
 
 
-def _tried(choices: Sequence[Choice], trials: Oracle, releases: int) -> list[Standing]:
+def _tried(choices: Sequence[Choice], trials: Oracle, releases: int) -> list[Evaluation]:
     scores = trials.scores(choices, releases)
     return [
-        Standing(choice, float(row.mean()), int(np.sum(row == 1.0)), releases)
+        Evaluation(choice, float(row.mean()), int(np.sum(row == 1.0)), releases)
         for choice, row in zip(choices, scores, strict=True)
     ]
 
@@ -141,43 +131,24 @@ def cross_entropy(
     goal: float = 1.0,
     first: Choice | None = None,
     groups: Sequence[IntArray] | None = None,
-) -> list[Standing]:
+) -> list[Evaluation]:
     """Search for the choice that folds into the target most often.
 
-    Parameters
-    ----------
-    trials
-        Releases choices.
-    faces
-        How many faces the chain has.
-    speeds
-        The search stays between the slowest and the fastest [m/s]; none where no tube feeds.
-    rng
-        Draws the choices.
-    budget
-        Releases, those before the search included, that no generation but the first may exceed.
-    goal
-        Share of successes that ends the search.
-    first
-        Where to begin; None begins with every choice equally likely.
-    groups
-        Faces whose signs stay as they are in ``first`` relative to each other, every face in one
-        group; None makes each face one.
-
-    Returns
-    -------
-    list of Standing
-        The choices that came nearest, by `race`.
+    It begins with ``first``, or with every choice equally likely, and stays between the slowest and
+    the fastest of the ``speeds`` [m/s]; there are none where no tube feeds. The signs of each group
+    of faces stay as they are in ``first`` relative to each other; None makes each face a group. No
+    generation but the first may exceed the budget of releases, those before the search included;
+    the share of successes ``goal`` ends it. Returns the choices that came nearest, by `race`.
     """
     current = _around(first, faces, speeds, groups)
-    best: list[Standing] = []
+    best: list[Evaluation] = []
     while True:
         choices = _drawn(current, speeds, rng)
         scores = trials.scores(choices, RELEASES)
         order = np.argsort(-scores.mean(axis=1), kind="stable")
         elite: list[Choice] = [choices[k] for k in order[:ELITE].tolist()]
         current = _moved(current, elite)
-        best = race([*(standing.choice for standing in best[:2]), *elite], trials, goal)
+        best = race([*(evaluation.choice for evaluation in best[:2]), *elite], trials, goal)
         if best[0].rate >= goal or trials.count + POPULATION * RELEASES > budget:
             return best
 
@@ -185,36 +156,37 @@ def cross_entropy(
 def _around(
     first: Choice | None, faces: int, speeds: Sequence[float], groups: Sequence[IntArray] | None
 ) -> _Distribution:
-    signs = np.ones(faces) if first is None else _signs(first)
+    start = np.ones(faces) if first is None else signs(first.sequence).ravel()
     group = np.arange(faces)
     for k, members in enumerate(groups or []):
         group[members] = k
     kept = np.full(int(group.max()) + 1, 0.5 if first is None else _NEAR)
     if not speeds:
-        return _Distribution(signs, group, kept, 0.0, 0.0)
+        return _Distribution(start, group, kept, 0.0, 0.0)
     low, high = np.log(min(speeds)), np.log(max(speeds))
     speed = None if first is None else first.speed
     mean = 0.5 * (low + high) if speed is None else np.log(speed)
     deviation = float(max(high - low, _NARROW)) / 2.0
-    return _Distribution(signs, group, kept, float(mean), deviation)
+    return _Distribution(start, group, kept, float(mean), deviation)
 
 
 def _drawn(
     current: _Distribution, speeds: Sequence[float], rng: np.random.Generator
 ) -> list[Choice]:
     flips = np.where(rng.random((POPULATION, current.kept.size)) < current.kept, 1.0, -1.0)
-    signs = current.signs * flips[:, current.group]
+    drawn = current.signs * flips[:, current.group]
     logarithms = rng.normal(current.mean, current.deviation, POPULATION)
     chosen: list[float | None] = [None] * POPULATION
     if speeds:
         chosen = np.clip(np.exp(logarithms), min(speeds), max(speeds)).tolist()
-    return [Choice(sequence_of_signs(row), speed) for row, speed in zip(signs, chosen, strict=True)]
+    return [Choice(sequence_of_signs(row), speed) for row, speed in zip(drawn, chosen, strict=True)]
 
 
 def _moved(current: _Distribution, elite: Sequence[Choice]) -> _Distribution:
     leads = np.unique(current.group, return_index=True)[1]
     # To flip all poles changes nothing: `sequence_of_signs` makes the first face N, as it is here.
-    alike = np.array([_signs(choice)[leads] == current.signs[leads] for choice in elite])
+    drawn = np.array([signs(choice.sequence).ravel() for choice in elite])
+    alike = drawn[:, leads] == current.signs[leads]
     kept = (1.0 - _STEP) * current.kept + _STEP * alike.mean(axis=0)
     moved = current._replace(kept=np.clip(kept, 1.0 - _SURE, _SURE))
     speeds = [choice.speed for choice in elite if choice.speed is not None]
@@ -226,31 +198,12 @@ def _moved(current: _Distribution, elite: Sequence[Choice]) -> _Distribution:
     return moved._replace(mean=mean, deviation=max(deviation, _NARROW))
 
 
-def _signs(choice: Choice) -> Array:
-    """Return the signs of all faces, shape (4n,)."""
-    return np.array([1.0 if pole == "N" else -1.0 for faces in choice.sequence for pole in faces])
-
-
 class Trials:
     """Releases choices, and keeps how each release ended.
 
     Release k of every choice draws from the same generator, so that choices are compared under
-    equal conditions; what was asked before is not simulated again.
-
-    Parameters
-    ----------
-    scene
-        What is released, but for sequence and speed.
-    target
-        The word that is wanted.
-    seed
-        Of all draws.
-    workers
-        Who simulates.
-    kept
-        Where releases are kept, and taken from; None keeps them in memory only.
-    report
-        Is told the number of releases so far.
+    equal conditions; what was asked before is not simulated again. Releases are kept in, and taken
+    from, a checkpoint if there is one; ``report`` is told their number so far.
     """
 
     def __init__(
@@ -303,7 +256,6 @@ def hurried(scene: Scene) -> Scene:
 
 
 def _release_of(record: list[Any]) -> tuple[Key, float]:
-    """Return a release and its score as they were kept."""
     sequence, speed, draw, score = record
     return (tuple(sequence.split()), speed, int(draw)), float(score)
 

@@ -57,9 +57,8 @@ class SteppedSession(Session):
 
     def go_on(self) -> None:
         """Forget that the run has ended, and give it its time to settle again."""
-        self._status = None
-        self._message = ""
-        self._state.clock[END] = self.time + self._scene.duration
+        self.status, self.message = None, ""
+        self._state.clock[END] = self.time + self.scene.duration
 
     def wait(self, duration: float) -> None:
         """Go on for a time [s], whatever happened before."""

@@ -1,28 +1,23 @@
 """Energies of folds on the lattice, and the minimisers that predict a fold from them."""
 
 from magfold_env.minimiser.descent import Descent, descend
-from magfold_env.minimiser.energies import TIE, energy_unit, refuse_field, strengths
+from magfold_env.minimiser.energies import refuse_field, strengths
 from magfold_env.minimiser.every_sequence import LONGEST_OF_ALL, EverySequence, sequence_of
-from magfold_env.minimiser.ground_states import GroundStates, ground_state
 from magfold_env.minimiser.landscape import Landscape
-from magfold_env.minimiser.search import Decision, Minimum, Mode, Option, minimise
+from magfold_env.minimiser.search import GroundStates, Minimum, Mode, ground_state, minimise
 from magfold_env.minimiser.states import Among, State
 
 __all__ = [
     "LONGEST_OF_ALL",
-    "TIE",
     "Among",
-    "Decision",
     "Descent",
     "EverySequence",
     "GroundStates",
     "Landscape",
     "Minimum",
     "Mode",
-    "Option",
     "State",
     "descend",
-    "energy_unit",
     "ground_state",
     "minimise",
     "refuse_field",

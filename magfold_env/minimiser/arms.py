@@ -10,8 +10,6 @@ of least energy in that field alone, their own energy and overlaps among themsel
 found by dynamic programming along the arm; they bound from below what the far arm can gain.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import NamedTuple
 

@@ -6,15 +6,14 @@ but their relative pose. On the lattice few poses exist, and of each the pairs o
 all there is to know.
 """
 
-from __future__ import annotations
-
+from collections.abc import Hashable
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env import scene as parts
+from magfold_env import scene as scenes
 from magfold_env.engine.compile.jit import allocating_kernel, inlined
 from magfold_env.engine.magnets import pairs
 from magfold_env.engine.state import Array, IntArray, Loads, Magnets, Nodes, Pose
@@ -37,27 +36,18 @@ class Couplings:
         Edge length of a casing [m].
     """
 
-    def __init__(self, magnets: parts.Magnets | None, side: float) -> None:
-        casing = parts.Casing(side=side)
+    def __init__(self, magnets: scenes.Magnets | None, side: float) -> None:
+        casing = scenes.Casing(side=side)
         self._charge = magnets.charge if magnets is not None else 0.0
-        self._magnets = pack_magnets(
-            parts.Scene(sequence=("NNNN",), casing=casing, magnets=magnets)
-        )
+        one = scenes.Scene(sequence=("NNNN",), casing=casing, magnets=magnets)
+        self._magnets = pack_magnets(one)
         self._side = side
         self._known: dict[tuple[int, ...], Array] = {}
 
     def at(self, poses: Ints) -> Array:
-        """Return K [J] of each relative pose.
+        """Return K (m, 4, 4) [J] at relative poses (m, 3), see `Lattice.poses`.
 
-        Parameters
-        ----------
-        poses : (m, 3) int array
-            The second component seen from the first, see `Lattice.poses`.
-
-        Returns
-        -------
-        (m, 4, 4) array
-            First index: face of the first component, in the usual order of faces.
+        First index: face of the first component, in the usual order of faces.
         """
         rows, inverse = _distinct(poses)
         keys = [tuple(pose) for pose in poses[rows].tolist()]
@@ -75,36 +65,25 @@ class Couplings:
         return out
 
 
-def couplings(scene: parts.Scene) -> Couplings:
+def couplings(scene: scenes.Scene) -> Couplings:
     """Return the couplings of a scene's magnets, shared by all scenes that have the same."""
-    if scene.magnets is None:
-        return _shared(None, scene.casing.side)
-    # How components differ in strength enters where the couplings are used.
-    strongest = tuple(scene.magnets.charges(scene.n).max(axis=0).tolist())
-    alike = {**dict(scene.magnets), "remanence": None, "pole_charge": strongest}
-    return _shared(tuple(alike.items()), scene.casing.side)
+    magnets = scene.magnets
+    if magnets is not None:
+        # How components differ in strength enters where the couplings are used.
+        strongest = tuple(magnets.charges(scene.n).max(axis=0).tolist())
+        magnets = magnets.model_copy(update={"remanence": None, "pole_charge": strongest})
+    return _shared(cast("Hashable", magnets), scene.casing.side)  # hashed as all frozen models
 
 
-@lru_cache(maxsize=16)
-def _shared(fields: tuple[tuple[str, Any], ...] | None, side: float) -> Couplings:
-    return Couplings(parts.Magnets(**dict(fields)) if fields else None, side)
+_shared = lru_cache(maxsize=16)(Couplings)
 
 
-def wrenches(scene: parts.Scene, poses: Ints) -> Array:
-    """Return what every face of a component does to every face of another at some poses.
+def wrenches(scene: scenes.Scene, poses: Ints) -> Array:
+    """Return what every face of a component does to every face of another, (m, 3, 4, 4).
 
-    Parameters
-    ----------
-    scene
-        Its magnets and casing count.
-    poses : (m, 3) int array
-        The second component seen from the first, see `Lattice.poses`.
-
-    Returns
-    -------
-    (m, 3, 4, 4) array
-        Force on the second component along x and y of the first [N] and torque about the second's
-        centre [N·m], by face of the first and face of the second; both N.
+    At relative poses (m, 3), see `Lattice.poses`: force on the second component along x and y of
+    the first [N] and torque about the second's centre [N·m], by face of the first and face of the
+    second; both N.
     """
     out = np.zeros((len(poses), 3, FACES, FACES))
     if scene.magnets is not None and len(poses):
@@ -117,20 +96,7 @@ def wrenches(scene: parts.Scene, poses: Ints) -> Array:
 
 
 def _pair_places(poses: Ints, side: float) -> Pose:
-    """Return where two components are, the first at the origin with heading 0.
-
-    Parameters
-    ----------
-    poses : (m, 3) int array
-        The second component seen from the first, see `Lattice.poses`.
-    side
-        Edge length of a casing [m].
-
-    Returns
-    -------
-    Pose
-        Its arrays have shape (m, 2), a row a pose.
-    """
+    """Return where two components are, the first at the origin with heading 0: arrays (m, 2)."""
     cos, sin, x, y = np.zeros((4, len(poses), 2))
     cos[:, 0] = 1.0
     cos[:, 1], sin[:, 1] = HEADINGS[poses[:, 2]].T
@@ -141,10 +107,7 @@ def _pair_places(poses: Ints, side: float) -> Pose:
 def _pair_charges(unit: float) -> Array:
     """Return the charges of two components with a single face of charge ``unit`` [A·m] each.
 
-    Returns
-    -------
-    (4, 4, 2, 4) array
-        By the first component's face and the second's: charges of the two components [A·m].
+    By the first component's face and the second's, (4, 4, 2, 4).
     """
     charge = np.zeros((FACES, FACES, 2, FACES))
     for face in range(FACES):

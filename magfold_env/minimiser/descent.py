@@ -3,21 +3,20 @@
 Casings that overlap are pushed apart by springs, whose energy counts as the magnets' does.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from magfold_env import shapes
 from magfold_env.engine.magnets import pairs
 from magfold_env.engine.state import Array, Loads, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.minimiser.energies import energy_unit, refuse_field
-from magfold_env.scene import Problem, Scene, SceneError
-from magfold_env.shapes import angles_to_word, centres
+from magfold_env.scene import Scene, errors
 from magfold_env.simulation.pack import charges, pack_magnets
+from magfold_env.simulation.simulate import checked
 
 STIFFNESS: Final = 2e4
 """Of the springs between casings, in the energy unit over side²: overlaps stay below 1e-3 side."""
@@ -37,34 +36,23 @@ _CORNERS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """The result of `descend`.
-
-    Attributes
-    ----------
-    angles : (n,) array
-        Headings [rad], component 1's as it was given.
-    word : str
-        The nearest letters.
-    energy : float
-        `mf.energy` at the angles [J].
-    torques : (n-1,) array
-        The magnets' on the joints, -∂U/∂θ [N·m]; where the chain rests they are nil, or held by a
-        stop or by casings that touch.
-    overlap : float
-        How deep the casings overlap that press on each other most [m].
-    steps : int
-        Number of steps taken.
-    converged : bool
-        Whether no free joint is turned any more.
-    """
+    """The result of `descend`."""
 
     angles: Array
+    """Headings [rad], component 1's as it was given, shape (n,)."""
     word: str
+    """The nearest letters."""
     energy: float
+    """`mf.energy` at the angles [J]."""
     torques: Array
+    """The magnets' on the joints, -∂U/∂θ [N·m], shape (n-1,); where the chain rests they are nil,
+    or held by a stop or by casings that touch."""
     overlap: float
+    """How deep the casings overlap that press on each other most [m]."""
     steps: int
+    """Number of steps taken."""
     converged: bool
+    """Whether no free joint is turned any more."""
 
 
 def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent:
@@ -98,15 +86,10 @@ def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent
     from differences of the torques, of which the magnitudes of the curvatures are taken: on a
     ridge a step goes down, too.
     """
-    start = np.asarray(angles, dtype=np.float64)
-    if start.shape != (scene.n,):
-        raise SceneError([Problem("angles", start.shape, f"must have shape ({scene.n},)")])
-    if not np.isfinite(start).all():
-        raise SceneError([Problem("angles", start.tolist(), "must be finite")])
-    if max_steps < 1:
-        raise ValueError(f"max_steps: {max_steps!r} is not allowed; must be at least 1")
+    start = checked("angles", angles, scene.n)
+    errors.refuse(errors.unless_at_least("max_steps", max_steps, 1))
     refuse_field(scene)
-    potential = _Potential(scene, float(start[0]))
+    potential, side = _Potential(scene, float(start[0])), scene.casing.side
     limit = 0.5 * np.pi if scene.contact else np.inf
     joints = np.clip(np.diff(start), -limit, limit)
     energy, torques = potential.at(joints)
@@ -124,7 +107,17 @@ def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent
             break
         joints, energy, torques = moved
         steps += 1
-    return potential.result(joints, steps, converged=converged)
+    headings, places = potential.place(joints)
+    energy, torques = potential.at(joints, springs=False)
+    return Descent(
+        angles=headings,
+        word=shapes.angles_to_word(joints),
+        energy=energy,
+        torques=torques,
+        overlap=max((each.depth for each in overlaps(places, headings, side)), default=0.0),
+        steps=steps,
+        converged=converged,
+    )
 
 
 class _Potential:
@@ -139,43 +132,29 @@ class _Potential:
         self._nodes = new_nodes(self._magnets, pinned.n)
         self._stiffness = STIFFNESS * energy_unit(scene) / scene.casing.side**2
 
-    def at(self, joints: Array) -> tuple[float, Array]:
-        """Return the energy [J] and the torques on the joints (n-1,) [N·m]."""
-        headings, places = self._place(joints)
-        energy, force, moment = self._magnetic(headings, places, with_energy=True)
-        energy += self._push(headings, places, force, moment)
-        return energy, self._joint_torques(headings, places, force, moment)
+    def at(
+        self, joints: Array, *, springs: bool = True, with_energy: bool = True
+    ) -> tuple[float, Array]:
+        """Return the energy [J] and the torques on the joints (n-1,) [N·m].
 
-    def torques(self, joints: Array) -> Array:
-        """Return the torques on the joints (n-1,) [N·m] without the energy, at half the cost."""
-        headings, places = self._place(joints)
-        _, force, moment = self._magnetic(headings, places, with_energy=False)
-        self._push(headings, places, force, moment)
-        return self._joint_torques(headings, places, force, moment)
+        The torques alone, without the magnets' energy, take half the time.
+        """
+        headings, places = self.place(joints)
+        energy, force, moment = self._magnetic(headings, places, with_energy=with_energy)
+        if springs and self._scene.contact:
+            found = overlaps(places, headings, self._scene.casing.side)
+            energy += push(found, self._stiffness, force, moment)
+        # Moments about each hinge of what acts on the components behind it.
+        half = 0.5 * self._scene.casing.diagonal
+        hinges = places - half * np.stack([np.cos(headings), np.sin(headings)], axis=1)
+        beyond = np.cumsum(force[::-1], axis=0)[::-1]
+        turning = np.cumsum(moment[::-1])[::-1]
+        return energy, (turning - hinges[:, 0] * beyond[:, 1] + hinges[:, 1] * beyond[:, 0])[1:]
 
-    def result(self, joints: Array, steps: int, *, converged: bool) -> Descent:
-        headings, places = self._place(joints)
-        energy, force, moment = self._magnetic(headings, places, with_energy=True)
-        deep = overlaps(places, headings, self._scene.casing.side)
-        return Descent(
-            angles=headings,
-            word=angles_to_word(joints),
-            energy=energy,
-            torques=self._joint_torques(headings, places, force, moment),
-            overlap=max((overlap.depth for overlap in deep), default=0.0),
-            steps=steps,
-            converged=converged,
-        )
-
-    def _place(self, joints: Array) -> tuple[Array, Array]:
-        headings = self._first + np.concatenate([[0.0], np.cumsum(joints)])
-        return headings, centres(headings, self._scene.casing.side)
-
-    def _push(self, headings: Array, places: Array, force: Array, moment: Array) -> float:
-        if not self._scene.contact:
-            return 0.0
-        found = overlaps(places, headings, self._scene.casing.side)
-        return push(found, self._stiffness, force, moment)
+    def place(self, joints: Array) -> tuple[Array, Array]:
+        """Return headings (n,) [rad] and centres (n, 2) [m]."""
+        headings = shapes.headings(joints, self._first)
+        return headings, shapes.centres(headings, self._scene.casing.side)
 
     def _magnetic(
         self, headings: Array, places: Array, *, with_energy: bool
@@ -196,14 +175,6 @@ class _Potential:
         force[:, 0], force[:, 1] = force_x, force_y
         moment += x * force_y - y * force_x
         return energy, force, moment
-
-    def _joint_torques(self, headings: Array, places: Array, force: Array, moment: Array) -> Array:
-        """Moments about each hinge of what acts on the components behind it (n-1,) [N·m]."""
-        half = 0.5 * self._scene.casing.diagonal
-        hinges = places - half * np.stack([np.cos(headings), np.sin(headings)], axis=1)
-        beyond = np.cumsum(force[::-1], axis=0)[::-1]
-        turning = np.cumsum(moment[::-1])[::-1]
-        return (turning - hinges[:, 0] * beyond[:, 1] + hinges[:, 1] * beyond[:, 0])[1:]
 
 
 def _step(potential: _Potential, joints: Array, torques: Array, limit: float) -> Array:
@@ -229,7 +200,8 @@ def _newton_step(
     for k, joint in enumerate(free):
         moved = joints.copy()
         moved[joint] += _DIFFERENCE
-        curvature[k] = (torques[free] - potential.torques(moved)[free]) / _DIFFERENCE
+        there = potential.at(moved, with_energy=False)[1]
+        curvature[k] = (torques[free] - there[free]) / _DIFFERENCE
     values, vectors = np.linalg.eigh(0.5 * (curvature + curvature.T))
     size = np.abs(values)
     size = np.maximum(size, max(_FLATTEST * size.max(), np.finfo(np.float64).tiny))
@@ -271,16 +243,8 @@ def overlaps(centres: Array, headings: Array, side: float) -> list[Overlap]:
 
     Two squares are apart if a face of one of them separates them. Else the face that comes nearest
     to it is the one to push at, and all corners behind it are to be pushed: squares that lie flush
-    press on each other with two.
-
-    Parameters
-    ----------
-    centres : (n, 2) array
-        [m]
-    headings : (n,) array
-        [rad]
-    side
-        Edge length [m].
+    press on each other with two. ``centres`` (n, 2) and ``side`` are in metres,
+    ``headings`` (n,) in radians.
     """
     found: list[Overlap] = []
     distance = np.hypot(*(centres[:, None] - centres[None, :]).transpose(2, 0, 1))
@@ -295,22 +259,10 @@ def overlaps(centres: Array, headings: Array, side: float) -> list[Overlap]:
 
 
 def push(found: list[Overlap], stiffness: float, force: Array, moment: Array) -> float:
-    """Add the forces [N] that push overlapping casings apart, and their moments [N·m].
+    """Add the forces (n, 2) [N] that push overlapping casings apart, and their moments (n,) [N·m].
 
-    Parameters
-    ----------
-    found
-        The corners to push at.
-    stiffness
-        Force by depth [N/m].
-    force : (n, 2) array
-    moment : (n,) array
-        About the origin.
-
-    Returns
-    -------
-    float
-        The energy whose gradient they are, half of stiffness times depth² for each corner [J].
+    ``stiffness`` is the force by depth [N/m]; moments are about the origin. Returns the energy
+    whose gradient they are, half of stiffness times depth² for each corner found [J].
     """
     for first, second, depth, normal, corner in found:
         strength = stiffness * depth * normal

@@ -8,18 +8,17 @@ computed once a scene and does not change with its shape, so that is plain NumPy
 as the scene gives, or as are worth it.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from magfold_env.engine.state import Array
 from magfold_env.minimiser.couplings import FACES, couplings
 from magfold_env.minimiser.lattice import Lattice
-from magfold_env.scene import SIGNS, Magnets, Scene
-from magfold_env.scene.parts import MU0
+from magfold_env.scene import Magnets, Scene
+from magfold_env.scene.base import MU0
+from magfold_env.scene.scene import signs
+from magfold_env.simulation.pack import width_rule
 
 TIE = 1e-9
 """Energies this close, relative to `energy_unit`, are equal: symmetries differ by rounding."""
@@ -28,11 +27,6 @@ NODES = 32  # along a pole face where the scene gives no number
 POINTS = 3  # the paper's, likewise
 
 _NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # of the faces, from the heading
-
-
-def signs(sequence: Sequence[str]) -> Array:
-    """Return +1 for N, -1 for S and 0 for a face without magnet, shape (n, 4)."""
-    return np.array([[SIGNS[face] for face in faces] for faces in sequence])
 
 
 def strengths(scene: Scene) -> Array:
@@ -48,13 +42,7 @@ def poles(scene: Scene) -> Array:
 
 
 def refuse_field(scene: Scene) -> None:
-    """Refuse a scene in an external field.
-
-    Raises
-    ------
-    ValueError
-        If it has one.
-    """
+    """Refuse a scene in an external field with a ValueError."""
     if scene.field is not None and scene.field.any:
         raise ValueError(
             f"field: {scene.field!r} is not allowed; energy minimisation does not know of "
@@ -76,12 +64,8 @@ def tie(scene: Scene) -> float:
 def word_energies(scene: Scene, lattice: Lattice) -> Array:
     """Return the energy of each word with the scene's sequence [J], shape (m,).
 
-    Each pair of components counts once, pairs inside a component are left out: `mf.energy`.
-
-    Raises
-    ------
-    ValueError
-        If the scene has an external field.
+    Each pair of components counts once, pairs inside a component are left out: `mf.energy`. A
+    scene in an external field is refused.
     """
     refuse_field(scene)
     table = couplings(scene)
@@ -93,18 +77,10 @@ def word_energies(scene: Scene, lattice: Lattice) -> Array:
 
 
 def quadratic_forms(scene: Scene, lattice: Lattice) -> Array:
-    """Return J of each word: its energy is sᵀ J s for signs s of all 4n faces, 0 for empty ones.
+    """Return J (m, 4n, 4n) of each word [J]: its energy is sᵀ J s for signs s of all 4n faces.
 
-    Returns
-    -------
-    (m, 4n, 4n) array
-        Symmetric [J]; zero where both faces belong to one component. How strong each face's
-        magnet is counts, the scene's sequence does not.
-
-    Raises
-    ------
-    ValueError
-        If the scene has an external field.
+    Symmetric, and zero where both faces belong to one component. How strong each face's magnet is
+    counts, the scene's sequence does not. A scene in an external field is refused.
     """
     refuse_field(scene)
     strength = strengths(scene)
@@ -136,13 +112,8 @@ def internal_energy(scene: Scene) -> float:
 
 def _nodes(magnets: Magnets) -> tuple[Array, Array]:
     """Return offsets from a pole face's centre, in widths, and the shares of its charge."""
-    if magnets.model == "points":
-        count = magnets.nodes or POINTS
-        return np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1), np.full(
-            count, 1.0 / count
-        )
-    node, weight = np.polynomial.legendre.leggauss(magnets.nodes or NODES)
-    return node / 2.0, weight / 2.0
+    strips = magnets.model == "strips"
+    return width_rule(strips, magnets.nodes or (NODES if strips else POINTS))
 
 
 def _between_faces(magnets: Magnets, side: float) -> Array:
@@ -166,15 +137,7 @@ def _between_faces(magnets: Magnets, side: float) -> Array:
 
 
 def _lines(rho: Array, one: float, other: float) -> Array:
-    """Return the mean of 1/r between two upright lines [1/m], centred on the plane.
-
-    Parameters
-    ----------
-    rho
-        Their distance [m].
-    one, other
-        Their heights [m].
-    """
+    """Mean of 1/r between two upright lines `rho` apart, of two heights, about the plane [1/m]."""
 
     def antiderivative(u: float) -> Array:
         return u * np.arcsinh(u / rho) - np.sqrt(u * u + rho * rho)

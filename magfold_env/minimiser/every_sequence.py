@@ -10,8 +10,6 @@ Sequences are numbered with one bit a face, component 1's front-left highest, N 
 order of the numbers is the alphabetical order of the sequences.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -37,26 +35,18 @@ class EverySequence:
     """The ground states of all sequences, by their number.
 
     Only sequences whose first face is N are listed: to flip all poles changes no energy.
-
-    Attributes
-    ----------
-    words : tuple of str
-        The words that were compared.
-    word : (2^(4n-1),) int array
-        Index of the word of least energy; of equal ones any.
-    energy : (2^(4n-1),) array
-        Its energy [J].
-    gap : (2^(4n-1),) array
-        How far the next word lies above it [J]; infinite if there is none.
-    tie : float
-        Gaps up to this are none, but for rounding [J].
     """
 
     words: tuple[str, ...]
+    """The words that were compared."""
     word: WordIndices
+    """Index of the word of least energy; of equal ones any, shape (2^(4n-1),)."""
     energy: Array
+    """Its energy [J], shape (2^(4n-1),)."""
     gap: Array
+    """How far the next word lies above it [J]; infinite if there is none, shape (2^(4n-1),)."""
     tie: float
+    """Gaps up to this are none, but for rounding [J]."""
 
     def counts(self) -> dict[str, int]:
         """Count the sequences that have each word as their only ground state.
@@ -84,18 +74,10 @@ def sequence_of(number: int, n: int) -> tuple[str, ...]:
     return tuple(letters[k : k + FACES] for k in range(0, len(letters), FACES))
 
 
-def energies_of_every_sequence(form: Array) -> Array:
+def every_energy(form: Array) -> Array:
     """Return a word's energy with every sequence whose first face is N [J], by number.
 
-    Parameters
-    ----------
-    form : (4n, 4n) array
-        See `quadratic_forms`.
-
-    Raises
-    ------
-    ValueError
-        If there are too many sequences.
+    ``form`` (4n, 4n) is the word's, see `quadratic_forms`; too many sequences are refused.
     """
     out = np.empty(_checked_size(form.shape[0]))
     word_for_every_sequence(form, _trailing(form.shape[0]), out)
@@ -108,23 +90,10 @@ def best_words(
     tie: float,
     progress: Callable[[float], object] | None = None,
 ) -> EverySequence:
-    """Find the ground state of every sequence.
+    """Find the ground state of every sequence; too many of them are refused.
 
-    Parameters
-    ----------
-    forms : (words, 4n, 4n) array
-        See `quadratic_forms`.
-    words
-        Their names.
-    tie
-        Gaps up to this are rounding [J].
-    progress
-        Called with the share of the work that is done, from 0 to 1.
-
-    Raises
-    ------
-    ValueError
-        If there are too many sequences.
+    ``forms`` (words, 4n, 4n) are those of the ``words``, see `quadratic_forms`. Gaps up to ``tie``
+    are rounding [J]. ``progress`` is called with the share of the work that is done, from 0 to 1.
     """
     faces = forms.shape[1]
     size, trailing = _checked_size(faces), _trailing(faces)

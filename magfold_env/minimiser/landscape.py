@@ -1,7 +1,5 @@
 """Energies and hinge torques of all words of a chain, for one sequence, many, or every one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Literal, get_args
@@ -11,14 +9,10 @@ from numpy.typing import NDArray
 
 from magfold_env.engine.state import Array
 from magfold_env.minimiser import couplings, energies, states
-from magfold_env.minimiser.every_sequence import (
-    EverySequence,
-    best_words,
-    energies_of_every_sequence,
-)
-from magfold_env.minimiser.lattice import HEADINGS, ORDER, Lattice, all_words
+from magfold_env.minimiser.every_sequence import EverySequence, best_words, every_energy
+from magfold_env.minimiser.lattice import HEADINGS, ORDER, all_words
 from magfold_env.minimiser.search import LONGEST
-from magfold_env.scene import Scene
+from magfold_env.scene import Scene, errors
 
 Words = Literal["all", "folded"]
 Components = Sequence[str]
@@ -59,7 +53,7 @@ class Landscape:
     """
 
     def __init__(self, scene: Scene, among: Words = "all") -> None:
-        states.check_one_of("among", among, get_args(Words))
+        errors.refuse(errors.unless_one_of("among", among, get_args(Words)))
         if scene.n > LONGEST:
             raise ValueError(
                 f"sequence: {scene.n} components are not allowed; a landscape takes at most "
@@ -68,13 +62,9 @@ class Landscape:
         energies.refuse_field(scene)
         lattice = all_words(scene.n)
         self._lattice = lattice[lattice.fully_folded()] if among == "folded" else lattice
-        self._scene = scene
-        self.words = self._lattice.words
-
-    @property
-    def scene(self) -> Scene:
+        self.scene = scene
         """The scene it was made of."""
-        return self._scene
+        self.words = self._lattice.words
 
     def energies(self, sequences: Sequence[Components] | Array | None = None) -> Array:
         """Return the energies of all words [J].
@@ -101,28 +91,51 @@ class Landscape:
 
     def coulomb_scores(self) -> Array:
         """Return the paper's score of each word [J]: its energy and the pairs inside components."""
-        return self.energies() + energies.internal_energy(self._scene)
+        return self.energies() + energies.internal_energy(self.scene)
 
     def torques(self) -> Array:
         """Return the torques on the joints of each word, shape (words, n - 1) [N·m].
 
         Positive ones turn left: they are -∂U/∂θ of the joint angles θ.
         """
-        half_length = 0.5 * self._scene.casing.diagonal
-        strength = self._strengths(None)[0]
-        return hinge_torques(self._lattice, self._poses, self._wrenches, strength, half_length)
+        lattice, poses, wrench = self._lattice, self._poses, self._wrenches
+        value = np.empty((3, len(wrench)))
+        for part in range(3):
+            coupling = np.ascontiguousarray(wrench[:, part])
+            couplings.evaluate(coupling, poses, self._strengths(None)[0], value[part])
+        half_length = 0.5 * self.scene.casing.diagonal
+        heading = HEADINGS[lattice.quarters]
+        hinge = half_length * (lattice.cells - heading)
+        centre = half_length * lattice.cells
+        out = np.zeros((len(lattice), lattice.n - 1))
+        pair = 0
+        for i in range(lattice.n):
+            cos, sin = heading[:, i].T
+            for j in range(i + 1, lattice.n):
+                own_x, own_y, torque = value[:, poses.row[pair]]
+                force_x, force_y = cos * own_x - sin * own_y, sin * own_x + cos * own_y
+                # The moment about each hinge between them of what i does to j.
+                for k in range(i + 1, j + 1):
+                    x, y = (centre[:, j] - hinge[:, k]).T
+                    out[:, k - 1] += torque + x * force_y - y * force_x
+                pair += 1
+        return out
 
     def mechanically_stable(self) -> NDArray[np.bool_]:
         """Whether the magnets press every joint of each word against its stop, shape (words,).
 
         Such a word stays when it is let go: it is a local minimum of the energy. A word that is
-        not may still be held by friction, or by casings that touch.
+        not may still be held by friction, or by casings that touch. A straight joint has no stop.
         """
-        return pressed(self._lattice, self.torques())
+        direction = np.zeros(len(ORDER))
+        direction[ORDER.index("L")], direction[ORDER.index("R")] = 1.0, -1.0
+        torques = self.torques()
+        floor = PRESSING * np.abs(torques).max(initial=0.0)
+        return (direction[self._lattice.letters] * torques > floor).all(axis=1)
 
     def conflict_free(self) -> NDArray[np.bool_]:
         """Whether no two touching faces of each word have equal poles, shape (words,)."""
-        return states.conflict_free(self._lattice, self._scene.sequence)
+        return states.conflict_free(self._lattice, self.scene.sequence)
 
     def every_energy(self, word: str) -> Array:
         """Return a word's energy with every sequence whose first face is N [J].
@@ -139,7 +152,7 @@ class Landscape:
         """
         if word not in self.words:
             raise ValueError(f"word: {word!r} is not allowed; must be one of the landscape's words")
-        return energies_of_every_sequence(self._forms[self.words.index(word)])
+        return every_energy(self._forms[self.words.index(word)])
 
     def every_sequence(self, progress: Callable[[float], None] | None = None) -> EverySequence:
         """Find the ground state of every sequence.
@@ -154,7 +167,8 @@ class Landscape:
         ValueError
             If there are too many sequences.
         """
-        return best_words(self._forms, self.words, energies.tie(self._scene), progress)
+        tie = energies.tie(self.scene)
+        return best_words(self._forms, self.words, tie, progress)
 
     @cached_property
     def _poses(self) -> couplings.PairPoses:
@@ -162,79 +176,25 @@ class Landscape:
 
     @cached_property
     def _couplings(self) -> Array:
-        return couplings.couplings(self._scene).at(self._poses.pose)
+        return couplings.couplings(self.scene).at(self._poses.pose)
 
     @cached_property
     def _wrenches(self) -> Array:
-        return couplings.wrenches(self._scene, self._poses.pose)
+        return couplings.wrenches(self.scene, self._poses.pose)
 
     @cached_property
     def _forms(self) -> Array:
-        return energies.quadratic_forms(self._scene, self._lattice)
+        return energies.quadratic_forms(self.scene, self._lattice)
 
     def _strengths(self, sequences: Sequence[Components] | Array | None) -> Array:
-        n = self._scene.n
+        n = self.scene.n
         if sequences is None:
-            return energies.poles(self._scene)[None]
+            return energies.poles(self.scene)[None]
         if isinstance(sequences, np.ndarray):
             given = np.ascontiguousarray(sequences, dtype=np.float64)
         else:
-            given = np.array(
-                [energies.signs(self._scene.replace(sequence=each).sequence) for each in sequences]
-            )
+            scenes = [self.scene.replace(sequence=each) for each in sequences]
+            given = np.array([energies.signs(each.sequence) for each in scenes])
         if given.shape[1:] != (n, 4):
             raise ValueError(f"sequences: shape {given.shape} is not allowed; must be (k, {n}, 4)")
-        return given * energies.strengths(self._scene)
-
-
-def hinge_torques(
-    lattice: Lattice, poses: couplings.PairPoses, wrench: Array, strength: Array, half_length: float
-) -> Array:
-    """Return the magnets' torques on the joints, shape (words, n - 1) [N·m].
-
-    They are -∂U/∂θ of the joint angles θ: the moment about a hinge of what the components before
-    it do to those behind.
-
-    Parameters
-    ----------
-    lattice
-        The words.
-    poses
-        Their `pair_poses`.
-    wrench : (poses, 3, 4, 4) array
-        `wrenches` at these poses.
-    strength : (n, 4) array
-        The signs of the faces.
-    half_length
-        Unit of the cells [m].
-    """
-    value = np.empty((3, len(wrench)))
-    for part in range(3):
-        coupling = np.ascontiguousarray(wrench[:, part])
-        couplings.evaluate(coupling, poses, strength, value[part])
-    heading = HEADINGS[lattice.quarters]
-    hinge = half_length * (lattice.cells - heading)
-    centre = half_length * lattice.cells
-    out = np.zeros((len(lattice), lattice.n - 1))
-    pair = 0
-    for i in range(lattice.n):
-        cos, sin = heading[:, i].T
-        for j in range(i + 1, lattice.n):
-            own_x, own_y, torque = value[:, poses.row[pair]]
-            force_x, force_y = cos * own_x - sin * own_y, sin * own_x + cos * own_y
-            for k in range(i + 1, j + 1):
-                x, y = (centre[:, j] - hinge[:, k]).T
-                out[:, k - 1] += torque + x * force_y - y * force_x
-            pair += 1
-    return out
-
-
-def pressed(lattice: Lattice, torques: Array) -> NDArray[np.bool_]:
-    """Whether torques (words, n - 1) press every joint of each word against its stop.
-
-    A straight joint has no stop; a word with one is never pressed.
-    """
-    direction = np.zeros(len(ORDER))
-    direction[ORDER.index("L")], direction[ORDER.index("R")] = 1.0, -1.0
-    floor = PRESSING * np.abs(torques).max(initial=0.0)
-    return (direction[lattice.letters] * torques > floor).all(axis=1)
+        return given * energies.strengths(self.scene)

@@ -18,21 +18,14 @@ HEADINGS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])  # unit vectors by quart
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """A number of words of equal length, and where their components lie.
-
-    Attributes
-    ----------
-    letters : (m, n-1) int array
-        Indices into ``ORDER``.
-    cells : (m, n, 2) int array
-        Centres in half hinge-to-hinge lengths (side/√2), component 1 at the origin.
-    quarters : (m, n) int array
-        Headings in quarter turns, 0 to 3, component 1's being 0.
-    """
+    """A number of words of equal length, and where their components lie."""
 
     letters: Ints
+    """Indices into ``ORDER``, shape (m, n-1)."""
     cells: Ints
+    """Centres in half hinge-to-hinge lengths, side/√2, the first at the origin, shape (m, n, 2)."""
     quarters: Ints
+    """Headings in quarter turns, 0 to 3, component 1's being 0, shape (m, n)."""
 
     @property
     def n(self) -> int:

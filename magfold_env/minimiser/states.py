@@ -1,8 +1,6 @@
 """States: words with all that is known of them, and their order."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -24,61 +22,29 @@ _BESIDE = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
 @dataclass(frozen=True)
 class State:
-    """A word of the lattice with its energy.
-
-    Attributes
-    ----------
-    word : str
-        One letter a joint, component 1 first.
-    energy : float
-        Of the magnets, each pair of components once: `mf.energy` [J].
-    coulomb_score : float
-        The paper's: `energy` and the pairs inside each component, a constant of the sequence [J].
-    fully_folded : bool
-        Whether every joint is L or R.
-    contacts : tuple of (int, int)
-        Components, 1-based, that touch along a face, neighbours or not.
-    conflicts : tuple of (int, int)
-        Those of them whose touching faces have equal poles.
-    outline : Outline
-        The cells covered, up to rotation and translation.
-    tied : tuple of str
-        Other words of the same energy that the search ranked with this one.
-    """
+    """A word of the lattice with its energy."""
 
     word: str
+    """One letter a joint, component 1 first."""
     energy: float
+    """Of the magnets, each pair of components once: `mf.energy` [J]."""
     coulomb_score: float
+    """The paper's: `energy` and the pairs inside each component, a constant of the sequence [J]."""
     fully_folded: bool
+    """Whether every joint is L or R."""
     contacts: Pairs
+    """Components, 1-based, that touch along a face, neighbours or not."""
     conflicts: Pairs
+    """Those of them whose touching faces have equal poles."""
     outline: Outline
+    """The cells covered, up to rotation and translation."""
     tied: tuple[str, ...] = ()
+    """Other words of the same energy that the search ranked with this one."""
 
     @property
     def stable(self) -> bool:
         """Whether the word is fully folded and no equal poles touch."""
         return self.fully_folded and not self.conflicts
-
-
-class Ranking:
-    """What a search found: states, the lowest first."""
-
-    states: tuple[State, ...]
-
-    @property
-    def best(self) -> State:
-        """The state of least energy that was found.
-
-        Raises
-        ------
-        ValueError
-            If there is none: no word of this length satisfies the condition that was set, or none
-            was found within the limits.
-        """
-        if not self.states:
-            raise ValueError("the search found no state that satisfies its condition")
-        return self.states[0]
 
 
 def state_of(scene: Scene, word: str, tied: tuple[str, ...] = ()) -> State:
@@ -118,31 +84,6 @@ def ranked(scene: Scene, energy: Array) -> list[list[int]]:
     order = np.argsort(energy, kind="stable")
     steps = np.diff(energy[order]) > energies.tie(scene)
     return [np.sort(group).tolist() for group in np.split(order, np.flatnonzero(steps) + 1)]
-
-
-def check_one_of(key: str, value: str, allowed: Iterable[str]) -> None:
-    """Refuse an argument that is not one of the words allowed.
-
-    Raises
-    ------
-    ValueError
-        If it is none of them.
-    """
-    allowed = tuple(allowed)
-    if value not in allowed:
-        raise ValueError(f"{key}: {value!r} is not allowed; must be one of {', '.join(allowed)}")
-
-
-def check_top(top: int) -> None:
-    """Refuse a number of states below 1.
-
-    Raises
-    ------
-    ValueError
-        If it is.
-    """
-    if top < 1:
-        raise ValueError(f"top: {top!r} is not allowed; must be at least 1")
 
 
 def touching(one: Lattice) -> Pairs:

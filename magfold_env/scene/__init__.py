@@ -2,17 +2,8 @@
 
 from magfold_env.scene.errors import Problem, SceneError
 from magfold_env.scene.io import load_scene, save_scene, scene_names
-from magfold_env.scene.parts import (
-    FACES,
-    Casing,
-    Feed,
-    Field,
-    FixedMagnet,
-    Gravity,
-    Magnets,
-    Solver,
-    Spreads,
-)
+from magfold_env.scene.magnets import FACES, Magnets
+from magfold_env.scene.parts import Casing, Feed, Field, FixedMagnet, Gravity, Solver, Spreads
 from magfold_env.scene.scene import SIGNS, Scene
 
 __all__ = [

@@ -1,7 +1,5 @@
 """What the groups of a scene are made of: their base class and the numbers they hold."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Annotated, Any, cast

@@ -1,7 +1,5 @@
 """Errors a user can cause, and the words they are told in."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -40,16 +38,27 @@ class SceneError(ValueError):
         super().__init__("\n".join(prefix + line for line in self.lines))
 
 
-def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Translate pydantic's report into problems with dotted keys.
+def unless_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Problem]:
+    """Return the problem with a value that is not one of those allowed."""
+    choices = list(allowed)
+    if value in choices:
+        return []
+    return [Problem(key, value, f"must be one of {', '.join(map(str, choices))}")]
 
-    Parameters
-    ----------
-    error
-        What pydantic raised while it validated `model`.
-    model
-        The outermost model, from which the known keys of each group are read.
-    """
+
+def unless_at_least(key: str, value: float, least: float) -> list[Problem]:
+    """Return the problem with a number that is below the least allowed, or none at all."""
+    return [] if value >= least else [Problem(key, value, f"must be at least {least}")]
+
+
+def refuse(problems: Sequence[Problem]) -> None:
+    """Raise a `SceneError` if there are problems."""
+    if problems:
+        raise SceneError(problems)
+
+
+def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
+    """Translate pydantic's report on a model, the outermost one, into problems with dotted keys."""
     problems: list[Problem] = []
     for entry in error.errors(include_url=False):
         key = dotted(entry["loc"])

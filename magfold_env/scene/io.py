@@ -1,7 +1,5 @@
 """Scenes as YAML files: the shipped ones by name, any other by path."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -44,10 +42,7 @@ cast("Any", _Loader).add_implicit_resolver(
 
 def scene_names() -> list[str]:
     """Return the names of the shipped scenes, sorted."""
-    root = configs_dir() / "scenes"
-    return sorted(
-        path.relative_to(root).with_suffix("").as_posix() for path in root.rglob("*.yaml")
-    )
+    return shipped_names("scenes")
 
 
 def load_scene(name_or_path: str | Path) -> Scene:
@@ -63,16 +58,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     SceneError
         If there is no such scene or file, or if it is not valid.
     """
-    if isinstance(name_or_path, str) and name_or_path in scene_names():
-        path = configs_dir() / "scenes" / f"{name_or_path}.yaml"
-    else:
-        path = Path(name_or_path)
-    if path.is_file():
-        return read_part(path, Scene)
-    shipped = "shipped scenes: " + ", ".join(scene_names())
-    if isinstance(name_or_path, Path) or path.suffix in _SUFFIXES:
-        raise SceneError(f"{name_or_path}: no such file; {shipped}")
-    raise SceneError(f"{name_or_path}: no such scene; {shipped}")
+    return read_named(name_or_path, "scenes", scene_names(), Scene)
 
 
 def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
@@ -88,20 +74,43 @@ def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
         Lines to put before it.
     """
     data = scene.model_dump(mode="json")
+    write_commented(path, yaml.safe_dump(data, sort_keys=False, default_flow_style=None), comment)
+
+
+def write_commented(path: str | Path, text: str, comment: str) -> None:
+    """Write YAML under some lines of comment."""
     head = "".join(f"# {line}\n" for line in comment.splitlines())
-    write_text(path, head + yaml.safe_dump(data, sort_keys=False, default_flow_style=None))
+    write_text(path, head + text)
 
 
-def read_part(path: Path, kind: type[PartType]) -> PartType:
-    """Read a YAML file that holds the keys and values of ``kind``.
+def shipped_names(folder: str) -> list[str]:
+    """Return the names of the settings that are shipped in a folder, sorted."""
+    root = configs_dir() / folder
+    return sorted(
+        path.relative_to(root).with_suffix("").as_posix() for path in root.rglob("*.yaml")
+    )
+
+
+def read_named(
+    name_or_path: str | Path, folder: str, names: list[str], kind: type[PartType]
+) -> PartType:
+    """Read the keys and values of ``kind``, shipped under a name in a folder, or of a file.
 
     Raises
     ------
     SceneError
-        If the file cannot be read, is not YAML, holds no mapping or not a valid one.
+        If there is no such file, or it cannot be read, is not YAML, holds no mapping or not a
+        valid one.
     """
+    path, what = Path(name_or_path), kind.__name__.lower()
+    if isinstance(name_or_path, str) and name_or_path in names:
+        path = configs_dir() / folder / f"{name_or_path}.yaml"
+    if not path.is_file():
+        named = isinstance(name_or_path, str) and path.suffix not in _SUFFIXES
+        missing = f"no such {what if named else 'file'}; shipped: {', '.join(names)}"
+        raise SceneError(f"{name_or_path}: {missing}")
     try:
-        return kind(**_mapping(path, kind.__name__.lower()))
+        return kind(**_mapping(path, what))
     except SceneError as error:
         if not error.problems:
             raise

@@ -1,8 +1,6 @@
 """The magnets group of a scene: four magnets a component, one behind each face."""
 
-from __future__ import annotations
-
-from typing import Annotated, Any, Literal, Self, cast
+from typing import Annotated, Any, Literal, Self, TypeVar, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -49,21 +47,14 @@ def _strength_branch(value: object) -> str:
     return tag
 
 
-PositiveFaces = Annotated[
-    Annotated[Positive, Tag("<number>")]
-    | Annotated[tuple[Positive, ...], AfterValidator(_four), Tag("<list>")],
-    Discriminator(number_or_list),
-]
-"""One positive number for all faces, or one for each, in the order `FACES`."""
-NonNegativeFaces = Annotated[
-    Annotated[NonNegative, Tag("<number>")]
-    | Annotated[tuple[NonNegative, ...], AfterValidator(_four), Tag("<list>")],
-    Discriminator(number_or_list),
-]
-"""One number, zero or more, for all faces, or one for each, in the order `FACES`."""
+T = TypeVar("T")
+One = Annotated[T, Tag("<number>")]
+Four = Annotated[tuple[T, ...], AfterValidator(_four), Tag("<list>")]
+EachFace = Annotated[One[T] | Four[T], Discriminator(number_or_list)]
+"""One number for all faces, or one for each, in the order `FACES`."""
 Strength = Annotated[
-    Annotated[Positive, Tag("<number>")]
-    | Annotated[tuple[Positive, ...], AfterValidator(_four), Tag("<list>")]
+    One[Positive]
+    | Four[Positive]
     | Annotated[tuple[Annotated[tuple[Positive, ...], BeforeValidator(_row)], ...], Tag("<rows>")],
     Discriminator(_strength_branch),
 ]
@@ -83,13 +74,13 @@ class Magnets(Part):
     """Residual flux density [T]; None where `pole_charge` is given."""
     pole_charge: Strength | None = None
     """Magnetic charge of one pole face [A m]; given instead of `remanence`."""
-    width: PositiveFaces = 0.006
+    width: EachFace[Positive] = 0.006
     """Pole face along the casing's face, in the plane [m]."""
-    height: PositiveFaces = 0.006
+    height: EachFace[Positive] = 0.006
     """Pole face normal to the plane [m]."""
-    thickness: PositiveFaces = 0.0025
+    thickness: EachFace[Positive] = 0.0025
     """Distance between a magnet's two pole faces [m]."""
-    inset: NonNegativeFaces = 0.0005
+    inset: EachFace[NonNegative] = 0.0005
     """How far the outer pole face lies inside the casing's face [m]."""
     nodes: Annotated[int, Strict(), Field(ge=1, le=128)] | None = None
     """Nodes along the width of a pole face; None lets `accuracy` choose (points: 3)."""
@@ -156,20 +147,14 @@ class Magnets(Part):
     @property
     def even(self) -> bool:
         """Whether the four faces have equal widths, heights, thicknesses and insets."""
-        lengths: tuple[Length, ...] = ("width", "height", "thickness", "inset")
-        return not any(np.ptp(self.by_face(name)) for name in lengths)
+        return not any(np.ptp(self.by_face(name)) for name in get_args(Length))
 
     def misfits(self, side: float) -> list[Problem]:
-        """Return what keeps the magnets from fitting into a casing without overlap.
+        """Return what keeps the magnets from fitting into a casing of a side [m] without overlap.
 
         All four faces are checked, those too that a sequence leaves empty: a scene stays valid
         when its sequence is replaced. A magnet is a rectangle behind its face, as wide as its
         pole face, from `inset` to `inset` + `thickness` deep.
-
-        Parameters
-        ----------
-        side
-            Edge length of the casing [m].
         """
         width, depth = self.by_face("width"), self.by_face("inset") + self.by_face("thickness")
         room = side - 2.0 * depth  # for the width of a magnet beside this one

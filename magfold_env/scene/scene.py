@@ -3,36 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import AfterValidator, Strict, model_validator
 from pydantic import Field as Limits
 
-from magfold_env.scene.errors import Problem, SceneError
-from magfold_env.scene.magnets import ROUNDING
-from magfold_env.scene.parts import (
-    FACES,
-    Casing,
-    Feed,
-    Field,
-    Flag,
-    Gravity,
-    Magnets,
-    NonNegative,
-    Part,
-    Positive,
-    Solver,
-    Spreads,
-    plain,
-)
+from magfold_env.scene import base, parts
+from magfold_env.scene.errors import Problem, refuse
+from magfold_env.scene.magnets import FACES, ROUNDING, Array, Magnets
 
 SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
 """Sign of the outward pole that a letter of a component stands for; - is a face without magnet."""
 
 _JOINT_LIMIT = math.pi / 2
+
+
+def signs(sequence: Sequence[str]) -> Array:
+    """Return +1 for N, -1 for S and 0 for a face without magnet, shape (n, 4)."""
+    return np.array([[SIGNS[face] for face in faces] for faces in sequence])
 
 
 def _faces(letters: str) -> str:
@@ -50,7 +40,7 @@ def _some(sequence: tuple[str, ...]) -> tuple[str, ...]:
 Component = Annotated[str, Strict(), AfterValidator(_faces)]
 
 
-class Scene(Part):
+class Scene(base.Part):
     """A chain, its surroundings and how to simulate it.
 
     Raises
@@ -67,21 +57,21 @@ class Scene(Part):
 
     sequence: Annotated[tuple[Component, ...], AfterValidator(_some)]
     """The components' outward poles, component 1 first: N, S or - (none) of each of the FACES."""
-    casing: Casing = Casing()
+    casing: parts.Casing = parts.Casing()
     """The bodies."""
     magnets: Magnets | None = Magnets()
     """The magnets; None for a chain without any."""
-    field: Field | None = None
+    field: parts.Field | None = None
     """The external magnetic field; None for none."""
     mount: Literal["pinned", "free", "tube"] = "free"
     """`pinned`: component 1's outer hinge is fixed; `tube`: the chain is pushed out of a tube."""
-    feed: Feed = Feed()
+    feed: parts.Feed = parts.Feed()
     """The tube; without effect unless `mount` is `tube`."""
-    friction: NonNegative = 0.35
+    friction: base.NonNegative = 0.35
     """Coulomb coefficient between casing and floor, static and kinetic."""
-    gravity: Gravity = Gravity()
+    gravity: parts.Gravity = parts.Gravity()
     """Gravity, normal to the plane and in it."""
-    contact: Flag = True
+    contact: base.Flag = True
     """Whether squares collide and joints stop at ±90°."""
     start_angle_spread: Annotated[float, Strict(), Limits(ge=0, le=0.5)] = 0.03
     """Half-width of the even draw of each joint angle at release [rad]."""
@@ -89,15 +79,15 @@ class Scene(Part):
         tuple[Annotated[float, Strict(), Limits(ge=-_JOINT_LIMIT, le=_JOINT_LIMIT)], ...] | None
     ) = None
     """The n-1 joint angles at release [rad], in place of the draw."""
-    spreads: Spreads = Spreads()
+    spreads: parts.Spreads = parts.Spreads()
     """Randomisation of the physics."""
-    solver: Solver = Solver()
+    solver: parts.Solver = parts.Solver()
     """Time stepping."""
-    duration: Positive = 5.0
+    duration: base.Positive = 5.0
     """Longest simulated time [s]; with a tube it counts from the last release."""
 
     @model_validator(mode="after")
-    def _check_lengths(self) -> Self:
+    def _check_fit(self) -> Self:
         wanted = {
             "casing.mass": (self.casing.mass, self.n, "components"),
             "casing.inertia": (self.casing.inertia, self.n, "components"),
@@ -109,27 +99,20 @@ class Scene(Part):
             for key, (value, count, what) in wanted.items()
             if isinstance(value, tuple) and len(value) != count
         ]
-        if self.magnets is not None and self.magnets.rows not in (None, self.n):
-            name = self.magnets.strength_name
-            allowed = f"must have {self.n} rows of four, the scene has {self.n} components"
-            problems.append(Problem(f"magnets.{name}", getattr(self.magnets, name), allowed))
-        if problems:
-            raise SceneError(problems)
-        return self
-
-    @model_validator(mode="after")
-    def _check_fit(self) -> Self:
-        side, magnets, feed = self.casing.side, self.magnets, self.feed
-        problems: list[Problem] = []
-        if magnets is not None:
-            wrong = magnets.misfits(side)
+        if (magnets := self.magnets) is not None:
+            if magnets.rows not in (None, self.n):
+                name = magnets.strength_name
+                allowed = f"must have {self.n} rows of four, the scene has {self.n} components"
+                problems.append(Problem(f"magnets.{name}", getattr(magnets, name), allowed))
+            wrong = magnets.misfits(self.casing.side)
             problems += [each._replace(key=f"magnets.{each.key}") for each in wrong]
-        if feed.bore is not None and feed.bore < self.casing.diagonal * (1.0 - ROUNDING):
-            allowed = f"must be at least the casing's diagonal, {self.casing.diagonal:.6g}"
-            problems.append(Problem("feed.bore", feed.bore, allowed))
+        bore, diagonal = self.feed.bore, self.casing.diagonal
+        if bore is not None and bore < diagonal * (1.0 - ROUNDING):
+            allowed = f"must be at least the casing's diagonal, {diagonal:.6g}"
+            problems.append(Problem("feed.bore", bore, allowed))
         fixed = self.field.magnet if self.field is not None else None
         if fixed is not None and self.mount == "tube":
-            half_width = 0.5 * self.bore + feed.wall
+            half_width = 0.5 * self.bore + self.feed.wall
             if fixed.overlaps_tube(half_width):
                 allowed = (
                     "a fixed external magnet must lie outside the tube: nowhere both x < 0 and "
@@ -139,8 +122,7 @@ class Scene(Part):
         if self.solver.method == "paper" and self.mount != "pinned":
             allowed = f"the paper's solver needs mount 'pinned', the mount is {self.mount!r}"
             problems.append(Problem("solver.method", self.solver.method, allowed))
-        if problems:
-            raise SceneError(problems)
+        refuse(problems)
         return self
 
     @property
@@ -149,24 +131,27 @@ class Scene(Part):
         return len(self.sequence)
 
     @property
-    def masses(self) -> npt.NDArray[np.float64]:
+    def masses(self) -> Array:
         """Masses [kg], shape (n,)."""
-        return np.broadcast_to(np.asarray(self.casing.mass, dtype=np.float64), self.n).copy()
+        return self._each(self.casing.mass)
 
     @property
-    def inertias(self) -> npt.NDArray[np.float64]:
+    def inertias(self) -> Array:
         """Moments of inertia about the centres [kg m²], shape (n,)."""
         if self.casing.inertia is None:
             return self.masses * self.casing.side**2 / 6.0
-        return np.broadcast_to(np.asarray(self.casing.inertia, dtype=np.float64), self.n).copy()
+        return self._each(self.casing.inertia)
 
     @property
-    def speeds(self) -> npt.NDArray[np.float64]:
+    def speeds(self) -> Array:
         """Feed speeds [m/s], component 1 first, shape (n,)."""
-        return np.broadcast_to(np.asarray(self.feed.speed, dtype=np.float64), self.n).copy()
+        return self._each(self.feed.speed)
+
+    def _each(self, value: base.PositiveEach) -> Array:
+        return np.broadcast_to(np.asarray(value, dtype=np.float64), self.n).copy()
 
     @property
-    def charges(self) -> npt.NDArray[np.float64]:
+    def charges(self) -> Array:
         """Magnetic charges of the outer pole faces [A m], N positive, shape (n, 4).
 
         Component 1 first, faces in the order FACES; 0 where there is no magnet. The inner pole
@@ -174,8 +159,7 @@ class Scene(Part):
         """
         if self.magnets is None:
             return np.zeros((self.n, len(FACES)))
-        signs = np.array([[SIGNS[letter] for letter in faces] for faces in self.sequence])
-        return signs * self.magnets.charges(self.n)
+        return signs(self.sequence) * self.magnets.charges(self.n)
 
     @property
     def bore(self) -> float:
@@ -200,25 +184,15 @@ class Scene(Part):
         SceneError
             If the new scene is not valid.
         """
-        data = self.model_dump()
-        for key, change in changes.items():
-            old = data.get(key)
-            if not isinstance(change, Mapping):
-                data[key] = change.model_dump() if isinstance(change, Part) else change
-                continue
-            new = dict(cast("Mapping[str, Any]", change))
-            merged = _merged(old, new)
-            if key == "magnets":
-                # Remanence and pole charge are two ways to say one thing: naming one drops
-                # the other.
-                for given, other in (
-                    ("pole_charge", "remanence"),
-                    ("remanence", "pole_charge"),
-                ):
-                    if new.get(given) is not None and other not in new:
-                        merged[other] = None
-            data[key] = merged
-        return Scene(**data)
+        named = changes.get("magnets")
+        if isinstance(named, Mapping):
+            new = dict(cast("Mapping[str, Any]", named))
+            # Two ways to say one thing: naming one drops the other.
+            for given, other in (("pole_charge", "remanence"), ("remanence", "pole_charge")):
+                if new.get(given) is not None:
+                    new.setdefault(other, None)
+            changes["magnets"] = new
+        return Scene(**_merged(self.model_dump(), changes))
 
     def draw(self, rng: np.random.Generator) -> Scene:
         """Draw everything random and return a scene in which nothing is left to draw.
@@ -248,7 +222,7 @@ class Scene(Part):
                 speed = speed * (1.0 + spreads.feed_jitter * each[0])
             if spreads.magnet > 0.0:
                 strength = strength * (1.0 + spreads.magnet * each[1:].reshape(n, 4))
-        changes: dict[str, Any] = {"friction": self.friction * friction, "spreads": Spreads()}
+        changes: dict[str, Any] = {"friction": self.friction * friction, "spreads": parts.Spreads()}
         if spreads.mass > 0.0:
             casing: dict[str, Any] = {"mass": self.masses * masses}
             if self.casing.inertia is not None:
@@ -258,7 +232,7 @@ class Scene(Part):
             name = self.magnets.strength_name
             changes["magnets"] = {name: np.asarray(getattr(self.magnets, name)) * strength}
         if max(spreads.feed_speed, spreads.feed_jitter) > 0.0:
-            changes["feed"] = {"speed": plain(np.asarray(self.feed.speed) * speed)}
+            changes["feed"] = {"speed": np.asarray(self.feed.speed) * speed}
         if self.start_angles is None:
             changes["start_angles"] = self.start_angle_spread * unit[n + 3 :] + 0.0  # no -0.0
         return self.replace(**changes)
@@ -271,5 +245,5 @@ def _merged(old: object, new: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(value, Mapping):
             merged[key] = _merged(merged.get(key), cast("Mapping[str, Any]", value))
         else:
-            merged[key] = value
+            merged[key] = value.model_dump() if isinstance(value, base.Part) else value
     return merged

@@ -10,20 +10,15 @@ from magfold_env.shapes import centres
 
 @dataclass(frozen=True)
 class ChainState:
-    """What is known of a chain's motion, component 1 first.
-
-    Attributes
-    ----------
-    angles, rates : array, shape (n,)
-        Headings [rad] and their rates [rad/s].
-    base, base_velocity : array, shape (2,)
-        Outer hinge of component 1 [m], mouth of the tube at the origin, and its velocity [m/s].
-    """
+    """What is known of a chain's motion, component 1 first."""
 
     angles: NDArray[np.float64]
     rates: NDArray[np.float64]
+    """Headings [rad] and their rates [rad/s], shape (n,)."""
     base: NDArray[np.float64]
     base_velocity: NDArray[np.float64]
+    """Outer hinge of component 1 [m], mouth of the tube at the origin, and its velocity [m/s],
+    shape (2,)."""
 
     @property
     def joint_angles(self) -> NDArray[np.float64]:

@@ -1,34 +1,20 @@
 """Many chains in their tubes, run by one compiled call on some threads."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from magfold_env.engine import state
 from magfold_env.engine.compile.by_pointer import POINTERS, code_of, reference
 from magfold_env.engine.outcomes import FULL, REACHED
-from magfold_env.engine.state import (
-    EVALUATIONS,
-    FRAMES,
-    KEEP,
-    LO,
-    STEP,
-    STEPS,
-    TIME,
-    Array,
-    IntArray,
-    Model,
-    State,
-    Work,
-)
+from magfold_env.engine.state import Array, IntArray, Model, State, Work
 from magfold_env.engine.stepping import runs
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Trajectory
 from magfold_env.simulation.frames import Frames
-from magfold_env.simulation.push_force import progress_of_next, push_force
+from magfold_env.simulation.push_force import push_force
 from magfold_env.simulation.stack import Stack
 from magfold_env.simulation.view import Orientation
 from magfold_env.simulation.work_queue import WorkQueue
@@ -98,22 +84,22 @@ class Chains:
     @property
     def released(self) -> IntArray:
         """Components that are out of the tube, (count,)."""
-        return self.models[0].n - self.counters[:, LO]
+        return self.models[0].n - self.counters[:, state.LO]
 
     @property
     def times(self) -> Array:
         """Simulated times [s], (count,)."""
-        return self.clocks[:, TIME]
+        return self.clocks[:, state.TIME]
 
     @property
     def steps(self) -> IntArray:
         """Time steps tried, (count,)."""
-        return self.counters[:, STEPS]
+        return self.counters[:, state.STEPS]
 
     @property
     def evaluations(self) -> IntArray:
         """Evaluations of the accelerations, (count,)."""
-        return self.counters[:, EVALUATIONS]
+        return self.counters[:, state.EVALUATIONS]
 
     def clear(self, rows: IntArray, kind: int = 0) -> None:
         """Give some chains a model and put them into the tube; see `start`."""
@@ -128,21 +114,21 @@ class Chains:
         What is drawn for them must be written into the arrays before.
         """
         self.q[rows, : self.models[0].n] = headings
-        self.clocks[rows, STEP] = 0.1 / self.light_rate[rows]
+        self.clocks[rows, state.STEP] = 0.1 / self.light_rate[rows]
         if self._frame_rate is not None:
             self._frames = Frames(self.models[0], self._states.row(0), self._frame_rate)
 
     def feed(self, rows: IntArray, *, whole: bool = False) -> None:
         """Feed out the next component of some chains, or all; chains that are all out settle."""
-        left = self.counters[rows, LO] - 1
-        self.counters[rows, KEEP] = -1 if whole else np.where(left > 0, left, -1)
+        left = self.counters[rows, state.LO] - 1
+        self.counters[rows, state.KEEP] = -1 if whole else np.where(left > 0, left, -1)
         self._until[rows] = math.inf
         self._run(rows)
 
     def push(self, rows: IntArray, seconds: float) -> None:
         """Feed some chains for a time [s]; those that are all out move freely."""
-        self.counters[rows, KEEP] = -1
-        self._until[rows] = self.clocks[rows, TIME] + seconds
+        self.counters[rows, state.KEEP] = -1
+        self._until[rows] = self.clocks[rows, state.TIME] + seconds
         self._run(rows)
 
     def find_energies(self, rows: IntArray) -> None:
@@ -157,8 +143,12 @@ class Chains:
         return push_force(model, self._states.row(row), self._probe)
 
     def progress_of_next(self, row: int) -> float:
-        """Return how far the component in the mouth is out, see `push_force.progress_of_next`."""
-        return progress_of_next(self.models[0], self.q[row], int(self.counters[row, LO]))
+        """Return how far the component in the mouth is out, 0 to 1; 1 if none is left inside."""
+        model, q, lo = self.models[0], self.q[row], int(self.counters[row, state.LO])
+        if lo == 0:
+            return 1.0
+        link = model.bodies.length[lo - 1] * math.cos(q[lo - 1])
+        return min(max(float(q[model.n] / link), 0.0), 1.0)
 
     def motion(self, view: Orientation) -> Trajectory | None:
         """Return the frames of the single chain; None if nothing is recorded."""
@@ -178,7 +168,7 @@ class Chains:
         for stack, block in zip((self._models, self._states, self._works), blocks, strict=True):
             stack.refill(block)
         if self._frame_rate is not None:
-            self.counters[:, FRAMES] = 0
+            self.counters[:, state.FRAMES] = 0
             self._frames = Frames(self.models[0], self._states.row(0), None)
 
     @property

@@ -1,7 +1,5 @@
 """How a run ends: statuses, and what they are in words."""
 
-from __future__ import annotations
-
 import math
 
 from magfold_env.engine import outcomes
@@ -22,16 +20,8 @@ BREAKDOWNS = {
 def ending(outcome: int, time: float, joints: list[float], limit: str) -> tuple[FoldStatus, str]:
     """Return how a run ended, and the same in words.
 
-    Parameters
-    ----------
-    outcome
-        Of its integration.
-    time
-        When it ended [s].
-    joints
-        Joint angles at the end [rad].
-    limit
-        The work cap, in words.
+    Its integration had an outcome at a time [s]; ``joints`` are the angles then [rad], ``limit`` is
+    the work cap in words.
     """
     if outcome == outcomes.TIMED_OUT:
         return FoldStatus.UNSETTLED, f"still moving after {time:.4g} s"

@@ -3,7 +3,7 @@
 And the magnetic energies of what was recorded.
 """
 
-from __future__ import annotations
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,35 +22,21 @@ ROOM = 4096  # frames kept before they are moved out of the kernels' record
 
 
 class Frames:
-    """What was recorded of a chain so far.
-
-    Parameters
-    ----------
-    model, state
-        The chain.
-    frame_rate
-        Frames recorded a simulated second [1/s]; None records nothing.
-    """
+    """What was recorded of a chain so far: frames at a rate [1/s], or nothing if that is None."""
 
     def __init__(self, model: Model, state: State, frame_rate: float | None) -> None:
         interval = 0.0 if frame_rate is None else 1.0 / frame_rate
         capacity = ROOM + int(LONGEST_STEP / interval) if interval else 0
         self._model, self._state = model, state
-        self._parts: list[tuple[Array, Array, Array, npt.NDArray[np.int64]]] = []
+        self._parts: list[list[npt.NDArray[Any]]] = []
         self.record: Record = new_record(model, interval, capacity)
         """Where the kernels put frames."""
 
     def empty(self) -> None:
         """Make room in the record."""
         count, record = int(self._state.counter[FRAMES]), self.record
-        self._parts.append(
-            (
-                record.time[:count].copy(),
-                record.q[:count].copy(),
-                record.v[:count].copy(),
-                record.lo[:count].copy(),
-            )
-        )
+        columns = record.time, record.q, record.v, record.lo
+        self._parts.append([column[:count].copy() for column in columns])
         self._state.counter[FRAMES] = 0
 
     def trajectory(self, view: Orientation) -> Trajectory | None:
@@ -70,16 +56,10 @@ class Frames:
 
 
 def magnetic_energy(scene: Scene, motion: Trajectory) -> Array:
-    """Return the magnetic energies of a recorded motion [J], shape (m,).
+    """Return the magnetic energies of the recorded motion of a scene [J], shape (m,).
 
-    Of the magnets that act, an outer field's included, as `Fold.energy` is.
-
-    Parameters
-    ----------
-    scene
-        That was simulated; nothing in it may be left to chance.
-    motion
-        Its trajectory, all of it finite.
+    Of the magnets that act, an outer field's included, as `Fold.energy` is. Nothing in the scene
+    may be left to chance, and all of the motion must be finite.
     """
     # A pinned chain is indexed from component 1, as a trajectory is.
     model = pack(scene.replace(mount="pinned"))

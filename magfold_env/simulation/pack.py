@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from magfold_env.engine.magnets import expansions, multipoles
 from magfold_env.engine.magnets.multipoles import ComplexArray
 from magfold_env.engine.magnets.pairs import BLEND, LANES
 from magfold_env.engine.state import Array, Bodies, Field, Magnets, Model, Tables
-from magfold_env.scene import SIGNS, Casing, FixedMagnet, Scene
+from magfold_env.scene import Casing, FixedMagnet, Scene
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
 from magfold_env.simulation.pair_tables import build_tables
@@ -53,24 +53,16 @@ def pack(scene: Scene) -> Model:
     """
     n = scene.n
     casing = scene.casing
-    pitch = casing.diagonal
     mass, inertia = scene.masses, scene.inertias
-    flip = reversed_inside(scene)
-    if flip:
+    length = np.full(n, casing.diagonal)
+    if reversed_inside(scene):
         mass, inertia = mass[::-1].copy(), inertia[::-1].copy()
-    bodies = Bodies(
-        mass=mass,
-        inertia=inertia,
-        reach=np.full(n, pitch / 2.0),
-        length=np.full(n, pitch),
-    )
-    gravity_x, gravity_y = scene.gravity.in_plane
     magnets, tables = pack_magnets(scene), joint_tables(scene)
     charge = 0.0 if scene.magnets is None else scene.magnets.charge
     rate, light_rate = typical_rate(scene, np.full(2, charge), np.array([mass.mean(), mass.min()]))
     return Model(
         n=n,
-        bodies=bodies,
+        bodies=Bodies(mass, inertia, length / 2.0, length),
         magnets=magnets if tables is NO_TABLES else magnets._replace(tables=tables),
         charge=charges(scene),
         magnetic=_is_magnetic(scene),
@@ -80,8 +72,8 @@ def pack(scene: Scene) -> Model:
         grip=scene.friction * scene.gravity.normal * mass,
         arm=FRICTION_ARM * casing.side,
         frictional=scene.friction > 0.0 and scene.gravity.normal > 0.0,
-        gravity_x=gravity_x,
-        gravity_y=gravity_y,
+        gravity_x=scene.gravity.in_plane[0],
+        gravity_y=scene.gravity.in_plane[1],
         field=pack_field(scene, _is_magnetic(scene)),
         contact=scene.contact,
         tube=scene.mount == "tube",
@@ -119,15 +111,6 @@ def charges(scene: Scene) -> Array:
         # Seen from the other end of the chain a casing is turned by half a turn.
         charge = charge[::-1, TURNED]
     return np.ascontiguousarray(charge)
-
-
-def component_charges(faces: str, index: int, scene: Scene) -> Array:
-    """Signed charges (4,) [A·m] of component ``index`` + 1, its faces in the engine's order."""
-    if scene.magnets is None:
-        return np.zeros(len(faces))
-    signs = np.array([SIGNS[letter] for letter in faces])
-    charge = signs * scene.magnets.charges(scene.n)[index]
-    return charge[TURNED] if reversed_inside(scene) else charge
 
 
 def pack_magnets(scene: Scene) -> Magnets:
@@ -168,10 +151,7 @@ def _tables_of(side: float, sizes: MagnetSizes) -> tuple[Tables, float]:
 def quadrature_of(
     casing: Casing, magnets: MagnetsPart, rule: Rule, turned: bool = False
 ) -> Magnets:
-    """Return the nodes of a casing's eight pole faces for a given rule.
-
-    They are those of a casing that is ``turned`` by half a turn, if asked.
-    """
+    """Return the nodes of a casing's eight pole faces, maybe ``turned`` by half a turn."""
     return _build(rule, magnets.model == "strips", casing.side, MagnetSizes.of(magnets, turned))
 
 
@@ -187,8 +167,7 @@ class MagnetSizes(NamedTuple):
     def of(cls, magnets: MagnetsPart, turned: bool) -> MagnetSizes:
         """Return the sizes of a scene's magnets, maybe those of a casing turned by half a turn."""
         order = TURNED if turned else [0, 1, 2, 3]
-        names: tuple[Length, ...] = ("width", "height", "thickness", "inset")
-        return cls(*(tuple(magnets.by_face(name)[order].tolist()) for name in names))
+        return cls(*(tuple(magnets.by_face(name)[order].tolist()) for name in get_args(Length)))
 
 
 @lru_cache(maxsize=64)
@@ -197,7 +176,7 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
     most = -(-max(rule.counts) // LANES) * LANES
     node, weight = np.zeros((levels, most)), np.zeros((levels, most))
     for level, count in enumerate(rule.counts):
-        node[level, :count], weight[level, :count] = _width_rule(strips, count)
+        node[level, :count], weight[level, :count] = width_rule(strips, count)
     outer = side / 2.0 - np.array(sizes.inset)
     distance = np.concatenate([outer, outer - np.array(sizes.thickness)])
     angle = np.tile(FACE_ANGLES, 2)
@@ -208,7 +187,7 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
     ranks, widest = len(rule.ranks), 8 * max(rule.ranks)
     node_x, node_y, share = (np.zeros((ranks, widest)) for _ in range(3))
     for rank, count in enumerate(rule.ranks):
-        offset, part = _width_rule(strips, count)
+        offset, part = width_rule(strips, count)
         nodes = slice(0, 8 * count)
         node_x[rank, nodes] = (face_x[:, None] + np.outer(tangent_x, offset)).ravel()
         node_y[rank, nodes] = (face_y[:, None] + np.outer(tangent_y, offset)).ravel()
@@ -252,13 +231,13 @@ def _moments(
     """Moments of the magnet behind each outer face, that face having unit charge."""
     centre, along = faces
     # Four nodes are exact up to the seventh order.
-    offset, part = _width_rule(True, 4)
+    offset, part = width_rule(True, 4)
     share = np.concatenate([part, -part])
     poles = [np.concatenate([centre[g] + offset * along[g] for g in (f, f + 4)]) for f in range(4)]
     return np.array([found(poles[f], share, sizes.height[f]) for f in range(4)])
 
 
-def _width_rule(strips: bool, count: int) -> tuple[Array, Array]:
+def width_rule(strips: bool, count: int) -> tuple[Array, Array]:
     """Offsets, in widths, and shares of the charge of ``count`` nodes across a pole face."""
     if strips:
         x, w = np.polynomial.legendre.leggauss(count)
@@ -312,14 +291,8 @@ def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
 def typical_rate(scene: Scene, charge: Array, mass: Array) -> Array:
     """Return the rate that the strongest force gives one component, the scale of errors [rad/s].
 
-    Parameters
-    ----------
-    scene
-        Its sizes, gravity and field.
-    charge
-        Largest of a pole face [A·m], of any shape.
-    mass
-        Of the component [kg], of the same shape.
+    ``charge`` is the largest of a pole face [A·m], of any shape, ``mass`` the component's [kg], of
+    the same shape.
     """
     acceleration = np.full(mass.shape, math.hypot(*scene.gravity.in_plane))
     if scene.magnets is not None:
@@ -329,15 +302,9 @@ def typical_rate(scene: Scene, charge: Array, mass: Array) -> Array:
         with np.errstate(over="ignore"):
             force = 1e-7 * density * density
             if scene.field is not None:
-                force = force + charge * _outer_flux_density(scene)
+                outer = math.hypot(*scene.field.uniform)
+                if (magnet := scene.field.magnet) is not None:
+                    outer += 1e-7 * magnet.charge / magnet.width**2
+                force = force + charge * outer
             acceleration += force / mass
     return np.maximum(np.sqrt(acceleration / scene.casing.diagonal), SLOWEST)
-
-
-def _outer_flux_density(scene: Scene) -> float:
-    """Return the order of what acts from outside [T]."""
-    assert scene.field is not None
-    found = math.hypot(*scene.field.uniform)
-    if (magnet := scene.field.magnet) is not None:
-        found += 1e-7 * magnet.charge / magnet.width**2
-    return found

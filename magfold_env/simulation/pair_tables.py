@@ -6,8 +6,6 @@ unit charge are summed over nodes at even angles, as exactly as the sums allow, 
 laid through them.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from itertools import product
@@ -56,15 +54,10 @@ def face_energies(magnets: Magnets, places: Array, nodes: Nodes, out: Array) -> 
                 out[p, 4 * (f % 4) + g % 4] += sign * u
 
 
-def places_along(pitch: float, joints: Array) -> Array:
-    """Return where the last casing of a chain is, seen from the first, as `face_energies` asks.
+def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
+    """Return the energies (m, 16) of a chain's first and last casing at joint angles (m, k) [rad].
 
-    Parameters
-    ----------
-    pitch
-        Distance of a casing's hinges [m].
-    joints : (m, k) array
-        Angles of the k joints between them [rad].
+    ``pitch`` is the distance of a casing's hinges [m].
     """
     headings = np.cumsum(joints, axis=1)
     cos, sin = np.cos(headings), np.sin(headings)
@@ -73,13 +66,8 @@ def places_along(pitch: float, joints: Array) -> Array:
         pitch * (start + along.sum(axis=1) - 0.5 * along[:, -1])
         for start, along in ((0.5, cos), (0.0, sin))
     )
-    return np.stack([x, y, *last], axis=1)
-
-
-def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
-    """Return the energies (m, 16) at joint angles (m, k)."""
     out = np.zeros((len(joints), PAIRS))
-    face_energies(magnets, places_along(pitch, joints), new_nodes(magnets, 1), out)
+    face_energies(magnets, np.stack([x, y, *last], axis=1), new_nodes(magnets, 1), out)
     return out
 
 
@@ -133,20 +121,9 @@ def coefficients(spaces: int, values: Array) -> Array:
 
 
 def build_tables(magnets: Magnets, pitch: float) -> tuple[Tables, float]:
-    """Lay the splines of one kind of casing.
+    """Lay the splines of one kind of casing, whose energies are summed over its magnets' nodes.
 
-    Parameters
-    ----------
-    magnets
-        Pole faces, with the nodes that their energies are to be summed over.
-    pitch
-        Distance of a casing's hinges [m].
-
-    Returns
-    -------
-    Tables
-    float
-        Error of the slopes, all faces together, as a share of the largest slope.
+    Returns the error of the slopes, too, all faces together, as a share of the largest slope.
     """
     angles = END * sites(ONE_SPACES)
     values = energies(magnets, pitch, angles[:, None])

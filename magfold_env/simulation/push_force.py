@@ -1,6 +1,4 @@
-"""What a feed needs, and how far it has come."""
-
-from __future__ import annotations
+"""What a feed needs."""
 
 import math
 from typing import cast
@@ -20,14 +18,8 @@ def push_force(model: Model, state: State, work: Work) -> float:
     By Newton's law for the chain: the mass times the acceleration of what is outside, less the
     friction of the floor and the forces of the walls on it; inside the tube nothing rubs. Negative
     where the chain pulls. The pull of a fixed external magnet on components inside the tube is left
-    out. No number where the contact forces are not found.
-
-    Parameters
-    ----------
-    model, state
-        The chain, which stays as it is.
-    work
-        Scratch space of another: what a run carries over from step to step must not change.
+    out. No number where the contact forces are not found. The chain stays as it is; ``work`` is
+    that of another: what a run carries over from step to step must not change.
     """
     state = state._replace(
         **{name: cast("Array", array).copy() for name, array in state._asdict().items()}
@@ -46,22 +38,6 @@ def push_force(model: Model, state: State, work: Work) -> float:
     momentum = _momentum_rate(lo, model, work, out)
     outside = work.chain.force[n] + float(work.rows.multiplier @ work.rows.jacobian[:, n])
     return momentum - outside + _pull_of_held(lo, model, state, work)
-
-
-def progress_of_next(model: Model, q: Array, lo: int) -> float:
-    """Return how far the component in the mouth is out, from 0 to 1; 1 if none is left inside.
-
-    Parameters
-    ----------
-    model, q
-        The chain and its coordinates, (n + 2,).
-    lo
-        Number of components that are held.
-    """
-    if lo == 0:
-        return 1.0
-    link = model.bodies.length[lo - 1] * math.cos(q[lo - 1])
-    return min(max(float(q[model.n] / link), 0.0), 1.0)
 
 
 def _momentum_rate(lo: int, model: Model, work: Work, acceleration: Array) -> float:

@@ -1,31 +1,17 @@
 """One chain being folded, step by step: what `simulate` and the environments drive."""
 
-from __future__ import annotations
-
 import math
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from magfold_env.engine import outcomes
+from magfold_env.engine import outcomes, state
 from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import code_of, reference, write_down
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.magnets.chain import magnet_energy, potential_energy
-from magfold_env.engine.state import (
-    END,
-    EVALUATIONS,
-    KEEP,
-    LO,
-    STEPS,
-    TIME,
-    Array,
-    Model,
-    Record,
-    State,
-    Work,
-)
+from magfold_env.engine.state import Array, Model, Record, State, Work
 from magfold_env.engine.stepping import paper_scheme, runs
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Fold, FoldStatus
@@ -60,9 +46,15 @@ class Session:
 
     def __init__(self, scene: Scene, frame_rate: float | None = None) -> None:
         if not scene.is_concrete:
-            msg = "scene: leaves start angles or spreads to chance; draw it first (Scene.draw)"
-            raise ValueError(msg)
-        self._scene = scene
+            raise ValueError(
+                "scene: leaves start angles or spreads to chance; draw it first (Scene.draw)"
+            )
+        self.scene = scene
+        """What is simulated."""
+        self.status: FoldStatus | None = None
+        """How the run ended; None while it has not."""
+        self.message = ""
+        """The status in words."""
         self._model = pack(scene)
         self._view = view.Orientation(reversed_inside(scene), self._model.bodies.length)
         joints = np.asarray(scene.start_angles, dtype=np.float64)
@@ -71,8 +63,6 @@ class Session:
         self._state.speed[:] = scene.speeds[::-1] if self._view.flip else scene.speeds
         self._work = new_work(self._model)
         self._frames = Frames(self._model, self._state, frame_rate)
-        self._status: FoldStatus | None = None
-        self._message = ""
         if scene.contact and scene.mount != "tube":
             self._refuse_overlap()
         if scene.mount == "tube" and scene.feed.loading == "at_mouth":
@@ -83,11 +73,6 @@ class Session:
     # --- what a caller may see -------------------------------------------------------------
 
     @property
-    def scene(self) -> Scene:
-        """What is simulated."""
-        return self._scene
-
-    @property
     def n(self) -> int:
         """Number of components."""
         return self._model.n
@@ -95,32 +80,26 @@ class Session:
     @property
     def released(self) -> int:
         """Components that are out of the tube and free; all n where there is no tube."""
-        return self.n - int(self._state.counter[LO])
+        return self.n - self._held
+
+    @property
+    def _held(self) -> int:
+        return int(self._state.counter[state.LO])
 
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return float(self._state.clock[TIME])
+        return float(self._state.clock[state.TIME])
 
     @property
     def steps(self) -> int:
         """Time steps so far; one that was tried again counts once."""
-        return int(self._state.counter[STEPS])
+        return int(self._state.counter[state.STEPS])
 
     @property
     def evaluations(self) -> int:
         """Evaluations of the accelerations so far."""
-        return int(self._state.counter[EVALUATIONS])
-
-    @property
-    def status(self) -> FoldStatus | None:
-        """How the run ended; None while it has not."""
-        return self._status
-
-    @property
-    def message(self) -> str:
-        """The status in words."""
-        return self._message
+        return int(self._state.counter[state.EVALUATIONS])
 
     @property
     def angles(self) -> Array:
@@ -144,10 +123,9 @@ class Session:
 
     def _seen(self) -> tuple[Array, Array, Array, Array]:
         """Return headings, rates, outer hinge and its velocity."""
-        n, state = self.n, self._state
-        seen = np.empty(n), np.empty(n), np.empty(2), np.empty(2)
-        lo = int(state.counter[LO])
-        view.public_state(self._view.flip, lo, self._view.length, state.q, state.v, *seen)
+        seen = np.empty(self.n), np.empty(self.n), np.empty(2), np.empty(2)
+        moving = self._state.q, self._state.v
+        view.public_state(self._view.flip, self._held, self._view.length, *moving, *seen)
         return seen
 
     @property
@@ -174,8 +152,7 @@ class Session:
 
     def _place(self) -> int:
         """Find the pose, and return the first component whose magnets act."""
-        lo = int(self._state.counter[LO])
-        return int(feed.place_all(lo, self._model, self._state.q, self._work.pose))
+        return int(feed.place_all(self._held, self._model, self._state.q, self._work.pose))
 
     # --- what a caller may do --------------------------------------------------------------
 
@@ -187,11 +164,9 @@ class Session:
         ValueError
             If none is left in the tube.
         """
-        lo = int(self._state.counter[LO])
-        if lo == 0:
-            msg = "no component is left in the tube"
-            raise ValueError(msg)
-        self._go_on(keep=lo - 1)
+        if self._held == 0:
+            raise ValueError("no component is left in the tube")
+        self._go_on(keep=self._held - 1)
 
     def settle(self) -> None:
         """Feed what is left, and integrate until the chain rests or its time is over."""
@@ -200,15 +175,9 @@ class Session:
     def push(self, speeds: Array, seconds: float) -> None:
         """Feed for some time [s] or until the run ends.
 
-        A component that passes the mouth meanwhile is released. With none left inside the chain
-        folds freely.
-
-        Parameters
-        ----------
-        speeds
-            Speed while each component is in the mouth [m/s], 0 or more, component 1 first, (n,).
-        seconds
-            For how long.
+        ``speeds`` (n,) are those while each component is in the mouth [m/s], 0 or more, component 1
+        first. A component that passes the mouth meanwhile is released. With none left inside the
+        chain folds freely.
         """
         self._state.speed[:] = speeds[::-1] if self._view.flip else speeds
         self._go_on(keep=-1, until=self.time + seconds)
@@ -225,13 +194,12 @@ class Session:
         ValueError
             If it has not.
         """
-        if self._status is None:
-            msg = "the run has not ended; settle it first"
-            raise ValueError(msg)
+        if self.status is None:
+            raise ValueError("the run has not ended; settle it first")
         return Fold(
-            scene=self._scene,
-            status=self._status,
-            message=self._message,
+            scene=self.scene,
+            status=self.status,
+            message=self.message,
             word=self.word,
             angles=self.angles,
             base=self.base,
@@ -247,32 +215,29 @@ class Session:
 
     def _go_on(self, keep: int, until: float = math.inf) -> None:
         """Run until so many components are held, see `State`, or a time [s]."""
-        if self._status is not None:
+        if self.status is not None:
             return
-        self._state.counter[KEEP] = keep
+        self._state.counter[state.KEEP] = keep
         outcome = self._run(until)
         if outcome != outcomes.REACHED:
-            self._end(*self._ending(outcome))
+            rested = outcome == outcomes.RESTED
+            joints: list[float] = np.diff(self.angles).tolist() if rested else []
+            cap = work_cap(self._model, self.steps)
+            self.status, self.message = ending(outcome, self.time, joints, cap)
 
     def _run(self, until: float) -> int:
         """Run until a time [s] or an end; returns how the integration ended."""
         chain = self._model, self._state, self._work, self._frames.record
-        run = self._run_paper if self._scene.solver.method == "paper" else run_chain
+        run = self._run_paper if self.scene.solver.method == "paper" else run_chain
         while (outcome := run(chain, until)) == outcomes.FULL:
             self._frames.empty()
         return outcome
 
     def _run_paper(self, chain: Chain, until: float) -> int:
         """Do what `run_chain` does, in the paper's steps."""
-        end = float(self._state.clock[END])
-        outcome = paper_scheme.paper_advance(*chain, min(until, end), self._scene.solver.time_step)
+        end = float(self._state.clock[state.END])
+        outcome = paper_scheme.paper_advance(*chain, min(until, end), self.scene.solver.time_step)
         return outcomes.TIMED_OUT if outcome == outcomes.REACHED and end <= until else outcome
-
-    def _ending(self, outcome: int) -> tuple[FoldStatus, str]:
-        """Return how an integration ended, and the same in words."""
-        rested = outcome == outcomes.RESTED
-        joints: list[float] = np.diff(self.angles).tolist() if rested else []
-        return ending(outcome, self.time, joints, work_cap(self._model, self.steps))
 
     def _refuse_overlap(self) -> None:
         model, work = self._model, self._work
@@ -281,11 +246,8 @@ class Session:
         pair = boxes.overlapping_pair(model, work)
         if pair[0] >= 0:
             first, second = sorted(self._view.index(k) + 1 for k in pair)
-            self._end(FoldStatus.FAILED, f"components {first} and {second} overlap at the start")
-
-    def _end(self, status: FoldStatus, message: str) -> None:
-        self._status = status
-        self._message = message
+            self.status = FoldStatus.FAILED
+            self.message = f"components {first} and {second} overlap at the start"
 
 
 def run_chain(chain: Chain, until: float) -> int:

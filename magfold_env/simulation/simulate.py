@@ -1,6 +1,8 @@
-"""Scene -> Fold, and the forces behind it."""
+"""Scene -> Fold, one or many on all cores, and the forces behind it."""
 
-from __future__ import annotations
+import os
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +12,7 @@ from magfold_env.engine.magnets.chain import magnet_energy, magnet_loads
 from magfold_env.engine.magnets.outer_field import add_magnet_forces
 from magfold_env.engine.workspace import new_work
 from magfold_env.fold import Fold
-from magfold_env.scene import Problem, Scene, SceneError
+from magfold_env.scene import Problem, Scene, SceneError, errors
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.session import Session
 
@@ -45,6 +47,56 @@ def simulate(
     return session.fold()
 
 
+def simulate_batch(
+    scenes: Scene | Sequence[Scene],
+    seeds: Iterable[int | np.random.Generator],
+    *,
+    threads: int | None = None,
+    frame_rate: float | None = None,
+) -> list[Fold]:
+    """Simulate many folds on several threads; the kernels hold no lock while they run.
+
+    Every fold is, bit for bit, the one that `simulate` gives for its scene and seed, whatever the
+    number of threads.
+
+    Parameters
+    ----------
+    scenes
+        What to fold: one scene for all seeds, or one for each.
+    seeds
+        One a fold, see `simulate`.
+    threads
+        How many folds run at a time; None takes as many as there are cores.
+    frame_rate
+        Frames recorded a simulated second [1/s]; None records no trajectories.
+
+    Returns
+    -------
+    list of Fold
+        In the order of the seeds.
+
+    Raises
+    ------
+    SceneError
+        If there are not as many scenes as seeds, or ``threads`` is not positive.
+    """
+    draws = list(seeds)
+    chosen = [scenes] * len(draws) if isinstance(scenes, Scene) else list(scenes)
+    if len(chosen) != len(draws):
+        allowed = f"must be one, or as many as the {len(draws)} seeds"
+        raise SceneError([Problem("scenes", len(chosen), allowed)])
+    workers = (os.cpu_count() or 1) if threads is None else threads
+    errors.refuse(errors.unless_at_least("threads", workers, 1))
+
+    def run(scene: Scene, seed: int | np.random.Generator) -> Fold:
+        return simulate(scene, seed, frame_rate=frame_rate)
+
+    if workers == 1 or len(draws) < 2:
+        return [run(scene, seed) for scene, seed in zip(chosen, draws, strict=True)]
+    with ThreadPoolExecutor(workers, thread_name_prefix="fold") as pool:
+        return list(pool.map(run, chosen, draws))
+
+
 def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> Floats:
     """Angular accelerations (..., n) [rad/s²] of the pinned chain under its smooth forces.
 
@@ -64,8 +116,8 @@ def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> 
     SceneError
         If a shape is not (..., n), the shapes differ or a number is not finite.
     """
-    headings = _checked("angles", angles, scene.n, stacked=True)
-    speeds = _checked("rates", rates, scene.n, stacked=True)
+    headings = checked("angles", angles, scene.n, stacked=True)
+    speeds = checked("rates", rates, scene.n, stacked=True)
     if headings.shape != speeds.shape:
         raise SceneError([Problem("rates", speeds.shape, f"must have shape {headings.shape}")])
     model = pack(scene.replace(mount="pinned"))._replace(contact=False, frictional=False)
@@ -88,8 +140,7 @@ def forces(scene: Scene, angles: npt.ArrayLike) -> tuple[Floats, Floats]:
     SceneError
         If the shape is not (n,) or a number is not finite.
     """
-    force, torque, _, _ = _smooth_state(scene, _checked("angles", angles, scene.n))
-    return force, torque
+    return _smooth_state(scene, checked("angles", angles, scene.n))[:2]
 
 
 def energy(scene: Scene, angles: npt.ArrayLike) -> float:
@@ -102,10 +153,11 @@ def energy(scene: Scene, angles: npt.ArrayLike) -> float:
     SceneError
         If the shape is not (n,) or a number is not finite.
     """
-    return _smooth_state(scene, _checked("angles", angles, scene.n))[3]
+    return _smooth_state(scene, checked("angles", angles, scene.n))[2]
 
 
-def _checked(key: str, values: npt.ArrayLike, n: int, *, stacked: bool = False) -> Floats:
+def checked(key: str, values: npt.ArrayLike, n: int, *, stacked: bool = False) -> Floats:
+    """Return finite numbers of shape (n,), or (..., n) if ``stacked``, and refuse others."""
     array = np.asarray(values, dtype=np.float64)
     if array.shape[-1:] != (n,) or (array.ndim > 1 and not stacked):
         wanted = f"(..., {n})" if stacked else f"({n},)"
@@ -115,16 +167,13 @@ def _checked(key: str, values: npt.ArrayLike, n: int, *, stacked: bool = False) 
     return array
 
 
-def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, Floats, float]:
-    """Magnet forces (n, 2) [N], torques (n,) [N·m], centres (n, 2) [m] and energy [J]."""
-    pinned = scene.replace(mount="pinned", start_angles=None)
-    model = pack(pinned)
+def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, float]:
+    """Magnet forces (n, 2) [N], torques (n,) [N·m] and energy [J]."""
+    model = pack(scene.replace(mount="pinned", start_angles=None))
     work = new_work(model._replace(contact=False, frictional=False))
-    q = np.append(np.asarray(angles, dtype=np.float64), [0.0, 0.0])
-    articulated.place(0, model.bodies, q, work.pose)
+    articulated.place(0, model.bodies, np.append(angles, [0.0, 0.0]), work.pose)
     if model.magnetic:
         add_magnet_forces(0, model, work.pose, work.nodes, work.loads)
     energy = magnet_energy(0, model, work)
     force = np.stack([work.loads.fx, work.loads.fy], axis=1)
-    centres = np.stack([work.pose.x, work.pose.y], axis=1)
-    return force, work.loads.torque, centres, energy
+    return force, work.loads.torque, energy

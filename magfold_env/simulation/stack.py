@@ -1,7 +1,5 @@
 """Many copies of a NamedTuple that kernels see through one pointer, side by side in memory."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from typing import Any, Generic, TypeVar, cast
 
@@ -72,11 +70,8 @@ class Stack(Generic[T]):
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return an array of all copies, shape (count, …)."""
         start, array = self._places[name]
-        return np.lib.stride_tricks.as_strided(
-            self._block[:, start:].view(array.dtype),
-            (self._count, *array.shape),
-            (self._block.strides[0], *_strides(array.shape)),
-        )
+        part = self._block[:, start : start + array.size].view(array.dtype)
+        return part.reshape(self._count, *array.shape)  # a view, as only the last axis is split
 
     def number(self, name: str) -> Array:
         """Return a number of all copies, (count,), to be set between two calls of kernels."""
@@ -104,15 +99,7 @@ class Stack(Generic[T]):
 
 
 class Rows:
-    """The copies of a stack as tuples, where kernels take no addresses.
-
-    Parameters
-    ----------
-    stack
-        What they are copies in.
-    count
-        How many.
-    """
+    """The copies of a stack as tuples, where kernels take no addresses."""
 
     def __init__(self, stack: Stack[Any], count: int) -> None:
         self._stack = stack
@@ -159,11 +146,6 @@ def _with_arrays(packed: Any, arrays: dict[str, NDArray[Any]], prefix: str = "")
         elif prefix + name in arrays:
             changes[name] = arrays[prefix + name]
     return packed._replace(**changes)
-
-
-def _strides(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the strides of a C-contiguous array of words."""
-    return tuple(WORD * int(np.prod(shape[axis + 1 :])) for axis in range(len(shape)))
 
 
 def _aligned(rows: int, size: int) -> Array:

@@ -4,8 +4,6 @@ The engine counts from the held end. Seen from its other end a chain has its ord
 headings turned by π and its joint angles' signs changed.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -76,20 +74,11 @@ def public_state(
     base: Array,
     base_velocity: Array,
 ) -> None:
-    """Fill headings [rad] and rates [rad/s], (n,), the outer hinge [m] and its velocity, (2,).
+    """Fill headings [rad] and rates [rad/s], (n,), component 1's outer hinge [m] and its velocity.
 
-    That is component 1's hinge.
-
-    Parameters
-    ----------
-    flip
-        Whether the engine counts from component n.
-    lo
-        The first component, in the engine's order, that moves freely; the base is its inner hinge.
-    length
-        Hinge to hinge [m], in the engine's order, (n,).
-    q, v
-        Coordinates and velocities in the engine, (n + 2,).
+    ``flip`` and ``length`` are as in `Orientation`. ``q`` and ``v`` (n + 2,) are coordinates and
+    velocities in the engine, where ``lo`` is the first component that moves freely; the base is its
+    inner hinge.
     """
     n = length.size
     x, y, vx, vy = q[n], q[n + 1], v[n], v[n + 1]

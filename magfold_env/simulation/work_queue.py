@@ -8,8 +8,6 @@ process that forks after they have run (`AsyncVectorEnv` does), and those of num
 share loops out beforehand, and abort where two Python threads use them at once.
 """
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable
@@ -20,13 +18,7 @@ Job = tuple[Callable[..., int], tuple[Any, ...], "SimpleQueue[int]"]
 
 
 class WorkQueue:
-    """Some threads, the calling one among them; the others are started when first needed.
-
-    Parameters
-    ----------
-    size
-        How many.
-    """
+    """Some threads, the calling one among them; the others are started when first needed."""
 
     def __init__(self, size: int) -> None:
         self.size = size

@@ -38,18 +38,18 @@ def test_the_best_goes_furthest() -> None:
     trials = Known(rates.__getitem__)
     ranks = race([named(k) for k in range(16)], trials, enough=0.5)
     assert ranks[0].choice in {named(k) for k in (13, 14, 15)}
-    assert [standing.releases for standing in ranks] == [40, 12, 12, 12, *[4] * 8, *[1] * 4]
+    assert [evaluation.releases for evaluation in ranks] == [40, 12, 12, 12, *[4] * 8, *[1] * 4]
     assert trials.count == 16 + 12 * 3 + 4 * 8 + 28
-    assert sorted(standing.choice for standing in ranks) == sorted(rates)
+    assert sorted(evaluation.choice for evaluation in ranks) == sorted(rates)
 
 
 def test_a_standing_counts_successes() -> None:
     trials = Known(lambda _: 0.7)
-    (standing,) = race([named(3)], trials, enough=0.5)
+    (evaluation,) = race([named(3)], trials, enough=0.5)
     expected = trials.threshold[:FINAL] < 0.7
-    assert standing.successes == expected.sum()
-    assert standing.rate == expected.mean()
-    assert standing.mean == pytest.approx(np.where(expected, 1.0, 0.28).mean())
+    assert evaluation.successes == expected.sum()
+    assert evaluation.rate == expected.mean()
+    assert evaluation.mean == pytest.approx(np.where(expected, 1.0, 0.28).mean())
 
 
 def test_finalists_follow_each_other_until_one_does() -> None:
@@ -64,28 +64,28 @@ def test_finalists_follow_each_other_until_one_does() -> None:
 
     trials = Late(lambda _: 1.0)
     ranks = race([named(k) for k in range(4)], trials, enough=0.9)
-    assert [standing.choice for standing in ranks[:2]] == [named(2), named(0)]
-    assert [standing.rate for standing in ranks] == [1.0, 0.3, 0.3, 1.0]
-    assert [standing.releases for standing in ranks] == [FINAL] * 3 + [later]
+    assert [evaluation.choice for evaluation in ranks[:2]] == [named(2), named(0)]
+    assert [evaluation.rate for evaluation in ranks] == [1.0, 0.3, 0.3, 1.0]
+    assert [evaluation.releases for evaluation in ranks] == [FINAL] * 3 + [later]
 
 
 def test_no_finalist_goes_on_in_vain() -> None:
     trials = Known(lambda _: 0.0)
     ranks = race([named(k) for k in range(4)], trials, enough=0.9)
-    assert [standing.releases for standing in ranks] == [12] * 4
+    assert [evaluation.releases for evaluation in ranks] == [12] * 4
 
 
 @pytest.mark.parametrize(("failures", "releases"), [(4, FINAL), (5, 12)])
 def test_a_finalist_goes_on_while_it_may_do_well_enough(failures: int, releases: int) -> None:
     trials = Known(lambda _: 0.5)
     trials.threshold = np.where(np.arange(FINAL) < failures, 0.9, 0.1)
-    (standing,) = race([named(3)], trials, enough=0.9)
-    assert standing.releases == releases
+    (evaluation,) = race([named(3)], trials, enough=0.9)
+    assert evaluation.releases == releases
 
 
 def test_equal_ones_stay_in_order() -> None:
     choices = [named(k) for k in (5, 2, 9)]
-    assert [standing.choice for standing in race(choices, Known(lambda _: 1.0))] == choices
+    assert [evaluation.choice for evaluation in race(choices, Known(lambda _: 1.0))] == choices
 
 
 GOOD = ("NSSN", "SSNN", "NSNS")
@@ -119,7 +119,7 @@ def test_cross_entropy_keeps_to_its_budget_and_its_speeds() -> None:
     few = Known(lambda _: 0.5)
     assert cross_entropy(few, 8, (0.02, 0.3), np.random.default_rng(1), budget=1)
     assert few.count < one
-    assert all(0.02 <= (standing.choice.speed or 0.0) <= 0.3 for standing in found)
+    assert all(0.02 <= (evaluation.choice.speed or 0.0) <= 0.3 for evaluation in found)
 
 
 def test_cross_entropy_ends_at_its_goal() -> None:

@@ -5,8 +5,7 @@ import pytest
 
 from magfold_env.fold import Fold
 from magfold_env.scene import SceneError, load_scene
-from magfold_env.simulation.batch import simulate_batch
-from magfold_env.simulation.simulate import simulate
+from magfold_env.simulation.simulate import simulate, simulate_batch
 
 SCENE = load_scene("paper/sequence-3")
 TUBE = SCENE.replace(mount="tube", feed={"direction": "backward", "speed": 0.1})

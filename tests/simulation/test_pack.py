@@ -12,7 +12,6 @@ from magfold_env.scene import Casing, Feed, Magnets, Scene
 from magfold_env.simulation.pack import (
     SLOWEST,
     charges,
-    component_charges,
     pack,
     pack_magnets,
     reversed_inside,
@@ -87,20 +86,23 @@ def test_forward_feed_is_packed_from_its_held_end():
     np.testing.assert_array_equal(pack(backward).bodies.mass, masses)
     np.testing.assert_array_equal(charges(backward), charges(scene))
     # Half a turn permutes the faces [2, 3, 0, 1].
-    expected = [component_charges(word, 0, scene) for word in ("NSNN", "SSNN", "SNNS")]
+    expected = scene.replace(sequence=("NSNN", "SSNN", "SNNS")).charges
     np.testing.assert_array_equal(charges(forward), expected)
 
 
-def test_charges_of_one_component_are_its_row_of_all():
+def test_uneven_charges_turn_with_their_casings():
     strength = [[0.1 * (4 * k + f + 1) for f in range(4)] for k in range(3)]
     scene = Scene(sequence=("NS-N", "NNSS", "-SNN"), mount="tube").replace(
         magnets={"remanence": strength, "width": (0.003, 0.004, 0.005, 0.006)}
     )
-    for direction in ("forward", "backward"):
-        fed = scene.replace(feed={"direction": direction})
-        rows = [component_charges(faces, k, fed) for k, faces in enumerate(scene.sequence)]
-        ordered = rows[::-1] if direction == "forward" else rows
-        np.testing.assert_array_equal(charges(fed), ordered)
+    signs = np.array([[1, -1, 0, 1], [1, 1, -1, -1], [0, -1, 1, 1]])
+    expected = signs * (scene.magnets or MAGNETS).charges(3)
+    backward, forward = (
+        charges(scene.replace(feed={"direction": direction}))
+        for direction in ("backward", "forward")
+    )
+    np.testing.assert_array_equal(backward, expected)
+    np.testing.assert_array_equal(forward, expected[::-1, [2, 3, 0, 1]])
 
 
 def test_faces_of_a_turned_casing_keep_their_sizes():

@@ -1,26 +1,33 @@
-"""Ensemble: what many releases end in, run by run, as probabilities, and as bars of a chart."""
+"""Ensembles: many perturbed releases of a scene, and the probabilities of where they end.
+
+Each run has draws of its own; all are made on all cores.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
 import json
+import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.ensembles.run import Run, generator
-from magfold_env.files import reading_json, write_text
+from magfold_env.checkpoint import Checkpoint
+from magfold_env.files import physics_digest, reading_json, write_text
 from magfold_env.fold import Fold, FoldStatus
+from magfold_env.minimiser import Mode, minimise
+from magfold_env.parallel import Backend, Workers, finished
 from magfold_env.reporting.intervals import Share, share
-from magfold_env.scene import Scene
-from magfold_env.shapes import FloatArray
+from magfold_env.scene import Scene, errors
+from magfold_env.shapes import FloatArray, parse_word
 from magfold_env.simulation.simulate import simulate
 
 Texts = npt.NDArray[np.str_]
@@ -28,6 +35,59 @@ Texts = npt.NDArray[np.str_]
 K = TypeVar("K")
 
 FORMAT = "magfold_env ensemble 1"
+
+
+class Run(NamedTuple):
+    """What is kept of a fold."""
+
+    number: int
+    """From 0, in the ensemble."""
+    word: str
+    """Nearest fold word."""
+    status: str
+    """How it ended, see `FoldStatus`."""
+    energy: float
+    """Magnetic energy at the end [J]."""
+    time: float
+    """Simulated time [s]."""
+    angles: tuple[float, ...]
+    """Absolute headings at the end [rad], component 1 first."""
+
+    def to_record(self) -> list[Any]:
+        """Return the run as values that JSON can hold; numbers that broke down are None."""
+        finite = [x if math.isfinite(x) else None for x in (self.energy, self.time, *self.angles)]
+        return [self.number, self.word, self.status, *finite]
+
+    @classmethod
+    def from_record(cls, record: list[Any], n: int) -> Run:
+        """Return the run of a chain of ``n`` components that `to_record` was made of.
+
+        Raises
+        ------
+        ValueError
+            If it was made of none.
+        """
+        number, word, status, *values = record
+        energy, time, *angles = (math.nan if x is None else float(x) for x in values)
+        if not isinstance(number, int) or number < 0 or len(angles) != n:
+            raise ValueError(f"a run of {n} components is not {record!r}")
+        return cls(number, parse_word(word), FoldStatus(status).value, energy, time, tuple(angles))
+
+
+def generator(seed: int, index: int) -> np.random.Generator:
+    """Return the generator that run `index` of an ensemble draws from.
+
+    It is the generator of ``SeedSequence(seed).spawn(runs)[index]``: it depends neither on the
+    number of runs nor on the order in which they are made.
+    """
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
+
+
+def run_one(scene: Scene, seed: int, index: int) -> Run:
+    """Simulate run `index` of an ensemble."""
+    fold = simulate(scene, generator(seed, index))
+    angles = tuple(fold.angles.tolist())
+    return Run(index, fold.word, fold.status.value, fold.energy, fold.time, angles)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,13 +172,9 @@ class Ensemble:
         status
             Count only runs that end so; where there are none, no word is returned.
         """
-        words: list[str] = self.word.tolist()
-        if status is not None:
-            ended = FoldStatus(status).value
-            words = [word for word, end in zip(words, self.status, strict=True) if end == ended]
-        counts = Counter(words)
-        most = max(counts.values(), default=0)
-        return tuple(sorted(word for word, count in counts.items() if count == most))
+        ended = self.word if status is None else self.word[self.status == FoldStatus(status).value]
+        words, counts = np.unique(ended, return_counts=True)
+        return tuple(words[counts == counts.max(initial=0)].tolist())
 
     # --- single runs -------------------------------------------------------------------------
 
@@ -194,6 +250,127 @@ class Ensemble:
         columns = (self.word, self.status, self.energy, self.time)
         rows = zip(*(column.tolist() for column in columns), self.angles.tolist(), strict=True)
         return [Run(k, w, s, e, t, tuple(a)) for k, (w, s, e, t, a) in enumerate(rows)]
+
+
+def release(scene: Scene, mode: Mode, speed: float | None = None) -> Scene:
+    """Return a scene whose chain is let go in one of the paper's deployment modes.
+
+    Parameters
+    ----------
+    scene
+        What to release.
+    mode
+        `free`: all components at once, without a tube. `forward`, `backward`: out of the tube,
+        component 1 or component n first.
+    speed
+        Feed speed [m/s]; None keeps the scene's.
+
+    Raises
+    ------
+    SceneError
+        If an argument is none of these.
+    """
+    errors.refuse(errors.unless_one_of("mode", mode, get_args(Mode)))
+    feed = {} if speed is None else {"speed": speed}
+    if mode == "free":
+        return scene.replace(mount="free", feed=feed)
+    return scene.replace(mount="tube", feed={"direction": mode, **feed})
+
+
+def ensemble(
+    scene: Scene,
+    runs: int = 1000,
+    seed: int = 0,
+    *,
+    workers: int | None = None,
+    backend: Backend | None = None,
+    address: str | None = None,
+    state: str | Path | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> Ensemble:
+    """Simulate many releases, each with draws of its own, and count where they end.
+
+    What is drawn is what the scene leaves to chance: `start_angle_spread` and `spreads`. Run i
+    draws from ``generator(seed, i)`` alone, so that the result depends neither on the number of
+    workers nor on their kind, and ``simulate(scene, generator(seed, i))`` repeats it.
+
+    Parameters
+    ----------
+    scene
+        What to release.
+    runs
+        How many releases.
+    seed
+        Seed of all draws.
+    workers
+        How many runs are made at a time; None takes all cores, or a cluster's CPUs.
+    backend
+        `threads`, `processes` of this machine, or `ray`: a Ray cluster, through joblib. None takes
+        processes for many runs on more than four workers, else threads.
+    address
+        Of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts one here.
+    state
+        Folder in which runs are kept as they are made, every two seconds. Called again with it,
+        only missing runs are made: after a kill, or for more runs than before.
+    progress
+        Is told how many runs are made, of how many.
+
+    Raises
+    ------
+    SceneError
+        If an argument is not allowed.
+    CheckpointError
+        If a file in `state` is damaged, or was written for another scene, seed or physics.
+    ImportError
+        If Ray is wanted and not installed.
+    """
+    asked = Workers(workers, backend, address)
+    problems = errors.unless_at_least("runs", runs, 1) + errors.unless_at_least("seed", seed, 0)
+    errors.refuse(problems)
+    made: dict[int, Run] = {}
+    kept = None
+    if state is not None:
+        key = {
+            "kind": "ensemble",
+            "physics": physics_digest(),
+            "scene": scene.model_dump(mode="json"),
+            "seed": seed,
+        }
+        kept = Checkpoint(state, key)
+        found = kept.read(partial(Run.from_record, n=scene.n))
+        made = {run.number: run for run in found if run.number < runs}
+    missing = [index for index in range(runs) if index not in made]
+    try:
+        for _, run in finished(partial(run_one, scene, seed), missing, asked):
+            made[run.number] = run
+            if kept is not None:
+                kept.add(run.to_record())
+            if progress is not None:
+                progress(len(made), runs)
+    finally:
+        if kept is not None:
+            kept.save()
+    return Ensemble.of(scene, seed, [made[index] for index in range(runs)])
+
+
+PREDICTORS: dict[Mode, str] = {
+    "free": "full search",
+    "forward": "forward search",
+    "backward": "backward search",
+}
+"""Names of the minimiser's searches, by its mode."""
+
+
+def predictions(scene: Scene) -> dict[str, str]:
+    """Return the word that each of the minimiser's searches ends in, by the search's name.
+
+    Searches that refuse the scene, or shut themselves in, are left out.
+    """
+    found: dict[str, str] = {}
+    for mode, name in PREDICTORS.items():
+        with suppress(ValueError):
+            found[name] = minimise(scene, mode, top=1).best.word
+    return found
 
 
 class Bar(NamedTuple):
