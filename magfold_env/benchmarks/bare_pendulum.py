@@ -6,8 +6,6 @@ need, from magnets to contact, friction and recording, and every question whethe
 Accelerations come from `recursion`, the shortest form of the recursion that there is here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """What is said about the benchmarks and their parts, read before any of them is imported."""
 
-from __future__ import annotations
-
 import tomllib
 from functools import cache
 from pathlib import Path

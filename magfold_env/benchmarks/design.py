@@ -1,7 +1,5 @@
 """Design: every target and mode, searches side by side, longer chains, and how much friction."""
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from collections.abc import Mapping

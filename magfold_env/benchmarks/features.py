@@ -14,8 +14,6 @@ calls from Python are part of it. What comes before a run, a scene's numbers as 
 these lie, is timed on its own.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

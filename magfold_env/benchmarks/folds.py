@@ -13,8 +13,6 @@ little; the way tells. Scenes whose reference moves by more than `CLOSE` when it
 `NUDGE` are set aside. Magnets keep the scene's accuracy throughout.
 """
 
-from __future__ import annotations
-
 import os
 import resource
 import subprocess

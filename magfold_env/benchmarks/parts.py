@@ -3,8 +3,6 @@
 What is said about them stands in `descriptions.toml`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -6,8 +6,6 @@ of a few releases with other draws; where words are equally frequent, either is 
 counted a second, by the workers that share them.
 """
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What tables and diagrams of several parts have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

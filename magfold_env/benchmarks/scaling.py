@@ -8,8 +8,6 @@ over. With a fixed number of nodes every pair is summed and the work is known: i
 a pair of nodes.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import product

@@ -8,8 +8,6 @@ arcs, each integrated without knowledge of the one before. A fold consists of su
 orders, and methods that build on past steps, lose on short ones what they win on long ones.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Callable

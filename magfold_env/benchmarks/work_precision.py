@@ -8,8 +8,6 @@ The paper's solver runs the pinned scenes. It stops joints in its own way, so th
 not vanish with its step. Sessions are prepared untimed.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple

@@ -5,8 +5,6 @@ runs/agreement``. A killed run goes on where it was. Every scene that disagrees 
 ``magfold fold FILE`` runs it again.
 """
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Sequence

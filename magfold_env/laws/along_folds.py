@@ -1,7 +1,5 @@
 """What must hold after every step of a fold: no overlap, no joint past its stop, no new energy."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -9,8 +9,6 @@ as many as rounding is worth: more for faces that are near. Faces may differ in 
 Beside them stands what rows of point charges, the paper's model, make of two magnets.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple

@@ -3,8 +3,6 @@
 They are released as if by hand; random sequences, which the paper has not, as the paper's own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Chains left alone: momenta that stay, films that run backwards, and rest to the last bit."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Random impacts: the engine's velocities after them against an independent projection."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

@@ -6,8 +6,6 @@ the error of angles below a tolerance [rad], that of rates below the tolerance t
 share of a typical rate; they return −1 if steps became too short.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from functools import cache

@@ -3,8 +3,6 @@
 Run as ``python -m magfold_env.laws.limits --scenes 40``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Annotated, get_args

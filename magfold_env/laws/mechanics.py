@@ -3,8 +3,6 @@
 Headings, rates and the base (the outer hinge of component 1) may come stacked: (..., n), (..., 2).
 """
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

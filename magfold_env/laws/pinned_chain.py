@@ -8,8 +8,6 @@ there is next to nothing to compute, is taken off its times at all other lengths
 row of its own.
 """
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec

@@ -4,8 +4,6 @@ Scenes with even seeds have sequences designed for a folded word, the others are
 A design takes no simulation and no energies, so that a change of either leaves the scenes alone.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -6,8 +6,6 @@ one, in which every episode is summed up and another begins, counts the time out
 kernels.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable, Generator

@@ -1,7 +1,5 @@
 """Environments, alone and side by side, random play on them, and how fast it is."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

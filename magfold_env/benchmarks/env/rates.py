@@ -11,8 +11,6 @@ tube feed moves a whole component out of the tube, one of feed control simulates
 200 ms, Swimmer's 40 ms and HalfCheetah's 50 ms.
 """
 
-from __future__ import annotations
-
 import importlib
 import time
 from collections.abc import Callable

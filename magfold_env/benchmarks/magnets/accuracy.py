@@ -11,8 +11,6 @@ with any h, because a sheet spreads its charge over its height as well. Of two m
 each other the far faces weaken the near ones' pull, but not its error.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

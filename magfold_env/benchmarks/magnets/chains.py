@@ -10,8 +10,6 @@ of them in a compiled loop, in order, so that what is kept of joints at their st
 as in the fold. Beside it, every pair summed. Errors are of the torques at the joints.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -7,8 +7,6 @@ Beside each mesh stands how much longer it takes than the fastest bound with no 
 joints are a little off their stops, so that nothing is kept from one evaluation to the next.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Callable, Generator
