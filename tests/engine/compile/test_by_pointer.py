@@ -3,7 +3,7 @@
 import copy
 import gc
 import pickle
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pytest
@@ -93,11 +93,11 @@ def test_a_tuple_within_another_is_passed_on_and_stands_alone():
 
 @by_address
 def test_a_pointer_passes_the_tuple_and_compiles_nothing_more():
-    outer = an_outer()
-    read(outer, 1)
-    compiled, row = len(read.signatures), outer.row.copy()
-    assert read(pointer(outer), 1) == read(outer, 1)
-    assert len(read.signatures) == compiled
+    outer, compiled = an_outer(), cast("Any", read)
+    compiled(outer, 1)
+    signatures, row = len(compiled.signatures), outer.row.copy()
+    assert compiled(pointer(outer), 1) == compiled(outer, 1)
+    assert len(compiled.signatures) == signatures
     scale_row(pointer(outer))
     np.testing.assert_array_equal(outer.row, 0.5 * row)
 
