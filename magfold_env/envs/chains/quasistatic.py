@@ -224,18 +224,6 @@ def _feed(
     chains: _Chains,
 ) -> None:
     """Note poles (rows, components, 4) in the order of feed, and release these components."""
-    _choose(rows, signs, speeds, scaled, chains)
-    _come_out(rows, signs.shape[1], chains)
-
-
-@kernel
-def _choose(
-    rows: Ints,
-    signs: Floats,
-    speeds: Floats,
-    scaled: Floats,
-    chains: _Chains,
-) -> None:
     arrays, lattice, rules = chains.arrays, chains.lattice, chains.rules
     n = rules.strengths.shape[0]
     for j in range(rows.size):
@@ -249,6 +237,7 @@ def _choose(
             lattice.speeds[k, i] = speeds[j]
             arrays.speeds[k, i] = scaled[j]
             arrays.fed[k] = place + 1
+    _come_out(rows, signs.shape[1], chains)
 
 
 @kernel
