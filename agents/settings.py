@@ -9,11 +9,11 @@ import pydantic
 import yaml
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from magfold_env.envs.spaces.action_table import ActionKind
+from magfold_env.envs.spaces.actions import ActionKind
+from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
-from magfold_env.envs.tasks.options import Fidelity
-from magfold_env.envs.tasks.randomisation import Randomisation
 from magfold_env.envs.tasks.reward import RewardKind, Shaping
+from magfold_env.envs.tasks.world import Fidelity
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Problem, SceneError, errors
 
@@ -83,7 +83,7 @@ ShapingOption = Annotated[
 class EnvOptions(Group, frozen=True):
     """Options of an environment; None is what holds without.
 
-    `magfold_env.envs.tasks.options` says what those mean that have no words here. Which environment
+    `magfold_env.envs.tasks.world` says what those mean that have no words here. Which environment
     takes which option is for the environment to say.
     """
 

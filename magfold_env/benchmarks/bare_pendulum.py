@@ -15,8 +15,8 @@ from magfold_env.engine.chain import recursion
 from magfold_env.engine.compile.by_pointer import by_pointer, write_down
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Array, Bodies, copy
+from magfold_env.engine.stepping.integrator import EASY, LONGEST_STEP
 from magfold_env.engine.stepping.stages import ERROR, LOCAL, ORDER, SLOW, STAGES, WEIGHT
-from magfold_env.engine.stepping.step_limits import EASY, LONGEST_STEP
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings
 from magfold_env.simulation.pack import pack

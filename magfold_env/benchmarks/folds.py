@@ -29,7 +29,8 @@ import numpy as np
 from magfold_env.benchmarks import runs
 from magfold_env.benchmarks.presentation import median, panels_by
 from magfold_env.benchmarks.runs import CLOSE, KINDS, NUDGE, SPEED, Setting
-from magfold_env.engine.state import MOREAU_LEFT, Array
+from magfold_env.engine import entries as at
+from magfold_env.engine.state import Array
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.laws.random_scenes import designed_sequence
 from magfold_env.reporting import plotting, tables, timing
@@ -65,7 +66,7 @@ def moreau_only() -> Generator[None]:
 
     def run(chain: session.Chain, until: float) -> int:
         _, state, _, _ = chain
-        state.counter[MOREAU_LEFT] = ENDLESS
+        state.counter[at.MOREAU_LEFT] = ENDLESS
         return run_chain(chain, until)
 
     with mock.patch.object(session, "run_chain", run):

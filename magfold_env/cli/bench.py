@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from magfold_env.benchmarks.descriptions import Summary, descriptions
+from magfold_env.benchmarks.presentation import Summary, descriptions
 from magfold_env.cli import options
 
 bench = typer.Typer(no_args_is_help=True)

@@ -1,7 +1,8 @@
 """How a step, and an integration, can end; and the limits on work that end one."""
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.compile.jit import inlined
-from magfold_env.engine.state import SECOND, SECOND_STEPS, STEPS, TIME, Model, State
+from magfold_env.engine.state import Model, State
 
 # One step.
 ACCEPTED, TOUCHED, RATTLED, TOO_SHORT, BROKEN, UNSOLVABLE = range(6)
@@ -16,8 +17,8 @@ TIMED_OUT = 9
 @inlined
 def out_of_work(model: Model, state: State) -> bool:
     """Whether the run, or its present second of simulated time, has had all the steps it may."""
-    if state.clock[TIME] >= state.clock[SECOND] + 1.0:
-        state.clock[SECOND] = state.clock[TIME]
-        state.counter[SECOND_STEPS] = state.counter[STEPS]
-    in_second = state.counter[STEPS] - state.counter[SECOND_STEPS]
-    return state.counter[STEPS] >= model.max_steps or in_second >= model.max_steps_per_second
+    if state.clock[at.TIME] >= state.clock[at.SECOND] + 1.0:
+        state.clock[at.SECOND] = state.clock[at.TIME]
+        state.counter[at.SECOND_STEPS] = state.counter[at.STEPS]
+    in_second = state.counter[at.STEPS] - state.counter[at.SECOND_STEPS]
+    return state.counter[at.STEPS] >= model.max_steps or in_second >= model.max_steps_per_second

@@ -151,16 +151,7 @@ class Model(NamedTuple):
 
 @by_pointer
 class State(NamedTuple):
-    """The moving part; every array is updated in place.
-
-    In ``counter``, `FRESH` (1) has the accelerations found anew, `MOREAU_LEFT` counts steps still
-    to be taken by Moreau's scheme, `QUICK_TOUCHES` touches in a row with next to no time between;
-    in ``clock``, `BRAKE` is how long the next step may be before a component stops, `LAST_STEP` 0
-    if there is none to compare with. `SECOND` and `SECOND_STEPS` are of when the present second
-    began. A run ends when `KEEP` components are held; −1: when the chain rests, or at the time
-    `END`. `FEEDING` is 1 while a component leaves the tube, which it has done at the time
-    `RELEASE`.
-    """
+    """The moving part; every array is updated in place. See `engine.entries`."""
 
     q: Coordinates  # headings, then the base [rad, m]
     v: Coordinates  # their rates [rad/s, m/s]
@@ -170,11 +161,6 @@ class State(NamedTuple):
     clock: Annotated[Array, 9]  # [s]
     waiting: Annotated[Array, "n", 4]  # charges that components get when they are fed [A·m]
     speed: PerBody  # of the feed while each component leaves the tube, 0 or more [m/s]
-
-
-LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, MOREAU_LEFT, SECOND_STEPS = range(8)
-QUICK_TOUCHES, KEEP, FEEDING = range(8, 11)
-TIME, STEP, FRAME_TIME, BRAKE, SECOND, LAST_STEP, LAST_ERROR, RELEASE, END = range(9)
 
 
 @by_pointer
@@ -299,15 +285,11 @@ class Boxes(NamedTuple):
     b: PerBox
 
 
-JOINT_STOPS, CONTACTS, ALL_ROWS, LET_GO = range(4)
-"""Entries of `Rows.counts`: where joint stops, contacts and all rows end; contacts just let go."""
-
-
 @by_pointer
 class Rows(NamedTuple):
     """Constraints: joint stops, then contacts, then three a component that friction may hold."""
 
-    counts: Annotated[IntArray, 4]
+    counts: Annotated[IntArray, 4]  # see `engine.entries`
     id: Annotated[IntArray, "rows", 4]  # joint and sign; box, other and its corner; component
     jacobian: Annotated[Array, "rows", "n + 2"]
     response: Annotated[Array, "rows", "n + 2"]  # M⁻¹Jᵀ

@@ -7,11 +7,12 @@ from typing import Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
+from magfold_env.engine import entries as at
 from magfold_env.engine import state as arrays
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.contact.boxes import OBSTACLES
 from magfold_env.engine.magnets import expansions, lookup, multipoles, segments
-from magfold_env.engine.state import BRAKE, END, FRESH, KEEP, LO, STEP, Array
+from magfold_env.engine.state import Array
 from magfold_env.engine.stepping.stages import STAGES
 
 # Constraints are solved densely; longer chains must do without contact and friction.
@@ -65,12 +66,12 @@ def new_state(model: arrays.Model, angles: Array) -> arrays.State:
     n = model.n
     state = zeros(arrays.State, {"n": n, "n + 2": n + 2})
     state.q[:n] = angles
-    state.clock[BRAKE] = math.inf
-    state.clock[STEP] = 0.1 / model.light_rate
-    state.clock[END] = math.inf if model.tube else model.duration
-    state.counter[KEEP] = -1
-    state.counter[LO] = n if model.tube else 0
-    state.counter[FRESH] = 1
+    state.clock[at.BRAKE] = math.inf
+    state.clock[at.STEP] = 0.1 / model.light_rate
+    state.clock[at.END] = math.inf if model.tube else model.duration
+    state.counter[at.KEEP] = -1
+    state.counter[at.LO] = n if model.tube else 0
+    state.counter[at.FRESH] = 1
     state.waiting[:] = model.charge
     return state
 

@@ -19,7 +19,7 @@ classes' docstrings and ``docs/environments.md`` say what every entry means.
 **Versions.** The number at the end of an id changes whenever the same seed and actions no longer
 give the same observations and rewards with default arguments, but for rounding: other physics,
 another default, another meaning of an entry. What only adds an option does not change it.
-Baselines and evaluation draws have versions of their own (`baseline_store.PHYSICS_VERSION`,
+Baselines and evaluation draws have versions of their own (`baseline.PHYSICS_VERSION`,
 `draws.EVALUATION_VERSION`).
 """
 

@@ -11,7 +11,7 @@ from magfold_env.envs.pictures.viewer import RENDER_MODES, Viewer
 from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tasks.world import World
 from magfold_env.scene import Scene
-from magfold_env.simulation.chain_state import ChainState
+from magfold_env.simulation.view import ChainState
 
 if TYPE_CHECKING:
     from magfold_env.render.snapshot import Snapshot

@@ -21,7 +21,7 @@ from magfold_env.envs.tasks.forecast import Forecast, energy_lines, forecast
 from magfold_env.envs.tasks.goals import Goals
 from magfold_env.envs.tasks.reward import energy_potential
 from magfold_env.scene import Scene
-from magfold_env.simulation.chain_state import ChainState
+from magfold_env.simulation.view import ChainState
 
 if TYPE_CHECKING:
     from magfold_env.render.snapshot import Snapshot

@@ -14,8 +14,7 @@ from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.episodes import Columns, Episodes, Lines
 from magfold_env.envs.pictures.viewer import RENDER_MODES
-from magfold_env.envs.spaces.action_table import SpeedTable
-from magfold_env.envs.spaces.actions import FASTEST, signs_of
+from magfold_env.envs.spaces.actions import FASTEST, SpeedTable, signs_of
 from magfold_env.envs.spaces.observation import squash
 from magfold_env.envs.tasks.control_tasks import ControlOptions, ControlSetup, ControlTask
 from magfold_env.envs.tasks.forecast import or_dash
@@ -149,7 +148,7 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32]]):
     the simulation breaks down. After 5 s, 250 steps, it is truncated.
 
     **Action**: ``Discrete(speeds + 1)``: 0 is standstill, k the k-th of ``speeds`` levels that are
-    log-spaced from 0.01 to 0.6 m/s. `magfold_env.envs.spaces.action_table.SpeedTable` has the other
+    log-spaced from 0.01 to 0.6 m/s. `magfold_env.envs.spaces.actions.SpeedTable` has the other
     ways.
 
     **Observation**: a flat ``Box(−1, 1)`` of ``20 n − 2`` entries. First ``target`` and ``avoid``,

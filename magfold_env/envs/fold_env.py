@@ -14,10 +14,9 @@ from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.episodes import Columns, Episodes, Lines
-from magfold_env.envs.spaces.action_table import ActionTable, Choice
-from magfold_env.envs.spaces.actions import speed_at
+from magfold_env.envs.spaces.actions import ActionTable, Choice, speed_at
 from magfold_env.envs.tasks.fold_task import FoldTask
-from magfold_env.envs.tasks.options import FoldOptions
+from magfold_env.envs.tasks.world import FoldOptions
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import Scene
 
@@ -124,7 +123,7 @@ class FoldEnv(ChainEnv[ObsType]):
     render_mode : {"human", "rgb_array", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window by itself.
     **options
-        See `magfold_env.envs.tasks.options.FoldOptions`.
+        See `magfold_env.envs.tasks.world.FoldOptions`.
 
     Raises
     ------

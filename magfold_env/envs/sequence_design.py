@@ -17,7 +17,7 @@ class SequenceDesignEnv(FoldEnv[NDArray[np.float32]]):
 
     **Action**: ``MultiDiscrete([16] * n + [speeds])``: the pattern of each component, component 1
     first, then the speed level, as in `magfold_env.envs.tube_feed.TubeFeedEnv`; the other ways to
-    write it: `magfold_env.envs.spaces.action_table`. ``discrete`` is for chains of four at most.
+    write it: `magfold_env.envs.spaces.actions`. ``discrete`` is for chains of four at most.
 
     **Observation, reward, info**: as in `TubeFeedEnv`. The first observation shows the target and
     the chain in the tube, the last one the chain at rest. One step leaves nothing to shape.

@@ -18,7 +18,7 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
     **Action**: ``MultiDiscrete([16, speeds])``. First the magnet pattern, four bits in the order
     front-left, back-left, back-right, front-right, the first the most significant, N = 0 and
     S = 1 (0 is NNNN, 8 is SNNN, 15 is SSSS). Then the speed level, log-spaced from 0.01 to
-    0.6 m/s, both included. `magfold_env.envs.spaces.action_table` has the other ways to write it.
+    0.6 m/s, both included. `magfold_env.envs.spaces.actions` has the other ways to write it.
 
     **Observation**: a flat ``Box(−1, 1)`` of ``17 n − 4`` entries, component 1 first.
 

@@ -14,7 +14,7 @@ from magfold_env.envs.episodes import Columns
 from magfold_env.envs.fold_env import FoldEnv, FoldEpisodes, FoldVectorEnv
 from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Match
-from magfold_env.envs.tasks.options import ChainOptions, FoldOptions
+from magfold_env.envs.tasks.world import ChainOptions, FoldOptions
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, outline, word_to_angles
 

@@ -9,8 +9,9 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.outcomes import CAPPED
-from magfold_env.engine.state import END, FRESH, SECOND, SECOND_STEPS, STEPS, TIME, Model
+from magfold_env.engine.state import Model
 from magfold_env.laws import mechanics
 from magfold_env.laws.overlap import deepest_overlaps
 from magfold_env.scene import Scene
@@ -46,22 +47,22 @@ class SteppedSession(Session):
         """Set the rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; not in a tube."""
         self._state.v[: self.n] = rates
         self._state.v[self.n :] = base_velocity
-        self._state.counter[FRESH] = 1
+        self._state.counter[at.FRESH] = 1
 
     def turn(self, angle: float) -> None:
         """Turn the chain [rad] about the outer hinge of component 1; not in a tube."""
         self._state.q[: self.n] += angle
-        self._state.counter[FRESH] = 1
+        self._state.counter[at.FRESH] = 1
 
     def go_on(self) -> None:
         """Forget that the run has ended, and give it its time to settle again."""
         self.status, self.message = None, ""
-        self._state.clock[END] = self.time + self.scene.duration
+        self._state.clock[at.END] = self.time + self.scene.duration
 
     def wait(self, duration: float) -> None:
         """Go on for a time [s], whatever happened before."""
         self.go_on()
-        self._state.clock[END] = math.inf
+        self._state.clock[at.END] = math.inf
         self._go_on(keep=-1, until=self.time + duration)
 
     def run(self) -> None:
@@ -74,12 +75,12 @@ class SteppedSession(Session):
         counter, clock = self._state.counter, self._state.clock
         while True:
             # The engine's own rule, see `engine.outcomes`.
-            if clock[TIME] >= self._second + 1.0:
-                self._second, self._second_steps = float(clock[TIME]), int(counter[STEPS])
-            if counter[STEPS] - self._second_steps >= self._whole.max_steps_per_second:
+            if clock[at.TIME] >= self._second + 1.0:
+                self._second, self._second_steps = float(clock[at.TIME]), int(counter[at.STEPS])
+            if counter[at.STEPS] - self._second_steps >= self._whole.max_steps_per_second:
                 self._model = self._whole
                 return CAPPED
-            clock[SECOND], counter[SECOND_STEPS] = clock[TIME], counter[STEPS]
+            clock[at.SECOND], counter[at.SECOND_STEPS] = clock[at.TIME], counter[at.STEPS]
             before = self.steps
             outcome = super()._run(until)
             self._look(self)

@@ -3,9 +3,9 @@
 import numpy as np
 import numpy.typing as npt
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.contact import boxes
-from magfold_env.engine.state import JOINT_STOPS
 from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.laws.mechanics import mass_matrix
@@ -178,7 +178,7 @@ def impact_error(seed: int) -> float | None:
     for joint in at_stop:
         work.rows.id[row, :2] = joint + 1, 1 if joints[joint] > 0.0 else -1
         row += 1
-    work.rows.counts[JOINT_STOPS] = row
+    work.rows.counts[at.JOINT_STOPS] = row
     for _ in range(int(rng.integers(0, MOST_CONTACTS + 1))):
         # Rows are linear: for the projection it does not matter how wide the gaps are.
         i = int(rng.integers(0, n - boxes.APART)) if n > boxes.APART else 0

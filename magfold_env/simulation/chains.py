@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.engine import state
+from magfold_env.engine import entries as at
 from magfold_env.engine.compile.by_pointer import POINTERS, code_of, reference
 from magfold_env.engine.outcomes import FULL, REACHED
 from magfold_env.engine.state import Array, IntArray, Model, State, Work
@@ -84,22 +84,22 @@ class Chains:
     @property
     def released(self) -> IntArray:
         """Components that are out of the tube, (count,)."""
-        return self.models[0].n - self.counters[:, state.LO]
+        return self.models[0].n - self.counters[:, at.LO]
 
     @property
     def times(self) -> Array:
         """Simulated times [s], (count,)."""
-        return self.clocks[:, state.TIME]
+        return self.clocks[:, at.TIME]
 
     @property
     def steps(self) -> IntArray:
         """Time steps tried, (count,)."""
-        return self.counters[:, state.STEPS]
+        return self.counters[:, at.STEPS]
 
     @property
     def evaluations(self) -> IntArray:
         """Evaluations of the accelerations, (count,)."""
-        return self.counters[:, state.EVALUATIONS]
+        return self.counters[:, at.EVALUATIONS]
 
     def clear(self, rows: IntArray, kind: int = 0) -> None:
         """Give some chains a model and put them into the tube; see `start`."""
@@ -114,21 +114,21 @@ class Chains:
         What is drawn for them must be written into the arrays before.
         """
         self.q[rows, : self.models[0].n] = headings
-        self.clocks[rows, state.STEP] = 0.1 / self.light_rate[rows]
+        self.clocks[rows, at.STEP] = 0.1 / self.light_rate[rows]
         if self._frame_rate is not None:
             self._frames = Frames(self.models[0], self._states.row(0), self._frame_rate)
 
     def feed(self, rows: IntArray, *, whole: bool = False) -> None:
         """Feed out the next component of some chains, or all; chains that are all out settle."""
-        left = self.counters[rows, state.LO] - 1
-        self.counters[rows, state.KEEP] = -1 if whole else np.where(left > 0, left, -1)
+        left = self.counters[rows, at.LO] - 1
+        self.counters[rows, at.KEEP] = -1 if whole else np.where(left > 0, left, -1)
         self._until[rows] = math.inf
         self._run(rows)
 
     def push(self, rows: IntArray, seconds: float) -> None:
         """Feed some chains for a time [s]; those that are all out move freely."""
-        self.counters[rows, state.KEEP] = -1
-        self._until[rows] = self.clocks[rows, state.TIME] + seconds
+        self.counters[rows, at.KEEP] = -1
+        self._until[rows] = self.clocks[rows, at.TIME] + seconds
         self._run(rows)
 
     def find_energies(self, rows: IntArray) -> None:
@@ -144,7 +144,7 @@ class Chains:
 
     def progress_of_next(self, row: int) -> float:
         """Return how far the component in the mouth is out, 0 to 1; 1 if none is left inside."""
-        model, q, lo = self.models[0], self.q[row], int(self.counters[row, state.LO])
+        model, q, lo = self.models[0], self.q[row], int(self.counters[row, at.LO])
         if lo == 0:
             return 1.0
         link = model.bodies.length[lo - 1] * math.cos(q[lo - 1])
@@ -168,7 +168,7 @@ class Chains:
         for stack, block in zip((self._models, self._states, self._works), blocks, strict=True):
             stack.refill(block)
         if self._frame_rate is not None:
-            self.counters[:, state.FRAMES] = 0
+            self.counters[:, at.FRAMES] = 0
             self._frames = Frames(self.models[0], self._states.row(0), None)
 
     @property

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.magnets import outer_field, pairs
-from magfold_env.engine.state import FRAMES, Array, Model, Record, State
-from magfold_env.engine.stepping.step_limits import LONGEST_STEP
+from magfold_env.engine.state import Array, Model, Record, State
+from magfold_env.engine.stepping.integrator import LONGEST_STEP
 from magfold_env.engine.workspace import new_record, new_work
 from magfold_env.fold import Trajectory, loaded, turns
 from magfold_env.scene import Scene
@@ -34,10 +35,10 @@ class Frames:
 
     def empty(self) -> None:
         """Make room in the record."""
-        count, record = int(self._state.counter[FRAMES]), self.record
+        count, record = int(self._state.counter[at.FRAMES]), self.record
         columns = record.time, record.q, record.v, record.lo
         self._parts.append([column[:count].copy() for column in columns])
-        self._state.counter[FRAMES] = 0
+        self._state.counter[at.FRAMES] = 0
 
     def trajectory(self, view: Orientation) -> Trajectory | None:
         """Return all frames as they are seen from outside; None if nothing is recorded."""

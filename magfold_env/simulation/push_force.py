@@ -5,11 +5,12 @@ from typing import cast
 
 import numpy as np
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import feed
 from magfold_env.engine.contact import constraints
 from magfold_env.engine.friction import held
 from magfold_env.engine.magnets import chain
-from magfold_env.engine.state import LO, Array, Loads, Model, State, Work
+from magfold_env.engine.state import Array, Loads, Model, State, Work
 
 
 def push_force(model: Model, state: State, work: Work) -> float:
@@ -24,7 +25,7 @@ def push_force(model: Model, state: State, work: Work) -> float:
     state = state._replace(
         **{name: cast("Array", array).copy() for name, array in state._asdict().items()}
     )
-    lo, n = int(state.counter[LO]), model.n
+    lo, n = int(state.counter[at.LO]), model.n
     if lo in (0, n):
         return 0.0
     if constraints.begin_step(model, state, work) not in (constraints.OK, constraints.IMPACT):

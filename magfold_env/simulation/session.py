@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.engine import outcomes, state
+from magfold_env.engine import entries as at
+from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import code_of, reference, write_down
 from magfold_env.engine.contact import boxes
@@ -84,22 +85,22 @@ class Session:
 
     @property
     def _held(self) -> int:
-        return int(self._state.counter[state.LO])
+        return int(self._state.counter[at.LO])
 
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return float(self._state.clock[state.TIME])
+        return float(self._state.clock[at.TIME])
 
     @property
     def steps(self) -> int:
         """Time steps so far; one that was tried again counts once."""
-        return int(self._state.counter[state.STEPS])
+        return int(self._state.counter[at.STEPS])
 
     @property
     def evaluations(self) -> int:
         """Evaluations of the accelerations so far."""
-        return int(self._state.counter[state.EVALUATIONS])
+        return int(self._state.counter[at.EVALUATIONS])
 
     @property
     def angles(self) -> Array:
@@ -217,7 +218,7 @@ class Session:
         """Run until so many components are held, see `State`, or a time [s]."""
         if self.status is not None:
             return
-        self._state.counter[state.KEEP] = keep
+        self._state.counter[at.KEEP] = keep
         outcome = self._run(until)
         if outcome != outcomes.REACHED:
             rested = outcome == outcomes.RESTED
@@ -235,7 +236,7 @@ class Session:
 
     def _run_paper(self, chain: Chain, until: float) -> int:
         """Do what `run_chain` does, in the paper's steps."""
-        end = float(self._state.clock[state.END])
+        end = float(self._state.clock[at.END])
         outcome = paper_scheme.paper_advance(*chain, min(until, end), self.scene.solver.time_step)
         return outcomes.TIMED_OUT if outcome == outcomes.REACHED and end <= until else outcome
 

@@ -26,7 +26,7 @@ from magfold_env.benchmarks.parts import BENCHMARKS
 from magfold_env.cli import app
 from magfold_env.engine.compile.jit import numba_config
 from magfold_env.envs.spaces import observation
-from magfold_env.envs.spaces.action_table import ActionTable
+from magfold_env.envs.spaces.actions import ActionTable
 from magfold_env.reporting.timing import Timing
 
 OPTIONS = {"fidelity": "quasistatic", "actions": "box"}

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from magfold_env.benchmarks import suite
-from magfold_env.benchmarks.descriptions import Description, descriptions
 from magfold_env.benchmarks.parts import BENCHMARKS, Part
+from magfold_env.benchmarks.presentation import Description, descriptions
 from magfold_env.benchmarks.suite import LEFT_OUT, Entry, Result, tone
 from magfold_env.checkpoint import CheckpointError
 from magfold_env.reporting import machine

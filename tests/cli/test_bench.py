@@ -6,8 +6,8 @@ import pytest
 from typer.testing import CliRunner
 
 from magfold_env.benchmarks import suite
-from magfold_env.benchmarks.descriptions import Summary, descriptions
 from magfold_env.benchmarks.parts import BENCHMARKS
+from magfold_env.benchmarks.presentation import Summary, descriptions
 from magfold_env.cli import app
 
 

@@ -8,11 +8,11 @@ from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
 from magfold_env.envs.chains.arrays import FOLDED, JAMMED, STATUSES
 from magfold_env.envs.feed_control import HORIZON, INTERVAL, FeedControlEnv, replay
 from magfold_env.envs.tasks.control_tasks import ControlTask, read_tasks
+from magfold_env.envs.tasks.draws import randomised
 from magfold_env.envs.tasks.make_control_tasks import DRAWS, count_words
-from magfold_env.envs.tasks.randomisation import randomised
 from magfold_env.shapes import angles_to_word
-from magfold_env.simulation.chain_state import ChainState
 from magfold_env.simulation.session import Session
+from magfold_env.simulation.view import ChainState
 
 SEQUENCE = ("NNNS", "NSSS", "NNNS", "SSNN", "SNNN", "SSSN")
 

@@ -11,7 +11,7 @@ import gymnasium
 import pytest
 
 from magfold_env.envs import ENTRY_POINTS
-from magfold_env.envs.spaces.action_table import ActionKind
+from magfold_env.envs.spaces.actions import ActionKind
 
 WORLDS = [
     world

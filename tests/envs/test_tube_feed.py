@@ -3,8 +3,8 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.envs.tasks.goals import goal_of
-from magfold_env.envs.tasks.options import Fidelity
 from magfold_env.envs.tasks.reward import Shaping
+from magfold_env.envs.tasks.world import Fidelity
 from magfold_env.envs.tube_feed import TubeFeedEnv
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.outcomes import CAPPED, FULL, RESTED, TIMED_OUT
-from magfold_env.engine.state import STEPS
 from magfold_env.engine.stepping import runs
 from magfold_env.simulation.session import Session
 
@@ -16,7 +16,7 @@ def states(session: Session) -> Iterator[Session]:
     state = session._state
     outcome = CAPPED
     while outcome in {CAPPED, FULL}:
-        model = session._model._replace(max_steps=int(state.counter[STEPS]) + 1)
+        model = session._model._replace(max_steps=int(state.counter[at.STEPS]) + 1)
         outcome = runs.run(model, state, session._work, session._frames.record, math.inf)
         yield session
     assert outcome in {TIMED_OUT, RESTED}, outcome

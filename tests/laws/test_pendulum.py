@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.outcomes import REACHED
-from magfold_env.engine.state import STEP, STEPS
 from magfold_env.engine.stepping import integrator, stages
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import load_scene
@@ -80,7 +80,7 @@ def fixed_steps(scene, until, count):
     model = session._model._replace(tolerance=0.01)  # accepts every step
     state, work = new_state(model, np.zeros(3)), new_work(model)
     for end in np.linspace(0.0, until, count + 1)[1:]:
-        state.clock[STEP] = until
+        state.clock[at.STEP] = until
         assert integrator.advance(model, state, work, session._frames.record, end) == REACHED
-    assert state.counter[STEPS] == count
+    assert state.counter[at.STEPS] == count
     return np.concatenate([state.q[:3], state.v[:3]])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import feed
-from magfold_env.engine.state import LO
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import load_scene
 from magfold_env.simulation import frames
@@ -39,13 +39,13 @@ def test_a_release_changes_no_velocity(direction):
     model, state = session._model, session._state
     for _ in range(3):
         session.feed_one()
-    lo = int(state.counter[LO])
+    lo = int(state.counter[at.LO])
     before, base = state.v.copy(), session.base
     state.q[model.n] = feed.time_to_release(model, state) * state.v[model.n] + state.q[model.n]
     moved = session.base
     feed.release(model, state)
     assert (state.v == before).all()
-    assert state.counter[LO] == lo - 1
+    assert state.counter[at.LO] == lo - 1
     assert session.base == pytest.approx(moved, abs=1e-15)
     assert moved[0] > base[0]
 

@@ -20,7 +20,7 @@ from magfold_env.benchmarks.env.players import TUBE_FEED, Vector
 from magfold_env.benchmarks.presentation import panels_by
 from magfold_env.engine.compile.jit import is_kernel
 from magfold_env.engine.state import Array
-from magfold_env.envs.tasks.options import Fidelity
+from magfold_env.envs.tasks.world import Fidelity
 from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 

@@ -17,8 +17,9 @@ import numpy as np
 from magfold_env.benchmarks.magnets import samples
 from magfold_env.benchmarks.magnets.samples import AT_STOPS, FOLDED, Chain, States, joint_torques
 from magfold_env.benchmarks.presentation import name_bars
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain.feed import place_all
-from magfold_env.engine.state import LO, Array, IntArray, Pose
+from magfold_env.engine.state import Array, IntArray, Pose
 from magfold_env.laws import exact_magnets
 from magfold_env.laws.along_folds import SteppedSession
 from magfold_env.reporting import plotting, tables, timing
@@ -194,7 +195,7 @@ class RecordedSession(SteppedSession):
     def keep(self) -> None:
         """Keep coordinates (n + 2,), the first free component and the evaluations so far."""
         self.path.append(self._state.q.copy())
-        self.los.append(int(self._state.counter[LO]))
+        self.los.append(int(self._state.counter[at.LO]))
         self.counts.append(self.evaluations)
 
 

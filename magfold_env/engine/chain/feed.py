@@ -7,10 +7,11 @@ outside, and that hinge is the base. It is released when its inner hinge passes 
 
 import math
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.boxes import first_box
-from magfold_env.engine.state import FRESH, LO, Array, Model, Pose, State, Work
+from magfold_env.engine.state import Array, Model, Pose, State, Work
 
 
 @inlined
@@ -66,7 +67,7 @@ def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
 @inlined
 def time_to_release(model: Model, state: State) -> float:
     """Time until the outermost held component is released at the present feed speed [s]."""
-    n, i = model.n, state.counter[LO] - 1
+    n, i = model.n, state.counter[at.LO] - 1
     return (model.bodies.length[i] * math.cos(state.q[i]) - state.q[n]) / state.v[n]
 
 
@@ -76,14 +77,14 @@ def release(model: Model, state: State) -> None:
 
     The base moves to its inner hinge, which is now at the mouth.
     """
-    n, i = model.n, state.counter[LO] - 1
+    n, i = model.n, state.counter[at.LO] - 1
     state.q[n] = 0.0
     state.q[n + 1] -= model.bodies.length[i] * math.sin(state.q[i])
     state.v[i] = 0.0
     state.lock[i] = 0
     state.stuck[i] = 0
-    state.counter[LO] = i
-    state.counter[FRESH] = 1
+    state.counter[at.LO] = i
+    state.counter[at.FRESH] = 1
 
 
 @kernel
@@ -93,9 +94,9 @@ def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
     Its velocity becomes the nearest one, in the metric of its mass matrix. Constraints that it
     violates are met by the impact at the beginning of the next step.
     """
-    lo, n = state.counter[LO], model.n
+    lo, n = state.counter[at.LO], model.n
     jump = speed - state.v[n]
-    state.counter[FRESH] = 1
+    state.counter[at.FRESH] = 1
     state.v[n] = speed
     if lo == n or jump == 0.0:
         return

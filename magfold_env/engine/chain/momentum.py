@@ -1,9 +1,10 @@
 """The momentum of a free chain, which only forces from outside change."""
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import is_free
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.state import CONTACTS, JOINT_STOPS, LO, Array, Model, State, Work
+from magfold_env.engine.state import Array, Model, State, Work
 
 
 @kernel
@@ -44,7 +45,7 @@ def held_or_walled(model: Model, work: Work) -> bool:
     for i in range(model.n):
         if work.friction.slow[i] == 1:
             return True
-    for r in range(work.rows.counts[JOINT_STOPS], work.rows.counts[CONTACTS]):
+    for r in range(work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]):
         if work.rows.id[r, 1] >= model.n or work.rows.id[r, 0] >= model.n:
             return True
     return False
@@ -55,7 +56,7 @@ def keep_if_left_alone(
     model: Model, state: State, work: Work, end: Array, velocity: Array, time: float
 ) -> None:
     """As `keep_momentum` if nothing from outside acts but gravity, for so long."""
-    lo = state.counter[LO]
+    lo = state.counter[at.LO]
     if model.frictional or model.field.present or not is_free(lo, model):
         return
     if held_or_walled(model, work):
@@ -79,7 +80,7 @@ def keep_momentum(
     velocities jump, the rotation during the step would leave a trace of first order. The chain is
     moved as one rigid body, so no gap closes faster or slower.
     """
-    n, lo = model.n, state.counter[LO]
+    n, lo = model.n, state.counter[at.LO]
     before_x, before_y, before, _ = momentum(lo, model, state.q, state.v, work)
     after_x, after_y, after, inertia = momentum(lo, model, end, velocity, work)
     x, y, mass = centre_of_mass(lo, model, work)

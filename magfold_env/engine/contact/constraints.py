@@ -5,24 +5,13 @@ And, for a step of Moreau's, the gaps that may close within it and how fast each
 
 import math
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.contact.complementarity import solve_equalities
-from magfold_env.engine.state import (
-    ALL_ROWS,
-    CONTACTS,
-    EVENTS,
-    JOINT_STOPS,
-    LET_GO,
-    LO,
-    Array,
-    IntArray,
-    Model,
-    State,
-    Work,
-)
+from magfold_env.engine.state import Array, IntArray, Model, State, Work
 from magfold_env.engine.stepping import dynamics
 
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
@@ -68,17 +57,17 @@ def begin_step(model: Model, state: State, work: Work) -> int:
         work.rows.counts[kind] = 0
     if not model.contact:
         return OK
-    lo = state.counter[LO]
+    lo = state.counter[at.LO]
     rows = collect_rows(lo, model, state, work)
     if rows < 0:
         return CROWDED
     closing = False
-    for r in range(work.rows.counts[JOINT_STOPS]):
+    for r in range(work.rows.counts[at.JOINT_STOPS]):
         k = work.rows.id[r, 0]
         closing = closing or joint_rate(lo, state.v, k) * work.rows.id[r, 1] > 0.0
-    if rows > work.rows.counts[JOINT_STOPS]:
+    if rows > work.rows.counts[at.JOINT_STOPS]:
         prepare(lo, model, state.v, work)
-        for r in range(work.rows.counts[JOINT_STOPS], rows):
+        for r in range(work.rows.counts[at.JOINT_STOPS], rows):
             closing = closing or dynamics.rate_of(lo, work, r, state.v) < -SHUT
     result = OK
     if closing:
@@ -92,7 +81,7 @@ def begin_step(model: Model, state: State, work: Work) -> int:
         # Where rows all but repeat each other rounding may hide that nothing is left to do.
         if not solved and approaches(lo, rows, state.v, work):
             return UNSOLVED
-        state.counter[EVENTS] += 1
+        state.counter[at.EVENTS] += 1
         result = IMPACT
     leave(lo, model, state, work)
     return result
@@ -114,11 +103,11 @@ def note_gaps(model: Model, state: State, work: Work) -> bool:
     There they will be kept, so that normals at corners, which turn within a far shorter way than
     `contact.TOUCH`, stay as they are.
     """
-    if work.rows.counts[CONTACTS] == work.rows.counts[JOINT_STOPS]:
+    if work.rows.counts[at.CONTACTS] == work.rows.counts[at.JOINT_STOPS]:
         return False
-    lo, touch = state.counter[LO], jacobian.TOUCH * model.side
+    lo, touch = state.counter[at.LO], jacobian.TOUCH * model.side
     place_touching(lo, model, state.q, work)
-    for r in range(work.rows.counts[JOINT_STOPS], work.rows.counts[CONTACTS]):
+    for r in range(work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]):
         gap = boxes.corner_gap(
             model, work, work.rows.id[r, 0], work.rows.id[r, 1], work.rows.id[r, 2]
         )
@@ -134,8 +123,8 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
     Coordinates and velocities become the nearest ones at which the squares touch and stay in
     touch. Returns False if a gap is so wrong that something happened within the step.
     """
-    lo = state.counter[LO]
-    stops, rows = work.rows.counts[JOINT_STOPS], work.rows.counts[CONTACTS]
+    lo = state.counter[at.LO]
+    stops, rows = work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]
     near = NEAR * jacobian.TOUCH * model.side
     for r in range(rows):
         # What pressed at the end of the step; the rest may part.
@@ -148,7 +137,7 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
             if work.rows.passive[r] == 1:
                 q[k] = q[k - 1] + work.rows.id[r, 1] * jacobian.HALF_PI
         place_touching(lo, model, q, work)
-        work.rows.counts[ALL_ROWS] = rows
+        work.rows.counts[at.ALL_ROWS] = rows
         prepare(lo, model, v, work)
         off = 0.0
         for r in range(rows):
@@ -180,8 +169,8 @@ def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
     """Rows of all that touches, stops first; returns their number, −1 if there is no room."""
     collect_stops(lo, model, state, work)
     place_touching(lo, model, state.q, work)
-    rows = jacobian.collect_contacts(lo, model, work, work.rows.counts[JOINT_STOPS])
-    work.rows.counts[CONTACTS] = rows
+    rows = jacobian.collect_contacts(lo, model, work, work.rows.counts[at.JOINT_STOPS])
+    work.rows.counts[at.CONTACTS] = rows
     return rows
 
 
@@ -203,7 +192,7 @@ def collect_stops(lo: int, model: Model, state: State, work: Work) -> None:
             work.rows.id[row, 0] = k
             work.rows.id[row, 1] = sign
             row += 1
-    work.rows.counts[JOINT_STOPS] = row
+    work.rows.counts[at.JOINT_STOPS] = row
 
 
 @kernel
@@ -217,7 +206,7 @@ def prepare(lo: int, model: Model, v: Array, work: Work) -> None:
 @kernel
 def leave(lo: int, model: Model, state: State, work: Work) -> None:
     """Drop the rows that are coming apart, and make the rates of kept joints exactly equal."""
-    stops, rows = work.rows.counts[JOINT_STOPS], work.rows.counts[CONTACTS]
+    stops, rows = work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]
     keep = 0
     for r in range(stops):
         k, sign = work.rows.id[r, 0], work.rows.id[r, 1]
@@ -226,7 +215,7 @@ def leave(lo: int, model: Model, state: State, work: Work) -> None:
         else:
             move_row(work, r, keep)
             keep += 1
-    work.rows.counts[JOINT_STOPS] = keep
+    work.rows.counts[at.JOINT_STOPS] = keep
     # What is let go is remembered at the other end of the rows, behind room for friction's.
     dropped = 0
     for r in range(stops, rows):
@@ -236,9 +225,9 @@ def leave(lo: int, model: Model, state: State, work: Work) -> None:
         elif rows + 3 * model.n + dropped < work.rows.bias.size:
             move_row(work, r, work.rows.bias.size - 1 - dropped)
             dropped += 1
-    work.rows.counts[LET_GO] = dropped
-    work.rows.counts[CONTACTS] = keep
-    work.rows.counts[ALL_ROWS] = keep
+    work.rows.counts[at.LET_GO] = dropped
+    work.rows.counts[at.CONTACTS] = keep
+    work.rows.counts[at.ALL_ROWS] = keep
     work.rows.passive[:keep] = 1
     hold_joints(lo, model, state.lock, state.q, state.v)
 
@@ -307,7 +296,7 @@ def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: flo
                 jacobian.stop_row(lo, model, work, row, k, sign)
                 work.rows.bias[row] = allowance(model, gap, h, 1.0)
                 row += 1
-    work.rows.counts[JOINT_STOPS] = row
+    work.rows.counts[at.JOINT_STOPS] = row
     boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
     fastest = 0.0
     for i in range(lo, model.n):

@@ -1,10 +1,11 @@
 """The moment, inside a step, when something new touches; and hops too small to be followed."""
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, constraints, jacobian
 from magfold_env.engine.contact.complementarity import solve_nonnegative
-from magfold_env.engine.state import JOINT_STOPS, LET_GO, LO, Array, Model, State, Work
+from magfold_env.engine.state import Array, Model, State, Work
 from magfold_env.engine.stepping.dynamics import apply_multipliers, rate_of
 from magfold_env.engine.stepping.stages import interpolate
 
@@ -21,7 +22,7 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
     Negative means that something touched before. What touches already, in the rows of the step,
     does not count.
     """
-    lo = state.counter[LO]
+    lo = state.counter[at.LO]
     worst = 1.0
     for k in range(constraints.first_joint(lo), model.n):
         if state.lock[k] == 0:
@@ -104,7 +105,7 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
     (velocities changed) or UNSOLVED: no such velocity was found, they are left to hop, and rows
     must be filled anew.
     """
-    lo = state.counter[LO]
+    lo = state.counter[at.LO]
     work.rows.hopping[:] = 0
     found = False
     for k in range(constraints.first_joint(lo), model.n):
@@ -121,12 +122,12 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
     found = mark_hopping_contacts(lo, model, state, work, acceleration) or found
     if not found:
         return constraints.OK
-    dropped = work.rows.counts[LET_GO]
+    dropped = work.rows.counts[at.LET_GO]
     rows = constraints.collect_rows(lo, model, state, work)
     constraints.prepare(lo, model, state.v, work)
     for r in range(rows):
         work.rows.bias[r] = rate_of(lo, work, r, state.v)
-        work.rows.equality[r] = int(r < work.rows.counts[JOINT_STOPS] or stays(work, r, dropped))
+        work.rows.equality[r] = int(r < work.rows.counts[at.JOINT_STOPS] or stays(work, r, dropped))
         work.rows.passive[r] = 1
     solved = solve_nonnegative(rows, work)
     if solved:
@@ -145,12 +146,12 @@ def mark_hopping_contacts(
     lo: int, model: Model, state: State, work: Work, acceleration: Array
 ) -> bool:
     """Mark the contacts let go that will be back after an unseen hop; whether there are any."""
-    if work.rows.counts[LET_GO] == 0:
+    if work.rows.counts[at.LET_GO] == 0:
         return False
     found = False
     constraints.place_touching(lo, model, state.q, work)
     articulated.centre_motion(lo, model.bodies, work.pose, state.v, work.centres)
-    for d in range(work.rows.counts[LET_GO]):
+    for d in range(work.rows.counts[at.LET_GO]):
         r = work.rows.bias.size - 1 - d
         jacobian.contact_row(lo, model, work.pose, work, r, state.v)
         rate = rate_of(lo, work, r, state.v)

@@ -6,9 +6,10 @@ continuously when the corner slides off the end of a face, or over another corne
 
 import math
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes
-from magfold_env.engine.state import CONTACTS, JOINT_STOPS, Array, Model, Pose, Work
+from magfold_env.engine.state import Array, Model, Pose, Work
 
 HALF_PI = math.pi / 2.0
 TOUCH = 1e-5  # contacts act within this share of the side
@@ -41,7 +42,7 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
 @inlined
 def is_row(work: Work, box: int, other: int, corner: int) -> bool:
     """Whether this corner is one of the step's contacts."""
-    for r in range(work.rows.counts[JOINT_STOPS], work.rows.counts[CONTACTS]):
+    for r in range(work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]):
         if (
             work.rows.id[r, 0] == box
             and work.rows.id[r, 1] == other

@@ -2,13 +2,14 @@
 
 import math
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import is_free
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.constraints import first_joint
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.solver import solve_with_friction
-from magfold_env.engine.state import ALL_ROWS, CONTACTS, JOINT_STOPS, LO, Array, Model, State, Work
+from magfold_env.engine.state import Array, Model, State, Work
 from magfold_env.engine.stepping.dynamics import accelerations, apply_multipliers
 
 SLACK = 0.01  # share of µ g by which a step may end beyond what friction can do
@@ -23,8 +24,8 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
 
     Marks them in ``state.stuck`` and leaves only their rows for the stages to come.
     """
-    lo, n = state.counter[LO], model.n
-    rows = work.rows.counts[CONTACTS]
+    lo, n = state.counter[at.LO], model.n
+    rows = work.rows.counts[at.CONTACTS]
     count = rows
     if model.frictional:
         articulated.place(lo, model.bodies, state.q, work.pose)
@@ -36,7 +37,7 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
             if law.speed(model, work, state.v, i) <= law.AT_REST:
                 work.rows.id[count, 0] = i
                 count += 3
-    work.rows.counts[ALL_ROWS] = count
+    work.rows.counts[at.ALL_ROWS] = count
     solved = accelerations(model, state, state.q, state.v, work, out)
     if count == rows:
         return solved
@@ -53,7 +54,7 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
             state.stuck[i] = 1
             work.rows.id[keep, 0] = i
             keep += 3
-    work.rows.counts[ALL_ROWS] = keep
+    work.rows.counts[at.ALL_ROWS] = keep
     return solved
 
 
@@ -73,7 +74,7 @@ def acceleration_left(count: int, work: Work, r: int) -> float:
 def within_grip(model: Model, work: Work) -> bool:
     """Whether friction can supply all the forces that would hold the candidates."""
     lam = work.rows.multiplier
-    for r in range(work.rows.counts[CONTACTS], work.rows.counts[ALL_ROWS], 3):
+    for r in range(work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS], 3):
         size = math.sqrt(lam[r] ** 2 + lam[r + 1] ** 2 + lam[r + 2] ** 2)
         if size > model.grip[work.rows.id[r, 0]]:
             return False
@@ -88,7 +89,7 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
     much of one, where others would do. So accelerations are compared. What hardly moves within the
     step may be let go after it.
     """
-    rows, count = work.rows.counts[CONTACTS], work.rows.counts[ALL_ROWS]
+    rows, count = work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS]
     if count == rows or within_grip(model, work):
         return False
     change, bodies = work.friction.change, model.bodies
@@ -120,7 +121,7 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
     tolerance and the base does not move by itself. In a field from outside the whole chain must
     be at rest.
     """
-    lo, n = state.counter[LO], model.n
+    lo, n = state.counter[at.LO], model.n
     free = is_free(lo, model)
     if model.frictional:
         held = True
@@ -146,7 +147,7 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
         return False
     if not free:
         # Contacts with the walls end as the base moves on.
-        return lo == 0 or work.rows.counts[CONTACTS] == work.rows.counts[JOINT_STOPS]
+        return lo == 0 or work.rows.counts[at.CONTACTS] == work.rows.counts[at.JOINT_STOPS]
     if not model.frictional:
         return True
     return stops_press(lo, model, state, work)
@@ -193,7 +194,7 @@ def stops_press(lo: int, model: Model, state: State, work: Work) -> bool:
     for k in range(first_joint(lo), model.n):
         if state.lock[k] == 0:
             return False
-    for r in range(work.rows.counts[JOINT_STOPS]):
+    for r in range(work.rows.counts[at.JOINT_STOPS]):
         if work.rows.multiplier[r] < lift:
             return False
     return True

@@ -2,6 +2,7 @@
 
 import math
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -9,18 +10,7 @@ from magfold_env.engine.contact.complementarity import solve_equalities
 from magfold_env.engine.contact.constraints import prepare
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.held import first_accelerations
-from magfold_env.engine.state import (
-    ALL_ROWS,
-    BRAKE,
-    CONTACTS,
-    JOINT_STOPS,
-    LO,
-    Array,
-    Model,
-    State,
-    Work,
-    copy,
-)
+from magfold_env.engine.state import Array, Model, State, Work, copy
 from magfold_env.engine.stepping.dynamics import apply_multipliers, rate_of, respond
 
 # Shares of tolerance times side that a component may still slide by: to be put to rest, and to
@@ -45,11 +35,11 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> None:
     of the state, before and after. Steps must not jump over the moment when a component stops:
     ``state.clock[BRAKE]`` bounds the next one.
     """
-    lo, rows = state.counter[LO], work.rows.counts[CONTACTS]
+    lo, rows = state.counter[at.LO], work.rows.counts[at.CONTACTS]
     find_motion(lo, model, state, work, out)
     find_braking(lo, model, state, work, out)
     copy(state.v, work.friction.before, 0)
-    state.clock[BRAKE] = first_stop(lo, model, work)
+    state.clock[at.BRAKE] = first_stop(lo, model, work)
     while some_move(lo, model, work):
         if put_to_rest(model, state, work, rows):
             first_accelerations(model, state, work, out)
@@ -58,15 +48,15 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> None:
                 lo, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
             )
             if not dropped:
-                state.clock[BRAKE] = first_stop(lo, model, work)
+                state.clock[at.BRAKE] = first_stop(lo, model, work)
                 return
         else:
             for i in range(lo, model.n):
                 work.friction.motion[i] = GOES_ON
         copy(work.friction.before, state.v, 0)
-        work.rows.counts[ALL_ROWS] = rows
+        work.rows.counts[at.ALL_ROWS] = rows
         if not some_move(lo, model, work):
-            state.clock[BRAKE] = first_stop(lo, model, work)
+            state.clock[at.BRAKE] = first_stop(lo, model, work)
             first_accelerations(model, state, work, out)
 
 
@@ -148,7 +138,7 @@ def creeps(model: Model, state: State, work: Work, acceleration: Array) -> bool:
     Its friction turns with its velocity within far less than a step, which steps that do not
     solve for friction cannot follow. Needs the centres' velocities in ``work``.
     """
-    lo = state.counter[LO]
+    lo = state.counter[at.LO]
     if not any_creeper(lo, model, state, work):
         return False
     find_motion(lo, model, state, work, acceleration)
@@ -186,13 +176,13 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
     The velocity becomes the nearest one, in the metric of the mass matrix, at which they rest and
     all that touches stays in touch.
     """
-    lo = state.counter[LO]
+    lo = state.counter[at.LO]
     count = rows
     for i in range(lo, model.n):
         if work.friction.motion[i] != GOES_ON:
             work.rows.id[count, 0] = i
             count += 3
-    work.rows.counts[ALL_ROWS] = count
+    work.rows.counts[at.ALL_ROWS] = count
     prepare(lo, model, state.v, work)
     for r in range(rows, count, 3):
         law.friction_rows(lo, model, work.pose, work, r, work.rows.id[r, 0])
@@ -206,7 +196,7 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
     apply_multipliers(lo, count, work, state.v)
     for r in range(count):
         # A chain held both in the tube and by the floor may leave no such velocity.
-        is_stop = r < work.rows.counts[JOINT_STOPS]
+        is_stop = r < work.rows.counts[at.JOINT_STOPS]
         if abs(rate_of(lo, work, r, state.v)) > UNMET * (1.0 if is_stop else 0.01):
             return False
     for i in range(lo, model.n):

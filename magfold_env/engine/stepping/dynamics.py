@@ -5,6 +5,7 @@ that keep every touching pair from approaching (Gauss's principle). `project` is
 velocities: Moreau's inelastic impact.
 """
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import is_free, place_all
 from magfold_env.engine.chain.recursion import only_swings, swing
@@ -13,17 +14,7 @@ from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.contact.complementarity import solve_nonnegative
 from magfold_env.engine.friction import law
 from magfold_env.engine.magnets import chain, outer_field
-from magfold_env.engine.state import (
-    ALL_ROWS,
-    CONTACTS,
-    EVALUATIONS,
-    JOINT_STOPS,
-    LO,
-    Array,
-    Model,
-    State,
-    Work,
-)
+from magfold_env.engine.state import Array, Model, State, Work
 
 
 @inlined
@@ -85,11 +76,11 @@ def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     The components between them then move as rigid bodies, and no constraint has to be solved
     for. Returns whether every stop presses, which is the condition; the multipliers say how much.
     """
-    lo = state.counter[LO]
+    lo = state.counter[at.LO]
     bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
     articulated.factor(lo, bodies, pose, state.lock, work.chain)
     articulated.solve(lo, bodies, pose, state.lock, free, work.chain.force, out, work.chain)
-    for r in range(work.rows.counts[JOINT_STOPS]):
+    for r in range(work.rows.counts[at.JOINT_STOPS]):
         k, sign = work.rows.id[r, 0], work.rows.id[r, 1]
         work.rows.multiplier[r] = -sign * work.chain.hold[k]
         if work.rows.multiplier[r] < 0.0:
@@ -119,7 +110,7 @@ def respond(lo: int, model: Model, work: Work, first: int, last: int) -> None:
 @kernel
 def fill_rows(lo: int, model: Model, v: Array, work: Work) -> None:
     """Jacobians, biases and responses of the stops and contacts in ``work.rows.id``."""
-    stops, rows = work.rows.counts[JOINT_STOPS], work.rows.counts[CONTACTS]
+    stops, rows = work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]
     for r in range(stops):
         jacobian.stop_row(lo, model, work, r, work.rows.id[r, 0], work.rows.id[r, 1])
     if rows > stops:
@@ -154,7 +145,7 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
 
     Components marked in ``state.stuck`` stay at rest.
     """
-    state.counter[EVALUATIONS] += 1
+    state.counter[at.EVALUATIONS] += 1
     if only_swings(model):
         swing(model, q, v, work, out)
         return True
@@ -164,18 +155,18 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
 @kernel
 def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
     """As `accelerations`, of any chain."""
-    lo = state.counter[LO]
+    lo = state.counter[at.LO]
     if model.frictional:
         # Rounding moves what is held, and must not be taken for sliding.
         for i in range(lo, model.n):
             work.friction.slow[i] = state.stuck[i]
     smooth_forces(lo, model, q, v, work)
-    is_free = work.rows.counts[ALL_ROWS] == work.rows.counts[JOINT_STOPS]
+    is_free = work.rows.counts[at.ALL_ROWS] == work.rows.counts[at.JOINT_STOPS]
     if is_free and rigid_accelerations(model, state, work, out):
         return True
     unconstrained(lo, model, work, out)
     fill_rows(lo, model, v, work)
-    rows, count = work.rows.counts[CONTACTS], work.rows.counts[ALL_ROWS]
+    rows, count = work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS]
     fill_friction(lo, model, work)
     for r in range(count):
         work.rows.bias[r] += rate_of(lo, work, r, out)
@@ -188,7 +179,7 @@ def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out:
 @kernel
 def fill_friction(lo: int, model: Model, work: Work) -> None:
     """Rows of the components that friction may hold."""
-    rows, count = work.rows.counts[CONTACTS], work.rows.counts[ALL_ROWS]
+    rows, count = work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS]
     for r in range(rows, count, 3):
         law.friction_rows(lo, model, work.pose, work, r, work.rows.id[r, 0])
     respond(lo, model, work, rows, count)
@@ -201,8 +192,8 @@ def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bo
     "Nearest" is in the metric of the mass matrix. Corners that would come apart slower
     than ``slow`` [m/s] are kept together, which ends rocking. Needs the pose.
     """
-    lo = state.counter[LO]
-    rows = work.rows.counts[CONTACTS]
+    lo = state.counter[at.LO]
+    rows = work.rows.counts[at.CONTACTS]
     if rows == 0:
         return True
     articulated.centre_motion(lo, model.bodies, work.pose, v, work.centres)
@@ -214,7 +205,7 @@ def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bo
         work.rows.passive[r] = 1
     solved = solve_nonnegative(rows, work)
     again = False
-    for r in range(work.rows.counts[JOINT_STOPS], rows):
+    for r in range(work.rows.counts[at.JOINT_STOPS], rows):
         after = work.rows.bias[r]
         for c in range(rows):
             after += work.rows.delassus[r, c] * work.rows.multiplier[c]

@@ -10,36 +10,19 @@ for a few steps: of first order, but it needs no events.
 
 import math
 
+from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain.feed import is_free
 from magfold_env.engine.chain.momentum import keep_if_left_alone
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.contact import constraints, events
+from magfold_env.engine.contact import boxes, constraints, events, jacobian
+from magfold_env.engine.contact.constraints import first_joint, joint_rate
 from magfold_env.engine.friction.held import first_accelerations, is_at_rest, torn_loose
 from magfold_env.engine.friction.stopping import creeps, stop_slow
-from magfold_env.engine.state import (
-    CONTACTS,
-    FRESH,
-    LAST_ERROR,
-    LAST_STEP,
-    LO,
-    MOREAU_LEFT,
-    QUICK_TOUCHES,
-    STEP,
-    STEPS,
-    TIME,
-    Array,
-    Model,
-    Record,
-    State,
-    Work,
-    copy,
-    is_finite,
-)
+from magfold_env.engine.state import Array, Model, Record, State, Work, copy, is_finite
 from magfold_env.engine.stepping.moreau import moreau_step
 from magfold_env.engine.stepping.recorder import has_room, record_rest, record_step
 from magfold_env.engine.stepping.stages import ORDER, interpolate, stages, step_error
-from magfold_env.engine.stepping.step_limits import EASY, LONGEST_STEP, longest_step, next_growth
 
 SHORTEST_STEP = 1e-13  # [s]
 BREAK_AWAY = 1e-6  # [s] how exactly the moment is found when friction no longer holds
@@ -57,7 +40,7 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
     `FULL` means that the record must be emptied; call again to go on. While the tube feeds, a
     chain at rest relative to it is moved on to ``until`` at once.
     """
-    while state.clock[TIME] < until:
+    while state.clock[at.TIME] < until:
         if outcomes.out_of_work(model, state):
             return outcomes.CAPPED
         if not has_room(record, state, LONGEST_STEP):
@@ -73,10 +56,10 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
         copy(state.v, work.stages.slope_q[0], 0)
         if is_at_rest(model, state, work, acceleration):
             return rest(model, state, record, until)
-        rattling = state.counter[MOREAU_LEFT] > 0
+        rattling = state.counter[at.MOREAU_LEFT] > 0
         if rattling or (model.frictional and creeps(model, state, work, acceleration)):
             outcome = moreau_step(model, state, work, record, until, rattling)
-            state.counter[MOREAU_LEFT] -= int(rattling)
+            state.counter[at.MOREAU_LEFT] -= int(rattling)
         else:
             outcome = step(model, state, work, record, until)
         ended = after_step(model, state, outcome)
@@ -91,16 +74,18 @@ def gather_constraints(model: Model, state: State, work: Work) -> tuple[int, boo
 
     And whether accelerations must be found anew. Impacts happen here.
     """
-    rows = work.rows.counts[CONTACTS]
+    rows = work.rows.counts[at.CONTACTS]
     begun = constraints.begin_step(model, state, work)
     if begun == constraints.CROWDED:
         return outcomes.TOO_CROWDED, False
     if begun == constraints.UNSOLVED:
         return outcomes.NO_SOLUTION, False
-    anew = state.counter[FRESH] == 1 or begun != constraints.OK or state.counter[MOREAU_LEFT] > 0
+    anew = (
+        state.counter[at.FRESH] == 1 or begun != constraints.OK or state.counter[at.MOREAU_LEFT] > 0
+    )
     # What only comes to lie on another, without an impact, is pushed by it all the same.
-    anew = anew or work.rows.counts[CONTACTS] != rows
-    anew = anew or (model.frictional and resting(state.counter[LO], state))
+    anew = anew or work.rows.counts[at.CONTACTS] != rows
+    anew = anew or (model.frictional and resting(state.counter[at.LO], state))
     return outcomes.REACHED, anew
 
 
@@ -132,12 +117,12 @@ def renew_accelerations(model: Model, state: State, work: Work, out: Array) -> b
 def rest(model: Model, state: State, record: Record, until: float) -> int:
     """End the run of a chain at rest; one that a tube holds goes on with it, as far as asked."""
     n = model.n
-    if is_free(state.counter[LO], model) or not model.tube:
+    if is_free(state.counter[at.LO], model) or not model.tube:
         return outcomes.RESTED
     if not record_rest(record, state, until):
         return outcomes.FULL
-    state.q[n] += state.v[n] * (until - state.clock[TIME])
-    state.clock[TIME] = until
+    state.q[n] += state.v[n] * (until - state.clock[at.TIME])
+    state.clock[at.TIME] = until
     return outcomes.REACHED
 
 
@@ -148,11 +133,11 @@ def after_step(model: Model, state: State, outcome: int) -> int:
         return outcomes.NOT_FINITE
     if runs_away(model, state):
         return outcomes.JAMMED
-    state.counter[FRESH] = int(outcome != outcomes.ACCEPTED)
+    state.counter[at.FRESH] = int(outcome != outcomes.ACCEPTED)
     if outcome != outcomes.ACCEPTED:
-        state.clock[LAST_STEP] = 0.0
+        state.clock[at.LAST_STEP] = 0.0
     if outcome == outcomes.RATTLED:
-        state.counter[MOREAU_LEFT] = PATIENCE
+        state.counter[at.MOREAU_LEFT] = PATIENCE
     elif outcome == outcomes.TOO_SHORT:
         return outcomes.UNDERFLOW
     elif outcome == outcomes.UNSOLVABLE:
@@ -169,7 +154,7 @@ def runs_away(model: Model, state: State) -> bool:
     if not model.tube:
         return False
     limit = model.light_rate + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
-    for k in range(state.counter[LO], n):
+    for k in range(state.counter[at.LO], n):
         if abs(state.v[k]) > RUNAWAY * limit:
             return True
     return False
@@ -178,13 +163,13 @@ def runs_away(model: Model, state: State) -> bool:
 @kernel
 def step(model: Model, state: State, work: Work, record: Record, until: float) -> int:
     """Take one step from the state, whose accelerations are in ``work.stages.slope_v[0]``."""
-    lo, remaining = state.counter[LO], until - state.clock[TIME]
+    lo, remaining = state.counter[at.LO], until - state.clock[at.TIME]
     new_q, new_v = work.stages.new_q, work.stages.new_v
     growth, limit = 5.0, longest_step(lo, model, state, work)
     touching = constraints.note_gaps(model, state, work)
-    state.counter[STEPS] += 1
+    state.counter[at.STEPS] += 1
     while True:
-        h = min(state.clock[STEP], remaining, limit)
+        h = min(state.clock[at.STEP], remaining, limit)
         last = h >= remaining
         if h < SHORTEST_STEP and not last:
             return outcomes.TOO_SHORT
@@ -194,12 +179,12 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
                 return outcomes.BROKEN
             if math.isfinite(error) and error > 1.0:
                 growth = 1.0
-            state.clock[STEP] = good
+            state.clock[at.STEP] = good
             continue
         torn = torn_loose(lo, model, work, h)
         if torn and h > BREAK_AWAY:
             growth = 1.0
-            state.clock[STEP] = 0.5 * h
+            state.clock[at.STEP] = 0.5 * h
             continue
         fraction = events.first_touch(model, state, h, work) if model.contact else 1.0
         # Links stretched between what friction holds pull the harder the less they move.
@@ -211,7 +196,9 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     elif error > EASY:
         growth = min(growth, next_growth(state, h, error))
     # A step cut short by an event or by the time limit says nothing against a longer one.
-    state.clock[STEP] = max(h * growth, 0.5 * state.clock[STEP] if h < state.clock[STEP] else 0.0)
+    state.clock[at.STEP] = max(
+        h * growth, 0.5 * state.clock[at.STEP] if h < state.clock[at.STEP] else 0.0
+    )
     if fraction < 1.0:
         interpolate(state.q, work.stages.slope_q, h, fraction, new_q)
         interpolate(state.v, work.stages.slope_v, h, fraction, new_v)
@@ -221,15 +208,17 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     record_step(record, state, work, h, fraction)
     copy(new_q, state.q, lo)
     copy(new_v, state.v, lo)
-    state.clock[TIME] = until if last and fraction == 1.0 else state.clock[TIME] + fraction * h
+    state.clock[at.TIME] = (
+        until if last and fraction == 1.0 else state.clock[at.TIME] + fraction * h
+    )
     if model.frictional:
         settle_held(lo, model, state, work)
     constraints.open_joints(lo, model, state)
     if fraction < 1.0 or touching:
         rattle = is_rattle(model, state, fraction, fraction * h)
         return outcomes.RATTLED if rattle else outcomes.TOUCHED
-    state.clock[LAST_STEP] = h
-    state.clock[LAST_ERROR] = max(error, EASY)
+    state.clock[at.LAST_STEP] = h
+    state.clock[at.LAST_ERROR] = max(error, EASY)
     # First same as last: the seventh stage is the next step's first.
     copy(work.stages.slope_v[6], work.stages.slope_v[0], 0)
     return outcomes.ACCEPTED
@@ -258,12 +247,12 @@ def is_rattle(model: Model, state: State, fraction: float, time: float) -> bool:
     What touched may have been parted again, to keep others in touch, and so without end.
     """
     if fraction == 1.0 or time * model.light_rate > INSTANT * model.tolerance:
-        state.counter[QUICK_TOUCHES] = 0
+        state.counter[at.QUICK_TOUCHES] = 0
         return False
-    state.counter[QUICK_TOUCHES] += 1
-    if state.counter[QUICK_TOUCHES] < TOUCHES:
+    state.counter[at.QUICK_TOUCHES] += 1
+    if state.counter[at.QUICK_TOUCHES] < TOUCHES:
         return False
-    state.counter[QUICK_TOUCHES] = 0
+    state.counter[at.QUICK_TOUCHES] = 0
     return True
 
 
@@ -273,3 +262,109 @@ def settle_held(lo: int, model: Model, state: State, work: Work) -> None:
     for i in range(lo, model.n):
         if state.stuck[i] == 1:
             state.v[i] = 0.0
+
+
+LONGEST_STEP = 0.05  # [s]
+LONGER = 1.2  # times the time to the next stop
+SOONEST_STOP = 1e-7  # [s] before which no stop is foreseen
+PAST_EDGE = 2e-6  # [s] how far a step may reach beyond the end of a face
+SHORTEST_BRAKE = 1e-7  # [s] the shortest step that ends where a component stops
+EASY = 1e-4  # an error that allows the largest growth
+LEAST_GROWTH = 0.2  # after a step that was good enough, however hard it was to find
+
+
+@kernel
+def longest_step(lo: int, model: Model, state: State, work: Work) -> float:
+    """How far a step may reach [s], going by the state alone.
+
+    Not far beyond a joint's stop, the end of a face on which a corner slides, or the moment when
+    friction stops a component: what happens there would only have the step repeated.
+    """
+    h = LONGEST_STEP
+    if model.contact:
+        h = min(h, time_past_stop(lo, model, state, work))
+        h = min(h, PAST_EDGE + time_to_edge(lo, model, work, state.v))
+    if model.frictional:
+        h = min(h, max(state.clock[at.BRAKE], SHORTEST_BRAKE))
+    return h
+
+
+@kernel
+def time_past_stop(lo: int, model: Model, state: State, work: Work) -> float:
+    """Time until the first open joint is a little beyond its stop, as it accelerates now [s].
+
+    Not so far that magnets, of which only stops keep the poles apart, would all but meet.
+    """
+    soonest = LONGEST_STEP
+    for k in range(first_joint(lo), model.n):
+        if state.lock[k] != 0:
+            continue
+        angle = state.q[k] - state.q[k - 1]
+        rate = joint_rate(lo, state.v, k)
+        acceleration = joint_rate(lo, work.stages.slope_v[0], k)
+        for sign in (-1.0, 1.0):
+            gap = jacobian.HALF_PI - sign * angle
+            toward, push = sign * rate, sign * acceleration
+            root = toward * toward + 2.0 * push * gap
+            # The first t > 0 with r t + a t²/2 = g, in the form that does not cancel.
+            t = LONGEST_STEP
+            if toward < 0.0:
+                if push > 0.0:
+                    t = (math.sqrt(root) - toward) / push
+            elif root >= 0.0 and toward + math.sqrt(root) > 0.0:
+                t = 2.0 * gap / (toward + math.sqrt(root))
+            if t < LONGEST_STEP:
+                soonest = min(soonest, LONGER * t, t + model.past_stop / math.sqrt(root))
+    return max(soonest, LONGER * SOONEST_STOP)
+
+
+@kernel
+def time_to_edge(lo: int, model: Model, work: Work, v: Array) -> float:
+    """Time until a corner that slides along a face, or around an edge, is at its end [s].
+
+    There the normal begins or ceases to turn. At the present velocities; infinite if nothing
+    slides. Needs `place_boxes` and centre velocities.
+    """
+    soonest = math.inf
+    for r in range(work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]):
+        box, other, k = int(work.rows.id[r, 0]), int(work.rows.id[r, 1]), int(work.rows.id[r, 2])
+        ox, oy = boxes.corner(work, other, k)
+        x = work.boxes.x[other] + ox - work.boxes.x[box]
+        y = work.boxes.y[other] + oy - work.boxes.y[box]
+        vx, vy, w = jacobian.corner_velocity(lo, model, work, box, other, ox, oy, v)
+        vx += w * y
+        vy -= w * x
+        c, s = work.boxes.c[box], work.boxes.s[box]
+        along, across = c * x + s * y, c * y - s * x
+        slide, rise = c * vx + s * vy, c * vy - s * vx
+        a, b = work.boxes.a[box], work.boxes.b[box]
+        beside, above = abs(along) > a, abs(across) > b
+        if beside == above or above:
+            soonest = min(soonest, time_to_end(along, a, slide))
+        if beside == above or beside:
+            soonest = min(soonest, time_to_end(across, b, rise))
+    return soonest
+
+
+@inlined
+def time_to_end(x: float, end: float, rate: float) -> float:
+    """Time until a point at x is at one of the ends −end and end of a face [s]."""
+    goal = math.copysign(end, x if abs(x) > end else rate)
+    time = (goal - x) / rate if rate != 0.0 else math.inf
+    return time if time > 0.0 else math.inf
+
+
+@inlined
+def next_growth(state: State, h: float, error: float) -> float:
+    """Return how much longer the next step may be, going by this one's error and its trend.
+
+    Gustafsson's predictive controller (Hairer and Wanner, Solving ODEs II, IV.8): towards a stop
+    magnets pull ever harder, and a rule that knows only the last error has every other step
+    rejected.
+    """
+    growth = 0.9 * error ** (-1.0 / ORDER)
+    before = state.clock[at.LAST_STEP]
+    if before > 0.0:
+        trend = (state.clock[at.LAST_ERROR] / error) ** (1.0 / ORDER)
+        growth = min(growth, growth * trend * h / before)
+    return max(growth, LEAST_GROWTH)

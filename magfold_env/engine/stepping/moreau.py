@@ -11,6 +11,7 @@ from all this: only forces from outside change it.
 
 import math
 
+from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import is_free, place_all
@@ -21,23 +22,7 @@ from magfold_env.engine.contact.constraints import collect_within, hold_joints, 
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.solver import solve_with_friction
 from magfold_env.engine.friction.stopping import STOPPED
-from magfold_env.engine.state import (
-    ALL_ROWS,
-    BRAKE,
-    CONTACTS,
-    EVALUATIONS,
-    JOINT_STOPS,
-    LO,
-    STEP,
-    STEPS,
-    TIME,
-    Array,
-    Model,
-    Record,
-    State,
-    Work,
-    copy,
-)
+from magfold_env.engine.state import Array, Model, Record, State, Work, copy
 from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.stepping.recorder import record_line
 
@@ -61,20 +46,22 @@ def moreau_step(
     but meet. Where something ``rattles`` the velocity counts as the new one from the beginning,
     else as changing evenly.
     """
-    lo, n = state.counter[LO], model.n
+    lo, n = state.counter[at.LO], model.n
     moreau = work.moreau
     if model.frictional and mark_slow(lo, model, state, work):
         dynamics.smooth_forces(lo, model, state.q, state.v, work)
-        state.counter[EVALUATIONS] += 1
+        state.counter[at.EVALUATIONS] += 1
     dynamics.unconstrained(lo, model, work, moreau.smooth)
-    state.counter[STEPS] += 1
-    remaining = until - state.clock[TIME]
+    state.counter[at.STEPS] += 1
+    remaining = until - state.clock[at.TIME]
     fastest = model.light_rate
     for k in range(lo, n):
         fastest = max(fastest, abs(state.v[k]))
     finest = min(FINEST * model.tolerance / model.light_rate, TURN / fastest)
     # Friction turns around when a component stops: no step goes far beyond.
-    h = min(max(1.5 * state.clock[STEP], finest), COARSEST, max(state.clock[BRAKE], 0.1 * finest))
+    h = min(
+        max(1.5 * state.clock[at.STEP], finest), COARSEST, max(state.clock[at.BRAKE], 0.1 * finest)
+    )
     while True:
         last = h >= remaining
         h = min(h, remaining)
@@ -98,7 +85,7 @@ def moreau_step(
         if moved <= SHARE * model.tolerance or h <= finest:
             break
         h = max(0.5 * h, finest)
-    state.clock[STEP] = h
+    state.clock[at.STEP] = h
     for k in range(n + 2):
         moreau.new_q[k] = moreau.middle_q[k]
         if k >= lo:
@@ -107,7 +94,7 @@ def moreau_step(
     record_line(record, state, h, moreau.new_q, moreau.new_v)
     copy(moreau.new_q, state.q, lo)
     copy(moreau.new_v, state.v, lo)
-    state.clock[TIME] = until if last else state.clock[TIME] + h
+    state.clock[at.TIME] = until if last else state.clock[at.TIME] + h
     # A joint that lands on its stop keeps its speed until the next step's impact takes it.
     open_joints(lo, model, state)
     for i in range(lo, n):
@@ -136,7 +123,7 @@ def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
         found = found or slow
         if not slow:
             brake = min(brake, work.friction.braking[i])
-    state.clock[BRAKE] = brake
+    state.clock[at.BRAKE] = brake
     return found
 
 
@@ -147,7 +134,7 @@ def velocity_after(model: Model, state: State, work: Work, h: float, old: float)
     The way to the middle is at the new velocity but for a share ``old`` of the old one. Returns
     False if it could not be found. Needs the smooth accelerations of the state.
     """
-    lo, n = state.counter[LO], model.n
+    lo, n = state.counter[at.LO], model.n
     moreau = work.moreau
     # A repeated step finds the middle's pose and inertias; put the state's back.
     place_all(lo, model, state.q, work.pose)
@@ -159,7 +146,7 @@ def velocity_after(model: Model, state: State, work: Work, h: float, old: float)
     for k in range(lo, n + 2):
         moreau.middle_q[k] += 0.5 * h * (moreau.new_v[k] + old * (state.v[k] - moreau.new_v[k]))
         moreau.middle_v[k] = 0.5 * (state.v[k] + moreau.new_v[k])
-    state.counter[EVALUATIONS] += 1
+    state.counter[at.EVALUATIONS] += 1
     middle = moreau.middle_smooth
     dynamics.smooth_accelerations(lo, model, moreau.middle_q, moreau.middle_v, work, middle)
     push_x, push_y, twist = outer_force(lo, model, work)
@@ -182,7 +169,7 @@ def constrain(
     ``left`` is the time that the gaps have to last. Needs pose and inertias of ``q``. Returns
     False if it could not be found.
     """
-    lo, n = state.counter[LO], model.n
+    lo, n = state.counter[at.LO], model.n
     v = work.moreau.new_v
     copy(state.v, v, 0)
     for k in range(lo, n + 2):
@@ -191,8 +178,8 @@ def constrain(
     if rows < 0:
         return False
     count = rows
-    work.rows.counts[CONTACTS] = rows
-    work.rows.counts[ALL_ROWS] = 0
+    work.rows.counts[at.CONTACTS] = rows
+    work.rows.counts[at.ALL_ROWS] = 0
     if model.frictional:
         articulated.centripetal(
             lo, model.bodies, work.pose, state.v, work.centres.ax, work.centres.ay
@@ -250,7 +237,7 @@ def too_violent(
         energy += bodies.inertia[i] * v[i] * v[i]
         mass += bodies.mass[i]
     fastest = 0.0
-    for r in range(work.rows.counts[JOINT_STOPS], rows):
+    for r in range(work.rows.counts[at.JOINT_STOPS], rows):
         fastest = max(fastest, dynamics.rate_of(lo, work, r, v) - unit * work.rows.bias[r])
     change = 0.0
     for r in range(count):

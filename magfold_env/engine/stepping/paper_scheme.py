@@ -7,11 +7,12 @@ Component 1 is pinned.
 
 import math
 
+from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.outer_field import add_magnet_forces
-from magfold_env.engine.state import EVALUATIONS, STEPS, TIME, Model, Record, State, Work, copy
+from magfold_env.engine.state import Model, Record, State, Work, copy
 from magfold_env.engine.stepping.recorder import record_instant
 
 SNAP = 0.9 * math.pi / 2.0  # equation 40
@@ -30,10 +31,10 @@ def paper_advance(
     """
     n = model.n
     # new_q keeps the headings of the last look, new_v[0] its time.
-    if state.counter[STEPS] == 0:
+    if state.counter[at.STEPS] == 0:
         copy(state.q, work.stages.new_q, 0)
         work.stages.new_v[0] = 0.0
-    while state.clock[TIME] < until:
+    while state.clock[at.TIME] < until:
         if outcomes.out_of_work(model, state):
             return outcomes.CAPPED
         if not record_instant(record, state):
@@ -46,18 +47,18 @@ def paper_advance(
             state.v[i] = rate
             state.q[i] += dt * rate
         snapped = snap(n, state)
-        state.counter[STEPS] += 1
-        state.clock[TIME] = state.counter[STEPS] * dt
+        state.counter[at.STEPS] += 1
+        state.clock[at.TIME] = state.counter[at.STEPS] * dt
         if snapped == n - 1 and n > 1:
             return outcomes.RESTED
-        if state.clock[TIME] - work.stages.new_v[0] >= QUIET_TIME:
+        if state.clock[at.TIME] - work.stages.new_v[0] >= QUIET_TIME:
             turned = 0.0
             for i in range(n):
                 turned = max(turned, abs(state.q[i] - work.stages.new_q[i]))
             if turned < QUIET_ANGLE:
                 return outcomes.RESTED
             copy(state.q, work.stages.new_q, 0)
-            work.stages.new_v[0] = state.clock[TIME]
+            work.stages.new_v[0] = state.clock[at.TIME]
     return outcomes.REACHED
 
 
@@ -65,7 +66,7 @@ def paper_advance(
 def evaluate(model: Model, state: State, work: Work) -> None:
     """Find the angular accelerations of equation 39, with friction after equation 41."""
     bodies, pose = model.bodies, work.pose
-    state.counter[EVALUATIONS] += 1
+    state.counter[at.EVALUATIONS] += 1
     articulated.place(0, bodies, state.q, pose)
     articulated.centre_motion(0, bodies, pose, state.v, work.centres)
     for i in range(model.n):

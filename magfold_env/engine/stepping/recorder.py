@@ -1,7 +1,8 @@
 """Frames at equal intervals, from the dense output: they cost no forces and change nothing."""
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.state import FRAME_TIME, FRAMES, LO, TIME, Array, Record, State, Work, copy
+from magfold_env.engine.state import Array, Record, State, Work, copy
 from magfold_env.engine.stepping.stages import interpolate
 
 
@@ -10,17 +11,17 @@ def has_room(record: Record, state: State, longest_step: float) -> bool:
     """Whether the frames of one more step fit."""
     if record.interval <= 0.0:
         return True
-    return state.counter[FRAMES] + longest_step / record.interval + 2.0 < record.time.size
+    return state.counter[at.FRAMES] + longest_step / record.interval + 2.0 < record.time.size
 
 
 @inlined
 def next_frame(record: Record, state: State, time: float) -> int:
     """Begin a frame at a time [s]; return its number."""
-    f = state.counter[FRAMES]
+    f = state.counter[at.FRAMES]
     record.time[f] = time
-    record.lo[f] = state.counter[LO]
-    state.counter[FRAMES] = f + 1
-    state.clock[FRAME_TIME] += record.interval
+    record.lo[f] = state.counter[at.LO]
+    state.counter[at.FRAMES] = f + 1
+    state.clock[at.FRAME_TIME] += record.interval
     return f
 
 
@@ -29,13 +30,13 @@ def record_step(record: Record, state: State, work: Work, step: float, fraction:
     """Take the frames that fall into the accepted part of a step."""
     if record.interval <= 0.0:
         return
-    begin = state.clock[TIME]
+    begin = state.clock[at.TIME]
     end = begin + fraction * step
-    while state.clock[FRAME_TIME] <= end:
-        at = (state.clock[FRAME_TIME] - begin) / step
-        f = next_frame(record, state, state.clock[FRAME_TIME])
-        interpolate(state.q, work.stages.slope_q, step, at, record.q[f])
-        interpolate(state.v, work.stages.slope_v, step, at, record.v[f])
+    while state.clock[at.FRAME_TIME] <= end:
+        share = (state.clock[at.FRAME_TIME] - begin) / step
+        f = next_frame(record, state, state.clock[at.FRAME_TIME])
+        interpolate(state.q, work.stages.slope_q, step, share, record.q[f])
+        interpolate(state.v, work.stages.slope_v, step, share, record.v[f])
 
 
 @kernel
@@ -44,14 +45,14 @@ def record_rest(record: Record, state: State, until: float) -> bool:
     if record.interval <= 0.0:
         return True
     n = state.q.size - 2
-    while state.clock[FRAME_TIME] <= until:
-        if state.counter[FRAMES] >= record.time.size:
+    while state.clock[at.FRAME_TIME] <= until:
+        if state.counter[at.FRAMES] >= record.time.size:
             return False
-        time = state.clock[FRAME_TIME]
+        time = state.clock[at.FRAME_TIME]
         f = next_frame(record, state, time)
         copy(state.q, record.q[f], 0)
         copy(state.v, record.v[f], 0)
-        record.q[f, n] += state.v[n] * (time - state.clock[TIME])
+        record.q[f, n] += state.v[n] * (time - state.clock[at.TIME])
     return True
 
 
@@ -60,10 +61,10 @@ def record_line(record: Record, state: State, step: float, end: Array, velocity:
     """Take the frames of a step of constant ``velocity`` to ``end``."""
     if record.interval <= 0.0:
         return
-    begin = state.clock[TIME]
-    while state.clock[FRAME_TIME] <= begin + step:
-        share = (state.clock[FRAME_TIME] - begin) / step
-        f = next_frame(record, state, state.clock[FRAME_TIME])
+    begin = state.clock[at.TIME]
+    while state.clock[at.FRAME_TIME] <= begin + step:
+        share = (state.clock[at.FRAME_TIME] - begin) / step
+        f = next_frame(record, state, state.clock[at.FRAME_TIME])
         for k in range(state.q.size):
             record.q[f, k] = state.q[k] + share * (end[k] - state.q[k])
             record.v[f, k] = velocity[k]
@@ -72,11 +73,11 @@ def record_line(record: Record, state: State, step: float, end: Array, velocity:
 @kernel
 def record_instant(record: Record, state: State) -> bool:
     """Take a frame of the state if one is due; False if it does not fit."""
-    if record.interval <= 0.0 or state.clock[TIME] < state.clock[FRAME_TIME]:
+    if record.interval <= 0.0 or state.clock[at.TIME] < state.clock[at.FRAME_TIME]:
         return True
-    if state.counter[FRAMES] >= record.time.size:
+    if state.counter[at.FRAMES] >= record.time.size:
         return False
-    f = next_frame(record, state, state.clock[TIME])
+    f = next_frame(record, state, state.clock[at.TIME])
     copy(state.q, record.q[f], 0)
     copy(state.v, record.v[f], 0)
     return True

@@ -2,26 +2,14 @@
 
 import math
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import call_float, call_int, calls_by_address, take
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets import pairs
 from magfold_env.engine.magnets.outer_field import field_energy
 from magfold_env.engine.outcomes import FULL, REACHED, TIMED_OUT
-from magfold_env.engine.state import (
-    END,
-    FEEDING,
-    KEEP,
-    LO,
-    RELEASE,
-    TIME,
-    Array,
-    IntArray,
-    Model,
-    Record,
-    State,
-    Work,
-)
+from magfold_env.engine.state import Array, IntArray, Model, Record, State, Work
 from magfold_env.engine.stepping.integrator import advance
 from magfold_env.engine.stepping.recorder import record_rest
 
@@ -37,50 +25,52 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
     """
     n = model.n
     while True:
-        lo = state.counter[LO]
-        if lo <= state.counter[KEEP] or state.clock[TIME] >= until:
+        lo = state.counter[at.LO]
+        if lo <= state.counter[at.KEEP] or state.clock[at.TIME] >= until:
             return REACHED
-        if lo > 0 and state.counter[FEEDING] == 0:
+        if lo > 0 and state.counter[at.FEEDING] == 0:
             begin_feed(model, state, work)
-        release = state.clock[RELEASE] if lo > 0 else math.inf
-        stop = min(release if lo > 0 else state.clock[END], until)
+        release = state.clock[at.RELEASE] if lo > 0 else math.inf
+        stop = min(release if lo > 0 else state.clock[at.END], until)
         if lo == n:
             # Nothing is outside yet that could move by itself.
             if not record_rest(record, state, stop):
                 return FULL
-            state.q[n] += state.v[n] * (stop - state.clock[TIME])
-            state.clock[TIME] = stop
+            state.q[n] += state.v[n] * (stop - state.clock[at.TIME])
+            state.clock[at.TIME] = stop
         else:
             outcome = advance(model, state, work, record, stop)
             if outcome != REACHED:
                 return outcome
         if lo == 0:
-            return TIMED_OUT if stop == state.clock[END] else REACHED
-        state.counter[FEEDING] = 0
+            return TIMED_OUT if stop == state.clock[at.END] else REACHED
+        state.counter[at.FEEDING] = 0
         if release <= until:
             feed.release(model, state)
             if lo == 1:
-                state.clock[END] = state.clock[TIME] + model.duration
+                state.clock[at.END] = state.clock[at.TIME] + model.duration
 
 
 @kernel
 def begin_feed(model: Model, state: State, work: Work) -> None:
     """Begin to push the outermost held component out: its magnets act from here on."""
-    i = state.counter[LO] - 1
+    i = state.counter[at.LO] - 1
     for face in range(4):
         model.charge[i, face] = state.waiting[i, face]
     speed = float(state.speed[i])
     feed.change_speed(model, state, work, speed)
-    state.clock[RELEASE] = math.inf
+    state.clock[at.RELEASE] = math.inf
     if speed > 0.0:
-        state.clock[RELEASE] = state.clock[TIME] + max(feed.time_to_release(model, state), 0.0)
-    state.counter[FEEDING] = 1
+        state.clock[at.RELEASE] = state.clock[at.TIME] + max(
+            feed.time_to_release(model, state), 0.0
+        )
+    state.counter[at.FEEDING] = 1
 
 
 @kernel
 def energy(model: Model, state: State, work: Work, x: float) -> float:
     """Magnetic energy of the components whose magnets act [J], an outer field's included."""
-    first = feed.place_all(state.counter[LO], model, state.q, work.pose)
+    first = feed.place_all(state.counter[at.LO], model, state.q, work.pose)
     if not model.magnetic:
         return 0.0
     total = pairs.energy(first, model.magnets, model.charge, work.pose, work.nodes)

@@ -8,10 +8,11 @@ import math
 
 import numpy as np
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import coordinates
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.engine.state import LO, Array, Model, State, Work
+from magfold_env.engine.state import Array, Model, State, Work
 from magfold_env.engine.stepping.dynamics import accelerations
 
 STAGES = 7
@@ -56,7 +57,7 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
     end = coordinates(model)
     # What the tube holds does not turn. Loops over all components are faster than over the others.
     for s in range(STAGES):
-        for k in range(state.counter[LO]):
+        for k in range(state.counter[at.LO]):
             work.stages.slope_v[s, k] = 0.0
     for s in range(1, STAGES):
         q, v = (work.stages.q, work.stages.v) if s < 6 else (work.stages.new_q, work.stages.new_v)
@@ -96,7 +97,7 @@ def step_error(model: Model, state: State, work: Work, h: float) -> float:
     if not math.isfinite(total):
         return math.nan
     if model.light_rate > UNEVEN * model.rate_scale:
-        worst = max(worst, kinetic_error(state.counter[LO], model, work, h))
+        worst = max(worst, kinetic_error(state.counter[at.LO], model, work, h))
     return worst
 
 

@@ -6,9 +6,8 @@ from multiprocessing import get_context
 import typer
 from rich.progress import Progress
 
-from magfold_env.envs.baselines.baseline import Baseline, designs, evaluate_design
-from magfold_env.envs.baselines.baseline_store import save_shipped
-from magfold_env.envs.tasks.randomisation import Randomisation, randomised
+from magfold_env.envs.baselines.baseline import Baseline, designs, evaluate_design, save_shipped
+from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.targets import resolve_targets
 from magfold_env.scene import load_scene
 

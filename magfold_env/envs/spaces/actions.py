@@ -1,12 +1,23 @@
-"""What an agent decides about a component: the pattern of its magnets and its feed speed."""
+"""What an agent decides, the pattern of magnets and a feed speed, and how it is written down.
 
-from collections.abc import Sequence
+Every environment reads its actions here: patterns of magnets (of one component, or of the whole
+sequence at once) and a feed speed, or a feed speed alone. Components that cannot be built are
+replaced by the nearest that can, the one with the fewest other faces; `ActionTable.masks` says
+beforehand which patterns stand for themselves.
+"""
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
-from typing import Any
+from typing import Any, Literal, cast
 
 import numpy as np
+from gymnasium import spaces
 from numpy.typing import NDArray
 
+from magfold_env.envs.tasks.checks import one_of
 from magfold_env.scene import SIGNS as SIGN_OF
 
 SLOWEST = 0.01
@@ -94,3 +105,353 @@ def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
             "of components of four letters N or S, such as ['NSNS', 'NNSS']"
         )
     return tuple(sorted({PATTERNS.index(faces) for faces in catalogue}))
+
+
+ActionKind = Literal["multidiscrete", "discrete", "box", "dict"]
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Choice = tuple[Ints, Floats, Floats]
+"""Patterns, (m, components); feed speeds [m/s] and the same on the log scale, (m,)."""
+
+MOST_DISCRETE = 1_000_000
+"""Most single actions that a `discrete` space may have."""
+
+
+class _Actions:
+    """What is common to all actions: reading arrays of them, and refusing what is none."""
+
+    kind: ActionKind
+
+    @property
+    @abstractmethod
+    def _allowed(self) -> str:
+        """What an action must be, in words."""
+
+    @abstractmethod
+    def read(self, actions: Any, count: int) -> Any:
+        """Return what so many actions ask for."""
+
+    def read_one(self, action: Any) -> Any:
+        """Return what `read` does for a single action.
+
+        Raises
+        ------
+        ValueError
+            If `action` is not in the space.
+        """
+        try:
+            if self.kind == "dict" and isinstance(action, Mapping):
+                parts = cast("Mapping[str, Any]", action)
+                return self.read({key: np.asarray(part)[None] for key, part in parts.items()}, 1)
+            # A plain list is promoted as NumPy would, so that [3, 2] works as an action.
+            return self.read(np.asarray(action)[None], 1)
+        except ValueError:
+            raise self._refused("action", action) from None
+
+    def _parts(self, actions: Any, names: set[str]) -> Mapping[str, Any]:
+        """Return a mapping with just these entries."""
+        given = cast("Mapping[str, Any]", actions if isinstance(actions, Mapping) else {})
+        if set(given) != names:
+            raise self._refused("actions", actions)
+        return given
+
+    def _digits(self, values: Any, sizes: tuple[int, ...], count: int) -> Ints:
+        """Return rows of integers from 0 to below `sizes`; if discrete, a number for each row."""
+        found = np.asarray(values)
+        shape = (count,) if self.kind == "discrete" else (count, len(sizes))
+        if found.shape != shape or found.dtype.kind not in "iu":
+            raise self._refused_shape(found, shape)
+        if count == 1 and all(map(_is_within, found.ravel().tolist(), sizes)):
+            return found  # several times as fast as arrays of one
+        wrong = (found < 0) | (found >= (sizes[0] if self.kind == "discrete" else sizes))
+        if wrong.any():
+            row = int(np.argwhere(wrong)[0, 0])
+            raise self._refused(f"actions[{row}]", found[row])
+        return found
+
+    def _numbers(self, values: Any, size: int, count: int) -> Floats:
+        """Return rows of `size` numbers from −1 to 1."""
+        found = np.asarray(values)
+        if found.shape != (count, size) or found.dtype.kind not in "fiu":
+            raise self._refused_shape(found, (count, size))
+        found = found.astype(np.float64)
+        right = np.abs(found) <= 1.0
+        if not right.all():
+            row = int(np.argwhere(~right)[0, 0])
+            raise self._refused(f"actions[{row}]", found[row])
+        return found
+
+    def _refused(self, key: str, action: Any) -> ValueError:
+        return ValueError(f"{key}: {action!r} is not allowed; must be {self._allowed}")
+
+    def _refused_shape(self, found: NDArray[Any], shape: tuple[int, ...]) -> ValueError:
+        return ValueError(
+            f"actions: an array of {found.dtype} of shape {found.shape} is not allowed; must have "
+            f"shape {shape}, a row (a number if discrete) for each environment: {self._allowed}"
+        )
+
+
+def _is_within(value: int, size: int) -> bool:
+    return 0 <= value < size
+
+
+@dataclass(frozen=True)
+class ActionTable(_Actions):
+    """How magnets and a speed are written.
+
+    Attributes
+    ----------
+    levels : int
+        Number of speed levels, log-spaced from 0.01 to 0.6 m/s, both included.
+    components : int
+        Number of components that one action describes.
+    kind : {"multidiscrete", "discrete", "box", "dict"}
+        ``multidiscrete``: the patterns, then the speed level. ``discrete``: the same as one
+        number, the speed level the last digit. ``box``: four numbers from −1 to 1 a component,
+        above 0 is N, and the speed on a log scale from −1 to 1. ``dict``: ``patterns`` and
+        ``speed``, the patterns as numbers and the speed as in ``box``.
+    catalogue : tuple of int
+        The patterns that can be built, ascending; all 16 by default.
+    """
+
+    levels: int
+    components: int = 1
+    kind: ActionKind = "multidiscrete"
+    catalogue: tuple[int, ...] = tuple(range(len(PATTERNS)))
+
+    def __post_init__(self) -> None:
+        speed_levels(self.levels)
+        one_of("actions", self.kind, ActionKind)
+        if self.kind == "discrete" and self._count > MOST_DISCRETE:
+            raise ValueError(
+                f"actions: 'discrete' is not allowed for {self.components} components at a time; "
+                f"{self._count} actions are more than {MOST_DISCRETE}, "
+                "must be one of multidiscrete, box, dict"
+            )
+
+    @property
+    def _count(self) -> int:
+        return len(PATTERNS) ** self.components * self.levels
+
+    @cached_property
+    def speeds(self) -> NDArray[np.float64]:
+        """Feed speed of each level [m/s], shape (levels,), ascending."""
+        return speed_levels(self.levels)
+
+    @cached_property
+    def space(self) -> spaces.Space[Any]:
+        """Gymnasium's description of the actions."""
+        patterns = [len(PATTERNS)] * self.components
+        if self.kind == "multidiscrete":
+            return spaces.MultiDiscrete([*patterns, self.levels])
+        if self.kind == "discrete":
+            return spaces.Discrete(self._count)
+        if self.kind == "box":
+            return spaces.Box(-1.0, 1.0, shape=(4 * self.components + 1,), dtype=np.float32)
+        return spaces.Dict(
+            patterns=spaces.MultiDiscrete(patterns),
+            speed=spaces.Box(-1.0, 1.0, shape=(1,), dtype=np.float32),
+        )
+
+    def decode(self, action: Any) -> tuple[tuple[str, ...], float]:
+        """Return the faces of each component, and the speed [m/s].
+
+        Raises
+        ------
+        ValueError
+            If `action` is not in the space.
+        """
+        patterns, speeds, _ = self.read_one(action)
+        numbers: list[int] = patterns[0].tolist()
+        return tuple(PATTERNS[number] for number in numbers), float(speeds[0])
+
+    def read(self, actions: Any, count: int) -> Choice:
+        """Return what each of `count` actions asks for, as Gymnasium batches them.
+
+        Returns
+        -------
+        patterns : array of int, shape (count, components)
+            Of components that can be built.
+        speeds, scaled : array, shape (count,)
+            Feed speeds [m/s], and the same on the log scale from −1 to 1.
+
+        Raises
+        ------
+        ValueError
+            If one of `actions` is not in the space, or there are not `count`.
+        """
+        if self.kind in ("multidiscrete", "discrete"):
+            if self.kind == "discrete":
+                number = self._digits(actions, (self._count,), count)
+                digits = np.stack(np.unravel_index(number, self.sizes), axis=-1)
+            else:
+                digits = self._digits(actions, self.sizes, count)
+            levels = digits[:, -1]
+            return self._built[digits[:, :-1]], self.speeds[levels], self._scaled[levels]
+        if self.kind == "dict":
+            given = self._parts(actions, {"patterns", "speed"})
+            patterns = self._digits(given["patterns"], self.sizes[:-1], count)
+            scaled = self._numbers(given["speed"], 1, count)[:, 0]
+        else:
+            numbers = self._numbers(actions, 4 * self.components + 1, count)
+            south = (numbers[:, :-1] <= 0.0).reshape(count, self.components, 4)
+            patterns, scaled = np.packbits(south, axis=2)[:, :, 0] >> 4, numbers[:, -1]
+        speeds = speeds_at(scaled)
+        return self._built[patterns], speeds, scaled_speeds(speeds)
+
+    def encode(self, faces: str | Sequence[str], speed: float) -> Any:
+        """Return the action nearest to the faces of each component and a speed [m/s].
+
+        Parameters
+        ----------
+        faces : str or sequence of str
+            Four letters for each component; a single component's may stand alone.
+        speed : float
+            The nearest level, on the log scale, is taken.
+        """
+        each = [faces] if isinstance(faces, str) else faces
+        patterns = np.array([PATTERNS.index(letters) for letters in each], dtype=np.int64)
+        level = int(np.argmin(np.abs(np.log(self.speeds / speed))))
+        if self.kind == "multidiscrete":
+            return np.append(patterns, level)
+        if self.kind == "discrete":
+            return np.int64(np.ravel_multi_index((*patterns, level), self.sizes))
+        scaled = np.array([np.clip(scaled_speed(speed), -1.0, 1.0)], dtype=np.float32)
+        if self.kind == "box":
+            return np.append(SIGNS[patterns].astype(np.float32).ravel(), scaled)
+        return {"patterns": patterns, "speed": scaled}
+
+    def masks(self) -> NDArray[np.bool_]:
+        """Return which actions ask for nothing but components that can be built.
+
+        Returns
+        -------
+        array of bool
+            As sb3-contrib's ``MaskablePPO`` wants it: one entry an action for ``discrete``, for
+            ``multidiscrete`` the masks of its dimensions one after another.
+
+        Raises
+        ------
+        ValueError
+            For the kinds of actions that masks do not exist for.
+        """
+        patterns = np.zeros(len(PATTERNS), dtype=np.bool_)
+        patterns[list(self.catalogue)] = True
+        levels = np.ones(self.levels, dtype=np.bool_)
+        if self.kind == "multidiscrete":
+            return np.concatenate([*[patterns] * self.components, levels])
+        if self.kind == "discrete":
+            mask = levels
+            for _ in range(self.components):
+                mask = np.logical_and.outer(patterns, mask)
+            return mask.ravel()
+        raise ValueError(
+            f"actions: {self.kind!r} is not allowed with masks; must be multidiscrete or discrete"
+        )
+
+    @cached_property
+    def sizes(self) -> tuple[int, ...]:
+        """Number of patterns of each component, then number of speed levels."""
+        return (*[len(PATTERNS)] * self.components, self.levels)
+
+    @cached_property
+    def _built(self) -> Ints:
+        """For each pattern the nearest that can be built; the first of equally near ones."""
+        built = np.array(self.catalogue, dtype=np.int64)
+        shared = SIGNS @ SIGNS[built].T
+        return built[np.argmax(shared, axis=1)]
+
+    @cached_property
+    def _scaled(self) -> Floats:
+        """The levels on the log scale from −1 to 1."""
+        return np.array([scaled_speed(speed) for speed in self.speeds.tolist()])
+
+    @property
+    def _allowed(self) -> str:
+        """What an action must be, in words."""
+        last, most = len(PATTERNS) - 1, self.levels - 1
+        whole = f"pattern 0..{last} of each of {self.components} components"
+        one = f"pattern 0..{last}"
+        patterns = one if self.components == 1 else whole
+        if self.kind == "multidiscrete":
+            size = "two" if self.components == 1 else str(self.components + 1)
+            return f"{size} integers, {patterns} and speed level 0..{most}"
+        if self.kind == "discrete":
+            return f"an integer, 0..{self._count - 1}"
+        if self.kind == "box":
+            return f"{4 * self.components + 1} numbers from -1 to 1"
+        return f"a mapping of patterns ({patterns}) and speed (one number from -1 to 1)"
+
+
+@dataclass(frozen=True)
+class SpeedTable(_Actions):
+    """How a feed speed alone is written, standstill included.
+
+    Attributes
+    ----------
+    levels : int
+        Number of speed levels besides standstill, log-spaced from 0.01 to 0.6 m/s.
+    kind : {"discrete", "multidiscrete", "box", "dict"}
+        ``discrete``: 0 is standstill, k the k-th level. ``multidiscrete``: the same as a list of
+        one. ``box``: one number x from −1 to 1, for the speed 0.6 m/s · ((x + 1)/2)². ``dict``:
+        ``speed``, as in ``box``.
+    """
+
+    levels: int
+    kind: ActionKind = "discrete"
+
+    def __post_init__(self) -> None:
+        speed_levels(self.levels)
+        one_of("actions", self.kind, ActionKind)
+
+    @cached_property
+    def speeds(self) -> NDArray[np.float64]:
+        """Standstill and the levels [m/s], shape (levels + 1,), ascending."""
+        return np.concatenate([[0.0], speed_levels(self.levels)])
+
+    @cached_property
+    def space(self) -> spaces.Space[Any]:
+        """Gymnasium's description of the actions."""
+        if self.kind == "discrete":
+            return spaces.Discrete(self.levels + 1)
+        if self.kind == "multidiscrete":
+            return spaces.MultiDiscrete([self.levels + 1])
+        box = spaces.Box(-1.0, 1.0, shape=(1,), dtype=np.float32)
+        return box if self.kind == "box" else spaces.Dict(speed=box)
+
+    def decode(self, action: Any) -> float:
+        """Return the speed [m/s] that `action` asks for.
+
+        Raises
+        ------
+        ValueError
+            If `action` is not in the space.
+        """
+        return float(self.read_one(action)[0][0])
+
+    def read(self, actions: Any, count: int) -> tuple[Floats]:
+        """Return the speeds [m/s] that `count` actions ask for, as Gymnasium batches them.
+
+        Raises
+        ------
+        ValueError
+            If one of `actions` is not in the space, or there are not `count`.
+        """
+        if self.kind in ("discrete", "multidiscrete"):
+            levels = self._digits(actions, (self.levels + 1,), count).reshape(count)
+            return (self.speeds[levels],)
+        values = self._parts(actions, {"speed"})["speed"] if self.kind == "dict" else actions
+        shares = 0.5 * (self._numbers(values, 1, count)[:, 0] + 1.0)
+        return (np.array([FASTEST * share**2 for share in shares.tolist()]),)
+
+    @property
+    def _allowed(self) -> str:
+        """What an action must be, in words."""
+        level, number = f"an integer, 0..{self.levels}", "one number from -1 to 1"
+        return {
+            "discrete": level,
+            "multidiscrete": f"a list of {level}",
+            "box": number,
+            "dict": f"a mapping of speed ({number})",
+        }[self.kind]

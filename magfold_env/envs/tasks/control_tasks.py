@@ -8,11 +8,11 @@ from typing import Any, Literal, TypedDict, Unpack
 import yaml
 
 from magfold_env.envs.chains.lattice import LatticeFeed
-from magfold_env.envs.spaces.action_table import ActionKind, SpeedTable
+from magfold_env.envs.spaces.actions import ActionKind, SpeedTable
 from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tasks.checks import one_of, refuse_unknown, share_of
+from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.goals import Match
-from magfold_env.envs.tasks.randomisation import Randomisation, randomised
 from magfold_env.envs.tasks.reward import RewardRule, Shaping
 from magfold_env.envs.tasks.targets import is_target
 from magfold_env.envs.tasks.world import World
@@ -102,19 +102,19 @@ class ControlOptions(TypedDict, total=False):
     fidelity: Literal["dynamics"]
     """Energy minimisation knows of no speed."""
     randomisation: Randomisation
-    """Physics drawn at reset, as in `magfold_env.envs.tasks.options.ChainOptions`."""
+    """Physics drawn at reset, as in `magfold_env.envs.tasks.world.ChainOptions`."""
     speeds: int
     """Number of speed levels besides standstill, 9 by default."""
     actions: ActionKind
     """How actions are written: ``discrete`` (default), ``multidiscrete``, ``box`` or ``dict``; see
-    `magfold_env.envs.spaces.action_table.SpeedTable`."""
+    `magfold_env.envs.spaces.actions.SpeedTable`."""
     push_limit: float | None
     """Largest force with which the feed can push [N], 1 by default; None for any. The floor's drag
     on a whole chain of the default scene takes 0.08 N."""
     reward: Literal["score", "sparse"]
     """The reward at termination, ``score`` by default."""
     shaping: bool | Shaping
-    """As in `magfold_env.envs.tasks.options.FoldOptions`."""
+    """As in `magfold_env.envs.tasks.world.FoldOptions`."""
     gamma: float
     """As in `FoldOptions`."""
 

@@ -1,12 +1,18 @@
-"""Fixed draws: seeds for ``env.reset`` that one purpose never shares with another.
+"""How much the physics varies from episode to episode, and fixed draws of it.
+
+Fixed draws are seeds for ``env.reset`` that one purpose never shares with another.
 
 Results are compared on the same draws, and on draws that no training has seen. Training seeds are
 numbers below 2³²; the seeds given here lie above 2⁶⁴.
 """
 
+from typing import Literal
 from zlib import crc32
 
 import numpy as np
+
+from magfold_env.envs.tasks.checks import one_of
+from magfold_env.scene import Scene, Spreads
 
 EVALUATION_VERSION = 1
 """Version of the draws that results are reported on. It changes when `evaluation_seeds` does, or
@@ -46,3 +52,45 @@ def evaluation_seeds(count: int, version: int = EVALUATION_VERSION) -> list[int]
     if version != EVALUATION_VERSION:
         raise ValueError(f"version: {version!r} is not allowed; must be {EVALUATION_VERSION}")
     return episode_seeds("evaluation", count)
+
+
+Randomisation = Literal["none", "nominal", "strong", "scene"]
+"""``none``: the same physics every time. ``nominal``, ``strong``: the spreads below. ``scene``:
+the scene's own, masses and single magnets included."""
+
+PRESETS: dict[str, tuple[Spreads, float]] = {
+    "none": (Spreads(), 0.0),
+    "nominal": (Spreads(friction=0.10, remanence=0.05, feed_jitter=0.05), 0.03),
+    "strong": (Spreads(friction=0.30, remanence=0.10, feed_jitter=0.20), 0.1),
+}
+"""Relative half-widths of the even draws, and the half-width of the draw of each joint angle at
+release [rad]. Feed jitter is drawn for every component: the speed at which it leaves."""
+
+
+def randomised(scene: Scene, randomisation: Randomisation) -> Scene:
+    """Return `scene` with the spreads that `randomisation` stands for.
+
+    Angles at release stay within what the tube leaves room for, see `clearance_angle`.
+
+    Raises
+    ------
+    ValueError
+        If `randomisation` is not one of the names.
+    """
+    if randomisation == "scene":
+        return scene
+    spreads, angle = PRESETS[one_of("randomisation", randomisation, Randomisation)]
+    changes = {} if angle == 0.0 else {"start_angles": None}
+    return scene.replace(
+        spreads=spreads, start_angle_spread=min(angle, clearance_angle(scene)), **changes
+    )
+
+
+def clearance_angle(scene: Scene) -> float:
+    """Return the largest joint angle at release that the tube leaves room for [rad].
+
+    A casing fills the bore but for bore − diagonal, so its centre lies at most half of that off
+    the axis, to either side. Centres are a diagonal apart: the line from one to the next turns
+    by at most the play over the diagonal.
+    """
+    return (scene.bore - scene.casing.diagonal) / scene.casing.diagonal

@@ -6,20 +6,16 @@ from pathlib import Path
 from typing import Literal, Unpack
 
 from magfold_env.designer.suites import Suite, load_suite, suite_names
-from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
-from magfold_env.envs.baselines.baseline_store import BaselineStore
+from magfold_env.envs.baselines.baseline import Baseline, BaselineStore, unknown_baseline
 from magfold_env.envs.chains.lattice import LatticeFeed
-from magfold_env.envs.spaces.action_table import ActionTable
-from magfold_env.envs.spaces.actions import read_catalogue
+from magfold_env.envs.spaces.actions import ActionTable, read_catalogue
 from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tasks.checks import one_of, refuse_unknown
-from magfold_env.envs.tasks.difficulty import easiest
+from magfold_env.envs.tasks.draws import randomised
 from magfold_env.envs.tasks.goals import Match
-from magfold_env.envs.tasks.options import Fidelity, FoldOptions
-from magfold_env.envs.tasks.randomisation import randomised
 from magfold_env.envs.tasks.reward import RewardRule
-from magfold_env.envs.tasks.targets import pick_target, resolve_targets
-from magfold_env.envs.tasks.world import World
+from magfold_env.envs.tasks.targets import easiest, pick_target, resolve_targets
+from magfold_env.envs.tasks.world import Fidelity, FoldOptions, World
 from magfold_env.scene import Scene, load_scene
 
 

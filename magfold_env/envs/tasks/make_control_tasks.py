@@ -16,7 +16,7 @@ from rich.progress import track
 
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS, draw_generator
 from magfold_env.envs.spaces.actions import PATTERNS
-from magfold_env.envs.tasks.randomisation import randomised
+from magfold_env.envs.tasks.draws import randomised
 from magfold_env.files import configs_dir, write_text
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene, load_scene

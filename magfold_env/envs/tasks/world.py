@@ -1,13 +1,17 @@
-"""What all episodes of an environment share."""
+"""What all episodes of an environment share, and the options that say so."""
 
 from abc import abstractmethod
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from typing import Any, ClassVar, Literal, TypedDict
 
+from magfold_env.envs.spaces.actions import ActionKind
 from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
-from magfold_env.envs.tasks.options import Fidelity
-from magfold_env.envs.tasks.reward import RewardRule
+from magfold_env.envs.tasks.reward import RewardKind, RewardRule, Shaping
 from magfold_env.scene import Scene
+
+Fidelity = Literal["dynamics", "quasistatic"]
 
 
 class World:
@@ -56,3 +60,50 @@ class World:
         ValueError
             If there is none.
         """
+
+
+class ChainOptions(TypedDict, total=False):
+    """What is folded and how it is chosen; every option may be left out."""
+
+    components: int | None
+    """Chain length; the suite's or the scene's by default."""
+    targets: Sequence[str] | str | None
+    """Words to draw from at reset, or the name or path of a target suite
+    (`magfold_env.designer.suites`), whose chain length then is the default; by default every fully
+    folded word of the chain."""
+    match: Match
+    """``word``: the fold must be the target. ``outline``: it must cover the same cells, in
+    whatever order, `magfold_env.shapes.outline`."""
+    difficulty: float
+    """Share of the targets to draw from, the easiest ones first
+    (`magfold_env.envs.tasks.targets`); above 0, and 1 by default."""
+    fidelity: Fidelity
+    """``dynamics``: the chain is simulated. ``quasistatic``: joints are decided one after another
+    by energy alone, without speed, friction, randomisation or baseline."""
+    randomisation: Randomisation
+    """Physics drawn at reset. ``none``: nothing, released straight. ``nominal`` (default):
+    friction ±10 %, remanence ±5 %, the speed of each component ±5 %, release angles ±0.03 rad.
+    ``strong``: ±30 %, ±10 %, ±20 %, ±0.1 rad or the tube's clearance. ``scene``: the spreads that
+    the scene gives."""
+    speeds: int
+    """Number of speed levels. The default of 9 has the baseline's five speeds among them."""
+    actions: ActionKind
+    """How actions are written: ``multidiscrete`` (default), ``discrete``, ``box`` or ``dict``;
+    see `magfold_env.envs.spaces.actions`."""
+    catalogue: Sequence[str] | None
+    """Components that can be built, such as ``["NSNS", "NNSS"]``; all 16 by default. Others are
+    replaced by the nearest that can, and `action_masks` leaves them out."""
+
+
+class FoldOptions(ChainOptions, total=False):
+    """The same, and how it is rewarded."""
+
+    reward: RewardKind
+    """``relative`` (default), ``score`` or ``sparse``; see `magfold_env.envs.tasks.reward`."""
+    shaping: bool | Shaping
+    """Potential-based shaping: False (default), ``similarity`` (or True) or ``energy``."""
+    gamma: float
+    """Discount of the shaping, 1 by default; must be the agent's own."""
+    baseline: Literal["auto"] | None
+    """``auto`` (default): take b from the package data or the disk cache, compute it where neither
+    has it. None: b is 0."""

@@ -6,10 +6,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.contact.complementarity import solve_nonnegative
-from magfold_env.engine.state import JOINT_STOPS
 from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import Scene
@@ -109,7 +109,7 @@ class Impact:
         for r, joint in enumerate(joints):
             work.rows.id[r, :2] = joint, rng.choice([-1, 1])
         self.stops = row = len(joints)
-        work.rows.counts[JOINT_STOPS] = row
+        work.rows.counts[at.JOINT_STOPS] = row
         # Rows are linear: for the projection it does not matter how large their gaps are.
         for _ in range(int(rng.integers(0, 4))):
             i = int(rng.integers(0, n - 4))

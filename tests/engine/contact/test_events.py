@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.contact import boxes, constraints, events
-from magfold_env.engine.state import CONTACTS, JOINT_STOPS
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import Scene
 from magfold_env.simulation.pack import pack
@@ -55,7 +55,7 @@ def test_a_hop_too_small_to_see_is_left_out(joint, tolerance):
     assert events.end_hops(model, state, work, acceleration) == constraints.IMPACT
     assert state.lock[joint] == 1
     assert state.v[joint] == state.v[joint - 1]
-    assert work.rows.counts[JOINT_STOPS] == 1
+    assert work.rows.counts[at.JOINT_STOPS] == 1
     # The joint is held from within the chain, and by a projection.
     np.testing.assert_allclose(momentum(model, state, work), before, rtol=1e-12)
     assert energy(model, state, work) < power
@@ -119,10 +119,10 @@ def test_squares_that_part_too_little_to_see_stay_in_touch():
         case.state.v[:] = case.opening(share * seen)
         before = energy(case.model, case.state, case.work)
         assert constraints.begin_step(case.model, case.state, case.work) == constraints.OK
-        assert case.work.rows.counts[CONTACTS] == 0
+        assert case.work.rows.counts[at.CONTACTS] == 0
         found = events.end_hops(case.model, case.state, case.work, acceleration)
         assert found == constraints.IMPACT
-        assert case.work.rows.counts[CONTACTS] > 0
+        assert case.work.rows.counts[at.CONTACTS] > 0
         assert abs(case.along(case.state.v)) < 1e-6 * share * seen
         assert energy(case.model, case.state, case.work) < before
 

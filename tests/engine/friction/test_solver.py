@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.contact.constraints import begin_step
 from magfold_env.engine.friction.held import first_accelerations
 from magfold_env.engine.friction.solver import solve_with_friction
-from magfold_env.engine.state import CONTACTS
 from magfold_env.engine.workspace import new_work
 from magfold_env.laws.random_scenes import random_scene
 from magfold_env.scene import Scene
@@ -158,5 +158,5 @@ def test_chains_at_rest_whose_forces_relaxation_does_not_find(seed):
     model, state, work = session._model, session._state, session._work
     begin_step(model, state, work)
     assert first_accelerations(model, state, work, np.zeros(model.n + 2))
-    normals = int(work.rows.counts[CONTACTS])
+    normals = int(work.rows.counts[at.CONTACTS])
     assert_optimal(work, normals, normals + 3 * model.n, model.grip)

@@ -4,19 +4,20 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.envs.baselines import baseline_store
+from magfold_env.envs.baselines import baseline
 from magfold_env.envs.baselines.baseline import (
     CANDIDATE_SPEEDS,
     SCORING_DRAWS,
     SELECTION_DRAWS,
+    BaselineStore,
+    baseline_key,
     designs,
     draw_generator,
     evaluate_design,
     unknown_baseline,
 )
-from magfold_env.envs.baselines.baseline_store import BaselineStore, baseline_key
+from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.goals import goal_of
-from magfold_env.envs.tasks.randomisation import Randomisation, randomised
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.shapes import folded_words
 
@@ -28,7 +29,7 @@ def scene_of(n: int, randomisation: Randomisation = "nominal") -> mf.Scene:
 
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(baseline_store, "user_cache_path", lambda _name: tmp_path)
+    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
     return tmp_path
 
 
@@ -117,7 +118,7 @@ def test_a_missing_baseline_is_computed_once_and_kept(
     def forbidden(*_arguments: object) -> None:
         raise AssertionError("computed again")
 
-    monkeypatch.setattr(baseline_store, "evaluate_design", forbidden)
+    monkeypatch.setattr(baseline, "evaluate_design", forbidden)
     assert BaselineStore(scene).get("LL") == computed
 
 

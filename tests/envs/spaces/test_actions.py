@@ -2,12 +2,14 @@ import numpy as np
 import pytest
 
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
-from magfold_env.envs.spaces.action_table import ActionKind, ActionTable, SpeedTable
 from magfold_env.envs.spaces.actions import (
     FASTEST,
     PATTERNS,
     SIGNS,
     SLOWEST,
+    ActionKind,
+    ActionTable,
+    SpeedTable,
     read_catalogue,
     scaled_speed,
     speed_at,

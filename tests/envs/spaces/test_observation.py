@@ -7,7 +7,7 @@ from magfold_env.envs.chains.arrays import ChainArrays
 from magfold_env.envs.spaces.actions import scaled_speed, signs_of
 from magfold_env.envs.spaces.observation import ObservationLayout, squash
 from magfold_env.envs.tasks.goals import Goals
-from magfold_env.simulation.chain_state import ChainState
+from magfold_env.simulation.view import ChainState
 
 SIDE = 0.0125
 

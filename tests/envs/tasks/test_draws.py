@@ -1,10 +1,19 @@
 import hashlib
+from typing import Any
 
 import gymnasium
+import numpy as np
 import pytest
 
 from agents.settings import MAX_TRAINING_SEED
-from magfold_env.envs.tasks.draws import EVALUATION_VERSION, episode_seeds, evaluation_seeds
+from magfold_env.envs.tasks.draws import (
+    EVALUATION_VERSION,
+    clearance_angle,
+    episode_seeds,
+    evaluation_seeds,
+    randomised,
+)
+from magfold_env.scene import load_scene
 
 DIGESTS = {1: "c5e684622af210ee"}
 """Of what the seeds of each version lead to. A new one is written down with a new version."""
@@ -39,3 +48,70 @@ def test_streams_and_training_seeds_do_not_meet() -> None:
 def test_another_version_is_named() -> None:
     with pytest.raises(ValueError, match="version: 2 is not allowed; must be 1"):
         evaluation_seeds(1, version=2)
+
+
+def draws(randomisation: str, count: int = 200) -> list[Any]:
+    scene = randomised(load_scene("tube-feed"), randomisation)  # pyright: ignore[reportArgumentType]
+    rng = np.random.default_rng(0)
+    return [scene.draw(rng) for _ in range(count)]
+
+
+def test_none_draws_nothing() -> None:
+    assert len({scene.model_dump_json() for scene in draws("none", 5)}) == 1
+    assert draws("none", 1)[0].start_angles == (0.0,) * 5
+
+
+@pytest.mark.parametrize(
+    ("randomisation", "friction", "remanence", "jitter", "angle"),
+    [("nominal", 0.1, 0.05, 0.05, 0.03), ("strong", 0.3, 0.1, 0.2, 0.05)],
+)
+def test_presets_have_the_stated_widths(
+    randomisation: str, friction: float, remanence: float, jitter: float, angle: float
+) -> None:
+    mean = load_scene("tube-feed")
+    magnets = mean.magnets
+    assert magnets is not None
+    drawn = draws(randomisation)
+    for values, width in (
+        (np.array([scene.friction for scene in drawn]) / mean.friction - 1, friction),
+        (np.array([scene.magnets.remanence for scene in drawn]) / magnets.remanence - 1, remanence),
+        (np.array([scene.speeds for scene in drawn]) / mean.feed.speed - 1, jitter),
+        (np.array([scene.start_angles for scene in drawn]), angle),
+    ):
+        assert np.abs(values).max() <= width * (1 + 1e-12)
+        assert values.min() < -0.9 * width
+        assert values.max() > 0.9 * width
+
+
+def test_components_leave_at_speeds_of_their_own() -> None:
+    speeds = draws("nominal", 1)[0].speeds
+    assert len(set(speeds)) == len(speeds)
+
+
+def test_a_wider_tube_leaves_room_for_larger_angles() -> None:
+    scene = load_scene("tube-feed")
+    play = 0.05 * scene.casing.diagonal
+    assert clearance_angle(scene) == pytest.approx(play / scene.casing.diagonal)
+    wide = scene.replace(feed={"bore": 1.5 * scene.casing.diagonal})
+    assert randomised(wide, "strong").start_angle_spread == 0.1
+    tight = scene.replace(feed={"bore": scene.casing.diagonal})
+    assert randomised(tight, "strong").start_angle_spread == 0.0
+
+
+@pytest.mark.parametrize("randomisation", ["none", "nominal", "strong"])
+def test_spreads_of_the_scene_are_replaced(randomisation: str) -> None:
+    plain, wide = (
+        randomised(load_scene("tube-feed").replace(spreads=spreads), randomisation)  # pyright: ignore[reportArgumentType]
+        for spreads in ({}, {"mass": 0.1, "feed_jitter": 0.1, "magnet": 0.1})
+    )
+    assert plain == wide
+
+
+def test_scene_leaves_the_scene_alone() -> None:
+    scene = load_scene("tube-feed").replace(spreads={"mass": 0.2})
+    assert randomised(scene, "scene") == scene
+
+
+def test_another_name_is_an_error() -> None:
+    with pytest.raises(ValueError, match="randomisation: 'wild' is not allowed; must be one of"):
+        randomised(load_scene("tube-feed"), "wild")  # pyright: ignore[reportArgumentType]

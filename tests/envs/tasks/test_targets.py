@@ -1,13 +1,18 @@
+import math
+from collections import Counter
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import magfold_env as mf
+from magfold_env.envs.chains.quasistatic import fold
 from magfold_env.envs.sequence_design import SequenceDesignEnv
-from magfold_env.envs.tasks.targets import pick_target, resolve_targets
+from magfold_env.envs.spaces.actions import PATTERNS
+from magfold_env.envs.tasks.targets import difficulties, easiest, pick_target, resolve_targets
 from magfold_env.envs.tube_feed import TubeFeedEnv
-from magfold_env.shapes import folded_words
+from magfold_env.shapes import folded_words, mirror
 
 
 def test_all_fully_folded_words_by_default() -> None:
@@ -77,3 +82,35 @@ def test_a_suite_brings_its_scene(tmp_path: Path) -> None:
 def test_a_suite_that_does_not_exist_is_named() -> None:
     with pytest.raises(ValueError, match="targets: 'LRLLL' is not allowed; must be a list of fold"):
         TubeFeedEnv(targets="LRLLL")
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+@pytest.mark.parametrize("n", [2, pytest.param(3, marks=pytest.mark.slow)])
+def test_difficulty_is_how_rare_a_word_is(n: int, direction: str) -> None:
+    scene = mf.load_scene("tube-feed").replace(
+        sequence=("NSNS",) * n, feed={"direction": direction}
+    )
+    exact = Counter(
+        fold(scene.replace(sequence=sequence)).word for sequence in product(PATTERNS, repeat=n)
+    )
+    found = difficulties(scene, tuple(folded_words(n)))
+    for word, value in found.items():
+        assert value == pytest.approx(-math.log(exact[word] / 16**n), abs=0.15)
+
+
+def test_mirror_images_are_equally_hard() -> None:
+    words = tuple(folded_words(6))
+    found = difficulties(mf.load_scene("tube-feed"), words)
+    for word in words:
+        assert found[word] == pytest.approx(found[mirror(word)], abs=0.4)
+
+
+def test_the_easiest_come_in_the_order_given() -> None:
+    scene, words = mf.load_scene("tube-feed"), tuple(folded_words(6))
+    hardness = difficulties(scene, words)
+    half = easiest(scene, words, 0.5)
+    assert len(half) == 13
+    assert list(half) == [word for word in words if word in half]
+    assert max(hardness[w] for w in half) <= min(hardness[w] for w in set(words) - set(half))
+    assert len(easiest(scene, words, 1e-6)) == 1
+    assert easiest(scene, words, 1.0) == words
