@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 
 import optuna
+from filelock import FileLock
 
 from agents.settings import SettingsError
 from agents.tuning.search import Choices, Domain, Search, Trial, run_trial
@@ -38,7 +39,9 @@ def search_here(
         If the storage holds another search of this name.
     """
     output.mkdir(parents=True, exist_ok=True)
-    study = _open(search, storage or f"sqlite:///{output / 'study.db'}")
+    # Of processes that begin at once, one makes the tables.
+    with FileLock(output / "study.lock"):
+        study = _open(search, storage or f"sqlite:///{output / 'study.db'}")
     if len(study.get_trials(deepcopy=False, states=ENDED)) < search.settings.trials:
         study.optimize(
             partial(_objective, search, output),

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -201,6 +202,15 @@ def test_a_killed_trial_goes_on_at_its_checkpoint(
     assert run.resumed_at
     whole = train(load_settings(trial.folder / "settings.yaml"), tmp_path / "whole")
     assert same_weights(whole, folder / "trial-0000" / "policy.zip")
+
+
+def test_searches_may_begin_at_once(file: Path, tmp_path: Path) -> None:
+    search = load_search(file)
+    for attempt in range(2):
+        folder = tmp_path / str(attempt)
+        with ThreadPoolExecutor(4) as pool:
+            begun = [pool.submit(search_here, search, folder, minutes=0.0) for _ in range(4)]
+        assert [each.result() for each in begun] == [[]] * 4
 
 
 @pytest.mark.slow
