@@ -205,7 +205,7 @@ def test_a_killed_trial_goes_on_at_its_checkpoint(
 
 
 def test_searches_may_begin_at_once(file: Path, tmp_path: Path) -> None:
-    search = load_search(file)
+    search = load_search(str(file))
     for attempt in range(2):
         folder = tmp_path / str(attempt)
         with ThreadPoolExecutor(4) as pool:
