@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.designer.result import Rivals, one_letter_off
+from magfold_env.designer.evidence import Rivals, one_letter_off
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array
 from magfold_env.minimiser import ground_state, states

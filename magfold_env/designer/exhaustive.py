@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env import scene as scenes
-from magfold_env.designer.result import Rivals
+from magfold_env.designer.evidence import Rivals
 from magfold_env.engine.state import Array
 from magfold_env.minimiser import EverySequence, energies, every_sequence, sequence_of, states
 from magfold_env.minimiser.lattice import Ints, Lattice, all_words, from_words

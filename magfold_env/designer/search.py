@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.designer import annealing, exhaustive, result, trials
+from magfold_env.designer import annealing, evidence, exhaustive, trials
 from magfold_env.designer.result import Design, Objective, Search
 from magfold_env.designer.task import Choice, Task, task_for
 from magfold_env.ensembles import ensemble
@@ -165,7 +165,7 @@ class _Run:
         """Weigh a choice by energy, and release it on draws that the search has not seen."""
         task = self.task
         scene = choice.applied(task.scene)
-        weighed = result.weigh(scene, task.target, self.calls)
+        weighed = evidence.weigh(scene, task.target, self.calls)
         probability = None
         if task.runs:
             made = ensemble(

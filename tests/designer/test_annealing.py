@@ -9,8 +9,8 @@ import pytest
 import magfold_env as mf
 from magfold_env.designer import gap_designs
 from magfold_env.designer.annealing import anneal, anneal_sequence, sequence_of_signs
+from magfold_env.designer.evidence import Rivals
 from magfold_env.designer.exhaustive import Exhaustive
-from magfold_env.designer.result import Rivals
 from tests.words import words
 
 SCENE = mf.load_scene("design").replace(sequence=("NNNN",) * 3)

@@ -5,8 +5,8 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.designer import gap_designs
+from magfold_env.designer.evidence import Rivals
 from magfold_env.designer.exhaustive import Exhaustive
-from magfold_env.designer.result import Rivals
 from tests.words import words
 
 SCENE = mf.load_scene("design").replace(sequence=("NNNN",) * 4)

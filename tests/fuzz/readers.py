@@ -25,7 +25,8 @@ from agents.evaluation.policies import (
 )
 from agents.settings import load_settings
 from agents.training.models import read_archive, write_archive
-from magfold_env.designer.result import Design, Evidence
+from magfold_env.designer.evidence import Evidence
+from magfold_env.designer.result import Design
 from magfold_env.designer.suites import load_suite
 from magfold_env.ensembles import Ensemble, ensemble
 from magfold_env.files import configs_dir

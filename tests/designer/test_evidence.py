@@ -5,7 +5,7 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.designer.annealing import sequence_of_signs
-from magfold_env.designer.result import Rivals, one_letter_off
+from magfold_env.designer.evidence import Rivals, one_letter_off
 from magfold_env.shapes import overlaps
 from tests.words import words
 
