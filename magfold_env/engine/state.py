@@ -116,6 +116,24 @@ class Tables(NamedTuple):
     end: float  # joint angles from −end to end are covered [rad]; 0: there are none
     one: Array  # (knots + 4, 16)
     two: Array  # (knots + 4, (knots + 4)·16)
+    far: FarTable
+
+
+@by_pointer
+class FarTable(NamedTuple):
+    """Splines for casings farther apart, see `engine.magnets.far_lookup`.
+
+    They are over 1/r and the directions to each other, seen from both; poles nearer than ``soft``
+    act more softly in them.
+    """
+
+    end: float  # centres so far apart are covered [m]; 0: there are none
+    density: float  # knots of 1/r, from 1/end on [m]
+    energy: Array  # front-left faces of unit charge [J/(A·m)²], (knots + 2, turns + 3, turns + 12):
+    # directions from the second casing a right angle apart side by side
+    soft: float  # [m]
+    soften: Array  # energy of nearer nodes [1/m], a polynomial in the rest of ρ², (4,)
+    reach: float  # centres farther apart than this have no such nodes [m]
 
 
 @by_pointer
@@ -196,6 +214,25 @@ class Segments(NamedTuple):
 
 
 @by_pointer
+class Stencils(NamedTuple):
+    """The splines that are not zero at pairs' poses, with the charges folded in.
+
+    A pair has the slot of its number, which others may share if the chain is long.
+    """
+
+    pair: Annotated[IntArray, "slots"]  # the number of whose it is; 0: nobody's
+    cell: Annotated[IntArray, "slots"]  # of the table
+    value: Annotated[
+        Array, "slots", 4, 16
+    ]  # by direction from the second casing; other two together [J]
+    weight: Annotated[Array, 6, 4]  # of the splines, and their slopes
+    here: Annotated[Array, 16]  # combined at a heading
+    slope: Annotated[Array, 16]
+    product: Annotated[Array, 4, 16]  # of charges, by face of the first casing [A²·m²]
+    column: Annotated[IntArray, 4]  # where these faces begin in the table
+
+
+@by_pointer
 class Nodes(NamedTuple):
     """Scratch space of the magnets' sums and splines."""
 
@@ -215,6 +252,7 @@ class Nodes(NamedTuple):
     lane_u: PerLane
     spline: Annotated[Array, 4, "spline"]  # weights of two splines and their slopes
     row: Annotated[Array, "row"]  # rows of a table, combined
+    stencils: Stencils
 
 
 @by_pointer

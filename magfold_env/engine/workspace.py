@@ -19,6 +19,8 @@ from magfold_env.engine.stepping.stages import STAGES
 MOST_CONSTRAINED = 500
 # Stops between the ends of a rigid part are kept as one integer to base 3.
 MOST_SPANS = 39
+# Pairs of casings whose place in the table is kept; those of longer chains share.
+MOST_STENCILS = 144
 
 T = TypeVar("T", bound=tuple[Any, ...])
 
@@ -123,6 +125,7 @@ def _nodes(n: int, ranks: int, most: int, lanes: int) -> arrays.Nodes:
         "terms": expansions.MOST,
         "spline": lookup.DEGREE + 1,
         "row": (lookup.DEGREE + 1) * lookup.PAIRS,
+        "slots": min(n * n, MOST_STENCILS),
     }
     return zeros(arrays.Nodes, sizes, segments=new_segments(n))
 

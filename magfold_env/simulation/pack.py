@@ -12,10 +12,11 @@ import numpy as np
 from magfold_env.engine.magnets import expansions, multipoles
 from magfold_env.engine.magnets.multipoles import ComplexArray
 from magfold_env.engine.magnets.pairs import BLEND, LANES
-from magfold_env.engine.state import Array, Bodies, Field, Magnets, Model, Tables
+from magfold_env.engine.state import Array, Bodies, FarTable, Field, Magnets, Model, Tables
 from magfold_env.scene import Casing, FixedMagnet, Scene
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
+from magfold_env.simulation.far_table import build_far_table
 from magfold_env.simulation.pair_tables import build_tables
 from magfold_env.simulation.quadrature import Rule, choose_rule, table_rule, widest
 
@@ -25,6 +26,7 @@ FRICTION_ARM = 0.3826
 
 # Share of the accuracy that splines may use up.
 TABLE_SHARE = 0.05
+FAR_ACCURACY = 1e-3  # the finest that the table of casings farther apart serves
 PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to meet
 
 SLOWEST = 1.0  # [rad/s]
@@ -33,7 +35,8 @@ _NONE = np.zeros(0)
 NO_FIELD = Field(
     False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0, False, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
 )
-NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)))
+NO_FAR_TABLE = FarTable(0.0, 0.0, np.zeros((0, 0, 0)), 0.0, np.zeros(4), 0.0)
+NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)), NO_FAR_TABLE)
 TURNED = [2, 3, 0, 1]  # faces of a casing that is turned by half a turn
 FACE_ANGLES = np.array([0.25, 0.75, -0.75, -0.25]) * math.pi
 
@@ -138,14 +141,23 @@ def joint_tables(scene: Scene) -> Tables:
         return NO_TABLES
     sizes = MagnetSizes.of(magnets, reversed_inside(scene))
     tables, error = _tables_of(scene.casing.side, sizes)
-    return tables if error <= TABLE_SHARE * magnets.accuracy else NO_TABLES
+    if error > TABLE_SHARE * magnets.accuracy:
+        return NO_TABLES
+    if magnets.accuracy < FAR_ACCURACY or not magnets.even:
+        return tables
+    return tables._replace(far=_far_table_of(scene.casing.side, sizes))
 
 
 @lru_cache(maxsize=16)
 def _tables_of(side: float, sizes: MagnetSizes) -> tuple[Tables, float]:
     casing = Casing(side=side)
     rule = table_rule(MagnetsPart(**sizes._asdict()))
-    return build_tables(_build(rule, True, side, sizes), casing.diagonal)
+    return build_tables(_build(rule, True, side, sizes), casing.diagonal, NO_FAR_TABLE)
+
+
+@lru_cache(maxsize=16)
+def _far_table_of(side: float, sizes: MagnetSizes) -> FarTable:
+    return build_far_table(_build(Rule.single(1), True, side, sizes), side)
 
 
 def quadrature_of(

@@ -17,7 +17,7 @@ from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.laws import COULOMB
 from magfold_env.engine.magnets.lookup import DEGREE, PAIRS
 from magfold_env.engine.magnets.pairs import BLEND, FacePair, level_sum, refine
-from magfold_env.engine.state import Array, Magnets, Nodes, Tables
+from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Tables
 from magfold_env.engine.workspace import new_nodes
 
 # Joints stop at a right angle; the solver oversteps by no more than a tolerance.
@@ -120,7 +120,7 @@ def coefficients(spaces: int, values: Array) -> Array:
     return solve((DEGREE, DEGREE), band, values.reshape(n, -1)).reshape(values.shape)
 
 
-def build_tables(magnets: Magnets, pitch: float) -> tuple[Tables, float]:
+def build_tables(magnets: Magnets, pitch: float, far: FarTable) -> tuple[Tables, float]:
     """Lay the splines of one kind of casing, whose energies are summed over its magnets' nodes.
 
     Returns the error of the slopes, too, all faces together, as a share of the largest slope.
@@ -134,7 +134,7 @@ def build_tables(magnets: Magnets, pitch: float) -> tuple[Tables, float]:
     values = energies(magnets, pitch, grid).reshape(angles.size, angles.size, PAIRS)
     two = coefficients(TWO_SPACES, values).swapaxes(0, 1)
     two = coefficients(TWO_SPACES, two).swapaxes(0, 1)
-    tables = Tables(END, np.ascontiguousarray(one), two.reshape(len(two), -1).copy())
+    tables = Tables(END, np.ascontiguousarray(one), two.reshape(len(two), -1).copy(), far)
     return tables, _slope_error(tables, magnets, pitch) / worst
 
 

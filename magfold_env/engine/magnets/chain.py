@@ -12,9 +12,20 @@ import math
 
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.magnets import lookup, outer_field, pairs
-from magfold_env.engine.magnets.segments import begin, finish, list_pairs
-from magfold_env.engine.state import Array, IntArray, Loads, Model, Nodes, Pose, Rigid, Work, copy
+from magfold_env.engine.magnets import far_lookup, laws, lookup, outer_field, pairs, segments
+from magfold_env.engine.magnets.expansions import expansion
+from magfold_env.engine.state import (
+    Array,
+    IntArray,
+    Loads,
+    Magnets,
+    Model,
+    Nodes,
+    Pose,
+    Rigid,
+    Work,
+    copy,
+)
 
 HALF_PI = math.pi / 2.0
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
@@ -38,36 +49,64 @@ def add_chain_forces(
         return
     if find_stops(first, q, model.charge, rigid.charge, rigid.stop, rigid.reach, rigid.code):
         renew(first, model, nodes, rigid)
-    magnets, segments = model.magnets, nodes.segments
-    pairs.spread_nodes(first, magnets, pose, nodes)
-    begin(first, pose.x, pose.y, segments)
+    magnets = model.magnets
+    spread(first, model, pose, nodes)
+    segments.begin(first, pose.x, pose.y, nodes.segments)
     while True:
-        count, _ = list_pairs(
-            first, lo, model.n, magnets.group_radius, magnets.group_terms, False, segments
+        count, _ = segments.list_pairs(
+            first, lo, model.n, magnets.group_radius, magnets.group_terms, False, nodes.segments
         )
         if count == 0:
             break
-        near = add_pairs(count, model, q, pose, nodes, rigid, loads)
-        for p in range(near):
-            i, j = segments.pair[p, 0], segments.pair[p, 1]
-            _, u, v, t = pairs.near_pair(magnets, model.charge, pose, nodes, i, j, False)
-            pairs.act(pose, i, j, u, v, t, loads)
-    finish(first, model.n, segments, loads)
+        add_pairs(count, model, q, pose, nodes, rigid, loads)
+    segments.finish(first, model.n, nodes.segments, loads)
+
+
+@inlined
+def spread(first: int, model: Model, pose: Pose, nodes: Nodes) -> None:
+    """Bring to the world's frame what pairs need of casings ``first`` on, if they need anything."""
+    end = model.magnets.tables.far.end
+    if end == 0.0:
+        pairs.spread_nodes(first, model.magnets, pose, nodes)
+    elif model.n * model.bodies.length[0] > end:
+        pairs.turn_casings(first, model.magnets, pose, nodes)
+
+
+@inlined
+def apart(
+    magnets: Magnets, charge: Array, pose: Pose, turn: float, nodes: Nodes, i: int, j: int,
+    with_energy: bool,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Energy, force and torque of casings three joints apart or more, as by `pairs.casing_pair`.
+
+    ``turn`` is by how much j's heading is ahead of i's [rad].
+    """
+    far = magnets.tables.far
+    if far.end == 0.0:
+        return pairs.casing_pair(magnets, charge, pose, nodes, i, j, with_energy)
+    ex, ey = pose.x[i] - pose.x[j], pose.y[i] - pose.y[j]
+    distance, begins = math.sqrt(ex * ex + ey * ey), far.end / segments.SPREAD
+    if distance >= far.end:
+        return expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
+    u, fx, fy, t = far_lookup.look_up(far, charge, pose, turn, i, j, nodes.stencils)
+    if distance < far.reach:
+        v, gx, gy, s = far_lookup.stiffen(magnets, charge, pose, nodes, i, j, with_energy)
+        return u + v, fx + gx, fy + gy, t + s
+    if distance <= begins:
+        return u, fx, fy, t
+    beyond = expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
+    ratio = distance / begins
+    return laws.between_rules((u, fx, fy, t), beyond, ratio, segments.SPREAD, begins, ex, ey)
 
 
 @kernel
 def add_pairs(
     count: int, model: Model, q: Array, pose: Pose, nodes: Nodes, rigid: Rigid, loads: Loads
-) -> int:
-    """Add the forces of pairs, but not near faces' corrections: how many need them.
-
-    Those are left in front.
-    """
-    magnets, pair, charge = model.magnets, nodes.segments.pair, model.charge
-    tables, reach = magnets.tables, magnets.reach
-    cos, sin, x, y = pose.cos, pose.sin, pose.x, pose.y
+) -> None:
+    """Add the forces of pairs that are listed."""
+    pair, charge, tables = nodes.segments.pair, model.charge, model.magnets.tables
+    cos, sin = pose.cos, pose.sin
     code, joined, force, torque = rigid.code, rigid.reach, rigid.force, loads.torque
-    near = 0
     for p in range(count):
         i, j = int(pair[p, 0]), int(pair[p, 1])
         k = j - i - 1
@@ -84,12 +123,8 @@ def add_pairs(
             u, v = lookup.two_slopes(tables, q[i + 1] - q[i], q[j] - q[i + 1], charge, i, nodes)
             bend(i, j, u, v, torque)
         else:
-            if math.hypot(x[j] - x[i], y[j] - y[i]) < reach:
-                pair[near, 0], pair[near, 1] = i, j
-                near += 1
-            _, u, v, t = pairs.far_pair(magnets, pose, nodes, i, j, False)
+            _, u, v, t = apart(model.magnets, charge, pose, q[j] - q[i], nodes, i, j, False)
             pairs.act(pose, i, j, u, v, t, loads)
-    return near
 
 
 @inlined
@@ -149,6 +184,7 @@ def renew(first: int, model: Model, nodes: Nodes, rigid: Rigid) -> None:
         for i in range(model.n):
             copy(model.charge[i], rigid.charge[i], 0)
         rigid.code[:] = 0
+        nodes.stencils.pair[:] = 0
     for i in range(first, model.n):
         stops = 0
         for j in range(i + 1, min(rigid.reach[i], i + rigid.code.shape[1]) + 1):
@@ -177,9 +213,10 @@ def find_rigid(model: Model, i: int, j: int, rigid: Rigid) -> None:
         return
     pose, bodies = rigid.pose, model.bodies
     pose.cos[0], pose.sin[0], pose.x[0], pose.y[0] = 1.0, 0.0, 0.0, 0.0
-    c, s = 1.0, 0.0
+    c, s, turn = 1.0, 0.0, 0.0
     x, y = bodies.length[i] - bodies.reach[i], 0.0
     for k in range(i + 1, j + 1):
+        turn += stop_angle(rigid.stop[k])
         c, s = (-s, c) if rigid.stop[k] == LEFT else (s, -c)
         along = bodies.reach[k] if k == j else bodies.length[k]
         x += along * c
@@ -188,9 +225,10 @@ def find_rigid(model: Model, i: int, j: int, rigid: Rigid) -> None:
     copy(model.charge[i], rigid.charges[0], 0)
     copy(model.charge[j], rigid.charges[1], 0)
     pairs.spread_charges(model.magnets, rigid.charges, nodes)
-    pairs.spread_nodes(0, model.magnets, pose, nodes)
-    _, kept[0], kept[1], kept[2] = pairs.casing_pair(
-        model.magnets, rigid.charges, pose, nodes, 0, 1, False
+    nodes.stencils.pair[:] = 0
+    spread(0, model, pose, nodes)
+    _, kept[0], kept[1], kept[2] = apart(
+        model.magnets, rigid.charges, pose, turn, nodes, 0, 1, False
     )
 
 
@@ -208,25 +246,27 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
         return pairs.energy(first, magnets, charge, pose, nodes)
     tables = magnets.tables
     pairs.spread_charges(magnets, charge, nodes)
-    pairs.spread_nodes(first, magnets, pose, nodes)
-    total, segments = 0.0, nodes.segments
-    begin(first, pose.x, pose.y, segments)
+    nodes.stencils.pair[:] = 0
+    spread(first, model, pose, nodes)
+    total, pair = 0.0, nodes.segments.pair
+    segments.begin(first, pose.x, pose.y, nodes.segments)
     while True:
-        count, far = list_pairs(
-            first, first, model.n, magnets.group_radius, magnets.group_terms, True, segments
+        count, far = segments.list_pairs(
+            first, first, model.n, magnets.group_radius, magnets.group_terms, True, nodes.segments
         )
         total += far
         if count == 0:
             return total
         for p in range(count):
-            i, j = int(segments.pair[p, 0]), int(segments.pair[p, 1])
+            i, j = int(pair[p, 0]), int(pair[p, 1])
             angle, next_angle = q[i + 1] - q[i], q[j] - q[i + 1]
             if j - i == 1:
                 total += lookup.one_energy(tables, angle, charge, i, nodes)
             elif j - i == TABLED:
                 total += lookup.two_energy(tables, angle, next_angle, charge, i, nodes)
             else:
-                total += pairs.casing_pair(magnets, charge, pose, nodes, i, j, True)[0]
+                turn = q[j] - q[i]
+                total += apart(magnets, charge, pose, turn, nodes, i, j, True)[0]
 
 
 def magnet_energy(first: int, model: Model, work: Work) -> float:

@@ -97,12 +97,18 @@ def whole_lanes(count: int) -> int:
 @kernel
 def spread_nodes(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
     """Fill the nodes' positions [m] and the moments for casings ``lo`` on."""
+    turn_casings(lo, magnets, pose, nodes)
+    for rank in range(magnets.rank_count.size):
+        place_nodes(lo, rank, 2 * magnets.rank_count[rank], pose, nodes)
+
+
+@inlined
+def turn_casings(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
+    """Turn the moments of casings ``lo`` on into the world's frame."""
     for i in range(lo, pose.x.size):
         c, s = pose.cos[i], pose.sin[i]
         turn_row(nodes.segments.body, i, c, s, nodes.segments.moment)
         turn_moments(magnets.far_order, nodes.body, i, c, s, nodes.expanded, nodes.moment)
-    for rank in range(magnets.rank_count.size):
-        place_nodes(lo, rank, 2 * magnets.rank_count[rank], pose, nodes)
 
 
 @kernel

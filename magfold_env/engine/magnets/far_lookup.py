@@ -1,0 +1,239 @@
+"""Casings three joints apart and more, looked up in one table.
+
+The energy of two casings depends on the distance r of their centres and on where, seen from each,
+the other lies, and is bilinear in the charges of their faces. Since a casing turned by a right
+angle has its faces where others were, the energies of all sixteen pairs of faces are those of one
+pair, turned: one table of cubic splines over 1/r and the two directions holds them all, sixteen
+stencils of 4 × 4 × 4 splines in different places. These are summed with the charges when a pair
+enters a new cell of the table, and kept: a function of charges and cell alone.
+
+Faces 1 mm apart are too much for a table that is to be small, so in it poles nearer than a
+*softening radius* act by the Taylor polynomial of their energy about that radius. What that leaves
+is summed over the nodes of those few faces that are so near, in `stiffen`. The energy is
+twice differentiable, and forces and torques are its exact gradient.
+"""
+
+import math
+
+import numpy as np
+
+from magfold_env.engine.chain.sincos import direction
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.magnets import laws
+from magfold_env.engine.magnets.pairs import whole_lanes
+from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose, Stencils
+
+SPLINES = 4  # that are not zero in a space between knots
+FACES = 4
+PLACES = SPLINES * SPLINES
+TWO_PI = 2.0 * math.pi
+
+
+@kernel
+def look_up(
+    table: FarTable, charge: Array, pose: Pose, turn: float, i: int, j: int, stencils: Stencils
+) -> tuple[float, float, float, float]:
+    """Energy [J], force on casing i [N] and torque about its centre [N·m] by casing j, softened.
+
+    ``turn`` is by how much j's heading is ahead of i's [rad].
+    """
+    weight, value, here, slope = stencils.weight, stencils.value, stencils.here, stencils.slope
+    spaces, turns = table.energy.shape[0] - 3, table.energy.shape[1] - 3
+    c, s = pose.cos[i], pose.sin[i]
+    dx, dy = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
+    x, y = c * dx + s * dy, c * dy - s * dx
+    inverse = 1.0 / math.sqrt(max(x * x + y * y, laws.NEAREST2))
+    radial = (inverse - 1.0 / table.end) * table.density
+    there = direction(x, y)
+    toward, back = _knots(there, turns), _knots(there + math.pi - turn, turns)
+    # Beyond its first and last knot the table goes on as it ends.
+    a = min(max(int(radial), 0), spaces - 1)
+    b, e = min(int(toward), turns - 1), min(int(back), turns - 1)
+    _basis(radial - a, weight, 0)
+    _basis(toward - b, weight, 2)
+    _basis(back - e, weight, 4)
+    pair, cell = i * pose.x.size + j, (a * turns + b) * turns + e
+    slot = pair % stencils.pair.size
+    if stencils.pair[slot] != pair or stencils.cell[slot] != cell:
+        stencils.pair[slot], stencils.cell[slot] = pair, cell
+        _fold(table.energy, charge, i, j, a, b, e, slot, stencils)
+    w0, w1, w2, w3 = weight[4, 0], weight[4, 1], weight[4, 2], weight[4, 3]
+    d0, d1, d2, d3 = weight[5, 0], weight[5, 1], weight[5, 2], weight[5, 3]
+    for k in range(PLACES):
+        v0, v1, v2, v3 = value[slot, 0, k], value[slot, 1, k], value[slot, 2, k], value[slot, 3, k]
+        here[k] = (w0 * v0 + w1 * v1) + (w2 * v2 + w3 * v3)
+        slope[k] = (d0 * v0 + d1 * v1) + (d2 * v2 + d3 * v3)
+    energy, by_radial, by_toward, by_back = 0.0, 0.0, 0.0, 0.0
+    for k in range(SPLINES):
+        u, v, w = 0.0, 0.0, 0.0
+        for m in range(SPLINES):
+            u += weight[2, m] * here[SPLINES * k + m]
+            v += weight[3, m] * here[SPLINES * k + m]
+            w += weight[2, m] * slope[SPLINES * k + m]
+        energy += weight[0, k] * u
+        by_radial += weight[1, k] * u
+        by_toward += weight[0, k] * v
+        by_back += weight[0, k] * w
+    # The energy grows along r by this, across it by that; a force on i is its gradient by j.
+    along = -by_radial * inverse * inverse * table.density * inverse
+    torque = by_toward * turns / TWO_PI
+    across = (torque + by_back * turns / TWO_PI) * inverse * inverse
+    px, py = along * x - across * y, along * y + across * x
+    return energy, c * px - s * py, s * px + c * py, torque
+
+
+@inlined
+def _knots(angle: float, turns: int) -> float:
+    """Return an angle in knots, from 0 to ``turns``."""
+    knots = angle * (turns / TWO_PI)
+    return knots - turns * math.floor(knots / turns)
+
+
+@inlined
+def _basis(t: float, weight: Array, row: int) -> None:
+    """Fill two rows: the cubic splines in a space between knots, and their slopes by ``t``."""
+    s = 1.0 - t
+    weight[row, 0] = s * s * s / 6.0
+    weight[row, 1] = (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
+    weight[row, 2] = (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0
+    weight[row, 3] = t * t * t / 6.0
+    weight[row + 1, 0] = -0.5 * s * s
+    weight[row + 1, 1] = 0.5 * (3.0 * t * t - 4.0 * t)
+    weight[row + 1, 2] = -0.5 * (3.0 * s * s - 4.0 * s)
+    weight[row + 1, 3] = 0.5 * t * t
+
+
+@kernel
+def _fold(
+    energy: Array, charge: Array, i: int, j: int, a: int, b: int, e: int,
+    slot: int, stencils: Stencils,
+) -> None:  # fmt: skip
+    """Sum the stencils of all pairs of faces, with their charges.
+
+    Seen from its f-th face all else is turned back by f right angles. The table holds directions
+    from the second casing a right angle apart side by side, so that its four faces are summed
+    together.
+    """
+    value, product, here, column = stencils.value, stencils.product, stencils.here, stencils.column
+    turns = energy.shape[1] - 3
+    quarter = turns // FACES
+    first = FACES * (e % quarter)
+    for f in range(FACES):
+        column[f] = (b + (FACES - f) * quarter) % turns
+        for k in range(PLACES):
+            product[f, k] = charge[i, f] * charge[j, (e // quarter - k + PLACES) % FACES]
+    for k in range(SPLINES):
+        # Unsigned: a signed index might count from the end, which no vector load can.
+        row = np.uint64(a + k)
+        for m in range(SPLINES):
+            c0, c1 = np.uint64(column[0] + m), np.uint64(column[1] + m)
+            c2, c3 = np.uint64(column[2] + m), np.uint64(column[3] + m)
+            for p in range(PLACES):
+                q = np.uint64(first + p)
+                u, v = product[0, p] * energy[row, c0, q], product[1, p] * energy[row, c1, q]
+                w, z = product[2, p] * energy[row, c2, q], product[3, p] * energy[row, c3, q]
+                here[p] = (u + v) + (w + z)
+            for p in range(SPLINES):
+                value[slot, p, SPLINES * k + m] = (here[4 * p] + here[4 * p + 1]) + (
+                    here[4 * p + 2] + here[4 * p + 3]
+                )
+
+
+@kernel
+def stiffen(
+    magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
+) -> tuple[float, float, float, float]:
+    """Add what the table's softening leaves out, as `look_up` gives it.
+
+    The energy is 0 unless asked for.
+    """
+    face_x, face_y, face_tx, face_ty = (
+        magnets.face_x,
+        magnets.face_y,
+        magnets.face_tx,
+        magnets.face_ty,
+    )
+    soft, width = magnets.tables.far.soft, math.hypot(face_tx[0], face_ty[0])
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    # In the frame of i.
+    ci, si, cj, sj = pose.cos[i], pose.sin[i], pose.cos[j], pose.sin[j]
+    ex, ey = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
+    dx, dy = ci * ex + si * ey, ci * ey - si * ex
+    c, s = ci * cj + si * sj, ci * sj - si * cj
+    most = soft + width
+    for g in range(2 * FACES):
+        bx = dx + c * face_x[g] - s * face_y[g]
+        by = dy + s * face_x[g] + c * face_y[g]
+        btx, bty = c * face_tx[g] - s * face_ty[g], s * face_tx[g] + c * face_ty[g]
+        for f in range(2 * FACES):
+            x, y = face_x[f] - bx, face_y[f] - by
+            if x * x + y * y >= most * most:
+                continue
+            # How far each face is from the other's line, in widths.
+            atx, aty = face_tx[f], face_ty[f]
+            half = 0.5 * abs(btx * aty - bty * atx)
+            from_a, from_b = abs(x * aty - y * atx) - half, abs(x * bty - y * btx) - half
+            q = laws.COULOMB * charge[i, f % FACES] * charge[j, g % FACES]
+            if q == 0.0 or max(from_a, from_b) >= soft * width:
+                continue
+            q = q if (f < FACES) == (g < FACES) else -q
+            u, px, py, t = _stiff_faces(magnets, x, y, (atx, aty), (btx, bty), with_energy, nodes)
+            energy += q * u
+            fx += q * px
+            fy += q * py
+            torque += q * (t + face_x[f] * py - face_y[f] * px)
+    return energy, ci * fx - si * fy, si * fx + ci * fy, torque
+
+
+@kernel
+def _stiff_faces(
+    magnets: Magnets, x: float, y: float, a: tuple[float, float], b: tuple[float, float],
+    with_energy: bool, scratch: Nodes,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Do so for two faces of unit charge along ``a`` and ``b``, (x, y) from b's centre to a's."""
+    table, level = magnets.tables.far, magnets.level_count.size - 1
+    count, sum2 = magnets.level_count[level], magnets.height2
+    offset, share = magnets.level_node, magnets.level_weight
+    lane_x, lane_y, lane_u = scratch.lane_x, scratch.lane_y, scratch.lane_u
+    p0, p1, p2, p3 = table.soften[0], table.soften[1], table.soften[2], table.soften[3]
+    soft2 = table.soft * table.soft
+    lanes = whole_lanes(count)
+    for k in range(lanes):
+        lane_x[k] = 0.0
+        lane_y[k] = 0.0
+        lane_u[k] = 0.0
+    width2 = a[0] * a[0] + a[1] * a[1]
+    for m in range(count):
+        x0, y0 = x - offset[level, m] * b[0], y - offset[level, m] * b[1]
+        # The node's distance from the other face's line.
+        off = x0 * a[1] - y0 * a[0]
+        if off * off >= soft2 * width2:
+            continue
+        w = share[level, m]
+        for k in range(lanes):
+            dx, dy = x0 + offset[level, k] * a[0], y0 + offset[level, k] * a[1]
+            r2 = dx * dx + dy * dy
+            # Outside the radius nothing is left.
+            rest = min(r2 - soft2, 0.0)
+            inside = w if rest < 0.0 else 0.0
+            g = laws.node_force(True, sum2, 0.0, r2)
+            g += 2.0 * (p1 + rest * (2.0 * p2 + rest * 3.0 * p3))
+            lane_x[k] += inside * g * dx
+            lane_y[k] += inside * g * dy
+        if with_energy:
+            for k in range(lanes):
+                dx, dy = x0 + offset[level, k] * a[0], y0 + offset[level, k] * a[1]
+                r2 = dx * dx + dy * dy
+                rest = min(r2 - soft2, 0.0)
+                inside = w if rest < 0.0 else 0.0
+                _, u = laws.node_law(True, True, sum2, 0.0, r2)
+                lane_u[k] += inside * (u - (p0 + rest * (p1 + rest * (p2 + rest * p3))))
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        w = share[level, k]
+        px, py = w * lane_x[k], w * lane_y[k]
+        energy += w * lane_u[k]
+        fx += px
+        fy += py
+        torque += offset[level, k] * (a[0] * py - a[1] * px)
+    return energy, fx, fy, torque
