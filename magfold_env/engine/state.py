@@ -233,6 +233,21 @@ class Stencils(NamedTuple):
 
 
 @by_pointer
+class Bends(NamedTuple):
+    """The splines that are not zero at joints' angles, with the charges folded in.
+
+    Row i is of component i and the next one, or the next but one; see `engine.magnets.lookup`.
+    """
+
+    one_cell: IntPerBody  # number of the space between knots, from 1 on; 0: none
+    one: Annotated[Array, "n", 6]  # [J]
+    two_cell: IntPerBody
+    two: Annotated[Array, "n", 36]
+    product: Annotated[Array, 16]  # of charges [A²·m²]
+    part: Annotated[Array, 4]
+
+
+@by_pointer
 class Nodes(NamedTuple):
     """Scratch space of the magnets' sums and splines."""
 
@@ -251,7 +266,7 @@ class Nodes(NamedTuple):
     lane_y: PerLane
     lane_u: PerLane
     spline: Annotated[Array, 4, "spline"]  # weights of two splines and their slopes
-    row: Annotated[Array, "row"]  # rows of a table, combined
+    bends: Bends
     stencils: Stencils
 
 

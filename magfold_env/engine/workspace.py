@@ -123,8 +123,7 @@ def _nodes(n: int, ranks: int, most: int, lanes: int) -> arrays.Nodes:
         "nodes a casing": most,
         "lanes": lanes,
         "terms": expansions.MOST,
-        "spline": lookup.DEGREE + 1,
-        "row": (lookup.DEGREE + 1) * lookup.PAIRS,
+        "spline": lookup.SPLINES,
         "slots": min(n * n, MOST_STENCILS),
     }
     return zeros(arrays.Nodes, sizes, segments=new_segments(n))

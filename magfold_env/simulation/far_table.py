@@ -2,9 +2,9 @@
 
 The energies of two faces of unit charge, nearer nodes softened, are summed over Gauss-Legendre
 nodes at the knots, and splines are laid through them: in both angles periodic ones, in the
-reciprocal distance ones whose third derivative does not jump at the last knots but one. A mirror through the
-first face and an exchange of the casings leave the energies as they are: three quarters of them are
-copied.
+reciprocal distance ones whose third derivative does not jump at the last knots but one. A mirror
+through the first face and an exchange of the casings leave the energies as they are: three quarters
+of them are copied.
 """
 
 import importlib

@@ -118,9 +118,9 @@ def add_pairs(
                 c, s = cos[i], sin[i]
                 pairs.act(pose, i, j, c * u - s * v, s * u + c * v, t, loads)
         elif j - i == 1:
-            bend(i, j, lookup.one_slope(tables, q[j] - q[i], charge, i, nodes), 0.0, torque)
+            bend(i, j, lookup.one_slope(tables, q[j] - q[i], charge, i, i, nodes), 0.0, torque)
         elif j - i == TABLED:
-            u, v = lookup.two_slopes(tables, q[i + 1] - q[i], q[j] - q[i + 1], charge, i, nodes)
+            u, v = lookup.two_slopes(tables, q[i + 1] - q[i], q[j] - q[i + 1], charge, i, i, nodes)
             bend(i, j, u, v, torque)
         else:
             _, u, v, t = apart(model.magnets, charge, pose, q[j] - q[i], nodes, i, j, False)
@@ -184,7 +184,7 @@ def renew(first: int, model: Model, nodes: Nodes, rigid: Rigid) -> None:
         for i in range(model.n):
             copy(model.charge[i], rigid.charge[i], 0)
         rigid.code[:] = 0
-        nodes.stencils.pair[:] = 0
+        forget(nodes)
     for i in range(first, model.n):
         stops = 0
         for j in range(i + 1, min(rigid.reach[i], i + rigid.code.shape[1]) + 1):
@@ -192,6 +192,14 @@ def renew(first: int, model: Model, nodes: Nodes, rigid: Rigid) -> None:
             if rigid.code[i, j - i - 1] != stops:
                 rigid.code[i, j - i - 1] = stops
                 find_rigid(model, i, j, rigid)
+
+
+@inlined
+def forget(nodes: Nodes) -> None:
+    """Let everything that charges are folded into be found anew."""
+    nodes.bends.one_cell[:] = 0
+    nodes.bends.two_cell[:] = 0
+    nodes.stencils.pair[:] = 0
 
 
 @kernel
@@ -202,14 +210,15 @@ def find_rigid(model: Model, i: int, j: int, rigid: Rigid) -> None:
     torque in the frame of i.
     """
     kept, nodes = rigid.force[i, j - i - 1], rigid.nodes
+    forget(nodes)
     tables = model.magnets.tables
     angle, next_angle = stop_angle(rigid.stop[i + 1]), stop_angle(rigid.stop[j])
     if j - i == 1:
-        kept[0] = lookup.one_slope(tables, angle, model.charge, i, nodes)
+        kept[0] = lookup.one_slope(tables, angle, model.charge, i, 0, nodes)
         kept[1] = 0.0
         return
     if j - i == 2:
-        kept[0], kept[1] = lookup.two_slopes(tables, angle, next_angle, model.charge, i, nodes)
+        kept[0], kept[1] = lookup.two_slopes(tables, angle, next_angle, model.charge, i, 0, nodes)
         return
     pose, bodies = rigid.pose, model.bodies
     pose.cos[0], pose.sin[0], pose.x[0], pose.y[0] = 1.0, 0.0, 0.0, 0.0
@@ -225,7 +234,6 @@ def find_rigid(model: Model, i: int, j: int, rigid: Rigid) -> None:
     copy(model.charge[i], rigid.charges[0], 0)
     copy(model.charge[j], rigid.charges[1], 0)
     pairs.spread_charges(model.magnets, rigid.charges, nodes)
-    nodes.stencils.pair[:] = 0
     spread(0, model, pose, nodes)
     _, kept[0], kept[1], kept[2] = apart(
         model.magnets, rigid.charges, pose, turn, nodes, 0, 1, False
@@ -246,7 +254,7 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
         return pairs.energy(first, magnets, charge, pose, nodes)
     tables = magnets.tables
     pairs.spread_charges(magnets, charge, nodes)
-    nodes.stencils.pair[:] = 0
+    forget(nodes)
     spread(first, model, pose, nodes)
     total, pair = 0.0, nodes.segments.pair
     segments.begin(first, pose.x, pose.y, nodes.segments)
@@ -261,9 +269,9 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
             i, j = int(pair[p, 0]), int(pair[p, 1])
             angle, next_angle = q[i + 1] - q[i], q[j] - q[i + 1]
             if j - i == 1:
-                total += lookup.one_energy(tables, angle, charge, i, nodes)
+                total += lookup.one_energy(tables, angle, charge, i, i, nodes)
             elif j - i == TABLED:
-                total += lookup.two_energy(tables, angle, next_angle, charge, i, nodes)
+                total += lookup.two_energy(tables, angle, next_angle, charge, i, i, nodes)
             else:
                 turn = q[j] - q[i]
                 total += apart(magnets, charge, pose, turn, nodes, i, j, True)[0]

@@ -133,10 +133,11 @@ def _fold(
                 u, v = product[0, p] * energy[row, c0, q], product[1, p] * energy[row, c1, q]
                 w, z = product[2, p] * energy[row, c2, q], product[3, p] * energy[row, c3, q]
                 here[p] = (u + v) + (w + z)
-            for p in range(SPLINES):
-                value[slot, p, SPLINES * k + m] = (here[4 * p] + here[4 * p + 1]) + (
-                    here[4 * p + 2] + here[4 * p + 3]
-                )
+            place = SPLINES * k + m
+            value[slot, 0, place] = (here[0] + here[1]) + (here[2] + here[3])
+            value[slot, 1, place] = (here[4] + here[5]) + (here[6] + here[7])
+            value[slot, 2, place] = (here[8] + here[9]) + (here[10] + here[11])
+            value[slot, 3, place] = (here[12] + here[13]) + (here[14] + here[15])
 
 
 @kernel

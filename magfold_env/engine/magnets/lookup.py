@@ -1,8 +1,9 @@
 """Energies of casings one and two joints apart, looked up in splines of their joint angles.
 
 The splines are of degree five on even knots, so four times differentiable; their gradient is
-taken exactly. All sixteen pairs of faces have coefficients side by side, a vector's worth at a
-time: charges enter last.
+taken exactly. All sixteen pairs of faces have coefficients side by side; where a joint turns on
+into another space between knots these are summed with the charges, and kept: a function of charges
+and spaces alone.
 """
 
 import numpy as np
@@ -11,6 +12,7 @@ from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Array, Nodes, Tables
 
 DEGREE = 5
+SPLINES = DEGREE + 1  # that are not zero in a space between knots
 BEYOND = 0.2  # [rad]
 FACES = 4
 PAIRS = FACES * FACES
@@ -42,47 +44,114 @@ def basis(x: float, last: int, weight: Array, row: int) -> int:
 
 
 @kernel
-def one_slope(tables: Tables, angle: float, charge: Array, i: int, nodes: Nodes) -> float:
+def one_slope(
+    tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes
+) -> float:
     """Slope of the energy of casings i and i + 1 by their joint's angle [N·m]."""
-    table, spline, row = tables.one, nodes.spline, nodes.row
-    k, density = place(angle, tables.end, table.shape[0], spline, 0)
-    combine(table, k, 0, spline, 1, PAIRS, row)
-    return density * weigh(charge, i, i + 1, row, 0)
+    density = fold_one(tables, angle, charge, i, slot, nodes)
+    return density * along(nodes.bends.one, slot, 0, nodes.spline, 1)
 
 
 @kernel
-def one_energy(tables: Tables, angle: float, charge: Array, i: int, nodes: Nodes) -> float:
+def one_energy(
+    tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes
+) -> float:
     """Energy of casings i and i + 1 [J]."""
-    table, spline, row = tables.one, nodes.spline, nodes.row
-    k, _ = place(angle, tables.end, table.shape[0], spline, 0)
-    combine(table, k, 0, spline, 0, PAIRS, row)
-    return weigh(charge, i, i + 1, row, 0)
+    fold_one(tables, angle, charge, i, slot, nodes)
+    return along(nodes.bends.one, slot, 0, nodes.spline, 0)
 
 
 @kernel
 def two_slopes(
-    tables: Tables, angle: float, next_angle: float, charge: Array, i: int, nodes: Nodes
+    tables: Tables, angle: float, next_angle: float, charge: Array, i: int, slot: int, nodes: Nodes
 ) -> tuple[float, float]:
     """Slopes of the energy of casings i and i + 2 by their two joints' angles [N·m]."""
-    table, spline, row = tables.two, nodes.spline, nodes.row
-    k, density = place(angle, tables.end, table.shape[0], spline, 0)
-    m, _ = place(next_angle, tables.end, table.shape[0], spline, 2)
-    combine(table, k, PAIRS * m, spline, 0, row.size, row)
-    next_slope = density * along_row(charge, i, row, spline, 3)
-    combine(table, k, PAIRS * m, spline, 1, row.size, row)
-    return density * along_row(charge, i, row, spline, 2), next_slope
+    density = fold_two(tables, angle, next_angle, charge, i, slot, nodes)
+    spline, two = nodes.spline, nodes.bends.two
+    slope, next_slope = 0.0, 0.0
+    for r in range(SPLINES):
+        slope += spline[1, r] * along(two, slot, SPLINES * r, spline, 2)
+        next_slope += spline[0, r] * along(two, slot, SPLINES * r, spline, 3)
+    return density * slope, density * next_slope
 
 
 @kernel
 def two_energy(
-    tables: Tables, angle: float, next_angle: float, charge: Array, i: int, nodes: Nodes
+    tables: Tables, angle: float, next_angle: float, charge: Array, i: int, slot: int, nodes: Nodes
 ) -> float:
     """Energy of casings i and i + 2 [J]."""
-    table, spline, row = tables.two, nodes.spline, nodes.row
-    k, _ = place(angle, tables.end, table.shape[0], spline, 0)
-    m, _ = place(next_angle, tables.end, table.shape[0], spline, 2)
-    combine(table, k, PAIRS * m, spline, 0, row.size, row)
-    return along_row(charge, i, row, spline, 2)
+    fold_two(tables, angle, next_angle, charge, i, slot, nodes)
+    spline, total = nodes.spline, 0.0
+    for r in range(SPLINES):
+        total += spline[0, r] * along(nodes.bends.two, slot, SPLINES * r, spline, 2)
+    return total
+
+
+@inlined
+def along(value: Array, slot: int, begin: int, spline: Array, row: int) -> float:
+    """Sum six values with a row of weights."""
+    low = spline[row, 0] * value[slot, begin] + spline[row, 1] * value[slot, begin + 1]
+    middle = spline[row, 2] * value[slot, begin + 2] + spline[row, 3] * value[slot, begin + 3]
+    high = spline[row, 4] * value[slot, begin + 4] + spline[row, 5] * value[slot, begin + 5]
+    return (low + middle) + high
+
+
+@inlined
+def fold_one(tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes) -> float:
+    """Find the splines about a joint's angle, times the charges, and their weights.
+
+    What is kept in the slot is of the same space between knots, or found anew. Returns the knots a
+    radian.
+    """
+    bends, table = nodes.bends, tables.one
+    k, density = place(angle, tables.end, table.shape[0], nodes.spline, 0)
+    if bends.one_cell[slot] != k + 1:
+        bends.one_cell[slot] = k + 1
+        multiply(charge, i, i + 1, bends.product)
+        for r in range(SPLINES):
+            bends.one[slot, r] = weigh(table, k + r, 0, bends.product, bends.part)
+    return density
+
+
+@inlined
+def fold_two(
+    tables: Tables, angle: float, next_angle: float, charge: Array, i: int, slot: int, nodes: Nodes
+) -> float:
+    """Do so for two joints; the second one's weights follow the first one's."""
+    bends, table = nodes.bends, tables.two
+    k, density = place(angle, tables.end, table.shape[0], nodes.spline, 0)
+    m, _ = place(next_angle, tables.end, table.shape[0], nodes.spline, 2)
+    cell = k * table.shape[0] + m + 1
+    if bends.two_cell[slot] != cell:
+        bends.two_cell[slot] = cell
+        multiply(charge, i, i + 2, bends.product)
+        for r in range(SPLINES):
+            for s in range(SPLINES):
+                bends.two[slot, SPLINES * r + s] = weigh(
+                    table, k + r, PAIRS * (m + s), bends.product, bends.part
+                )
+    return density
+
+
+@inlined
+def multiply(charge: Array, i: int, j: int, out: Array) -> None:
+    """Fill the products of the charges of all pairs of faces."""
+    for a in range(FACES):
+        for b in range(FACES):
+            out[FACES * a + b] = charge[i, a] * charge[j, b]
+
+
+@inlined
+def weigh(table: Array, row: int, begin: int, product: Array, part: Array) -> float:
+    """Sum over all pairs of faces, times their charges."""
+    for p in range(FACES):
+        # Unsigned: a signed index might count from the end, which no vector load can.
+        e = np.uint64(begin + p)
+        part[p] = (product[p] * table[row, e] + product[p + 4] * table[row, e + np.uint64(4)]) + (
+            product[p + 8] * table[row, e + np.uint64(8)]
+            + product[p + 12] * table[row, e + np.uint64(12)]
+        )
+    return (part[0] + part[1]) + (part[2] + part[3])
 
 
 @inlined
@@ -96,41 +165,3 @@ def place(angle: float, end: float, rows: int, spline: Array, row: int) -> tuple
     density = last / (2.0 * end)
     angle = min(max(angle, -end - BEYOND), end + BEYOND)
     return basis((angle + end) * density, last, spline, row), density
-
-
-@kernel
-def combine(
-    table: Array, k: int, begin: int, weight: Array, row: int, count: int, out: Array
-) -> None:
-    """Sum six rows of a table from k on, ``count`` entries each, with one row of weights."""
-    w0, w1, w2 = weight[row, 0], weight[row, 1], weight[row, 2]
-    w3, w4, w5 = weight[row, 3], weight[row, 4], weight[row, 5]
-    for c in range(count):
-        # Unsigned: a signed index might count from the end, which no vector load can.
-        e = np.uint64(begin + c)
-        out[c] = (
-            (w0 * table[k, e] + w5 * table[k + 5, e])
-            + (w1 * table[k + 1, e] + w4 * table[k + 4, e])
-            + (w2 * table[k + 2, e] + w3 * table[k + 3, e])
-        )
-
-
-@inlined
-def along_row(charge: Array, i: int, row: Array, weight: Array, order: int) -> float:
-    """Sum six entries of the combined rows, for casings i and i + 2."""
-    total = 0.0
-    for s in range(DEGREE + 1):
-        total += weight[order, s] * weigh(charge, i, i + 2, row, PAIRS * s)
-    return total
-
-
-@inlined
-def weigh(charge: Array, i: int, j: int, row: Array, begin: int) -> float:
-    """Sum over all pairs of faces, times their charges."""
-    total = 0.0
-    for a in range(FACES):
-        part = 0.0
-        for b in range(FACES):
-            part += charge[j, b] * row[begin + FACES * a + b]
-        total += charge[i, a] * part
-    return total
