@@ -1,0 +1,209 @@
+"""Casings three joints apart or more: looked up, against sums over many nodes."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from magfold_env.engine.chain.sincos import direction
+from magfold_env.engine.magnets import pairs
+from magfold_env.engine.magnets.chain import apart, forget
+from magfold_env.engine.state import Pose
+from magfold_env.engine.workspace import new_work
+from magfold_env.scene import Magnets, Scene
+from magfold_env.simulation.pack import pack
+from tests.engine import reference
+
+SIDE = 0.0125
+BOUND = 1e-3  # of the flush force: the finest accuracy that the table serves
+EXACT = 24  # nodes that leave 1e-7 where casings lie flush, and less elsewhere
+GEOMETRIES = {
+    "the paper's": Magnets(),
+    "narrow and deep": Magnets(width=0.004, thickness=0.003, inset=0.0008),
+    "low": Magnets(height=0.003),
+}
+seeds = st.integers(0, 2**32 - 1)
+
+
+class Pair:
+    """Two casings under the kernels of the dynamics; the first is at the origin."""
+
+    def __init__(self, scene):
+        self.scene = scene
+        self.model = pack(scene)
+        self.work = new_work(self.model)
+        assert self.model.magnets.tables.far.end > 0.0
+
+    def acts(self, place, headings, *, with_energy=True, kept=False):
+        """Force on each (2, 2), torques (2,) and energy, at the other's place (2,)."""
+        pose = Pose(np.cos(headings), np.sin(headings), *np.array([[0.0, 0.0], place]).T.copy())
+        if not kept:
+            forget(self.work.nodes)
+        turn, model = headings[1] - headings[0], self.model
+        pairs.spread_charges(model.magnets, model.charge, self.work.nodes)
+        pairs.turn_casings(0, model.magnets, pose, self.work.nodes)
+        energy, x, y, torque = apart(
+            model.magnets, model.charge, pose, turn, self.work.nodes, 0, 1, with_energy
+        )
+        other = place[0] * y - place[1] * x - torque
+        return np.array([[x, y], [-x, -y]]), np.array([torque, other]), energy
+
+
+@cache
+def pair_of(geometry, faces=("NSNS", "NNSS")):
+    return Pair(Scene(sequence=faces, magnets=GEOMETRIES[geometry]))
+
+
+def touching(rng, *, flush=False):
+    """Place and headings of two casings that touch, or nearly."""
+    bearing, headings = rng.uniform(-np.pi, np.pi), rng.uniform(-np.pi, np.pi, 2)
+    if flush:
+        headings[1] = headings[0] + np.pi / 2 * rng.integers(4) + rng.choice([0.0, 1e-3, 0.02])
+    body = reference.square(np.zeros(2), headings[0], SIDE / 2)
+    line = np.array([np.cos(bearing), np.sin(bearing)])
+    low, high = 0.9 * SIDE, 1.5 * SIDE
+    for _ in range(40):
+        middle = (low + high) / 2
+        other = reference.square(middle * line, headings[1], SIDE / 2)
+        low, high = (low, middle) if reference.separation(body, other) > 0 else (middle, high)
+    return (high + rng.choice([0.0, 1e-5, 3e-4])) * line, headings
+
+
+def away(rng):
+    """Place and headings of two casings anywhere that the table covers, and a little beyond."""
+    bearing, headings = rng.uniform(-np.pi, np.pi), rng.uniform(-np.pi, np.pi, 2)
+    reach = SIDE * math.sqrt(2) * rng.uniform(1.0, 9.0)
+    return reach * np.array([np.cos(bearing), np.sin(bearing)]), headings
+
+
+def errors(pair, place, headings):
+    """Largest errors of the forces, of the torques over the side and of the energy over it."""
+    scene = pair.scene
+    found = pair.acts(place, headings)
+    places = np.array([np.zeros(2), place])
+    exact = reference.magnet_forces(places, headings, scene, EXACT)
+    scales = 1.0, SIDE, SIDE
+    flush = reference.flush_force(scene)
+    return [np.abs(f - e).max() / s / flush for f, e, s in zip(found, exact, scales, strict=True)]
+
+
+@pytest.mark.parametrize("geometry", sorted(GEOMETRIES))
+def test_forces_torques_and_energies_keep_the_bound(geometry):
+    rng = np.random.default_rng(61)
+    for k in range(60):
+        faces = ["".join(rng.choice(list("NS-" if k % 5 == 0 else "NS"), 4)) for _ in range(2)]
+        pair = Pair(Scene(sequence=tuple(faces), magnets=GEOMETRIES[geometry]))
+        poses = [touching(rng), touching(rng, flush=True), away(rng)]
+        assert max(max(errors(pair, *pose)) for pose in poses) <= BOUND
+
+
+def test_uneven_strengths_keep_the_bound():
+    rng = np.random.default_rng(62)
+    for _ in range(20):
+        strengths = rng.uniform(0.3, 1.2, (2, 4)).tolist()
+        scene = Scene(sequence=("NSNS", "NNSN"), magnets=Magnets(remanence=strengths))
+        assert max(max(errors(Pair(scene), *touching(rng, flush=True))) for _ in range(3)) <= BOUND
+
+
+def test_what_is_far_away_is_almost_exact():
+    # A fold begins slowly, under weak forces from afar.
+    rng = np.random.default_rng(63)
+    pair = pair_of("the paper's")
+    for _ in range(100):
+        place, headings = away(rng)
+        place *= max(2.0 * SIDE * math.sqrt(2) / np.hypot(*place), 1.0)
+        assert max(errors(pair, place, headings)) <= 5e-6
+
+
+@pytest.mark.laws
+@given(seed=seeds)
+def test_forces_and_torques_are_the_energys_gradient(seed):
+    rng = np.random.default_rng(seed)
+    pair = pair_of("the paper's")
+    place, headings = touching(rng, flush=bool(seed % 2)) if seed % 3 else away(rng)
+    force, torque, _ = pair.acts(place, headings, with_energy=False)
+    size = np.abs(force).max()
+
+    def slope(shift, turn, step):
+        def energy(t):
+            return pair.acts(place + t * np.array(shift), headings + t * np.array(turn))[2]
+
+        return reference.derivative(energy, step)
+
+    # Third derivatives jump between cells of the table: a step of 1e-6 m across is 1e-7 off.
+    for axis, shift in enumerate(([1.0, 0.0], [0.0, 1.0])):
+        assert abs(slope(shift, [0.0, 0.0], 1e-6) + force[1, axis]) <= 3e-7 * size
+    for i, turn in enumerate(([1.0, 0.0], [0.0, 1.0])):
+        assert abs(slope([0.0, 0.0], turn, 1e-4) + torque[i]) <= 3e-7 * size * SIDE
+
+
+@pytest.mark.laws
+@given(seed=seeds)
+def test_both_casings_say_the_same(seed):
+    rng = np.random.default_rng(seed)
+    place, headings = touching(rng) if seed % 2 else away(rng)
+    force, torque, energy = pair_of("the paper's").acts(place, headings)
+    seen = pair_of("the paper's", ("NNSS", "NSNS")).acts(-place, headings[::-1])
+    size = np.abs(force).max()
+    np.testing.assert_allclose(seen[0][::-1], force, rtol=0, atol=1e-11 * size)
+    np.testing.assert_allclose(seen[1][::-1], torque, rtol=0, atol=1e-11 * size * SIDE)
+    assert seen[2] == pytest.approx(energy, abs=1e-11 * size * SIDE)
+
+
+@pytest.mark.laws
+@given(seed=seeds)
+def test_a_casing_turned_by_a_right_angle_has_its_faces_elsewhere(seed):
+    rng = np.random.default_rng(seed)
+    place, headings = touching(rng) if seed % 2 else away(rng)
+    force, torque, energy = pair_of("the paper's", ("NSSN", "NNSS")).acts(place, headings)
+    # Front-left becomes back-left, and so on round.
+    turned = pair_of("the paper's", ("SSNN", "NNSS"))
+    seen = turned.acts(place, headings + np.array([np.pi / 2, 0.0]))
+    size = np.abs(force).max()
+    np.testing.assert_allclose(seen[0], force, rtol=0, atol=1e-10 * size)
+    np.testing.assert_allclose(seen[1], torque, rtol=0, atol=1e-10 * size * SIDE)
+    assert seen[2] == pytest.approx(energy, abs=1e-10 * size * SIDE)
+
+
+def test_what_is_kept_is_a_function_of_charges_and_cell():
+    rng = np.random.default_rng(64)
+    pair = pair_of("the paper's")
+    for _ in range(300):
+        pose = away(rng) if rng.random() < 0.5 else touching(rng)
+        fresh = pair.acts(*pose)
+        for shift in (0.0, 1e-9, 1e-4):
+            pair.acts(pose[0] + shift, pose[1], kept=True)
+        again = pair.acts(*pose, kept=True)
+        assert all((a == b).all() for a, b in zip(fresh[:2], again[:2], strict=True))
+        assert again[2] == fresh[2]
+
+
+@pytest.mark.parametrize(
+    "magnets",
+    [
+        {"accuracy": 1e-4},
+        {"nodes": 4},
+        {"width": [0.006, 0.006, 0.006, 0.005]},
+        {"height": [0.006, 0.006, 0.006, 0.005]},
+    ],
+)
+def test_finer_bounds_and_unequal_magnets_are_summed(magnets):
+    scene = Scene(sequence=("NSNS", "NNSS")).replace(magnets=magnets)
+    assert pack(scene).magnets.tables.far.end == 0.0
+
+
+def test_the_table_is_small():
+    assert pair_of("the paper's").model.magnets.tables.far.energy.nbytes <= 2e6
+
+
+@given(seed=seeds)
+def test_directions_are_those_of_the_library(seed):
+    rng = np.random.default_rng(seed)
+    for x, y in rng.normal(size=(50, 2)) * 10.0 ** rng.integers(-8, 8, (50, 2)):
+        assert direction(x, y) == pytest.approx(math.atan2(y, x), rel=5e-16, abs=0.0)
+    for x, y in [(1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0), (-1.0, 1e-300), (-1.0, -1e-300)]:
+        assert direction(x, y) == pytest.approx(math.atan2(y, x), rel=5e-16, abs=0.0)
+    assert direction(0.0, 0.0) == 0.0
