@@ -18,7 +18,7 @@ from magfold_env.minimiser.lattice import Lattice
 from magfold_env.scene import Magnets, Scene
 from magfold_env.scene.base import MU0
 from magfold_env.scene.scene import signs
-from magfold_env.simulation.pack import width_rule
+from magfold_env.simulation.quadrature import width_rule
 
 TIE = 1e-9
 """Energies this close, relative to `energy_unit`, are equal: symmetries differ by rounding."""

@@ -9,14 +9,18 @@ of them are copied.
 
 import importlib
 import math
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from magfold_env.engine.chain.sincos import sincos
 from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.magnets.far_lookup import TWO_PI, look_up
 from magfold_env.engine.magnets.laws import COULOMB, node_law
-from magfold_env.engine.state import Array, FarTable, IntArray, Magnets
+from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose
+from magfold_env.engine.workspace import new_nodes
+from magfold_env.simulation.quadrature import MOST_NODES, width_rule
 
 # Distances of centres, in sides of a casing: squares that touch are a side apart or more. Knots
 # within keep what the last ones do to the splines away from there.
@@ -27,27 +31,27 @@ SOFT = 0.26  # sides within which nodes are softened
 POLE = math.sqrt(3.0) - 2.0  # of the filter that undoes the sampling of cubic splines
 NEAR_NODES, FAR_NODES = 10, 5  # of a face
 NEAR = 2.2  # sides from which on few nodes do
+PROBES = 100
 
 
-def build_far_table(magnets: Magnets, side: float) -> FarTable:
-    """Lay the splines for casings with four equal magnets and a number of ``side`` [m]."""
+def build_far_table(magnets: Magnets, side: float) -> tuple[FarTable, float]:
+    """Lay the splines for casings of four equal magnets and a side [m].
+
+    Returns their error, too, as a share of the force between two flush faces.
+    """
     end, soft = FARTHEST * side, SOFT * side
     reciprocal = np.linspace(1.0 / end, 1.0 / (NEAREST * side), RADIAL)
     soften = softening(soft, math.sqrt(magnets.height2))
-    offset, weight, count = np.zeros((2, NEAR_NODES)), np.zeros((2, NEAR_NODES)), []
-    for row, nodes in enumerate((FAR_NODES, NEAR_NODES)):
-        at, share = np.polynomial.legendre.leggauss(nodes)
-        offset[row, :nodes], weight[row, :nodes] = at / 2.0, share / 2.0
-        count.append(nodes)
     values = np.zeros((RADIAL, TURNS, TURNS))
-    fill(
-        magnets, 1.0 / reciprocal, NEAR * side, soft, soften,
-        np.array(count), offset, weight, values,
-    )  # fmt: skip
+    few, many = width_rule(True, FAR_NODES), width_rule(True, NEAR_NODES)
+    beyond = int(np.searchsorted(reciprocal, 1.0 / (NEAR * side)))
+    fill(magnets, 1.0 / reciprocal[:beyond], soft, soften, *few, values[:beyond])
+    fill(magnets, 1.0 / reciprocal[beyond:], soft, soften, *many, values[beyond:])
     reach = 2.0 * float(np.max(np.hypot(magnets.face_x, magnets.face_y)))
     reach += float(np.max(np.hypot(magnets.face_tx, magnets.face_ty))) + soft
     density = (RADIAL - 1) / (reciprocal[-1] - reciprocal[0])
-    return FarTable(end, float(density), _coefficients(values), soft, soften, reach)
+    table = FarTable(end, float(density), _coefficients(values), soft, soften, reach)
+    return table, _error(table, magnets, side)
 
 
 def softening(soft: float, height: float) -> Array:
@@ -64,14 +68,12 @@ def softening(soft: float, height: float) -> Array:
 
 @kernel
 def fill(
-    magnets: Magnets, distances: Array, near: float, soft: float, soften: Array,
-    count: IntArray, offset: Array, weight: Array, out: Array,
+    magnets: Magnets, distances: Array, soft: float, soften: Array,
+    offset: Array, weight: Array, out: Array,
 ) -> None:  # fmt: skip
     """Fill energies (distances, turns, turns) of two front-left faces [J/(A·m)²]."""
     turns = out.shape[1]
     for d in range(distances.size):
-        row = 1 if distances[d] < near else 0
-        nodes = count[row]
         for b in range(turns):
             for e in range(turns):
                 # Copies: seen from the other casing, of its mirror image, and both.
@@ -80,27 +82,42 @@ def fill(
                 if first < here:
                     out[d, b, e] = out[d, first // turns, first % turns]
                     continue
-                s, c = sincos(2.0 * math.pi * b / turns)
-                x, y = distances[d] * c, distances[d] * s
-                s, c = sincos(2.0 * math.pi * (b + turns // 2 - e) / turns)
-                for f in range(0, 8, 4):
-                    for g in range(0, 8, 4):
-                        ex = x + c * magnets.face_x[g] - s * magnets.face_y[g] - magnets.face_x[f]
-                        ey = y + s * magnets.face_x[g] + c * magnets.face_y[g] - magnets.face_y[f]
-                        a = magnets.face_tx[f], magnets.face_ty[f]
-                        bx = c * magnets.face_tx[g] - s * magnets.face_ty[g]
-                        by = s * magnets.face_tx[g] + c * magnets.face_ty[g]
-                        total = 0.0
-                        for m in range(nodes):
-                            x0, y0 = ex + offset[row, m] * bx, ey + offset[row, m] * by
-                            part = 0.0
-                            for k in range(nodes):
-                                dx, dy = x0 - offset[row, k] * a[0], y0 - offset[row, k] * a[1]
-                                part += weight[row, k] * softened(
-                                    dx * dx + dy * dy, soft * soft, magnets.height2, soften
-                                )
-                            total += weight[row, m] * part
-                        out[d, b, e] += COULOMB * (total if f == g else -total)
+                toward, turn = TWO_PI * b / turns, TWO_PI * (b + turns // 2 - e) / turns
+                out[d, b, e] = face_energy(
+                    magnets, distances[d], toward, turn, soft, soften, offset, weight
+                )
+
+
+@kernel
+def face_energy(
+    magnets: Magnets, distance: float, toward: float, turn: float, soft: float, soften: Array,
+    offset: Array, weight: Array,
+) -> float:  # fmt: skip
+    """Energy of the front-left faces of two casings, of unit charge [J/(A·m)²].
+
+    The second lies in the direction ``toward``, turned on by ``turn`` [rad], seen from the first.
+    """
+    s, c = sincos(toward)
+    x, y = distance * c, distance * s
+    s, c = sincos(turn)
+    energy = 0.0
+    for f in range(0, 8, 4):
+        ax, ay = magnets.face_tx[f], magnets.face_ty[f]
+        for g in range(0, 8, 4):
+            ex = x + c * magnets.face_x[g] - s * magnets.face_y[g] - magnets.face_x[f]
+            ey = y + s * magnets.face_x[g] + c * magnets.face_y[g] - magnets.face_y[f]
+            bx = c * magnets.face_tx[g] - s * magnets.face_ty[g]
+            by = s * magnets.face_tx[g] + c * magnets.face_ty[g]
+            total = 0.0
+            for m in range(offset.size):
+                x0, y0, part = ex + offset[m] * bx, ey + offset[m] * by, 0.0
+                for k in range(offset.size):
+                    dx, dy = x0 - offset[k] * ax, y0 - offset[k] * ay
+                    r2 = dx * dx + dy * dy
+                    part += weight[k] * softened(r2, soft * soft, magnets.height2, soften)
+                total += weight[m] * part
+            energy += total if f == g else -total
+    return COULOMB * energy
 
 
 @kernel
@@ -160,3 +177,59 @@ def filter_rows(rows: Array) -> None:
             rows[line, k] = following
         for k in range(n):
             rows[line, k] *= 6.0
+
+
+def _error(table: FarTable, magnets: Magnets, side: float) -> float:
+    """Largest error of a force where casings touch, in forces between flush faces.
+
+    It is judged by energies, all faces together: an error that alternates from knot to knot has a
+    slope of π over their distance times its size.
+    """
+    rng = np.random.default_rng(0)
+    distances = side * rng.uniform(1.0, math.sqrt(2.0), PROBES)
+    toward, turn = rng.uniform(-math.pi, math.pi, (2, PROBES))
+    # All pairs of faces: those of casings turned by right angles.
+    quarters = 0.5 * math.pi * np.array(list(product(range(4), range(4))))
+    places = np.stack(
+        np.broadcast_arrays(
+            distances[:, None],
+            toward[:, None] - quarters[:, 0],
+            turn[:, None] + quarters[:, 1] - quarters[:, 0],
+        ),
+        axis=-1,
+    )
+    energies = np.zeros((PROBES, 16, 2))
+    rule, nodes = width_rule(True, 2 * NEAR_NODES), new_nodes(magnets, 2)
+    charge, pose = np.eye(1, 4).repeat(2, axis=0), Pose(*np.zeros((4, 2)))
+    probe(
+        magnets, table, places.reshape(-1, 3), charge, pose, nodes, *rule, energies.reshape(-1, 2)
+    )
+    worst = float(np.abs(energies[..., 0] - energies[..., 1]).sum(axis=1).max())
+    knots = side * TWO_PI / TURNS
+    offset, share = width_rule(True, MOST_NODES)
+    apart = np.subtract.outer(offset, offset) * float(np.hypot(magnets.face_tx, magnets.face_ty)[0])
+    gap = side - 2.0 * float(np.hypot(magnets.face_x[0], magnets.face_y[0]))
+    law = 2.0 / ((s := apart**2 + gap**2) * (np.sqrt(s) + np.sqrt(s + magnets.height2)))
+    flush = COULOMB * gap * float(share @ law @ share)
+    return worst * math.pi / knots / flush
+
+
+@kernel
+def probe(
+    magnets: Magnets, table: FarTable, places: Array, charge: Array, pose: Pose, nodes: Nodes,
+    offset: Array, weight: Array, out: Array,
+) -> None:  # fmt: skip
+    """Fill energies (k, 2) of two faces by the splines and by sums, at distances and angles (k, 3).
+
+    ``charge`` (2, 4) is that of the faces.
+    """
+    pose.cos[0], pose.sin[0], pose.x[0], pose.y[0] = 1.0, 0.0, 0.0, 0.0
+    for p in range(len(places)):
+        distance, toward, turn = places[p, 0], places[p, 1], places[p, 2]
+        pose.sin[1], pose.cos[1] = sincos(turn)
+        s, c = sincos(toward)
+        pose.x[1], pose.y[1] = distance * c, distance * s
+        out[p, 0] = look_up(table, charge, pose, turn, 0, 1, nodes.stencils)[0]
+        out[p, 1] = face_energy(
+            magnets, distance, toward, turn, table.soft, table.soften, offset, weight
+        )

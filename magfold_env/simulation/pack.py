@@ -18,7 +18,13 @@ from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
 from magfold_env.simulation.far_table import build_far_table
 from magfold_env.simulation.pair_tables import build_tables
-from magfold_env.simulation.quadrature import Rule, choose_rule, table_rule, widest
+from magfold_env.simulation.quadrature import (
+    Rule,
+    choose_rule,
+    table_rule,
+    widest,
+    width_rule,
+)
 
 # c of the friction ellipsoid, as a share of the side: mean distance of a square's points from
 # its centre, so that pure spin of an evenly pressed square feels its exact friction torque.
@@ -27,6 +33,7 @@ FRICTION_ARM = 0.3826
 # Share of the accuracy that splines may use up.
 TABLE_SHARE = 0.05
 FAR_ACCURACY = 1e-3  # the finest that the table of casings farther apart serves
+FAR_SHARE = 0.7  # of it, that the table's estimated error may take up
 PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to meet
 
 SLOWEST = 1.0  # [rad/s]
@@ -145,7 +152,8 @@ def joint_tables(scene: Scene) -> Tables:
         return NO_TABLES
     if magnets.accuracy < FAR_ACCURACY or not magnets.even:
         return tables
-    return tables._replace(far=_far_table_of(scene.casing.side, sizes))
+    far, error = _far_table_of(scene.casing.side, sizes)
+    return tables._replace(far=far) if error <= FAR_SHARE * magnets.accuracy else tables
 
 
 @lru_cache(maxsize=16)
@@ -156,7 +164,7 @@ def _tables_of(side: float, sizes: MagnetSizes) -> tuple[Tables, float]:
 
 
 @lru_cache(maxsize=16)
-def _far_table_of(side: float, sizes: MagnetSizes) -> FarTable:
+def _far_table_of(side: float, sizes: MagnetSizes) -> tuple[FarTable, float]:
     return build_far_table(_build(Rule.single(1), True, side, sizes), side)
 
 
@@ -247,14 +255,6 @@ def _moments(
     share = np.concatenate([part, -part])
     poles = [np.concatenate([centre[g] + offset * along[g] for g in (f, f + 4)]) for f in range(4)]
     return np.array([found(poles[f], share, sizes.height[f]) for f in range(4)])
-
-
-def width_rule(strips: bool, count: int) -> tuple[Array, Array]:
-    """Offsets, in widths, and shares of the charge of ``count`` nodes across a pole face."""
-    if strips:
-        x, w = np.polynomial.legendre.leggauss(count)
-        return x / 2.0, w / 2.0
-    return np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1), np.full(count, 1.0 / count)
 
 
 def pack_field(scene: Scene, magnetic: bool) -> Field:

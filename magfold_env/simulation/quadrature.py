@@ -29,6 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from magfold_env.engine.state import Array
 from magfold_env.scene import Magnets
 
 
@@ -129,3 +130,11 @@ def nodes_across_gap(count: int, magnets: Magnets) -> int:
     # Gauss-Legendre errors fall geometrically with nodes times distance over width.
     gap = max(2.0 * float(np.min(magnets.inset)), 1e-9) / widest(magnets)
     return min(MOST_NODES, max(count, math.ceil(count * TABLE_GAP / gap)))
+
+
+def width_rule(strips: bool, count: int) -> tuple[Array, Array]:
+    """Offsets, in widths, and shares of the charge of ``count`` nodes across a pole face."""
+    if strips:
+        x, w = np.polynomial.legendre.leggauss(count)
+        return x / 2.0, w / 2.0
+    return np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1), np.full(count, 1.0 / count)
