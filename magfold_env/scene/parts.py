@@ -72,15 +72,21 @@ class FixedMagnet(Part):
         return self.remanence * self.width * self.height / MU0
 
     @property
+    def axis(self) -> Array:
+        """Unit vector along its heading, the same where sines differ in the last bit; (2,)."""
+        return np.round([math.cos(self.heading), math.sin(self.heading)], 15)
+
+    @property
     def poles(self) -> Array:
         """Centres of its north and its south face [m], shape (2, 2)."""
-        along = 0.5 * self.thickness * np.array([np.cos(self.heading), np.sin(self.heading)])
+        along = 0.5 * self.thickness * self.axis
         return np.array(self.position) + np.array([along, -along])
 
     @property
     def corners(self) -> Array:
         """Its outline in the plane [m], shape (4, 2): the north face first, counter-clockwise."""
-        across = 0.5 * self.width * np.array([-np.sin(self.heading), np.cos(self.heading)])
+        c, s = self.axis
+        across = 0.5 * self.width * np.array([-s, c])
         north, south = self.poles
         return np.array([north - across, north + across, south + across, south - across])
 

@@ -7,19 +7,18 @@ through the first face and an exchange of the casings leave the energies as they
 of them are copied.
 """
 
-import importlib
 import math
 from itertools import product
-from typing import Any
 
 import numpy as np
 
-from magfold_env.engine.chain.sincos import sincos
 from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.elementary import sincos
 from magfold_env.engine.magnets.far_lookup import TWO_PI, look_up
 from magfold_env.engine.magnets.laws import COULOMB, node_law
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose
 from magfold_env.engine.workspace import new_nodes
+from magfold_env.simulation.banded import solve_banded
 from magfold_env.simulation.quadrature import MOST_NODES, width_rule
 
 # Distances of centres, in sides of a casing: squares that touch are a side apart or more. Knots
@@ -41,29 +40,37 @@ def build_far_table(magnets: Magnets, side: float) -> tuple[FarTable, float]:
     """
     end, soft = FARTHEST * side, SOFT * side
     reciprocal = np.linspace(1.0 / end, 1.0 / (NEAREST * side), RADIAL)
-    soften = softening(soft, math.sqrt(magnets.height2))
+    soften = np.zeros(4)
+    softening(soft, magnets.height2, soften)
     values = np.zeros((RADIAL, TURNS, TURNS))
     few, many = width_rule(True, FAR_NODES), width_rule(True, NEAR_NODES)
     beyond = int(np.searchsorted(reciprocal, 1.0 / (NEAR * side)))
     fill(magnets, 1.0 / reciprocal[:beyond], soft, soften, *few, values[:beyond])
     fill(magnets, 1.0 / reciprocal[beyond:], soft, soften, *many, values[beyond:])
-    reach = 2.0 * float(np.max(np.hypot(magnets.face_x, magnets.face_y)))
-    reach += float(np.max(np.hypot(magnets.face_tx, magnets.face_ty))) + soft
+    reach = 2.0 * magnets.depth + _width(magnets) + soft
     density = (RADIAL - 1) / (reciprocal[-1] - reciprocal[0])
     table = FarTable(end, float(density), _coefficients(values), soft, soften, reach)
     return table, _error(table, magnets, side)
 
 
-def softening(soft: float, height: float) -> Array:
-    """Return the energy of lines of unit charge about a distance, as a polynomial in ρ² (4,)."""
-    s, h2 = soft * soft, height * height
-    root, far = soft, math.sqrt(s + h2)
-    energy = 2.0 / h2 * (height * math.asinh(height / root) - far + root)
-    # The force over the distance, twice the energy's slope by ρ², and its derivatives.
-    force = far / s - 1.0 / root
-    slope = 0.5 / (far * s) - far / s**2 + 0.5 / (s * root)
-    curve = -0.25 / (far**3 * s) - 1.0 / (far * s**2) + 2.0 * far / s**3 - 0.75 / (s**2 * root)
-    return np.array([energy, -force / h2, -slope / (2.0 * h2), -curve / (6.0 * h2)])
+def _width(magnets: Magnets) -> float:
+    x, y = float(magnets.face_tx[0]), float(magnets.face_ty[0])
+    return math.sqrt(x * x + y * y)
+
+
+@kernel
+def softening(soft: float, height2: float, out: Array) -> None:
+    """Fill the energy of lines of unit charge about a distance, as a polynomial in ρ² (4,)."""
+    s, far = soft * soft, math.sqrt(soft * soft + height2)
+    force, out[0] = node_law(True, True, height2, 0.0, s)
+    # The force over the distance is twice the energy's slope by ρ²; times the height squared, its
+    # derivatives by ρ²:
+    slope = 0.5 / (far * s) - far / (s * s) + 0.5 / (s * soft)
+    curve = 2.0 * far / (s * s * s) - 1.0 / (far * s * s) - 0.25 / (far * far * far * s)
+    curve -= 0.75 / (s * s * soft)
+    out[1] = -0.5 * force
+    out[2] = -slope / (2.0 * height2)
+    out[3] = -curve / (6.0 * height2)
 
 
 @kernel
@@ -135,19 +142,15 @@ def _coefficients(values: Array) -> Array:
     filter_rows(turned.reshape(-1, values.shape[1]))
     values = np.ascontiguousarray(np.moveaxis(turned, 2, 1))
     filter_rows(values.reshape(-1, values.shape[2]))
-    solve: Any = importlib.import_module("scipy.linalg").solve_banded  # slow to import
     n = len(values)
-    band = np.zeros((9, n + 2))
-    inner = np.arange(1, n + 1)
-    for above, share in ((-1, 1.0 / 6.0), (0, 4.0 / 6.0), (1, 1.0 / 6.0)):
-        band[4 - above, inner + above] = share
-    for k, share in enumerate((1.0, -4.0, 6.0, -4.0, 1.0)):
-        # The last rows say that fourth differences vanish; columns from both ends.
-        band[4 - k, k] = share
-        band[4 + k, n + 1 - k] = share
+    band = np.zeros((n + 2, 9))
+    # The first and the last row say that fourth differences vanish.
+    band[0, 4:] = band[-1, :5] = 1.0, -4.0, 6.0, -4.0, 1.0
+    band[1:-1, 3:6] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
     right = np.zeros((n + 2, values[0].size))
     right[1:-1] = values.reshape(n, -1)
-    found = solve((4, 4), band, right).reshape(n + 2, *values.shape[1:])
+    solve_banded(band, right)
+    found = right.reshape(n + 2, *values.shape[1:])
     found = np.pad(found, ((0, 0), (1, 2), (0, 0)), mode="wrap")
     quarter = values.shape[2] // 4
     headings = np.arange(-1, quarter + 2)[:, None] + quarter * np.arange(4)
@@ -207,8 +210,8 @@ def _error(table: FarTable, magnets: Magnets, side: float) -> float:
     worst = float(np.abs(energies[..., 0] - energies[..., 1]).sum(axis=1).max())
     knots = side * TWO_PI / TURNS
     offset, share = width_rule(True, MOST_NODES)
-    apart = np.subtract.outer(offset, offset) * float(np.hypot(magnets.face_tx, magnets.face_ty)[0])
-    gap = side - 2.0 * float(np.hypot(magnets.face_x[0], magnets.face_y[0]))
+    apart = np.subtract.outer(offset, offset) * _width(magnets)
+    gap = side - 2.0 * magnets.depth
     law = 2.0 / ((s := apart**2 + gap**2) * (np.sqrt(s) + np.sqrt(s + magnets.height2)))
     flush = COULOMB * gap * float(share @ law @ share)
     return worst * math.pi / knots / flush

@@ -45,7 +45,8 @@ NO_FIELD = Field(
 NO_FAR_TABLE = FarTable(0.0, 0.0, np.zeros((0, 0, 0)), 0.0, np.zeros(4), 0.0)
 NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)), NO_FAR_TABLE)
 TURNED = [2, 3, 0, 1]  # faces of a casing that is turned by half a turn
-FACE_ANGLES = np.array([0.25, 0.75, -0.75, -0.25]) * math.pi
+# Where the faces look: along the diagonals.
+FACE_X, FACE_Y = math.sqrt(0.5) * np.array([[1.0, -1.0, -1.0, 1.0], [1.0, 1.0, -1.0, -1.0]])
 
 
 def reversed_inside(scene: Scene) -> bool:
@@ -199,10 +200,10 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
         node[level, :count], weight[level, :count] = width_rule(strips, count)
     outer = side / 2.0 - np.array(sizes.inset)
     distance = np.concatenate([outer, outer - np.array(sizes.thickness)])
-    angle = np.tile(FACE_ANGLES, 2)
+    look_x, look_y = np.tile(FACE_X, 2), np.tile(FACE_Y, 2)
     width = np.tile(sizes.width, 2)
-    face_x, face_y = distance * np.cos(angle), distance * np.sin(angle)
-    tangent_x, tangent_y = -np.sin(angle) * width, np.cos(angle) * width
+    face_x, face_y = distance * look_x, distance * look_y
+    tangent_x, tangent_y = -look_y * width, look_x * width
     sign = np.repeat([1.0, -1.0], 4)
     ranks, widest = len(rule.ranks), 8 * max(rule.ranks)
     node_x, node_y, share = (np.zeros((ranks, widest)) for _ in range(3))
@@ -270,12 +271,13 @@ def pack_field(scene: Scene, magnetic: bool) -> Field:
         return found
     if part is not None:
         found = _with_poles(found, magnet, widest(part))
+    cos, sin = magnet.axis.tolist()
     return found._replace(
         solid=True,
         centre_x=magnet.position[0],
         centre_y=magnet.position[1],
-        cos=math.cos(magnet.heading),
-        sin=math.sin(magnet.heading),
+        cos=cos,
+        sin=sin,
         half_length=magnet.thickness / 2.0,
         half_width=magnet.width / 2.0,
     )
@@ -287,7 +289,8 @@ def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
     The same nodes then serve both.
     """
     strips = math.ceil(magnet.width / widest_face)
-    along = np.array([-math.sin(magnet.heading), math.cos(magnet.heading)]) * magnet.width / strips
+    cos, sin = magnet.axis
+    along = np.array([-sin, cos]) * magnet.width / strips
     place = (np.arange(strips) - 0.5 * (strips - 1))[:, None] * along
     centre = np.concatenate([pole + place for pole in magnet.poles])
     return field._replace(
@@ -300,13 +303,18 @@ def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
     )
 
 
+def _length(x: float, y: float) -> float:
+    """Length of a vector; unlike `math.hypot` it rounds alike everywhere."""
+    return math.sqrt(x * x + y * y)
+
+
 def typical_rate(scene: Scene, charge: Array, mass: Array) -> Array:
     """Return the rate that the strongest force gives one component, the scale of errors [rad/s].
 
     ``charge`` is the largest of a pole face [A·m], of any shape, ``mass`` the component's [kg], of
     the same shape.
     """
-    acceleration = np.full(mass.shape, math.hypot(*scene.gravity.in_plane))
+    acceleration = np.full(mass.shape, _length(*scene.gravity.in_plane))
     if scene.magnets is not None:
         # Two charges a magnet's width apart: the order of the force between touching faces.
         density = charge / widest(scene.magnets)
@@ -314,7 +322,7 @@ def typical_rate(scene: Scene, charge: Array, mass: Array) -> Array:
         with np.errstate(over="ignore"):
             force = 1e-7 * density * density
             if scene.field is not None:
-                outer = math.hypot(*scene.field.uniform)
+                outer = _length(*scene.field.uniform)
                 if (magnet := scene.field.magnet) is not None:
                     outer += 1e-7 * magnet.charge / magnet.width**2
                 force = force + charge * outer

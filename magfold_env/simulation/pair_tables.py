@@ -6,19 +6,19 @@ unit charge are summed over nodes at even angles, as exactly as the sums allow, 
 laid through them.
 """
 
-import importlib
 import math
 from itertools import product
-from typing import Any
 
 import numpy as np
 
 from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.elementary import sincos
 from magfold_env.engine.magnets.laws import COULOMB
 from magfold_env.engine.magnets.lookup import DEGREE, PAIRS
 from magfold_env.engine.magnets.pairs import BLEND, FacePair, level_sum, refine
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Tables
 from magfold_env.engine.workspace import new_nodes
+from magfold_env.simulation.banded import solve_banded
 
 # Joints stop at a right angle; the solver oversteps by no more than a tolerance.
 END = math.pi / 2.0 + 0.004
@@ -28,14 +28,20 @@ PROBES = 6
 
 
 @kernel
-def face_energies(magnets: Magnets, places: Array, nodes: Nodes, out: Array) -> None:
+def face_energies(magnets: Magnets, pitch: float, joints: Array, nodes: Nodes, out: Array) -> None:
     """Energies of all pairs of faces of unit charge, (m, 16) [J/(A·m)²].
 
-    ``places`` (m, 4) holds the second casing's centre [m] and heading as a unit vector, seen from
-    the first, which is at the origin and heads along x.
+    The first casing is at the origin and heads along x.
     """
-    for p in range(places.shape[0]):
-        x, y, c, s = places[p, 0], places[p, 1], places[p, 2], places[p, 3]
+    refined = BLEND * magnets.level_radius[1]
+    for p in range(joints.shape[0]):
+        x, y, heading, s, c = 0.5 * pitch, 0.0, 0.0, 0.0, 1.0
+        for k in range(joints.shape[1]):
+            heading += joints[p, k]
+            s, c = sincos(heading)
+            along = pitch if k + 1 < joints.shape[1] else 0.5 * pitch
+            x += along * c
+            y += along * s
         for f in range(8):
             ax, ay = magnets.face_x[f], magnets.face_y[f]
             for g in range(8):
@@ -48,7 +54,7 @@ def face_energies(magnets: Magnets, places: Array, nodes: Nodes, out: Array) -> 
                     s * magnets.face_tx[g] + c * magnets.face_ty[g],
                 )  # fmt: skip
                 u = level_sum(magnets, 0, faces, True, nodes)[0]
-                if math.hypot(faces.x, faces.y) < BLEND * magnets.level_radius[1]:
+                if faces.x * faces.x + faces.y * faces.y < refined * refined:
                     u += refine(magnets, faces, True, nodes)[0]
                 sign = COULOMB if (f < 4) == (g < 4) else -COULOMB
                 out[p, 4 * (f % 4) + g % 4] += sign * u
@@ -59,15 +65,8 @@ def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
 
     ``pitch`` is the distance of a casing's hinges [m].
     """
-    headings = np.cumsum(joints, axis=1)
-    cos, sin = np.cos(headings), np.sin(headings)
-    last = cos[:, -1], sin[:, -1]
-    x, y = (
-        pitch * (start + along.sum(axis=1) - 0.5 * along[:, -1])
-        for start, along in ((0.5, cos), (0.0, sin))
-    )
     out = np.zeros((len(joints), PAIRS))
-    face_energies(magnets, np.stack([x, y, *last], axis=1), new_nodes(magnets, 1), out)
+    face_energies(magnets, pitch, joints, new_nodes(magnets, 1), out)
     return out
 
 
@@ -108,16 +107,16 @@ def basis_matrix(spaces: int, shares: Array) -> Array:
 def coefficients(spaces: int, values: Array) -> Array:
     """Return the coefficients (splines, …) that give some values, a row for each of the `sites`.
 
-    Splines are zero but near their knots, so that the matrix is a band. Of a full one threads would
-    share the work, and how many there are would decide the last bits.
+    Splines are zero but near their knots, so that the matrix is a band.
     """
-    solve: Any = importlib.import_module("scipy.linalg").solve_banded  # slow to import
     matrix = basis_matrix(spaces, sites(spaces))
     n = len(matrix)
-    band = np.zeros((2 * DEGREE + 1, n))
-    for above in range(-DEGREE, DEGREE + 1):
-        band[DEGREE - above, max(above, 0) : n + min(above, 0)] = np.diagonal(matrix, above)
-    return solve((DEGREE, DEGREE), band, values.reshape(n, -1)).reshape(values.shape)
+    band = np.zeros((n, 2 * DEGREE + 1))
+    for ahead in range(-DEGREE, DEGREE + 1):
+        band[max(-ahead, 0) : n - max(ahead, 0), DEGREE + ahead] = np.diagonal(matrix, ahead)
+    found = values.reshape(n, -1).copy()
+    solve_banded(band, found)
+    return found.reshape(values.shape)
 
 
 def build_tables(magnets: Magnets, pitch: float, far: FarTable) -> tuple[Tables, float]:

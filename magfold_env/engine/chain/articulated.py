@@ -9,8 +9,8 @@ generalised forces are packed as (n + 2,): the headings, then the inner hinge of
 the *base*.
 """
 
-from magfold_env.engine.chain.sincos import sincos
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.elementary import sincos
 from magfold_env.engine.state import Array, Bodies, Centres, IntArray, Loads, Pose, Recursion
 
 

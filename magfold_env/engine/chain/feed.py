@@ -5,12 +5,11 @@ their headings and move with the base. The outermost of them, ``lo − 1``, has 
 outside, and that hinge is the base. It is released when its inner hinge passes the mouth.
 """
 
-import math
-
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.boxes import first_box
+from magfold_env.engine.elementary import sincos
 from magfold_env.engine.state import Array, Model, Pose, State, Work
 
 
@@ -52,7 +51,7 @@ def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
         acts = first == i + 1 and charged(model, i)
         if not acts and i < first_box(lo):
             break
-        c, s = math.cos(q[i]), math.sin(q[i])
+        s, c = sincos(q[i])
         x -= model.bodies.length[i] * c
         y -= model.bodies.length[i] * s
         pose.cos[i] = c
@@ -68,7 +67,7 @@ def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
 def time_to_release(model: Model, state: State) -> float:
     """Time until the outermost held component is released at the present feed speed [s]."""
     n, i = model.n, state.counter[at.LO] - 1
-    return (model.bodies.length[i] * math.cos(state.q[i]) - state.q[n]) / state.v[n]
+    return (model.bodies.length[i] * sincos(state.q[i])[1] - state.q[n]) / state.v[n]
 
 
 @kernel
@@ -79,7 +78,7 @@ def release(model: Model, state: State) -> None:
     """
     n, i = model.n, state.counter[at.LO] - 1
     state.q[n] = 0.0
-    state.q[n + 1] -= model.bodies.length[i] * math.sin(state.q[i])
+    state.q[n + 1] -= model.bodies.length[i] * sincos(state.q[i])[0]
     state.v[i] = 0.0
     state.lock[i] = 0
     state.stuck[i] = 0

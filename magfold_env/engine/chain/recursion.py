@@ -23,8 +23,8 @@ do one lane after the other.
 import numba
 import numpy as np
 
-from magfold_env.engine.chain.sincos import sincos
 from magfold_env.engine.compile.jit import inlined, kernel, parallel_kernel
+from magfold_env.engine.elementary import sincos
 from magfold_env.engine.state import Array, Bodies, Model, Work
 
 ROWS = 10  # of the scratch space (ROWS, n)

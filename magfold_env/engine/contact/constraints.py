@@ -11,6 +11,7 @@ from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.contact.complementarity import solve_equalities
+from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, IntArray, Model, State, Work
 from magfold_env.engine.stepping import dynamics
 
@@ -300,7 +301,7 @@ def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: flo
     boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
     fastest = 0.0
     for i in range(lo, model.n):
-        fastest = max(fastest, math.sqrt(work.centres.vx[i] ** 2 + work.centres.vy[i] ** 2))
+        fastest = max(fastest, math.sqrt(square(work.centres.vx[i]) + square(work.centres.vy[i])))
         fastest = max(fastest, abs(v[i]) * model.side)
     near = 4.0 * fastest * h + jacobian.TOUCH * model.side
     for i in range(boxes.first_box(lo), model.n):

@@ -7,6 +7,7 @@ from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import is_free
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.constraints import first_joint
+from magfold_env.engine.elementary import square
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.solver import solve_with_friction
 from magfold_env.engine.state import Array, Model, State, Work
@@ -75,7 +76,7 @@ def within_grip(model: Model, work: Work) -> bool:
     """Whether friction can supply all the forces that would hold the candidates."""
     lam = work.rows.multiplier
     for r in range(work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS], 3):
-        size = math.sqrt(lam[r] ** 2 + lam[r + 1] ** 2 + lam[r + 2] ** 2)
+        size = math.sqrt(square(lam[r]) + square(lam[r + 1]) + square(lam[r + 2]))
         if size > model.grip[work.rows.id[r, 0]]:
             return False
     return True
@@ -104,7 +105,7 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
     missed = SLIPPED * model.tolerance * model.rate_scale * model.side / h
     for i in range(lo, model.n):
         size = math.sqrt(
-            work.loads.fx[i] ** 2 + work.loads.fy[i] ** 2 + (model.arm * change[i]) ** 2
+            square(work.loads.fx[i]) + square(work.loads.fy[i]) + square(model.arm * change[i])
         )
         most = model.grip[i] / bodies.mass[i]
         if size > max(HELD * most, min(SLACK * most, missed)):
@@ -140,7 +141,7 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
         for k in range(n, n + 2):
             turning = max(turning, abs(state.v[k]) / model.side)
             speeding_up = max(speeding_up, abs(acceleration[k]) / model.side)
-    rounding = ROUNDING * model.rate_scale**2
+    rounding = ROUNDING * square(model.rate_scale)
     quiet = turning <= slow
     quiet = quiet and speeding_up <= max(0.1 * model.tolerance, rounding)
     if not quiet:

@@ -8,6 +8,7 @@ complementarity problem, solved where the accelerations are.
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Model, Pose, Work
 
 AT_REST = 1e-13  # [m/s] slower is rounding error
@@ -17,7 +18,7 @@ AT_REST = 1e-13  # [m/s] slower is rounding error
 def speed(model: Model, work: Work, v: Array, i: int) -> float:
     """S of component i [m/s], from the centres' velocities in ``work``."""
     spin = model.arm * v[i]
-    return math.sqrt(work.centres.vx[i] ** 2 + work.centres.vy[i] ** 2 + spin * spin)
+    return math.sqrt(square(work.centres.vx[i]) + square(work.centres.vy[i]) + spin * spin)
 
 
 @inlined

@@ -20,6 +20,7 @@ is in a ball.
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Work
 
 # What may be left of the accelerations, as a share of the largest bias: usually, and if that is out
@@ -89,7 +90,7 @@ def project_forces(rows: int, count: int, work: Work, grip: Array, force: Array)
         if work.rows.equality[r] == 0 and force[r] < 0.0:
             force[r] = 0.0
     for r in range(rows, count, 3):
-        size = math.sqrt(force[r] ** 2 + force[r + 1] ** 2 + force[r + 2] ** 2) * scale[r]
+        size = math.sqrt(square(force[r]) + square(force[r + 1]) + square(force[r + 2])) * scale[r]
         radius = grip[work.rows.id[r, 0]]
         if size > radius:
             for k in range(r, r + 3):
@@ -103,11 +104,11 @@ def friction_slope(r: int, penalty: float, work: Work, grip: Array) -> float:
     Within the ball s is 1 and u is 0. Returns s and leaves u in ``work.friction.newton.normal``.
     """
     newton = work.friction.newton
-    square = 0.0
+    total = 0.0
     for k in range(r, r + 3):
         newton.normal[k] = newton.force[k] - penalty * newton.rate[k]
-        square += newton.normal[k] ** 2
-    length = math.sqrt(square)
+        total += square(newton.normal[k])
+    length = math.sqrt(total)
     size, radius = length * newton.scale[r], grip[work.rows.id[r, 0]]
     outside = size > 0.0 and size >= radius
     for k in range(r, r + 3):
@@ -309,7 +310,7 @@ def error_left(rows: int, count: int, work: Work, grip: Array) -> float:
     project_forces(rows, count, work, grip, newton.projected)
     total = 0.0
     for r in range(count):
-        total += (newton.projected[r] - newton.force[r]) ** 2
+        total += square(newton.projected[r] - newton.force[r])
     return math.sqrt(total)
 
 

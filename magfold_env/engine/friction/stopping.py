@@ -8,6 +8,7 @@ from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.complementarity import solve_equalities
 from magfold_env.engine.contact.constraints import prepare
+from magfold_env.engine.elementary import square
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.held import first_accelerations
 from magfold_env.engine.state import Array, Model, State, Work, copy
@@ -214,7 +215,7 @@ def drags_along(lo: int, model: Model, state: State, work: Work, count: int) -> 
     own, lost = 0.0, 0.0
     for i in range(lo, model.n):
         if work.friction.motion[i] != GOES_ON:
-            own += model.bodies.mass[i] * law.speed(model, work, state.v, i) ** 2
+            own += model.bodies.mass[i] * square(law.speed(model, work, state.v, i))
     for r in range(count):
         for c in range(count):
             lost += work.rows.multiplier[r] * work.rows.delassus[r, c] * work.rows.multiplier[c]

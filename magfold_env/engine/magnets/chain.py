@@ -64,9 +64,9 @@ def add_chain_forces(
 
 @inlined
 def spread(first: int, model: Model, pose: Pose, nodes: Nodes) -> None:
-    """Bring to the world's frame what pairs need of casings ``first`` on, if they need anything."""
+    """Bring to the world's frame what pairs, and a field, need of casings ``first`` on, if any."""
     end = model.magnets.tables.far.end
-    if end == 0.0:
+    if end == 0.0 or model.field.present:
         pairs.spread_nodes(first, model.magnets, pose, nodes)
     elif model.n * model.bodies.length[0] > end:
         pairs.turn_casings(first, model.magnets, pose, nodes)

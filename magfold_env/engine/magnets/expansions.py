@@ -45,13 +45,23 @@ def wide_moments(z: ComplexArray, charge: Array, height: float) -> Array:
 
     Complex numbers are places in the plane, seen from the centre; charges in A·m.
     """
-    found = np.zeros(MOST, dtype=np.complex128)
+    # In real numbers: processors differ in how they round the products of complex ones.
+    x, y = z.real.copy(), z.imag.copy()
+    squares, real, imaginary = [np.ones(x.size)], [np.ones(x.size)], [np.zeros(x.size)]
+    for _ in range(HIGHEST):
+        squares.append(squares[-1] * (x * x + y * y))
+        u, v = real[-1], imaginary[-1]
+        real.append(u * x - v * y)
+        imaginary.append(u * y + v * x)
+    found = np.zeros((2, MOST))
     for t, (a, b) in enumerate(TERMS):
+        rise = 1.0
         for k in range(b + 1):
             share = math.factorial(a - k) * math.factorial(b - k) * math.factorial(2 * k + 1)
-            each = z ** (a - k) * np.conj(z) ** (b - k)
-            found[t] += (-(height**2)) ** k / share * np.sum(charge * each)
-    return math.sqrt(COULOMB) * np.array([found.real, found.imag])
+            for part, power in enumerate((real[a - b], imaginary[a - b])):
+                found[part, t] += rise / share * np.sum(charge * squares[b - k] * power)
+            rise *= -height * height
+    return math.sqrt(COULOMB) * found
 
 
 @inlined

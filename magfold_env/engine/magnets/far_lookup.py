@@ -17,8 +17,8 @@ import math
 
 import numpy as np
 
-from magfold_env.engine.chain.sincos import direction
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.elementary import direction
 from magfold_env.engine.magnets import laws
 from magfold_env.engine.magnets.pairs import whole_lanes
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose, Stencils
@@ -154,7 +154,10 @@ def stiffen(
         magnets.face_tx,
         magnets.face_ty,
     )
-    soft, width = magnets.tables.far.soft, math.hypot(face_tx[0], face_ty[0])
+    soft, width = (
+        magnets.tables.far.soft,
+        math.sqrt(face_tx[0] * face_tx[0] + face_ty[0] * face_ty[0]),
+    )
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
     # In the frame of i.
     ci, si, cj, sj = pose.cos[i], pose.sin[i], pose.cos[j], pose.sin[j]

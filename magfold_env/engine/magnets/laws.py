@@ -10,16 +10,11 @@ Everything here is plain arithmetic, so that loops over nodes vectorise.
 
 import math
 
-import numpy as np
-
 from magfold_env.engine.compile.jit import inlined
+from magfold_env.engine.elementary import log1p
 
 COULOMB = 1e-7  # µ0 / 4π [N/A²]
 NEAREST2 = 1e-16  # [m²] poles do not come nearer than 10 nm, lest forces end as no numbers
-LN2 = math.log(2.0)
-SQRT2 = math.sqrt(2.0)
-EXPONENT = 0x7FF0000000000000  # the bits of a double's exponent
-BIAS = 1023
 
 
 @inlined
@@ -65,31 +60,6 @@ def node_law(
     product = sum2 - difference2
     energy = 2.0 / product * (outer - inner - product * inverse)
     return 2.0 * inverse * inverse_r * inverse_r, energy
-
-
-@inlined
-def log1p(z: float) -> float:
-    """Natural logarithm of 1 + z for z ≥ 0, to rounding; unlike the C library's it vectorises.
-
-    1 + z is divided by the nearest power of two, which leaves a factor m between 1/√2 and √2;
-    log m = 2 atanh(s), s = (m − 1)/(m + 1), is summed as a series in s².
-    """
-    bits = np.float64(SQRT2 * (1.0 + z)).view(np.int64) & EXPONENT
-    power = np.int64(bits).view(np.float64)
-    s = (z + (1.0 - power)) / (z + (1.0 + power))
-    s2 = s * s
-    series = 1.0 / 21.0
-    series = series * s2 + 1.0 / 19.0
-    series = series * s2 + 1.0 / 17.0
-    series = series * s2 + 1.0 / 15.0
-    series = series * s2 + 1.0 / 13.0
-    series = series * s2 + 1.0 / 11.0
-    series = series * s2 + 1.0 / 9.0
-    series = series * s2 + 1.0 / 7.0
-    series = series * s2 + 1.0 / 5.0
-    series = series * s2 + 1.0 / 3.0
-    series = series * s2 + 1.0
-    return ((bits >> 52) - BIAS) * LN2 + 2.0 * s * series
 
 
 @inlined

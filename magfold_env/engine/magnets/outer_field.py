@@ -127,9 +127,10 @@ def refine_strips(
         return energy, fx, fy, torque
     c, s = pose.cos[i], pose.sin[i]
     outermost = magnets.level_radius[1] * BLEND
+    reach = magnets.depth + outermost
     for g in range(field.strip_q.size):
         away_x, away_y = pose.x[i] - field.strip_x[g], pose.y[i] - field.strip_y[g]
-        if math.hypot(away_x, away_y) >= magnets.depth + outermost:
+        if away_x * away_x + away_y * away_y >= reach * reach:
             continue
         for f in range(8):
             ax = c * magnets.face_x[f] - s * magnets.face_y[f]

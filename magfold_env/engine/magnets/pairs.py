@@ -132,7 +132,8 @@ def casing_pair(
     The energy is complete only ``with_energy``.
     """
     u, fx, fy, t = far_pair(magnets, pose, nodes, i, j, with_energy)
-    if math.hypot(pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]) < magnets.reach:
+    ex, ey = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
+    if ex * ex + ey * ey < magnets.reach * magnets.reach:
         nu, nx, ny, nt = near_pair(magnets, charge, pose, nodes, i, j, with_energy)
         u += nu
         fx += nx

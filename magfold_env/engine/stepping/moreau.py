@@ -19,6 +19,7 @@ from magfold_env.engine.chain.momentum import held_or_walled, keep_momentum, out
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.complementarity import solve_nonnegative
 from magfold_env.engine.contact.constraints import collect_within, hold_joints, open_joints
+from magfold_env.engine.elementary import square
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.solver import solve_with_friction
 from magfold_env.engine.friction.stopping import STOPPED
@@ -233,7 +234,7 @@ def too_violent(
     articulated.centre_velocities(lo, bodies, work.pose, v, work.loads.fx, work.loads.fy)
     energy, mass = 0.0, 0.0
     for i in range(lo, model.n):
-        energy += bodies.mass[i] * (work.loads.fx[i] ** 2 + work.loads.fy[i] ** 2)
+        energy += bodies.mass[i] * (square(work.loads.fx[i]) + square(work.loads.fy[i]))
         energy += bodies.inertia[i] * v[i] * v[i]
         mass += bodies.mass[i]
     fastest = 0.0

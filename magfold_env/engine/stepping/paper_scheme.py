@@ -74,7 +74,8 @@ def evaluate(model: Model, state: State, work: Work) -> None:
         work.loads.fx[i] = m * (model.gravity_x - work.centres.ax[i])
         work.loads.fy[i] = m * (model.gravity_y - work.centres.ay[i])
         work.loads.torque[i] = 0.0
-        speed = math.hypot(work.centres.vx[i], work.centres.vy[i])
+        vx, vy = work.centres.vx[i], work.centres.vy[i]
+        speed = math.sqrt(vx * vx + vy * vy)
         if speed > 0.0:
             work.loads.fx[i] -= model.grip[i] * work.centres.vx[i] / speed
             work.loads.fy[i] -= model.grip[i] * work.centres.vy[i] / speed

@@ -1,4 +1,4 @@
-"""The chains in vector lanes, the fused recursion and their sine and cosine."""
+"""The chains in vector lanes, and the fused recursion."""
 
 import numba
 import numpy as np
@@ -8,8 +8,6 @@ from hypothesis import strategies as st
 
 import magfold_env as mf
 from magfold_env.engine.chain import recursion
-from magfold_env.engine.chain.sincos import sincos
-from magfold_env.engine.compile.jit import kernel, numba_config
 from magfold_env.engine.state import Bodies
 from magfold_env.engine.stepping.dynamics import smooth_accelerations
 from magfold_env.engine.workspace import new_work
@@ -17,12 +15,6 @@ from magfold_env.scene import SceneError
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
 from tests.engine.chain.test_articulated import assert_agree, random_scene, random_state
-
-
-@kernel
-def sincos_of(x, sine, cosine):
-    for i in range(x.size):
-        sine[i], cosine[i] = sincos(x[i])
 
 
 def random_states(rng, chains, n):
@@ -51,25 +43,6 @@ def engine(scene, angles, rates):
     q, v = np.append(angles, [0.0, 0.0]), np.append(rates, [0.0, 0.0])
     smooth_accelerations(0, model, q, v, new_work(model), out)
     return out[: scene.n]
-
-
-@pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="the interpreter cannot fuse a·b + c")
-@pytest.mark.parametrize("largest", [1.0, 100.0, 1e6, 1e14])
-def test_sincos_is_as_good_as_the_library_on_any_heading(largest):
-    x = np.random.default_rng(1).uniform(-largest, largest, 5000)
-    sine, cosine = np.empty_like(x), np.empty_like(x)
-    sincos_of(x, sine, cosine)
-    exact = np.sin(x.astype(np.longdouble)), np.cos(x.astype(np.longdouble))
-    assert np.abs(sine - exact[0]).max() < 1.3e-16
-    assert np.abs(cosine - exact[1]).max() < 1.3e-16
-
-
-def test_sincos_knows_the_quadrants():
-    x = np.arange(-20, 21) * (np.pi / 4)
-    sine, cosine = np.empty_like(x), np.empty_like(x)
-    sincos_of(x, sine, cosine)
-    np.testing.assert_allclose(sine, np.sin(x), rtol=0, atol=2e-16)
-    np.testing.assert_allclose(cosine, np.cos(x), rtol=0, atol=2e-16)
 
 
 @pytest.mark.parametrize("n", [1, 2, 6, 31, 60])

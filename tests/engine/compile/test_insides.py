@@ -11,10 +11,10 @@ import numba
 import numpy as np
 import pytest
 
-from magfold_env.engine.chain.sincos import fma, fma_in_parts
 from magfold_env.engine.compile import insides
 from magfold_env.engine.compile.insides import numba_config
 from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.elementary import fma, fma_in_parts
 
 compiled = pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -53,7 +53,7 @@ print([each.hex() for each in root(outer_of(0.3))])
 SMALL_MODULE = """
 from typing import NamedTuple
 import numpy as np
-from magfold_env.engine.chain.sincos import sincos
+from magfold_env.engine.elementary import sincos
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import allocating_kernel, inlined, kernel
 
@@ -196,7 +196,7 @@ def test_a_product_and_a_sum_are_rounded_once():
 
 
 SINES = """
-from magfold_env.engine.chain.sincos import sincos
+from magfold_env.engine.elementary import sincos
 print([each.hex() for x in (0.0, 0.3, -1.0, 2.5, -1e3, 1e14) for each in map(float, sincos(x))])
 """
 

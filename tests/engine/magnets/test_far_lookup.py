@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from magfold_env.engine.chain.sincos import direction
 from magfold_env.engine.magnets import pairs
 from magfold_env.engine.magnets.chain import apart, forget
 from magfold_env.engine.state import Pose
@@ -197,13 +196,3 @@ def test_finer_bounds_and_unequal_magnets_are_summed(magnets):
 
 def test_the_table_is_small():
     assert pair_of("the paper's").model.magnets.tables.far.energy.nbytes <= 2e6
-
-
-@given(seed=seeds)
-def test_directions_are_those_of_the_library(seed):
-    rng = np.random.default_rng(seed)
-    for x, y in rng.normal(size=(50, 2)) * 10.0 ** rng.integers(-8, 8, (50, 2)):
-        assert direction(x, y) == pytest.approx(math.atan2(y, x), rel=5e-16, abs=0.0)
-    for x, y in [(1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0), (-1.0, 1e-300), (-1.0, -1e-300)]:
-        assert direction(x, y) == pytest.approx(math.atan2(y, x), rel=5e-16, abs=0.0)
-    assert direction(0.0, 0.0) == 0.0

@@ -43,12 +43,6 @@ def test_nodes_of_unequal_heights_are_lines_of_charge(height, share, exponent):
     np.testing.assert_allclose(uneven, even, rtol=1e-13)
 
 
-@given(exponent=st.floats(-12.0, 8.0))
-def test_logarithm_is_exact_to_rounding(exponent):
-    z = 10**exponent
-    assert laws.log1p(z) == pytest.approx(np.log1p(z), rel=4e-16)
-
-
 @pytest.mark.parametrize("ratio", np.linspace(0.98, 1.12, 29))
 def test_blend_has_the_derivative_it_states(ratio):
     weight, slope = laws.step_down(ratio, pairs.BLEND)

@@ -1,0 +1,31 @@
+"""Solve equations whose matrix is a band, in an order of operations that no machine changes.
+
+Libraries pick the loops that suit a processor, and these round each in its own way.
+"""
+
+from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.state import Array
+
+
+@kernel
+def solve_banded(band: Array, right: Array) -> None:
+    """Put the solutions in place of the right sides (rows, k), without pivoting.
+
+    ``band`` (rows, 2 w + 1) holds every row's entries from w left of the diagonal to w right of
+    it; what lies beyond the matrix is not read. It is used up.
+    """
+    rows, half = right.shape[0], band.shape[1] // 2
+    for c in range(rows):
+        for r in range(c + 1, min(c + half + 1, rows)):
+            share = band[r, half + c - r] / band[c, half]
+            for k in range(c + 1, min(c + half + 1, rows)):
+                band[r, half + k - r] -= share * band[c, half + k - c]
+            for k in range(right.shape[1]):
+                right[r, k] -= share * right[c, k]
+    for r in range(rows - 1, -1, -1):
+        for c in range(r + 1, min(r + half + 1, rows)):
+            share = band[r, half + c - r]
+            for k in range(right.shape[1]):
+                right[r, k] -= share * right[c, k]
+        for k in range(right.shape[1]):
+            right[r, k] /= band[r, half]

@@ -1,0 +1,74 @@
+"""Elementary functions in plain arithmetic against the library's, in more digits."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from magfold_env.engine.compile.jit import kernel, numba_config
+from magfold_env.engine.elementary import direction, inverse_root, log1p, sincos, square
+
+
+@kernel
+def sincos_of(x, sine, cosine):
+    for i in range(x.size):
+        sine[i], cosine[i] = sincos(x[i])
+
+
+@kernel
+def roots_of(x, degree, out):
+    for i in range(x.size):
+        out[i] = inverse_root(x[i], degree)
+
+
+@pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="the interpreter takes minutes")
+@pytest.mark.parametrize("largest", [1.0, 100.0, 1e6, 1e14])
+def test_sincos_is_as_good_as_the_library_on_any_heading(largest):
+    x = np.random.default_rng(1).uniform(-largest, largest, 5000)
+    sine, cosine = np.empty_like(x), np.empty_like(x)
+    sincos_of(x, sine, cosine)
+    exact = np.sin(x.astype(np.longdouble)), np.cos(x.astype(np.longdouble))
+    assert np.abs(sine - exact[0]).max() < 1.3e-16
+    assert np.abs(cosine - exact[1]).max() < 1.3e-16
+
+
+def test_sincos_knows_the_quadrants():
+    x = np.arange(-20, 21) * (np.pi / 4)
+    sine, cosine = np.empty_like(x), np.empty_like(x)
+    sincos_of(x, sine, cosine)
+    np.testing.assert_allclose(sine, np.sin(x), rtol=0, atol=2e-16)
+    np.testing.assert_allclose(cosine, np.cos(x), rtol=0, atol=2e-16)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_directions_are_those_of_the_library(seed):
+    rng = np.random.default_rng(seed)
+    for x, y in rng.normal(size=(20, 2)):
+        assert direction(x, y) == pytest.approx(math.atan2(y, x), rel=7e-16, abs=0.0)
+        z = y * 10.0 ** rng.uniform(-12, 12)
+        assert direction(x, z) == pytest.approx(math.atan2(z, x), rel=7e-16, abs=0.0)
+    assert direction(0.0, 0.0) == 0.0
+
+
+@given(exponent=st.floats(-12.0, 8.0))
+def test_logarithm_is_exact_to_rounding(exponent):
+    z = 10**exponent
+    assert log1p(z) == pytest.approx(np.log1p(z), rel=4e-16)
+
+
+@pytest.mark.parametrize("degree", [3, 5])
+def test_roots_are_exact_to_rounding(degree):
+    x = 10.0 ** np.random.default_rng(degree).uniform(-300.0, 300.0, 2000)
+    out = np.empty_like(x)
+    roots_of(x, degree, out)
+    # Newton's step from the library's root, in more digits.
+    y, x = x.astype(np.longdouble) ** (-1.0 / degree), x.astype(np.longdouble)
+    y += y * (1.0 - x * y**degree) / degree
+    assert np.abs(out / y - 1.0).max() < 1e-15
+
+
+@given(x=st.floats(-1e150, 1e150))
+def test_a_square_is_the_rounded_product(x):
+    assert square(x) == x * x
