@@ -175,7 +175,7 @@ class State(NamedTuple):
     v: Coordinates  # their rates [rad/s, m/s]
     lock: IntPerBody  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not
     stuck: IntPerBody  # 1: held by friction
-    counter: Annotated[IntArray, 11]
+    counter: Annotated[IntArray, 12]
     clock: Annotated[Array, 9]  # [s]
     waiting: Annotated[Array, "n", 4]  # charges that components get when they are fed [A·m]
     speed: PerBody  # of the feed while each component leaves the tube, 0 or more [m/s]

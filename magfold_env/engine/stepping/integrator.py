@@ -17,9 +17,11 @@ from magfold_env.engine.chain.momentum import keep_if_left_alone
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, constraints, events, jacobian
 from magfold_env.engine.contact.constraints import first_joint, joint_rate
+from magfold_env.engine.elementary import inverse_root
 from magfold_env.engine.friction.held import first_accelerations, is_at_rest, torn_loose
 from magfold_env.engine.friction.stopping import creeps, stop_slow
 from magfold_env.engine.state import Array, Model, Record, State, Work, copy, is_finite
+from magfold_env.engine.stepping import chebyshev
 from magfold_env.engine.stepping.moreau import moreau_step
 from magfold_env.engine.stepping.recorder import has_room, record_rest, record_step
 from magfold_env.engine.stepping.stages import ORDER, interpolate, stages, step_error
@@ -74,7 +76,7 @@ def gather_constraints(model: Model, state: State, work: Work) -> tuple[int, boo
 
     And whether accelerations must be found anew. Impacts happen here.
     """
-    rows = work.rows.counts[at.CONTACTS]
+    rows = signature(work)
     begun = constraints.begin_step(model, state, work)
     if begun == constraints.CROWDED:
         return outcomes.TOO_CROWDED, False
@@ -84,9 +86,19 @@ def gather_constraints(model: Model, state: State, work: Work) -> tuple[int, boo
         state.counter[at.FRESH] == 1 or begun != constraints.OK or state.counter[at.MOREAU_LEFT] > 0
     )
     # What only comes to lie on another, without an impact, is pushed by it all the same.
-    anew = anew or work.rows.counts[at.CONTACTS] != rows
+    anew = anew or signature(work) != rows
     anew = anew or (model.frictional and resting(state.counter[at.LO], state))
     return outcomes.REACHED, anew
+
+
+@inlined
+def signature(work: Work) -> int:
+    """Return a number that tells what touches from anything else that may."""
+    found = work.rows.counts[at.CONTACTS]
+    for r in range(work.rows.counts[at.CONTACTS]):
+        for k in range(2 if r < work.rows.counts[at.JOINT_STOPS] else 3):
+            found = 31 * found + work.rows.id[r, k]
+    return found
 
 
 @kernel
@@ -165,36 +177,26 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     """Take one step from the state, whose accelerations are in ``work.stages.slope_v[0]``."""
     lo, remaining = state.counter[at.LO], until - state.clock[at.TIME]
     new_q, new_v = work.stages.new_q, work.stages.new_v
-    growth, limit = 5.0, longest_step(lo, model, state, work)
+    rate = chebyshev.friction_rate(lo, model, state, work) if model.frictional else 0.0
+    limit = longest_step(lo, model, state, work)
     touching = constraints.note_gaps(model, state, work)
     state.counter[at.STEPS] += 1
-    while True:
-        h = min(state.clock[at.STEP], remaining, limit)
-        last = h >= remaining
-        if h < SHORTEST_STEP and not last:
-            return outcomes.TOO_SHORT
-        error, good = try_step(model, state, work, h)
-        if good < h:
-            if not math.isfinite(error) and h < HOPELESS_STEP:
-                return outcomes.BROKEN
-            if math.isfinite(error) and error > 1.0:
-                growth = 1.0
-            state.clock[at.STEP] = good
-            continue
-        torn = torn_loose(lo, model, work, h)
-        if torn and h > BREAK_AWAY:
-            growth = 1.0
-            state.clock[at.STEP] = 0.5 * h
-            continue
-        fraction = events.first_touch(model, state, h, work) if model.contact else 1.0
-        # Links stretched between what friction holds pull the harder the less they move.
-        if torn or fraction == events.STALLED:
-            return outcomes.RATTLED
-        break
+    outcome, h, error, growth = find_step(model, state, work, remaining, limit, rate)
+    if outcome != outcomes.ACCEPTED:
+        return outcome
+    fraction = events.first_touch(model, state, h, work) if model.contact else 1.0
+    # Links stretched between what friction holds pull the harder the less they move.
+    if fraction == events.STALLED:
+        return outcomes.RATTLED
+    smooth, last = takes_smooth(state, h, rate), h >= remaining
+    if state.counter[at.STIFF] < 0:
+        state.counter[at.STIFF] += 1
+    elif not smooth:
+        state.counter[at.STIFF] = int(h * rate > STIFF)
     if fraction < 1.0:
         growth = 1.0
     elif error > EASY:
-        growth = min(growth, next_growth(state, h, error))
+        growth = min(growth, next_growth(state, h, error, smooth))
     # A step cut short by an event or by the time limit says nothing against a longer one.
     state.clock[at.STEP] = max(
         h * growth, 0.5 * state.clock[at.STEP] if h < state.clock[at.STEP] else 0.0
@@ -214,29 +216,75 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     if model.frictional:
         settle_held(lo, model, state, work)
     constraints.open_joints(lo, model, state)
-    if fraction < 1.0 or touching:
-        rattle = is_rattle(model, state, fraction, fraction * h)
-        return outcomes.RATTLED if rattle else outcomes.TOUCHED
-    state.clock[at.LAST_STEP] = h
+    if (fraction < 1.0 or touching) and is_rattle(model, state, fraction, fraction * h):
+        return outcomes.RATTLED
+    if fraction < 1.0:
+        return outcomes.TOUCHED
+    state.clock[at.LAST_STEP] = 0.0 if smooth else h
     state.clock[at.LAST_ERROR] = max(error, EASY)
-    # First same as last: the seventh stage is the next step's first.
+    # First same as last: the seventh stage is the next step's first. What kept squares in touch
+    # since is far less than the step's error.
     copy(work.stages.slope_v[6], work.stages.slope_v[0], 0)
     return outcomes.ACCEPTED
 
 
 @kernel
-def try_step(model: Model, state: State, work: Work, h: float) -> tuple[float, float]:
+def find_step(
+    model: Model, state: State, work: Work, remaining: float, limit: float, rate: float
+) -> tuple[int, float, float, float]:
+    """Find a step that is exact enough, and that friction which holds holds through.
+
+    Returns ACCEPTED or how else the step ended, its length [s], its error over what is allowed, and
+    by how much the next one may be longer.
+    """
+    growth = LARGEST_GROWTH
+    while True:
+        h = min(state.clock[at.STEP], remaining, limit)
+        if h < SHORTEST_STEP and h < remaining:
+            return outcomes.TOO_SHORT, h, 0.0, growth
+        smooth = takes_smooth(state, h, rate)
+        error, good = try_step(model, state, work, h, rate if smooth else 0.0)
+        if smooth and good * rate <= MILD:
+            state.counter[at.STIFF] = -OTHERS
+        if good < h:
+            if not math.isfinite(error) and h < HOPELESS_STEP:
+                return outcomes.BROKEN, h, error, growth
+            if math.isfinite(error) and error > 1.0:
+                growth = 1.0
+            state.clock[at.STEP] = good
+        elif not torn_loose(state.counter[at.LO], model, work, h):
+            return outcomes.ACCEPTED, h, error, growth
+        elif h <= BREAK_AWAY:
+            return outcomes.RATTLED, h, error, growth
+        else:
+            growth = 1.0
+            state.clock[at.STEP] = 0.5 * h
+
+
+@inlined
+def takes_smooth(state: State, h: float, rate: float) -> bool:
+    """Whether a step is Chebyshev's: explicit ones would be unstable, or cost more."""
+    return state.counter[at.STIFF] > 0 and h * rate > MILD
+
+
+@kernel
+def try_step(model: Model, state: State, work: Work, h: float, rate: float) -> tuple[float, float]:
     """Take the stages of a step of length ``h``: its error, and a length that may do [s].
 
-    The error is over what is allowed. A length of ``h`` itself says that this step will do.
+    The error is over what is allowed. A length of ``h`` itself says that this step will do. At a
+    ``rate`` of friction above 0 [1/s] the step is Chebyshev's.
     """
-    if not stages(model, state, work, h):
+    if rate > 0.0:
+        taken, order = chebyshev.smooth_stages(model, state, work, h, rate), chebyshev.ORDER
+    else:
+        taken, order = stages(model, state, work, h), ORDER
+    if not taken:
         return 0.0, 0.25 * h
-    error = step_error(model, state, work, h)
+    error = step_error(model, state, work)
     if not math.isfinite(error):
         return error, 0.1 * h
     if error > 1.0:
-        return error, h * max(0.2, 0.9 * error ** (-1.0 / ORDER))
+        return error, h * max(0.2, 0.9 * inverse_root(error, order))
     return error, h
 
 
@@ -264,12 +312,18 @@ def settle_held(lo: int, model: Model, state: State, work: Work) -> None:
             state.v[i] = 0.0
 
 
-LONGEST_STEP = 0.05  # [s]
+LONGEST_STEP = 0.1  # [s]
 LONGER = 1.2  # times the time to the next stop
 SOONEST_STOP = 1e-7  # [s] before which no stop is foreseen
 PAST_EDGE = 2e-6  # [s] how far a step may reach beyond the end of a face
 SHORTEST_BRAKE = 1e-7  # [s] the shortest step that ends where a component stops
 EASY = 1e-4  # an error that allows the largest growth
+# Lengths of steps times the rate of friction: beyond which its stability limits an explicit step,
+# and up to which such a step is the cheaper one.
+STIFF, MILD = 2.5, 2.0
+OTHERS = 4  # explicit steps to be taken after a Chebyshev step that was no better
+CAUTION = 0.8  # times the longest step that its error allows
+LARGEST_GROWTH = 5.0
 LEAST_GROWTH = 0.2  # after a step that was good enough, however hard it was to find
 
 
@@ -355,16 +409,18 @@ def time_to_end(x: float, end: float, rate: float) -> float:
 
 
 @inlined
-def next_growth(state: State, h: float, error: float) -> float:
+def next_growth(state: State, h: float, error: float, smooth: bool) -> float:
     """Return how much longer the next step may be, going by this one's error and its trend.
 
     Gustafsson's predictive controller (Hairer and Wanner, Solving ODEs II, IV.8): towards a stop
     magnets pull ever harder, and a rule that knows only the last error has every other step
     rejected.
     """
-    growth = 0.9 * error ** (-1.0 / ORDER)
+    if smooth:
+        return CAUTION * inverse_root(error, chebyshev.ORDER)
+    growth = CAUTION * inverse_root(error, ORDER)
     before = state.clock[at.LAST_STEP]
     if before > 0.0:
-        trend = (state.clock[at.LAST_ERROR] / error) ** (1.0 / ORDER)
+        trend = inverse_root(error / state.clock[at.LAST_ERROR], ORDER)
         growth = min(growth, growth * trend * h / before)
     return max(growth, LEAST_GROWTH)

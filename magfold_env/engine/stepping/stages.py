@@ -12,6 +12,7 @@ from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import coordinates
 from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Model, State, Work
 from magfold_env.engine.stepping.dynamics import accelerations
 
@@ -53,7 +54,10 @@ SLOW = 0.3  # share of a typical rate below which rates are judged by it
 
 @kernel
 def stages(model: Model, state: State, work: Work, h: float) -> bool:
-    """Fill the slopes of a step and its end in ``work.stages.new_q``, ``work.stages.new_v``."""
+    """Fill the slopes of a step, its end in ``work.stages.new_q`` and ``work.stages.new_v``.
+
+    The estimated errors of the end are left in ``work.stages.q`` and ``work.stages.v``.
+    """
     end = coordinates(model)
     # What the tube holds does not turn. Loops over all components are faster than over the others.
     for s in range(STAGES):
@@ -71,55 +75,53 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
             work.stages.slope_q[s, k] = v[k]
         if not accelerations(model, state, q, v, work, work.stages.slope_v[s]):
             return False
+    for k in range(end):
+        eq, ev = 0.0, 0.0
+        for s in range(STAGES):
+            eq += ERROR[s] * work.stages.slope_q[s, k]
+            ev += ERROR[s] * work.stages.slope_v[s, k]
+        work.stages.q[k], work.stages.v[k] = h * eq, h * ev
     return True
 
 
 @kernel
-def step_error(model: Model, state: State, work: Work, h: float) -> float:
+def step_error(model: Model, state: State, work: Work) -> float:
     """Estimated error of the step over what is allowed.
 
     Angles are judged by the tolerance, rates by the tolerance times a typical rate, the base by
     the tolerance times a component's length; velocities of uneven chains also all together.
     """
-    n = model.n
+    n, stages = model.n, work.stages
     worst, total = 0.0, 0.0
     for k in range(coordinates(model)):
-        eq, ev = 0.0, 0.0
-        for s in range(STAGES):
-            eq += ERROR[s] * work.stages.slope_q[s, k]
-            ev += ERROR[s] * work.stages.slope_v[s, k]
         scale = 1.0 if k < n else model.bodies.length[0]
         rate = model.rate_scale * scale
-        eq = abs(h * eq) / (LOCAL * model.tolerance * scale)
-        ev = abs(h * ev) / (LOCAL * model.tolerance * max(SLOW * rate, abs(work.stages.new_v[k])))
+        eq = abs(stages.q[k]) / (LOCAL * model.tolerance * scale)
+        ev = abs(stages.v[k]) / (LOCAL * model.tolerance * max(SLOW * rate, abs(stages.new_v[k])))
         total += eq + ev
         worst = max(worst, eq, ev)
     if not math.isfinite(total):
         return math.nan
     if model.light_rate > UNEVEN * model.rate_scale:
-        worst = max(worst, kinetic_error(state.counter[at.LO], model, work, h))
+        worst = max(worst, kinetic_error(state.counter[at.LO], model, work))
     return worst
 
 
 @kernel
-def kinetic_error(lo: int, model: Model, work: Work, h: float) -> float:
+def kinetic_error(lo: int, model: Model, work: Work) -> float:
     """Estimated error of the velocities over what is allowed, in the metric of the masses.
 
     Where a light component turns fast, the least of its errors carries heavy ones beyond it away.
     Needs pose and centre velocities at the step's end.
     """
     n, bodies, off = model.n, model.bodies, work.stages.v
-    for k in range(n + 2):
-        off[k] = 0.0
-        for s in range(STAGES):
-            off[k] += h * ERROR[s] * work.stages.slope_v[s, k]
     articulated.centre_velocities(lo, bodies, work.pose, off, work.loads.fx, work.loads.fy)
     error, energy, mass = 0.0, 0.0, 0.0
     for i in range(lo, n):
         m, j = bodies.mass[i], bodies.inertia[i]
-        error += m * (work.loads.fx[i] ** 2 + work.loads.fy[i] ** 2) + j * off[i] ** 2
-        energy += (
-            m * (work.centres.vx[i] ** 2 + work.centres.vy[i] ** 2) + j * work.stages.new_v[i] ** 2
+        error += m * (square(work.loads.fx[i]) + square(work.loads.fy[i])) + j * square(off[i])
+        energy += m * (square(work.centres.vx[i]) + square(work.centres.vy[i])) + j * square(
+            work.stages.new_v[i]
         )
         mass += m / n
     slow = SLOW * model.rate_scale * bodies.length[0]

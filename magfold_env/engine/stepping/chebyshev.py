@@ -1,0 +1,137 @@
+"""A step for slow sliding: Runge-Kutta-Chebyshev, stable far beyond what its stages cost.
+
+Friction brings a component that slides at a speed S to where its surroundings push it within
+S/µg, milliseconds for a slow feed, and explicit steps live on a few of these times, however little
+happens. This one of second order lives on 0.65 s² of them with s stages and solves nothing [1]_.
+
+References
+----------
+.. [1] B. P. Sommeijer, L. F. Shampine and J. G. Verwer, "RKC: an explicit solver for parabolic
+   PDEs", Journal of Computational and Applied Mathematics 88 (1998) 315-326.
+"""
+
+import numpy as np
+
+from magfold_env.engine import entries as at
+from magfold_env.engine.chain.feed import coordinates
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.friction import law
+from magfold_env.engine.state import Array, Model, State, Work, copy
+from magfold_env.engine.stepping.dynamics import accelerations
+from magfold_env.engine.stepping.stages import DENSE, WEIGHT
+
+ORDER = 3  # of the error of a step
+MOST_STAGES = 16
+DAMPING = 2.0 / 13.0
+ROOM = 1.25  # times the fastest rate of friction, which may grow within a step
+
+
+def _scheme(stages: int) -> list[tuple[float, float, float, float]]:
+    """Weights of the last stage but one, the one before, and of two slopes, a row a stage."""
+    w0 = 1.0 + DAMPING / stages**2
+    t, d, c = [1.0, w0], [0.0, 1.0], [0.0, 0.0]  # Chebyshev polynomials, their derivatives
+    for _ in range(2, stages + 1):
+        t.append(2.0 * w0 * t[-1] - t[-2])
+        c.append(2.0 * w0 * c[-1] - c[-2] + 4.0 * d[-1])
+        d.append(2.0 * w0 * d[-1] - d[-2] + 2.0 * t[-2])
+    w1 = d[stages] / c[stages]
+    b = [c[max(j, 2)] / d[max(j, 2)] ** 2 for j in range(stages + 1)]
+    rows = [(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, b[1] * w1)]
+    for j in range(2, stages + 1):
+        slope = 2.0 * b[j] * w1 / b[j - 1]
+        first = -(1.0 - b[j - 1] * t[j - 1]) * slope
+        rows.append((2.0 * b[j] * w0 / b[j - 1], -b[j] / b[j - 2], slope, first))
+    return rows
+
+
+# Weights of the stages (stages, stage, 4).
+SCHEME = np.zeros((MOST_STAGES + 1, MOST_STAGES + 1, 4))
+for _count in range(2, MOST_STAGES + 1):
+    SCHEME[_count, : _count + 1] = _scheme(_count)
+
+# Between its ends a step is the cubic through them and their slopes f and g. That is Dormand and
+# Prince's dense output with other slopes in two places, sums of the step's mean slope, f and g:
+# such that they lead to the end, and that there is no fourth power.
+_PLACES = 2, 3
+_U, _V = (WEIGHT[6, s] for s in _PLACES)
+_X, _Y = (DENSE[s, 3] for s in _PLACES)
+_DETERMINANT = _U * _Y - _V * _X
+_TO_END = (1.0, -WEIGHT[6, 0], 0.0)
+_FOURTH = (0.0, -DENSE[0, 3], -DENSE[6, 3])
+CUBIC = np.array(
+    [
+        [(_Y * e - _V * f) / _DETERMINANT for e, f in zip(_TO_END, _FOURTH, strict=True)],
+        [(_U * f - _X * e) / _DETERMINANT for e, f in zip(_TO_END, _FOURTH, strict=True)],
+    ]
+)
+
+
+@inlined
+def friction_rate(lo: int, model: Model, state: State, work: Work) -> float:
+    """Bound of the rates at which friction slows the components' motion [1/s].
+
+    Needs the centres' velocities in ``work``.
+    """
+    fastest, bodies = 0.0, model.bodies
+    for i in range(lo, model.n):
+        speed = law.speed(model, work, state.v, i)
+        if state.stuck[i] == 0 and speed > law.AT_REST:
+            least = min(bodies.mass[i], bodies.inertia[i] / (model.arm * model.arm))
+            fastest = max(fastest, model.grip[i] / (speed * least))
+    return fastest
+
+
+@kernel
+def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float) -> bool:
+    """Take a step as `stages.stages` does, of friction's ``rate`` [1/s].
+
+    Fills the slopes with those of which `stages.interpolate` makes the cubic.
+    """
+    end, slope_q, slope_v = coordinates(model), work.stages.slope_q, work.stages.slope_v
+    count = 2
+    while count < MOST_STAGES and 0.65 * (count * count - 1.0) < ROOM * h * rate:
+        count += 1
+    for k in range(state.counter[at.LO]):
+        slope_v[5, k] = 0.0
+        slope_v[6, k] = 0.0
+    # Rows 1 and 2 hold the last stage and the one before it, row 5 the accelerations there.
+    for k in range(end):
+        slope_q[2, k], slope_v[2, k] = state.q[k], state.v[k]
+        slope_q[1, k] = state.q[k] + h * SCHEME[count, 1, 3] * slope_q[0, k]
+        slope_v[1, k] = state.v[k] + h * SCHEME[count, 1, 3] * slope_v[0, k]
+    for j in range(2, count + 1):
+        last, before = (1, 2) if j % 2 == 0 else (2, 1)
+        if not accelerations(model, state, slope_q[last], slope_v[last], work, slope_v[5]):
+            return False
+        a, b, c, d = (
+            SCHEME[count, j, 0],
+            SCHEME[count, j, 1],
+            SCHEME[count, j, 2],
+            SCHEME[count, j, 3],
+        )
+        for k in range(end):
+            q, v = state.q[k], state.v[k]
+            u = h * (c * slope_v[last, k] + d * slope_q[0, k])
+            w = h * (c * slope_v[5, k] + d * slope_v[0, k])
+            slope_q[before, k] = q + a * (slope_q[last, k] - q) + b * (slope_q[before, k] - q) + u
+            slope_v[before, k] = v + a * (slope_v[last, k] - v) + b * (slope_v[before, k] - v) + w
+    last = 1 if count % 2 == 1 else 2
+    copy(slope_q[last], work.stages.new_q, 0)
+    copy(slope_v[last], work.stages.new_v, 0)
+    copy(slope_v[last], slope_q[6], 0)
+    if not accelerations(model, state, work.stages.new_q, work.stages.new_v, work, slope_v[6]):
+        return False
+    finish(h, state.q, slope_q, work.stages.new_q, work.stages.q, end)
+    finish(h, state.v, slope_v, work.stages.new_v, work.stages.v, end)
+    return True
+
+
+@inlined
+def finish(h: float, y: Array, slope: Array, new: Array, error: Array, end: int) -> None:
+    """Estimate the error of a step, and lay the cubic."""
+    for k in range(end):
+        mean, first, last = (new[k] - y[k]) / h, slope[0, k], slope[6, k]
+        error[k] = h * (0.4 * (first + last) - 0.8 * mean)
+        slope[1, k], slope[4, k], slope[5, k] = 0.0, 0.0, 0.0
+        slope[2, k] = CUBIC[0, 0] * mean + CUBIC[0, 1] * first + CUBIC[0, 2] * last
+        slope[3, k] = CUBIC[1, 0] * mean + CUBIC[1, 1] * first + CUBIC[1, 2] * last
