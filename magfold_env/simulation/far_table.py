@@ -153,8 +153,8 @@ def _coefficients(values: Array) -> Array:
     found = right.reshape(n + 2, *values.shape[1:])
     found = np.pad(found, ((0, 0), (1, 2), (0, 0)), mode="wrap")
     quarter = values.shape[2] // 4
-    headings = np.arange(-1, quarter + 2)[:, None] + quarter * np.arange(4)
-    return np.ascontiguousarray(found[:, :, headings.ravel() % values.shape[2]])
+    headings = [k + quarter * face for k in range(-1, quarter + 2) for face in range(4)]
+    return np.ascontiguousarray(found[:, :, np.array(headings) % values.shape[2]])
 
 
 @kernel

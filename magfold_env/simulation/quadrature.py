@@ -148,6 +148,7 @@ def _gauss_legendre(count: int) -> tuple[Array, Array]:
     error from nodes of which only nine digits are taken.
     """
     x = np.round(np.polynomial.legendre.leggauss(count)[0], 9)
+    slope = np.ones(count)
     for _ in range(2):
         before, value = np.zeros(count), np.ones(count)
         for k in range(1, count + 1):

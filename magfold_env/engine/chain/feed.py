@@ -67,7 +67,8 @@ def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
 def time_to_release(model: Model, state: State) -> float:
     """Time until the outermost held component is released at the present feed speed [s]."""
     n, i = model.n, state.counter[at.LO] - 1
-    return (model.bodies.length[i] * sincos(state.q[i])[1] - state.q[n]) / state.v[n]
+    _, c = sincos(float(state.q[i]))
+    return (model.bodies.length[i] * c - state.q[n]) / state.v[n]
 
 
 @kernel
@@ -78,7 +79,8 @@ def release(model: Model, state: State) -> None:
     """
     n, i = model.n, state.counter[at.LO] - 1
     state.q[n] = 0.0
-    state.q[n + 1] -= model.bodies.length[i] * sincos(state.q[i])[0]
+    s, _ = sincos(float(state.q[i]))
+    state.q[n + 1] -= model.bodies.length[i] * s
     state.v[i] = 0.0
     state.lock[i] = 0
     state.stuck[i] = 0

@@ -82,7 +82,8 @@ def speeds_at(scaled: Any) -> Any:
 
     Machines whose exponentials differ in the last bit agree on speeds to 1e-12 m/s.
     """
-    return np.clip(np.round(_MIDDLE * np.exp(_HALF_RANGE * scaled), 12), SLOWEST, FASTEST)
+    exponents: Floats = np.asarray(_HALF_RANGE * scaled, dtype=np.float64)
+    return np.clip(np.round(_MIDDLE * np.exp(exponents), 12), SLOWEST, FASTEST)
 
 
 def scaled_speeds(speeds: Any) -> Any:

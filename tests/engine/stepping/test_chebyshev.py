@@ -1,4 +1,4 @@
-"""Chebyshev's steps: their stability and order, the cubic between their ends, and what they save."""
+"""Chebyshev's steps: their stability and order, the cubic between their ends, what they save."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from magfold_env.engine.stepping.stages import DENSE, WEIGHT
 from magfold_env.scene import Scene
 
 SLIDING = Scene(
-    sequence=["NNSS", "SSNN", "NNNS", "NSSS", "NSNS", "NNSS"],
+    sequence=("NNSS", "SSNN", "NNNS", "NSSS", "NSNS", "NNSS"),
     mount="tube",
     friction=0.35,
     start_angle_spread=0.03,
@@ -55,7 +55,8 @@ def test_a_step_is_a_cubic_between_its_ends():
 
 
 def fold(speed: float, tolerance: float, seed: int) -> mf.Fold:
-    return mf.simulate(SLIDING.replace(feed={"speed": speed}, solver={"tolerance": tolerance}), seed)
+    scene = SLIDING.replace(feed={"speed": speed}, solver={"tolerance": tolerance})
+    return mf.simulate(scene, seed)
 
 
 @pytest.mark.parametrize("seed", range(3))
