@@ -14,14 +14,14 @@ import numpy as np
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.compile.by_pointer import by_pointer, write_down
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.elementary import inverse_root
 from magfold_env.engine.state import Array, Bodies, copy
-from magfold_env.engine.stepping.integrator import EASY, LONGEST_STEP
+from magfold_env.engine.stepping.integrator import CAUTION, EASY, LARGEST_GROWTH, LONGEST_STEP
 from magfold_env.engine.stepping.stages import ERROR, LOCAL, ORDER, SLOW, STAGES, WEIGHT
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings
 from magfold_env.simulation.pack import pack
 
-GROWTH = 5.0  # of a step at most
 FIRST = 0.1  # step, in units of the inverse of a typical rate
 
 
@@ -54,7 +54,7 @@ def swing(p: Pendulum, until: float) -> int:
     accelerate(p, p.q, p.v, p.slope_v[0])
     evaluations = 1
     while time < until:
-        growth = GROWTH
+        growth = LARGEST_GROWTH
         while True:
             h = min(step, until - time, LONGEST_STEP)
             stages(p, h)
@@ -63,11 +63,11 @@ def swing(p: Pendulum, until: float) -> int:
             if error <= 1.0:
                 break
             growth = 1.0
-            step = h * max(0.2, 0.9 * error ** (-1.0 / ORDER))
+            step = h * max(0.2, 0.9 * inverse_root(error, ORDER))
         if error > EASY:
-            wanted = 0.9 * error ** (-1.0 / ORDER)
+            wanted = CAUTION * inverse_root(error, ORDER)
             if before > 0.0:
-                trend = (last_error / error) ** (1.0 / ORDER)
+                trend = inverse_root(error / last_error, ORDER)
                 wanted = min(wanted, wanted * trend * h / before)
             growth = min(growth, wanted)
         step = max(h * growth, 0.5 * step if h < step else 0.0)

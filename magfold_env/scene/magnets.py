@@ -1,5 +1,6 @@
 """The magnets group of a scene: four magnets a component, one behind each face."""
 
+from functools import cached_property
 from typing import Annotated, Any, Literal, Self, TypeVar, cast, get_args
 
 import numpy as np
@@ -120,7 +121,16 @@ class Magnets(Part):
 
     def by_face(self, name: Length) -> Array:
         """Return a length of each face [m], shape (4,), in the order `FACES`."""
-        return np.broadcast_to(np.asarray(getattr(self, name), dtype=np.float64), 4).copy()
+        return np.array(self.lengths[name])
+
+    @cached_property
+    def lengths(self) -> dict[Length, tuple[float, ...]]:
+        """All lengths of each face [m], in the order `FACES`."""
+        found: dict[Length, tuple[float, ...]] = {}
+        for name in get_args(Length):
+            given = getattr(self, name)
+            found[name] = given if isinstance(given, tuple) else (given,) * 4
+        return found
 
     def charges(self, n: int) -> Array:
         """Return the magnetic charge of each pole face [A m], without sign, shape (n, 4).
@@ -147,7 +157,7 @@ class Magnets(Part):
     @property
     def even(self) -> bool:
         """Whether the four faces have equal widths, heights, thicknesses and insets."""
-        return not any(np.ptp(self.by_face(name)) for name in get_args(Length))
+        return all(len(set(each)) == 1 for each in self.lengths.values())
 
     def misfits(self, side: float) -> list[Problem]:
         """Return what keeps the magnets from fitting into a casing of a side [m] without overlap.

@@ -139,7 +139,7 @@ class Scene(base.Part):
     def inertias(self) -> Array:
         """Moments of inertia about the centres [kg m²], shape (n,)."""
         if self.casing.inertia is None:
-            return self.masses * self.casing.side**2 / 6.0
+            return self.masses * (self.casing.side * self.casing.side) / 6.0
         return self._each(self.casing.inertia)
 
     @property
@@ -192,7 +192,9 @@ class Scene(base.Part):
                 if new.get(given) is not None:
                     new.setdefault(other, None)
             changes["magnets"] = new
-        return Scene(**_merged(self.model_dump(), changes))
+        # Groups that nothing names are valid, and taken as they are.
+        entries: dict[str, Any] = {name: getattr(self, name) for name in Scene.model_fields}
+        return Scene(**_merged(entries, changes))
 
     def draw(self, rng: np.random.Generator) -> Scene:
         """Draw everything random and return a scene in which nothing is left to draw.
@@ -240,6 +242,7 @@ class Scene(base.Part):
 
 def _merged(old: object, new: Mapping[str, Any]) -> dict[str, Any]:
     """Return a group's entries with those of `new` in their places; nested groups likewise."""
+    old = old.model_dump() if isinstance(old, base.Part) else old
     merged = dict(cast("dict[str, Any]", old)) if isinstance(old, dict) else {}
     for key, value in new.items():
         if isinstance(value, Mapping):

@@ -212,7 +212,7 @@ def _error(table: FarTable, magnets: Magnets, side: float) -> float:
     offset, share = width_rule(True, MOST_NODES)
     apart = np.subtract.outer(offset, offset) * _width(magnets)
     gap = side - 2.0 * magnets.depth
-    law = 2.0 / ((s := apart**2 + gap**2) * (np.sqrt(s) + np.sqrt(s + magnets.height2)))
+    law = 2.0 / ((s := apart * apart + gap * gap) * (np.sqrt(s) + np.sqrt(s + magnets.height2)))
     flush = COULOMB * gap * float(share @ law @ share)
     return worst * math.pi / knots / flush
 

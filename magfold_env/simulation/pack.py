@@ -187,8 +187,8 @@ class MagnetSizes(NamedTuple):
     @classmethod
     def of(cls, magnets: MagnetsPart, turned: bool) -> MagnetSizes:
         """Return the sizes of a scene's magnets, maybe those of a casing turned by half a turn."""
-        order = TURNED if turned else [0, 1, 2, 3]
-        return cls(*(tuple(magnets.by_face(name)[order].tolist()) for name in get_args(Length)))
+        lengths = (magnets.lengths[name] for name in get_args(Length))
+        return cls(*((each[2:] + each[:2] if turned else each) for each in lengths))
 
 
 @lru_cache(maxsize=64)
@@ -217,7 +217,7 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
     return Magnets(
         strips=strips,
         even=min(sizes.height) == max(sizes.height),
-        height2=sizes.height[0] ** 2,
+        height2=sizes.height[0] * sizes.height[0],
         rank_count=np.array(rule.ranks, dtype=np.int64),
         rank_radius=np.array(rule.rank_radii),
         far_radius=rule.far * side * math.sqrt(2.0),
@@ -324,7 +324,7 @@ def typical_rate(scene: Scene, charge: Array, mass: Array) -> Array:
             if scene.field is not None:
                 outer = _length(*scene.field.uniform)
                 if (magnet := scene.field.magnet) is not None:
-                    outer += 1e-7 * magnet.charge / magnet.width**2
+                    outer += 1e-7 * magnet.charge / (magnet.width * magnet.width)
                 force = force + charge * outer
             acceleration += force / mass
     return np.maximum(np.sqrt(acceleration / scene.casing.diagonal), SLOWEST)

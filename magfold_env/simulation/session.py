@@ -1,7 +1,9 @@
 """One chain being folded, step by step: what `simulate` and the environments drive."""
 
 import math
-from functools import cached_property
+import weakref
+from collections import deque
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import code_of, reference, write_down
 from magfold_env.engine.contact import boxes
-from magfold_env.engine.magnets.chain import magnet_energy, potential_energy
+from magfold_env.engine.magnets.chain import potential_energy
 from magfold_env.engine.state import Array, Model, Record, State, Work
 from magfold_env.engine.stepping import paper_scheme, runs
 from magfold_env.engine.workspace import new_state, new_work
@@ -23,10 +25,26 @@ from magfold_env.simulation.endings import ending, work_cap
 from magfold_env.simulation.frames import Frames, magnetic_energy
 from magfold_env.simulation.pack import pack, reversed_inside
 from magfold_env.simulation.push_force import push_force
+from magfold_env.simulation.stack import Stack
 
 Chain = tuple[Model, State, Work, Record]
 
-_CODE: list[Any] = []  # where that of `runs.run` lies, once it is compiled
+_CODE: dict[str, Any] = {}  # where those of `runs.run` and `runs.energy` lie, once compiled
+_FIRST = np.zeros(1, dtype=np.int64)
+_SPARES = 8  # for chains of one kind; a fold takes less time than making room for it
+
+
+@lru_cache(maxsize=16)
+def _spare(*_sizes: int) -> deque[Stack[Work]]:
+    return deque(maxlen=_SPARES)
+
+
+def _spare_of(model: Model) -> deque[Stack[Work]]:
+    """Return scratch space that is left over from other runs, of all sizes that this one needs."""
+    magnets = model.magnets
+    nodes = magnets.node_x.shape if model.magnetic else ()
+    lanes = magnets.level_node.shape[1] if model.magnetic else 0
+    return _spare(model.n, int(model.contact or model.frictional), lanes, *nodes)
 
 
 class Session:
@@ -62,7 +80,11 @@ class Session:
         headings = self._view.start(joints, centred=scene.mount == "tube")
         self._state = new_state(self._model, headings)
         self._state.speed[:] = scene.speeds[::-1] if self._view.flip else scene.speeds
-        self._work = new_work(self._model)
+        spare = _spare_of(self._model)
+        room = spare.pop() if spare else Stack([new_work(self._model)], 1)
+        weakref.finalize(self, spare.append, room).atexit = False
+        room.restore(_FIRST)
+        self._work = room.only
         self._frames = Frames(self._model, self._state, frame_rate)
         if scene.contact and scene.mount != "tube":
             self._refuse_overlap()
@@ -137,7 +159,8 @@ class Session:
 
     def energy(self) -> float:
         """Magnetic energy of the components whose magnets act [J], an outer field's included."""
-        return magnet_energy(self._place(), self._model, self._work)
+        chain = self._model, self._state, self._work
+        return float(_called("energy", runs.energy, runs.energy_at, chain, 0.0))
 
     def potential(self) -> float:
         """Energy whose exact gradient the simulated magnet forces are [J].
@@ -242,6 +265,10 @@ class Session:
 
     def _refuse_overlap(self) -> None:
         model, work = self._model, self._work
+        turns: Array = self._state.q[: model.n]
+        if turns.max() - turns.min() < 0.5 * math.pi and not model.field.solid:
+            # Along the line midway between the headings each square lies between its hinges.
+            return
         feed.place_all(0, model, self._state.q, work.pose)
         boxes.place_boxes(0, model, work.pose, work)
         pair = boxes.overlapping_pair(model, work)
@@ -252,8 +279,12 @@ class Session:
 
 
 def run_chain(chain: Chain, until: float) -> int:
-    """Call `runs.run` by its address, which spares finding out what its arguments hold."""
-    if not _CODE:
-        _CODE.append(code_of(runs.run, *chain, until))
-    model, state, work, record = (reference(each) for each in chain)
-    return runs.run_at(_CODE[0], model, state, work, record, until)
+    """Call `runs.run`."""
+    return int(_called("run", runs.run, runs.run_at, chain, until))
+
+
+def _called(name: str, kernel: Any, at: Any, chain: tuple[Any, ...], x: float) -> Any:
+    """Call a kernel by its address, which spares finding out what its arguments hold."""
+    if name not in _CODE:
+        _CODE[name] = code_of(kernel, *chain, x)
+    return at(_CODE[name], *(reference(each) for each in chain), x)

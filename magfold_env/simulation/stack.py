@@ -1,6 +1,7 @@
 """Many copies of a NamedTuple that kernels see through one pointer, side by side in memory."""
 
 from collections.abc import Collection, Sequence
+from functools import cached_property
 from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
@@ -66,6 +67,11 @@ class Stack(Generic[T]):
         """Return a copy, of one of the originals, with that one's numbers."""
         arrays = {name: self[name][row] for name in self._places}
         return _with_arrays(self._originals[original], arrays)
+
+    @cached_property
+    def only(self) -> T:
+        """The first copy, always the same object."""
+        return self.row(0)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return an array of all copies, shape (count, …)."""

@@ -204,8 +204,11 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     if fraction < 1.0:
         interpolate(state.q, work.stages.slope_q, h, fraction, new_q)
         interpolate(state.v, work.stages.slope_v, h, fraction, new_v)
-    if touching and not constraints.keep_contacts(model, state, work, new_q, new_v):
-        return outcomes.RATTLED
+    moved = 0.0
+    if touching:
+        moved = keep_touching(model, state, work)
+        if moved < 0.0:
+            return outcomes.RATTLED
     keep_if_left_alone(model, state, work, new_q, new_v, fraction * h)
     record_step(record, state, work, h, fraction)
     copy(new_q, state.q, lo)
@@ -218,14 +221,30 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     constraints.open_joints(lo, model, state)
     if (fraction < 1.0 or touching) and is_rattle(model, state, fraction, fraction * h):
         return outcomes.RATTLED
-    if fraction < 1.0:
+    if fraction < 1.0 or moved > STALE:
         return outcomes.TOUCHED
     state.clock[at.LAST_STEP] = 0.0 if smooth else h
     state.clock[at.LAST_ERROR] = max(error, EASY)
-    # First same as last: the seventh stage is the next step's first. What kept squares in touch
-    # since is far less than the step's error.
+    # First same as last: the seventh stage is the next step's first.
     copy(work.stages.slope_v[6], work.stages.slope_v[0], 0)
     return outcomes.ACCEPTED
+
+
+@kernel
+def keep_touching(model: Model, state: State, work: Work) -> float:
+    """Undo what the step drifted off its contacts; by how much, over the error that it may have.
+
+    Negative if something happened within the step.
+    """
+    stages, end = work.stages, state.q.size
+    copy(stages.new_q, stages.q, 0)
+    copy(stages.new_v, stages.v, 0)
+    if not constraints.keep_contacts(model, state, work, stages.new_q, stages.new_v):
+        return -1.0
+    for k in range(end):
+        stages.q[k] -= stages.new_q[k]
+        stages.v[k] -= stages.new_v[k]
+    return step_error(model, state, work)
 
 
 @kernel
@@ -241,7 +260,11 @@ def find_step(
     while True:
         h = min(state.clock[at.STEP], remaining, limit)
         if h < SHORTEST_STEP and h < remaining:
-            return outcomes.TOO_SHORT, h, 0.0, growth
+            if work.rows.counts[at.CONTACTS] == work.rows.counts[at.JOINT_STOPS]:
+                return outcomes.TOO_SHORT, h, 0.0, growth
+            # A contact that presses in one stage and not in the next, edge on edge.
+            state.clock[at.STEP] = HOPELESS_STEP
+            return outcomes.RATTLED, h, 0.0, growth
         smooth = takes_smooth(state, h, rate)
         error, good = try_step(model, state, work, h, rate if smooth else 0.0)
         if smooth and good * rate <= MILD:
@@ -324,6 +347,7 @@ STIFF, MILD = 2.5, 2.0
 OTHERS = 4  # explicit steps to be taken after a Chebyshev step that was no better
 CAUTION = 0.8  # times the longest step that its error allows
 LARGEST_GROWTH = 5.0
+STALE = 0.1  # allowed errors by which a step may be moved without new accelerations
 LEAST_GROWTH = 0.2  # after a step that was good enough, however hard it was to find
 
 

@@ -86,6 +86,12 @@ def run_at(code: int, model: int, state: int, work: int, record: int, until: flo
 
 
 @calls_by_address
+def energy_at(code: int, model: int, state: int, work: int, x: float) -> float:
+    """`energy`, for the addresses of its code and of its arguments."""
+    return call_float(code, model, state, work, x)
+
+
+@calls_by_address
 def run_chains(
     code: IntArray,
     models: IntArray,

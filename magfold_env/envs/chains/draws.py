@@ -129,7 +129,7 @@ class DrawnChains:
         if spreads.mass > 0.0:
             factors = 1.0 + spreads.mass * unit[:, 1 : n + 1]
             mass = scene.masses * factors
-            inertia = mass * scene.casing.side**2 / 6.0
+            inertia = mass * (scene.casing.side * scene.casing.side) / 6.0
             if scene.casing.inertia is not None:
                 inertia = scene.inertias * factors
             chains.mass[rows] = mass[:, ::-1] if flip else mass

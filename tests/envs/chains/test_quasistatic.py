@@ -51,7 +51,9 @@ def by_hand(scene: mf.Scene, order: list[int]) -> str:
             if not overlaps(inside):
                 headings = np.concatenate([[0.0], np.cumsum(word_to_angles(word))])
                 energies[letter] = mf.energy(so_far, headings)
-        letters[joint] = min(energies, key=energies.__getitem__)
+        # Of mirror images, which differ by rounding alone, the first.
+        least = min(energies.values()) + 1e-12 * max(map(abs, energies.values()))
+        letters[joint] = next(letter for letter, energy in energies.items() if energy <= least)
     return "".join(letters)
 
 
