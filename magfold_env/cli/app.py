@@ -4,7 +4,7 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from magfold_env.cli import bench, design, ensemble, fold, minimise, options, paper, stress
+from magfold_env.cli import bench, design, ensemble, fold, minimise, options, paper, stress, warmup
 from magfold_env.scene import load_scene, scene_names
 
 app = typer.Typer(
@@ -61,6 +61,7 @@ def play(
 
 app.command()(stress.stress)
 app.command()(paper.paper)
+app.command()(warmup.warmup)
 
 
 @app.command()

@@ -27,8 +27,11 @@ _kernel_cache = insides.load(
     "kernel_cache", "so that damaged files of compiled kernels are errors, and must be removed"
 )
 _first_use = insides.load("first_use", "so that nothing is said while kernels are compiled")
+KERNELS: list[Any] = []
+"""All kernels of the modules that are loaded."""
+
 if _first_use is not None:
-    _first_use.listen(remove_unused)
+    _first_use.listen(remove_unused, KERNELS)
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -70,6 +73,7 @@ def _compile(
         compiled = _kept_by_numba(function, flags)
     if not parallel and _deferred is not None:
         _deferred.defer(compiled, **options)
+    KERNELS.append(compiled)
     return compiled
 
 

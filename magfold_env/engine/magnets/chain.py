@@ -68,7 +68,7 @@ def spread(first: int, model: Model, pose: Pose, nodes: Nodes) -> None:
     end = model.magnets.tables.far.end
     if end == 0.0 or model.field.present:
         pairs.spread_nodes(first, model.magnets, pose, nodes)
-    elif model.n * model.bodies.length[0] > end:
+    elif (model.n - 1) * model.bodies.length[0] > end / segments.SPREAD:
         pairs.turn_casings(first, model.magnets, pose, nodes)
 
 

@@ -17,7 +17,7 @@ from magfold_env.engine.chain.feed import coordinates
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.friction import law
 from magfold_env.engine.state import Array, Model, State, Work, copy
-from magfold_env.engine.stepping.dynamics import accelerations
+from magfold_env.engine.stepping.dynamics import constrained
 from magfold_env.engine.stepping.stages import DENSE, WEIGHT
 
 ORDER = 3  # of the error of a step
@@ -100,28 +100,26 @@ def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float)
         slope_q[2, k], slope_v[2, k] = state.q[k], state.v[k]
         slope_q[1, k] = state.q[k] + h * SCHEME[count, 1, 3] * slope_q[0, k]
         slope_v[1, k] = state.v[k] + h * SCHEME[count, 1, 3] * slope_v[0, k]
-    for j in range(2, count + 1):
+    for j in range(2, count + 2):
         last, before = (1, 2) if j % 2 == 0 else (2, 1)
-        if not accelerations(model, state, slope_q[last], slope_v[last], work, slope_v[5]):
+        # The accelerations at the end are the next step's first.
+        out = slope_v[5] if j <= count else slope_v[6]
+        state.counter[at.EVALUATIONS] += 1
+        if not constrained(model, state, slope_q[last], slope_v[last], work, out):
             return False
-        a, b, c, d = (
-            SCHEME[count, j, 0],
-            SCHEME[count, j, 1],
-            SCHEME[count, j, 2],
-            SCHEME[count, j, 3],
-        )
+        if j > count:
+            copy(slope_q[last], work.stages.new_q, 0)
+            copy(slope_v[last], work.stages.new_v, 0)
+            copy(slope_v[last], slope_q[6], 0)
+            break
+        scheme = SCHEME[count, j]
+        a, b, c, d = scheme[0], scheme[1], scheme[2], scheme[3]
         for k in range(end):
             q, v = state.q[k], state.v[k]
             u = h * (c * slope_v[last, k] + d * slope_q[0, k])
             w = h * (c * slope_v[5, k] + d * slope_v[0, k])
             slope_q[before, k] = q + a * (slope_q[last, k] - q) + b * (slope_q[before, k] - q) + u
             slope_v[before, k] = v + a * (slope_v[last, k] - v) + b * (slope_v[before, k] - v) + w
-    last = 1 if count % 2 == 1 else 2
-    copy(slope_q[last], work.stages.new_q, 0)
-    copy(slope_v[last], work.stages.new_v, 0)
-    copy(slope_v[last], slope_q[6], 0)
-    if not accelerations(model, state, work.stages.new_q, work.stages.new_v, work, slope_v[6]):
-        return False
     finish(h, state.q, slope_q, work.stages.new_q, work.stages.q, end)
     finish(h, state.v, slope_v, work.stages.new_v, work.stages.v, end)
     return True

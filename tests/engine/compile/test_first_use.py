@@ -1,4 +1,4 @@
-"""Word of a long compilation: once, and only for kernels of this package."""
+"""Word of long compilations, of kernels of this package only."""
 
 import logging
 from types import SimpleNamespace
@@ -9,9 +9,15 @@ from magfold_env.engine.compile import first_use
 from magfold_env.engine.compile.first_use import FirstUse
 
 
-def begun(module: str) -> SimpleNamespace:
-    function = SimpleNamespace(__module__=module)
-    return SimpleNamespace(data={"dispatcher": SimpleNamespace(py_func=function)})
+class Kernel:
+    """As much of a kernel as is looked at."""
+
+    def __init__(self, module: str, name: str) -> None:
+        self.py_func = SimpleNamespace(__module__=module, __name__=name)
+
+
+def begun(kernel: Kernel) -> SimpleNamespace:
+    return SimpleNamespace(data={"dispatcher": kernel})
 
 
 @pytest.fixture
@@ -23,25 +29,30 @@ def clock(monkeypatch):
 
 def compile_for(listener: FirstUse, clock: SimpleNamespace, seconds: float, module: str) -> None:
     """Compile a function that calls two others, each of which takes half the time."""
-    event = begun(module)
+    event = begun(Kernel(module, "solve"))
     listener.on_start(event)
     for _ in range(2):
         clock.time += seconds / 2.0
-        listener.on_start(event)
-        listener.on_end(event)
+        called = begun(Kernel(module, "called"))
+        listener.on_start(called)
+        listener.on_end(called)
     listener.on_end(event)
 
 
-def test_it_is_said_once_when_it_takes_long(clock, caplog):
+def test_what_takes_long_is_named_counted_and_timed(clock, caplog):
     finished: list[bool] = []
-    listener = FirstUse(lambda: finished.append(True))
+    listener = FirstUse(lambda: finished.append(True), range(20))
     with caplog.at_level(logging.WARNING, "magfold_env"):
         compile_for(listener, clock, 0.5, "magfold_env.engine.chain.articulated")
         assert not caplog.messages
         compile_for(listener, clock, 40.0, "magfold_env.engine.chain.articulated")
         compile_for(listener, clock, 40.0, "magfold_env.engine.chain.articulated")
-    (message,) = caplog.messages
-    assert "first use" in message
+    name = "magfold_env.engine.chain.articulated.solve"
+    first, done, again, done_again = caplog.messages
+    assert first.startswith(f"compiling {name} for its first use, kernel 5 of up to 20; ")
+    assert "magfold warmup" in first
+    assert again == f"compiling {name} for its first use, kernel 8 of up to 20"
+    assert done == done_again == f"compiled {name} in 40 s"
     assert len(finished) == 3
 
 
