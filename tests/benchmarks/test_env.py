@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks.env import overhead, rates
+from magfold_env.benchmarks.env import overhead, rates, tolerance
 from magfold_env.benchmarks.env.players import (
     TUBE_FEED,
     drawn_actions,
@@ -146,7 +146,7 @@ def measured(tmp_path_factory):
     return measure
 
 
-@pytest.mark.parametrize("name", list(BENCHMARKS["env"]))
+@pytest.mark.parametrize("name", [name for name, part in BENCHMARKS["env"].items() if part.draw])
 def test_every_part_runs_and_draws(name, measured):
     part, files = measured(name)
     assert part["rows"]
@@ -161,6 +161,15 @@ def test_python_adds_less_than_the_whole_step_takes(measured):
         overhead.LAST,
     }
     assert all(row["time [µs]"] > 0.0 for row in part["rows"])
+
+
+def test_ends_are_compared_at_every_tolerance(measured):
+    part, files = measured("tolerance")
+    assert files == {"env.json", "tolerance.csv"}
+    assert [row["tolerance [rad]"] for row in part["rows"]] == [*tolerance.TOLERANCES] * 2
+    for n in tolerance.LENGTHS:
+        work = [row["evaluations"] for row in part["rows"] if row["n"] == n]
+        assert work == sorted(work, reverse=True)
 
 
 def test_unknown_parts_are_told():
