@@ -1,4 +1,4 @@
-"""The same models and folds where processors and libraries round otherwise, or without a compiler."""
+"""The same models and folds where processors and libraries round otherwise, or do not compile."""
 
 import json
 import os
