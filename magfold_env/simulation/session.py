@@ -81,7 +81,10 @@ class Session:
         self._state = new_state(self._model, headings)
         self._state.speed[:] = scene.speeds[::-1] if self._view.flip else scene.speeds
         spare = _spare_of(self._model)
-        room = spare.pop() if spare else Stack([new_work(self._model)], 1)
+        try:
+            room = spare.pop()
+        except IndexError:  # or another thread took it
+            room = Stack([new_work(self._model)], 1)
         weakref.finalize(self, spare.append, room).atexit = False
         room.restore(_FIRST)
         self._work = room.only

@@ -9,6 +9,7 @@ from magfold_env.fold import FoldStatus
 from magfold_env.scene import load_scene
 from magfold_env.simulation import frames
 from magfold_env.simulation.session import Session
+from magfold_env.simulation.simulate import simulate
 
 
 def session_of(direction, **feeding):
@@ -116,3 +117,19 @@ def test_numbers_that_break_down_are_said_to():
 def test_a_scene_left_to_chance_must_be_drawn_first():
     with pytest.raises(ValueError, match="draw it first"):
         Session(load_scene("paper/sequence-1"))
+
+
+def test_scratch_space_remembers_nothing_of_other_runs():
+    scene = load_scene("paper/sequence-1").replace(mount="tube", feed={"speed": 0.3})
+    others = [
+        scene.replace(sequence=scene.sequence[::-1]),
+        scene.replace(magnets={"remanence": 0.9}, friction=0.1),
+        scene.replace(mount="free"),
+    ]
+    alone = simulate(scene, 0)
+    for other in others:
+        rooms = [simulate(other, seed) for seed in range(3)]
+        again = simulate(scene, 0)
+        assert again.angles.tobytes() == alone.angles.tobytes()
+        assert again.evaluations == alone.evaluations
+        assert rooms[0].word
