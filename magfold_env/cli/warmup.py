@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -86,7 +86,7 @@ def _play(env_id: str) -> None:
         _, _, terminated, truncated, _ = env.step(env.action_space.sample())
         ended = terminated or truncated
     env.close()
-    envs = gymnasium.make_vec(env_id, num_envs=2)
+    envs = cast("Any", gymnasium.make_vec(env_id, num_envs=2))
     envs.reset(seed=0)
     envs.step(envs.action_space.sample())
     envs.close()

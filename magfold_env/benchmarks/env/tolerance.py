@@ -6,12 +6,13 @@ these episodes no tolerance is to be blamed.
 """
 
 from collections.abc import Sequence
-from functools import partial
+from typing import cast
 
 import numpy as np
 
 from magfold_env.benchmarks.env import players
 from magfold_env.benchmarks.env.players import TUBE_FEED
+from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.reporting import intervals, tables
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.scene import Scene
@@ -40,11 +41,12 @@ def run(quick: bool, progress: Progress) -> Measurement:
 def record(n: int, count: int, tick: Tick) -> list[Scene]:
     """Return the scenes of random episodes of chains of n components."""
     env = players.single(TUBE_FEED, components=n, actions="box", baseline=None)
+    played = cast("TubeFeedEnv", env.unwrapped)
     actions = players.log_uniform(np.random.default_rng([SEED, n]), n, count)
     scenes: list[Scene] = []
     for k in range(count):
         players.play_single(env, SEED + k, actions[:, k : k + 1])
-        scenes.append(env.unwrapped.to_scene())  # pyright: ignore[reportAttributeAccessIssue]
+        scenes.append(played.to_scene())
         tick(0.2 * (k + 1) / count)
     return scenes
 
@@ -82,10 +84,9 @@ def ends(scenes: Sequence[Scene], tolerance: float) -> tuple[Ends, float]:
 
 
 def _finding(rows: list[Row]) -> str:
-    cells = partial(tables.select, rows)
     said: list[str] = []
     for tolerance in TOLERANCES:
-        mine = cells(**{"tolerance [rad]": tolerance})
+        mine = [row for row in rows if row["tolerance [rad]"] == tolerance]
         same, played = (sum(int(row[name]) for row in mine) for name in ("same end", "episodes"))
         said.append(f"{100.0 * same / played:.1f} % at {tolerance:g}")
     return (
