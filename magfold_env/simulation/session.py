@@ -268,8 +268,8 @@ class Session:
 
     def _refuse_overlap(self) -> None:
         model, work = self._model, self._work
-        turns: Array = self._state.q[: model.n]
-        if turns.max() - turns.min() < 0.5 * math.pi and not model.field.solid:
+        headings: Array = self._state.q[: model.n]
+        if headings.max() - headings.min() < 0.5 * math.pi and not model.field.solid:
             # Along the line midway between the headings each square lies between its hinges.
             return
         feed.place_all(0, model, self._state.q, work.pose)

@@ -32,6 +32,7 @@ HOPELESS_STEP = 1e-9  # [s] not finite even here: broken
 RUNAWAY = 300.0  # times a typical rate: faster than any force but that of a feed can make it
 PATIENCE = 4  # Moreau steps after a rattle
 INSTANT = 0.1  # tolerances of a typical rate: time in which next to nothing happens
+LOW_BITS = 2**58 - 1
 TOUCHES = 20  # in a row, with no more than an instant before each: a rattle
 
 
@@ -93,11 +94,12 @@ def gather_constraints(model: Model, state: State, work: Work) -> tuple[int, boo
 
 @inlined
 def signature(work: Work) -> int:
-    """Return a number that tells what touches from anything else that may."""
+    """Return a number that tells what touches from what may touch a step later."""
     found = work.rows.counts[at.CONTACTS]
     for r in range(work.rows.counts[at.CONTACTS]):
         for k in range(2 if r < work.rows.counts[at.JOINT_STOPS] else 3):
-            found = 31 * found + work.rows.id[r, k]
+            # Cut off where the next product would overflow.
+            found = (31 * found + work.rows.id[r, k]) & LOW_BITS
     return found
 
 
@@ -236,12 +238,12 @@ def keep_touching(model: Model, state: State, work: Work) -> float:
 
     Negative if something happened within the step.
     """
-    stages, end = work.stages, state.q.size
+    stages = work.stages
     copy(stages.new_q, stages.q, 0)
     copy(stages.new_v, stages.v, 0)
     if not constraints.keep_contacts(model, state, work, stages.new_q, stages.new_v):
         return -1.0
-    for k in range(end):
+    for k in range(state.q.size):
         stages.q[k] -= stages.new_q[k]
         stages.v[k] -= stages.new_v[k]
     return step_error(model, state, work)
