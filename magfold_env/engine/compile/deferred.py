@@ -10,18 +10,23 @@ down, but neither linked nor optimised. What Python calls links all lowered code
 optimises it together.
 """
 
-from typing import Any, cast
+from functools import cache
+from typing import Any, ClassVar, cast
 
 import numba
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import PassManager, register_pass
-from numba.core.typed_passes import NativeLowering
+from numba.core.typed_passes import InlineOverloads, NativeLowering, NopythonRewrites
+from numba.core.untyped_passes import InlineClosureLikes, WithLifting
 
 # Not in the signatures that type checkers see.
 _njit = cast("Any", numba.njit)
 _dynfunc = cast("Any", numba)._dynfunc
+
+# Passes for what no kernel does: closures, ``with`` blocks, expressions of whole arrays.
+NEEDLESS = (WithLifting, InlineClosureLikes, InlineOverloads, NopythonRewrites)
 
 
 class _LoweredCode(JITCodeLibrary):
@@ -61,12 +66,39 @@ class _LoweringOnly(NativeLowering):
         return True
 
 
+class _Remembering:
+    """Numba's typing context, which looks up what an operator makes of some types only once."""
+
+    found: ClassVar[dict[Any, Any]] = {}
+
+    def __init__(self, context: Any) -> None:
+        self._context = context
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._context, name)
+
+    def resolve_function_type(self, function: Any, args: Any, kws: Any) -> Any:
+        """Return the signature of a call."""
+        if kws or not isinstance(function, types.BaseFunction):
+            return self._context.resolve_function_type(function, args, kws)
+        key = function, tuple(args)
+        if key not in self.found:
+            signature = self._context.resolve_function_type(function, args, kws)
+            if signature is None:
+                return None
+            self.found[key] = signature
+        return self.found[key]
+
+
 class _LoweringCompiler(CompilerBase):
     def define_pipelines(self) -> list[PassManager]:
         """Return numba's passes, the last of them without compilation."""
+        self.state.typingctx = _Remembering(self.state.typingctx)
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager.passes = [
-            (_LoweringOnly if each is NativeLowering else each, why) for each, why in manager.passes
+            (_LoweringOnly if each is NativeLowering else each, why)
+            for each, why in manager.passes
+            if each not in NEEDLESS
         ]
         manager.finalize()
         return [manager]
@@ -84,16 +116,22 @@ def defer(kernel: Any, **options: Any) -> None:
     options
         With which it was compiled, but for caching.
     """
-    lowered = _njit(
-        pipeline_class=_LoweringCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options
-    )(kernel.py_func)
+
+    @cache
+    def lowered() -> Any:  # made when it is first called: most that are loaded never are
+        return _njit(
+            pipeline_class=_LoweringCompiler,
+            no_cpython_wrapper=True,
+            no_cfunc_wrapper=True,
+            **options,
+        )(kernel.py_func)
 
     def template(args: Any, kws: Any) -> Any:
         plain = tuple(types.unliteral(each) for each in args)
-        return lowered.get_call_template(plain, {k: types.unliteral(v) for k, v in kws.items()})
+        return lowered().get_call_template(plain, {k: types.unliteral(v) for k, v in kws.items()})
 
     kernel.get_call_template = template
-    kernel.get_overload = lowered.get_overload
+    kernel.get_overload = lambda signature: lowered().get_overload(signature)
 
 
 def check() -> None:

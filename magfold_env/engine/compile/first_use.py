@@ -1,5 +1,10 @@
-"""A notice to whoever waits while kernels are compiled, which happens only at their first use."""
+"""A notice to whoever waits while kernels are compiled, which happens only at their first use.
 
+Meanwhile Python looks for cycles in memory less often: a compiler makes millions of objects, and
+would spend a tenth of its time on that.
+"""
+
+import gc
 import logging
 import multiprocessing
 import time
@@ -13,6 +18,7 @@ _register = cast("Any", event).register
 
 PATIENCE = 1.0  # [s] what takes less goes without saying
 NOTICE = "; later uses load it from the disk, and `magfold warmup` compiles all that there is"
+SELDOM = (100_000, 50, 100)  # thresholds of the garbage collector
 
 _log = logging.getLogger("magfold_env")
 
@@ -39,6 +45,7 @@ class FirstUse(event.Listener):
         self._begun = 0.0
         self._quiet = multiprocessing.parent_process() is not None
         self._said = self._told = False
+        self._thresholds = gc.get_threshold()
 
     def on_start(self, event: Any) -> None:
         """Note a function of this package that is begun, and those compiled within."""
@@ -62,6 +69,8 @@ class FirstUse(event.Listener):
             self._seen.add(event.data["dispatcher"])
             self._said = False
             self._begun = time.monotonic()
+            self._thresholds = gc.get_threshold()
+            gc.set_threshold(*SELDOM)
 
     def _say(self, text: str, *values: object) -> None:
         if not self._quiet:
@@ -72,6 +81,7 @@ class FirstUse(event.Listener):
         if self._depth > 0:
             self._depth -= 1
             if self._depth == 0:
+                gc.set_threshold(*self._thresholds)
                 if self._said:
                     self._say("compiled %s in %.0f s", self._name, time.monotonic() - self._begun)
                 self._compiled()

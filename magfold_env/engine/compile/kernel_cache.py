@@ -201,7 +201,9 @@ class KernelCache:
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return what was compiled for a signature; None if it is not there or damaged."""
-        target_context.refresh()
+        # Numba's own caches refresh the context first: half a second, in which all that can be
+        # compiled is registered. Compiled code needs no more than the runtime for memory.
+        _core.runtime.rtsys.initialize(target_context)
         try:
             content = self._path(sig, target_context.codegen()).read_bytes()
             size = hashlib.sha256().digest_size
