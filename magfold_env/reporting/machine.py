@@ -11,7 +11,7 @@ from pathlib import Path
 from magfold_env.files import sources_digest
 
 LIBRARIES = ("numba", "llvmlite", "numpy", "gymnasium")
-PEERS = ("magpylib", "mujoco", "pin")
+PEERS = ("casadi", "magpylib", "mujoco", "pin")
 PASSING = ("time", "load before")  # what changes from minute to minute
 
 

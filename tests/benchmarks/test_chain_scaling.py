@@ -38,7 +38,7 @@ def test_the_slope_is_that_of_a_power_law():
 
 
 def test_absent_peers_are_reported(monkeypatch):
-    absent = ["Pinocchio aba", "MuJoCo mj_step"]
+    absent = ["Pinocchio aba", "MuJoCo mj_step", "CasADi, generated C"]
     monkeypatch.setattr(pinned_chain, "missing", lambda: absent)
     monkeypatch.setattr(pinned_chain, "QUICK_LENGTHS", (1, 3))
     part = scaling.accelerations(quick=True, progress=silent)
