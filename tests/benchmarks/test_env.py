@@ -170,6 +170,13 @@ def test_ends_are_compared_at_every_tolerance(measured):
     for n in tolerance.LENGTHS:
         work = [row["evaluations"] for row in part["rows"] if row["n"] == n]
         assert work == sorted(work, reverse=True)
+    # Of the ten times looser tolerances two are there for each length.
+    compared = [row for row in part["rows"] if row[tolerance.GROWTH[0]] != ""]
+    assert [row["tolerance [rad]"] for row in compared] == [1e-4, 3e-4] * 2
+    for row in compared:
+        alike, cheap, most = (row[name] for name in tolerance.GROWTH)
+        assert 0 < cheap <= alike <= row["episodes"]
+        assert (cheap == alike) == (most <= tolerance.DEARER)
 
 
 def test_unknown_parts_are_told():
