@@ -277,12 +277,13 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
                 total += apart(magnets, charge, pose, turn, nodes, i, j, True)[0]
 
 
+@kernel
 def magnet_energy(first: int, model: Model, work: Work) -> float:
-    """Energy of components ``first`` on at the pose in ``work`` [J]."""
+    """Energy of components ``first`` on at the pose in ``work``, an outer field's included [J]."""
     if not model.magnetic:
         return 0.0
     total = pairs.energy(first, model.magnets, model.charge, work.pose, work.nodes)
-    return float(total) + _outer(first, model, work)
+    return total + _outer(first, model, work)
 
 
 def potential_energy(first: int, model: Model, q: Array, work: Work) -> float:
@@ -293,13 +294,14 @@ def potential_energy(first: int, model: Model, q: Array, work: Work) -> float:
     if not model.magnetic:
         return 0.0
     total = chain_energy(first, model, q, work.pose, work.nodes)
-    return float(total) + _outer(first, model, work)
+    return float(total) + float(_outer(first, model, work))
 
 
+@kernel
 def _outer(first: int, model: Model, work: Work) -> float:
     if not model.field.present:
         return 0.0
-    return float(outer_field.field_energy(first, model, work.pose, work.nodes))
+    return outer_field.field_energy(first, model, work.pose, work.nodes)
 
 
 @kernel

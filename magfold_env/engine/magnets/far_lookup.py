@@ -20,7 +20,7 @@ import numpy as np
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import direction
 from magfold_env.engine.magnets import laws
-from magfold_env.engine.magnets.pairs import whole_lanes
+from magfold_env.engine.magnets.pairs import sum_lanes, whole_lanes
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose, Stencils
 
 SPLINES = 4  # that are not zero in a space between knots
@@ -232,12 +232,4 @@ def _stiff_faces(
                 inside = w if rest < 0.0 else 0.0
                 _, u = laws.node_law(True, True, sum2, 0.0, r2)
                 lane_u[k] += inside * (u - (p0 + rest * (p1 + rest * (p2 + rest * p3))))
-    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    for k in range(count):
-        w = share[level, k]
-        px, py = w * lane_x[k], w * lane_y[k]
-        energy += w * lane_u[k]
-        fx += px
-        fy += py
-        torque += offset[level, k] * (a[0] * py - a[1] * px)
-    return energy, fx, fy, torque
+    return sum_lanes(share[level], offset[level], count, a, lane_x, lane_y, lane_u)

@@ -351,14 +351,23 @@ def level_sum(
                 g = w * laws.node_force(strips, sum2, difference2, dx * dx + dy * dy)
                 lane_x[k] += g * dx
                 lane_y[k] += g * dy
+    return sum_lanes(weights[level], nodes[level], count, (atx, aty), lane_x, lane_y, lane_u)
+
+
+@inlined
+def sum_lanes(
+    weights: Array, places: Array, count: int, along: tuple[float, float],
+    lane_x: Array, lane_y: Array, lane_u: Array,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Sum energies, forces, and torques about its middle, of the nodes at places on a face."""
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
     for k in range(count):
-        w = weights[level, k]
+        w = weights[k]
         px, py = w * lane_x[k], w * lane_y[k]
         energy += w * lane_u[k]
         fx += px
         fy += py
-        torque += nodes[level, k] * (atx * py - aty * px)
+        torque += places[k] * (along[0] * py - along[1] * px)
     return energy, fx, fy, torque
 
 

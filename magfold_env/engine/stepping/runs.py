@@ -6,8 +6,7 @@ from magfold_env.engine import entries as at
 from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import call_float, call_int, calls_by_address, take
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.engine.magnets import pairs
-from magfold_env.engine.magnets.outer_field import field_energy
+from magfold_env.engine.magnets.chain import magnet_energy
 from magfold_env.engine.outcomes import FULL, REACHED, TIMED_OUT
 from magfold_env.engine.state import Array, IntArray, Model, Record, State, Work
 from magfold_env.engine.stepping.integrator import advance
@@ -71,12 +70,7 @@ def begin_feed(model: Model, state: State, work: Work) -> None:
 def energy(model: Model, state: State, work: Work, x: float) -> float:
     """Magnetic energy of the components whose magnets act [J], an outer field's included."""
     first = feed.place_all(state.counter[at.LO], model, state.q, work.pose)
-    if not model.magnetic:
-        return 0.0
-    total = pairs.energy(first, model.magnets, model.charge, work.pose, work.nodes)
-    if model.field.present:
-        total += field_energy(first, model, work.pose, work.nodes)
-    return total
+    return magnet_energy(first, model, work)
 
 
 @calls_by_address
