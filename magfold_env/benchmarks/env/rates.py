@@ -29,8 +29,7 @@ from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 
 LENGTHS = (4, 6, 8, 12)
 SEED, STEPS_SEED, PEERS_SEED = 17, 5, 41
-COMPONENTS = 6  # of the chains that something is asked of
-WANTED = {1: 300.0, 2: 550.0}  # episodes a second, by threads
+COMPONENTS = 6  # of the chains that most is asked of
 FORMS = {"single": None, f"vector of {ENVS}": ENVS}
 SHAPINGS = {"none": False, "similarity": "similarity"}
 STEPS_WANTED = 20_000.0  # steps a second without dynamics
@@ -54,6 +53,13 @@ WAYS = {
     WALL: (Way(VECTOR, 1), Way(VECTOR, 2)),
 }
 """Who takes turns with whom, by the clock that they are timed with."""
+WANTED = {
+    (CORE, Way(SINGLE, 1), COMPONENTS): 250.0,
+    (CORE, Way(VECTOR, 1), COMPONENTS): 350.0,
+    (WALL, Way(VECTOR, 2), COMPONENTS): 620.0,
+    (CORE, Way(VECTOR, 1), 12): 20.0,
+}
+"""Episodes a second that are asked for, by clock, way and length."""
 
 
 class EpisodesEffort(NamedTuple):
@@ -112,14 +118,12 @@ def _task(n: int, way: Way, envs: int) -> timing.Task:
 
 def _episodes_findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
-    clocks = {1: CORE, 2: WALL}
-    for threads, wanted in WANTED.items():
-        for row in tables.select(rows, n=COMPONENTS, threads=threads, clock=clocks[threads]):
+    for (clock, way, n), wanted in WANTED.items():
+        for row in tables.select(rows, n=n, form=way.form, threads=way.threads, clock=clock):
             rate = float(row["episodes/s"])
-            cores = "one core" if threads == 1 else f"{threads} threads"
+            cores = "one core" if way.threads == 1 else f"{way.threads} threads"
             found.append(
-                f"n = {COMPONENTS}, {row['form']}, {cores}: {rate:.0f} episodes/s; "
-                f"{rate_verdict(rate, wanted)}"
+                f"n = {n}, {way.form}, {cores}: {rate:.0f} episodes/s; {rate_verdict(rate, wanted)}"
             )
     return found
 
@@ -129,23 +133,24 @@ def draw_episodes(rows: list[Row]) -> Any:
     title, labels = "Tube-feed episodes a second, dynamics", ("components n", "episodes a second")
     figure, panels = panels_by(rows, ("clock",), title, labels)
     for axis, here in panels:
-        ways = WAYS[str(here[0]["clock"])]
-        for k, way in enumerate(ways):
+        clock = str(here[0]["clock"])
+        for k, way in enumerate(WAYS[clock]):
             mine = tables.select(here, form=way.form, threads=way.threads)
             n, rates = (tables.numbers(mine, name) for name in ("n", "episodes/s"))
             style = {"color": plotting.COLOURS[k + 1], "marker": plotting.MARKERS[k]}
             spread = quartile_bars(mine, "episodes/s", *QUARTILES)
             axis.errorbar(n, rates, spread, markersize=5, capsize=3, label=f"{way}", **style)
-        wanted = WANTED[max(way.threads for way in ways)]
-        axis.plot(COMPONENTS, wanted, "_", color=plotting.INK, markersize=22, markeredgewidth=2)
-        axis.annotate(
-            f"asked for: {wanted:g}",
-            (COMPONENTS, wanted),
-            (14, -3),
-            textcoords="offset points",
-            fontsize=9,
-            color=plotting.INK,
-        )
+        for (where, _, n), wanted in WANTED.items():
+            if where == clock:
+                axis.plot(n, wanted, "_", color=plotting.INK, markersize=22, markeredgewidth=2)
+                axis.annotate(
+                    f"asked for: {wanted:g}",
+                    (n, wanted),
+                    (14, -3),
+                    textcoords="offset points",
+                    fontsize=9,
+                    color=plotting.INK,
+                )
         axis.set_yscale("log")
         axis.set_xticks(sorted(tables.distinct(rows, "n")))
         plotting.legend(axis, "lower left")
