@@ -62,7 +62,8 @@ class FirstUse(event.Listener):
                     "" if self._told else NOTICE,
                 )
                 self._told = True
-        elif event.data["dispatcher"].py_func.__module__.startswith("magfold_env."):
+        # What was made by `exec` may belong to no module.
+        elif str(event.data["dispatcher"].py_func.__module__).startswith("magfold_env."):
             function = event.data["dispatcher"].py_func
             self._name = f"{function.__module__}.{function.__name__}"
             self._depth = 1

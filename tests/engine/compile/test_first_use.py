@@ -1,5 +1,6 @@
 """Word of long compilations, of kernels of this package only."""
 
+import gc
 import logging
 from types import SimpleNamespace
 
@@ -12,7 +13,7 @@ from magfold_env.engine.compile.first_use import FirstUse
 class Kernel:
     """As much of a kernel as is looked at."""
 
-    def __init__(self, module: str, name: str) -> None:
+    def __init__(self, module: str | None, name: str) -> None:
         self.py_func = SimpleNamespace(__module__=module, __name__=name)
 
 
@@ -27,7 +28,9 @@ def clock(monkeypatch):
     return now
 
 
-def compile_for(listener: FirstUse, clock: SimpleNamespace, seconds: float, module: str) -> None:
+def compile_for(
+    listener: FirstUse, clock: SimpleNamespace, seconds: float, module: str | None
+) -> None:
     """Compile a function that calls two others, each of which takes half the time."""
     event = begun(Kernel(module, "solve"))
     listener.on_start(event)
@@ -56,9 +59,22 @@ def test_what_takes_long_is_named_counted_and_timed(clock, caplog):
     assert len(finished) == 3
 
 
-def test_functions_of_others_are_not_spoken_of(clock, caplog):
-    compile_for(FirstUse(lambda: None), clock, 40.0, "other.module")
+@pytest.mark.parametrize("module", ["other.module", None])
+def test_functions_of_others_are_not_spoken_of(clock, caplog, module):
+    compile_for(FirstUse(lambda: None), clock, 40.0, module)
     assert not caplog.messages
+
+
+def test_compilers_are_spared_the_search_for_cycles(clock):
+    before = gc.get_threshold()
+    kernel, listener = begun(Kernel("magfold_env.engine", "solve")), FirstUse(lambda: None)
+    listener.on_start(kernel)
+    assert gc.get_threshold() == first_use.SELDOM != before
+    listener.on_start(begun(Kernel("magfold_env.engine", "called")))
+    listener.on_end(kernel)
+    assert gc.get_threshold() == first_use.SELDOM
+    listener.on_end(kernel)
+    assert gc.get_threshold() == before
 
 
 def test_worker_processes_keep_quiet(clock, caplog, monkeypatch):
