@@ -352,10 +352,12 @@ class Rows(NamedTuple):
     multiplier: PerRow
     passive: IntPerRow
     equality: IntPerRow
-    order: IntPerRow  # in which passive rows are eliminated
+    rate: PerRow  # w
     trial: PerRow
     update: PerRow
+    diagonal: PerRow  # what is added to that of the matrix
     cholesky: Annotated[Array, "rows", "rows"]
+    inverse: PerRow  # reciprocals of its diagonal
     hopping: IntPerBody  # joints that left their stops for next to no time
 
 
@@ -368,6 +370,7 @@ class Newton(NamedTuple):
     point: Coordinates  # y
     gradient: Coordinates
     step: Coordinates
+    inverse: Coordinates  # of the factorised hessian's diagonal
     scale: PerRow
     offset: PerRow  # w where y is 0
     rate: PerRow  # w
@@ -375,6 +378,19 @@ class Newton(NamedTuple):
     projected: PerRow  # p
     normal: PerRow  # direction of t
     along: PerRow  # G step
+
+
+@by_pointer
+class Secular(NamedTuple):
+    """Scratch space of `engine.friction.secular`, where the names are explained."""
+
+    active: IntPerRow
+    share: PerRow  # s
+    first: Annotated[IntArray, "balls"]  # among the active rows, of what slides
+    step: Annotated[Array, "balls"]  # of s
+    image: Annotated[Array, "balls", "rows"]
+    curvature: Annotated[Array, "balls", "balls"]
+    inverse: Annotated[Array, "balls"]
 
 
 @by_pointer
@@ -386,6 +402,7 @@ class Friction(NamedTuple):
     slow: IntPerBody  # 1: friction is not among the smooth forces, but solved for
     before: Coordinates  # velocities before components were put to rest
     change: Coordinates  # of accelerations, by friction that tears loose
+    secular: Secular
     newton: Newton
 
 

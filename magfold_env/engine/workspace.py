@@ -95,6 +95,7 @@ def new_work(model: arrays.Model) -> arrays.Work:
         "n + 2": n + 2,
         "n + 3": n + OBSTACLES,
         "rows": rows,
+        "balls": (rows + 2) // 3,
         "stages": STAGES,
         "sweep": recursion.ROWS,
     }

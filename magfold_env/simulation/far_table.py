@@ -23,8 +23,8 @@ from magfold_env.simulation.quadrature import MOST_NODES, width_rule
 
 # Distances of centres, in sides of a casing: squares that touch are a side apart or more. Knots
 # within keep what the last ones do to the splines away from there.
-NEAREST, FARTHEST = 0.856, 12.4
-RADIAL = 40  # knots
+NEAREST, FARTHEST = 0.856, 18.9
+RADIAL = 41  # knots
 TURNS = 48  # and in a whole turn
 SOFT = 0.26  # sides within which nodes are softened
 POLE = math.sqrt(3.0) - 2.0  # of the filter that undoes the sampling of cubic splines

@@ -5,65 +5,13 @@ singular: impulses in closed loops are not unique, the velocities they cause are
 w = W λ + b the rows' own velocity or acceleration.
 """
 
-import math
-
 from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.contact.equalities import solve_passive
 from magfold_env.engine.friction.solver import solve_with_friction
-from magfold_env.engine.state import Array, Rows, Work
+from magfold_env.engine.state import Work
 
-# Rows may repeat each other; a share of the diagonal added to it picks one λ of the many and
-# changes the velocities by as little.
-RIDGE = 1e-11
 ROUNDING = 1e-10
 CANCELLED = 1e-13
-
-
-@kernel
-def solve_passive(count: int, rows: Rows, trial: Array) -> None:
-    """Solve W λ = −b on the passive rows by Cholesky, into ``trial``; λ of the others is zero."""
-    delassus, bias, passive, index = rows.delassus, rows.bias, rows.passive, rows.order
-    cholesky, update = rows.cholesky, rows.update
-    size = 0
-    for r in range(count):
-        trial[r] = 0.0
-        if passive[r] == 0:
-            continue
-        for k in range(size):
-            total = delassus[r, index[k]]
-            for m in range(k):
-                total -= cholesky[size, m] * cholesky[k, m]
-            cholesky[size, k] = total / cholesky[k, k]
-        pivot = (1.0 + RIDGE) * delassus[r, r]
-        for m in range(size):
-            pivot -= cholesky[size, m] * cholesky[size, m]
-        if pivot <= 0.0:
-            continue
-        cholesky[size, size] = math.sqrt(pivot)
-        index[size] = r
-        size += 1
-    # The first pass solves with the ridge, the second takes its trace out of the velocities.
-    for _ in range(2):
-        for k in range(size):
-            r = index[k]
-            total = -bias[r]
-            for m in range(size):
-                total -= delassus[r, index[m]] * trial[index[m]]
-            for m in range(k):
-                total -= cholesky[k, m] * update[m]
-            update[k] = total / cholesky[k, k]
-        for k in range(size - 1, -1, -1):
-            total = update[k]
-            for m in range(k + 1, size):
-                total -= cholesky[m, k] * update[m]
-            update[k] = total / cholesky[k, k]
-        for k in range(size):
-            trial[index[k]] += update[k]
-
-
-@kernel
-def solve_equalities(count: int, work: Work) -> None:
-    """Multipliers for w = 0 in the rows marked as passive; those of the others are 0."""
-    solve_passive(count, work.rows, work.rows.multiplier)
 
 
 @kernel
@@ -78,7 +26,7 @@ def active_sets(count: int, work: Work) -> bool:
         if work.rows.equality[r] == 1:
             passive[r] = 1
     for _ in range(10 * count + 10):
-        solve_passive(count, work.rows, trial)
+        solve_passive(count, work, trial)
         # Walk from the feasible λ towards the trial until a row would turn negative.
         fraction = 1.0
         blocking = -1
@@ -100,19 +48,18 @@ def active_sets(count: int, work: Work) -> bool:
                     lam[r] = 0.0
                     passive[r] = 0
             continue
-        worst = 0.0
+        worst = -ROUNDING * scale
         enter = -1
         for r in range(count):
             lam[r] = trial[r]
         for r in range(count):
-            if passive[r] == 0:
-                w = bias[r]
+            w = work.rows.rate[r]
+            if passive[r] == 0 and w < worst:
+                # Rows that nearly repeat each other have large λ that cancel.
                 size = 0.0
                 for c in range(count):
-                    w += delassus[r, c] * lam[c]
                     size += abs(delassus[r, c] * lam[c])
-                # Rows that nearly repeat each other have large λ that cancel.
-                if w < -ROUNDING * scale - CANCELLED * size and w < worst:
+                if w < -CANCELLED * size:
                     worst = w
                     enter = r
         if enter < 0:

@@ -5,7 +5,8 @@ With W = G Gᵀ and y = Gᵀλ the accelerations of the rows are w = G y + b, wh
     ½ |y|² + Σ grip |w|    over all components, subject to w ≥ 0 in contacts, w = 0 in equalities
 
 (Gauss's principle with friction's power). The multipliers λ of this convex problem are the forces.
-The method of multipliers replaces λ by the projection p of t = λ − σ w onto the forces that can
+`engine.friction.secular` finds them in nearly all cases, and in a third of the time; the method of
+multipliers, here, in all. It replaces λ by the projection p of t = λ − σ w onto the forces that can
 act, with w taken where a smooth convex function, that with gradient y − Gᵀp, is least; Newton's
 method finds it. y has as many entries as the chain has coordinates, however many rows there are,
 and the function stays strictly convex where λ is not unique. Sources: Rockafellar, Math. Oper.
@@ -19,8 +20,10 @@ is in a ball.
 
 import math
 
+from magfold_env.engine import cholesky
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import square
+from magfold_env.engine.friction.secular import solve_by_sizes
 from magfold_env.engine.state import Array, Work
 
 # What may be left of the accelerations, as a share of the largest bias: usually, and if that is out
@@ -171,11 +174,11 @@ def evaluate(
 
 @inlined
 def add_square(rank: int, weight: float, vector: Array, matrix: Array) -> None:
-    """Add weight · vector vectorᵀ to the lower triangle."""
+    """Add weight · vector vectorᵀ to the upper triangle."""
     for m in range(rank):
-        x = weight * vector[m]
-        for k in range(m + 1):
-            matrix[m, k] += x * vector[k]
+        x, row = weight * vector[m], matrix[m]
+        for k in range(m, rank):
+            row[k] += x * vector[k]
 
 
 @kernel
@@ -186,7 +189,7 @@ def fill_hessian(
     newton = work.friction.newton
     factor, hessian, mean = newton.factor, newton.hessian, newton.step
     for m in range(rank):
-        for k in range(m):
+        for k in range(m, rank):
             hessian[m, k] = 0.0
         hessian[m, m] = 1.0
     for r in range(rows):
@@ -205,30 +208,16 @@ def fill_hessian(
 
 @kernel
 def newton_step(count: int, rank: int, work: Work) -> None:
-    """Solve hessian · step = −gradient by Cholesky's method, and find ``along`` = G step."""
+    """Solve hessian · step = −gradient, and find ``along`` = G step."""
     newton = work.friction.newton
-    matrix, step = newton.hessian, newton.step
     for m in range(rank):
-        for k in range(m + 1):
-            total = matrix[m, k]
-            for j in range(k):
-                total -= matrix[m, j] * matrix[k, j]
-            # The matrix is no less than 1, and so are its pivots, but for rounding.
-            matrix[m, k] = math.sqrt(max(total, 1.0)) if m == k else total / matrix[k, k]
-    for m in range(rank):
-        total = -newton.gradient[m]
-        for k in range(m):
-            total -= matrix[m, k] * step[k]
-        step[m] = total / matrix[m, m]
-    for m in range(rank - 1, -1, -1):
-        total = step[m]
-        for k in range(m + 1, rank):
-            total -= matrix[k, m] * step[k]
-        step[m] = total / matrix[m, m]
+        newton.step[m] = -newton.gradient[m]
+    cholesky.factorise(rank, newton.hessian, newton.inverse)
+    cholesky.solve(rank, newton.hessian, newton.inverse, newton.step)
     for r in range(count):
         total = 0.0
         for m in range(rank):
-            total += newton.factor[r, m] * step[m]
+            total += newton.factor[r, m] * newton.step[m]
         newton.along[r] = total
 
 
@@ -315,6 +304,19 @@ def error_left(rows: int, count: int, work: Work, grip: Array) -> float:
 
 
 @kernel
+def is_solution(rows: int, count: int, work: Work, grip: Array, largest: float) -> bool:
+    """Whether the multipliers are as exact as this method would make them."""
+    newton, lam = work.friction.newton, work.rows.multiplier
+    for r in range(count):
+        w, row = work.rows.bias[r], work.rows.delassus[r]
+        for c in range(count):
+            w += row[c] * lam[c]
+        newton.rate[r] = w * newton.scale[r]
+        newton.force[r] = lam[r] / newton.scale[r] if newton.scale[r] > 0.0 else 0.0
+    return error_left(rows, count, work, grip) <= CONVERGED * largest
+
+
+@kernel
 def minimise(
     rows: int, count: int, rank: int, penalty: float, largest: float, work: Work, grip: Array
 ) -> bool:
@@ -348,13 +350,21 @@ def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
     those marked as equalities have w = 0 and any λ. Rows that no force accelerates are left alone.
     Returns whether the accelerations were found; λ is in ``work.rows.multiplier``.
     """
-    newton = work.friction.newton
     scale_rows(rows, count, work)
-    rank = factorise(count, work)
     largest = 0.0
     for r in range(count):
-        largest = max(largest, abs(work.rows.bias[r]) * newton.scale[r])
-        newton.force[r] = 0.0
+        largest = max(largest, abs(work.rows.bias[r]) * work.friction.newton.scale[r])
+    if solve_by_sizes(rows, count, work, grip) and is_solution(rows, count, work, grip, largest):
+        return True
+    return solve_by_multipliers(rows, count, work, grip, largest)
+
+
+@kernel
+def solve_by_multipliers(rows: int, count: int, work: Work, grip: Array, largest: float) -> bool:
+    """As `solve_with_friction`, by the method of multipliers; ``largest`` is the largest bias."""
+    newton = work.friction.newton
+    rank = factorise(count, work)
+    newton.force[:count] = 0.0
     penalty, left, found = FIRST_PENALTY, math.inf, True
     for done in range(ROUNDS):
         begin_round(count, rank, work)

@@ -26,6 +26,7 @@ from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose, Sten
 SPLINES = 4  # that are not zero in a space between knots
 FACES = 4
 PLACES = SPLINES * SPLINES
+SIXTH, TWO_THIRDS = 1.0 / 6.0, 2.0 / 3.0
 TWO_PI = 2.0 * math.pi
 
 
@@ -93,14 +94,15 @@ def _knots(angle: float, turns: int) -> float:
 def _basis(t: float, weight: Array, row: int) -> None:
     """Fill two rows: the cubic splines in a space between knots, and their slopes by ``t``."""
     s = 1.0 - t
-    weight[row, 0] = s * s * s / 6.0
-    weight[row, 1] = (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
-    weight[row, 2] = (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0
-    weight[row, 3] = t * t * t / 6.0
-    weight[row + 1, 0] = -0.5 * s * s
-    weight[row + 1, 1] = 0.5 * (3.0 * t * t - 4.0 * t)
-    weight[row + 1, 2] = -0.5 * (3.0 * s * s - 4.0 * s)
-    weight[row + 1, 3] = 0.5 * t * t
+    t2, s2 = t * t, s * s
+    weight[row, 0] = SIXTH * (s2 * s)
+    weight[row, 1] = TWO_THIRDS + t2 * (0.5 * t - 1.0)
+    weight[row, 2] = TWO_THIRDS + s2 * (0.5 * s - 1.0)
+    weight[row, 3] = SIXTH * (t2 * t)
+    weight[row + 1, 0] = -0.5 * s2
+    weight[row + 1, 1] = t * (1.5 * t - 2.0)
+    weight[row + 1, 2] = s * (2.0 - 1.5 * s)
+    weight[row + 1, 3] = 0.5 * t2
 
 
 @kernel

@@ -31,6 +31,9 @@ COARSEST = 0.01  # [s]
 FINEST = 10.0  # shortest step: tolerances of the lightest component's typical rate
 TURN = 0.1  # [rad] that no component turns by in a step, at its rate before
 SHARE = 0.05  # of the tolerance, that a step's change of velocity may move an angle by
+GROWTH = 1.5  # the most that a step may be longer than the one before
+CAUTION = 0.9  # times the longest step that seems to do
+TINY = 1e-300
 HOPELESS = 1e-3  # finest steps: shorter ones do not help either
 ROUNDING = 1e-12  # [m/s]
 VIOLENT = 100.0  # times the energy of the free motion: nothing asks for that
@@ -60,9 +63,8 @@ def moreau_step(
         fastest = max(fastest, abs(state.v[k]))
     finest = min(FINEST * model.tolerance / model.light_rate, TURN / fastest)
     # Friction turns around when a component stops: no step goes far beyond.
-    h = min(
-        max(1.5 * state.clock[at.STEP], finest), COARSEST, max(state.clock[at.BRAKE], 0.1 * finest)
-    )
+    stop = max(state.clock[at.BRAKE], 0.1 * finest)
+    h = min(max(GROWTH * state.clock[at.STEP], finest), COARSEST, stop)
     while True:
         last = h >= remaining
         h = min(h, remaining)
@@ -83,10 +85,12 @@ def moreau_step(
         if bent > SHARE * model.tolerance and h > HOPELESS * finest:
             h *= 0.5
             continue
+        # What a force changes a step grows with its square; what an impact does, with its length.
+        shorter = CAUTION * math.sqrt(SHARE * model.tolerance / max(moved, TINY))
         if moved <= SHARE * model.tolerance or h <= finest:
             break
-        h = max(0.5 * h, finest)
-    state.clock[at.STEP] = h
+        h = max(min(max(shorter, 0.1), 0.8) * h, finest)
+    state.clock[at.STEP] = min(shorter / GROWTH, 1.0) * h
     for k in range(n + 2):
         moreau.new_q[k] = moreau.middle_q[k]
         if k >= lo:

@@ -9,7 +9,12 @@ from scipy.optimize import minimize
 from magfold_env.engine import entries as at
 from magfold_env.engine.contact.constraints import begin_step
 from magfold_env.engine.friction.held import first_accelerations
-from magfold_env.engine.friction.solver import solve_with_friction
+from magfold_env.engine.friction.secular import solve_by_sizes
+from magfold_env.engine.friction.solver import (
+    scale_rows,
+    solve_by_multipliers,
+    solve_with_friction,
+)
 from magfold_env.engine.workspace import new_work
 from magfold_env.laws.random_scenes import random_scene
 from magfold_env.scene import Scene
@@ -35,6 +40,16 @@ class Problem:
 
     def solve(self):
         return solve_with_friction(self.normals, len(self.rows), self.work, self.grip)
+
+    def solve_by_multipliers(self):
+        rows, count = self.normals, len(self.rows)
+        scale_rows(rows, count, self.work)
+        scale = self.work.friction.newton.scale[:count]
+        largest = np.abs(self.work.rows.bias[:count] * scale).max()
+        return solve_by_multipliers(rows, count, self.work, self.grip, largest)
+
+    def solve_by_sizes(self):
+        return solve_by_sizes(self.normals, len(self.rows), self.work, self.grip)
 
     @property
     def motion(self):
@@ -84,6 +99,23 @@ def test_forces_satisfy_their_conditions(seed):
     problem = draw(np.random.default_rng(seed))
     assert problem.solve()
     assert_optimal(problem.work, problem.normals, len(problem.rows), problem.grip)
+
+
+@given(seed=seeds)
+def test_the_method_that_does_not_fail_satisfies_them_alone(seed):
+    problem = draw(np.random.default_rng(seed))
+    assert problem.solve_by_multipliers()
+    assert_optimal(problem.work, problem.normals, len(problem.rows), problem.grip)
+
+
+def test_the_fast_method_finds_most_even_of_hard_problems_and_says_when_not():
+    found = 0
+    for seed in range(200):
+        problem = draw(np.random.default_rng(seed), most_normals=4, most_balls=6)
+        if problem.solve_by_sizes():
+            assert_optimal(problem.work, problem.normals, len(problem.rows), problem.grip, 1e-7)
+            found += 1
+    assert found >= 100
 
 
 @given(seed=seeds)

@@ -1,0 +1,62 @@
+"""Multipliers for w = 0 in some rows, with w = W λ + b; λ of the others is zero."""
+
+from magfold_env.engine import cholesky
+from magfold_env.engine import entries as at
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.state import Array, IntArray, Work
+
+RIDGE = 1e-11
+
+
+@inlined
+def ridge(work: Work, r: int) -> float:
+    """Return what is added to row r's diagonal, since rows may repeat each other.
+
+    A share of it, which picks of all λ that do the same the least, and changes velocities by as
+    little. Stops of joints never repeat each other. With no ridge they, and not friction, carry
+    what rigidly joined components that friction holds exert on each other.
+    """
+    return 0.0 if r < work.rows.counts[at.JOINT_STOPS] else RIDGE * work.rows.delassus[r, r]
+
+
+@kernel
+def refine(
+    count: int, work: Work, active: IntArray, diagonal: Array, lam: Array, rate: Array
+) -> None:
+    """Solve (W + ``diagonal``) λ = −b on the ``active`` rows with a factor of nearly that matrix.
+
+    The second pass takes out of the rates what the ridge left in them. Leaves w in ``rate``.
+    """
+    delassus, bias, change = work.rows.delassus, work.rows.bias, work.rows.update
+    for r in range(count):
+        lam[r] = 0.0
+        rate[r] = bias[r]
+    for _ in range(2):
+        for r in range(count):
+            change[r] = -rate[r] - diagonal[r] * lam[r] if active[r] == 1 else 0.0
+        cholesky.solve(count, work.rows.cholesky, work.rows.inverse, change)
+        for r in range(count):
+            if active[r] == 1:
+                lam[r] += change[r]
+                push, row = change[r], delassus[r]
+                for c in range(count):
+                    rate[c] += push * row[c]
+
+
+@kernel
+def solve_passive(count: int, work: Work, lam: Array) -> None:
+    """Solve W λ = −b on the rows marked as passive, into ``lam``; w is left in ``rate``."""
+    diagonal, passive = work.rows.diagonal, work.rows.passive
+    for r in range(count):
+        diagonal[r] = ridge(work, r)
+    cholesky.load(count, work.rows.delassus, passive, diagonal, work.rows.cholesky)
+    cholesky.factorise(count, work.rows.cholesky, work.rows.inverse)
+    for r in range(count):
+        diagonal[r] = 0.0
+    refine(count, work, passive, diagonal, lam, work.rows.rate)
+
+
+@kernel
+def solve_equalities(count: int, work: Work) -> None:
+    """As `solve_passive`, into ``work.rows.multiplier``."""
+    solve_passive(count, work, work.rows.multiplier)
