@@ -147,9 +147,11 @@ class Magnets(Part):
         strength = np.asarray(getattr(self, self.strength_name), dtype=np.float64)
         if self.pole_charge is None:
             strength = strength * self.by_face("width") * self.by_face("height") / MU0
-        return np.broadcast_to(strength, (n, 4)).copy()
+        charges = np.empty((n, 4))
+        charges[:] = strength
+        return charges
 
-    @property
+    @cached_property
     def charge(self) -> float:
         """Largest magnetic charge of a pole face [A m]: the unit of energies and tolerances."""
         return float(self.charges(self.rows or 1).max())

@@ -148,7 +148,9 @@ class Scene(base.Part):
         return self._each(self.feed.speed)
 
     def _each(self, value: base.PositiveEach) -> Array:
-        return np.broadcast_to(np.asarray(value, dtype=np.float64), self.n).copy()
+        each = np.empty(self.n)
+        each[:] = value
+        return each
 
     @property
     def charges(self) -> Array:

@@ -69,14 +69,16 @@ def pack(scene: Scene) -> Model:
     if reversed_inside(scene):
         mass, inertia = mass[::-1].copy(), inertia[::-1].copy()
     magnets, tables = pack_magnets(scene), joint_tables(scene)
+    every_charge = charges(scene)
+    magnetic = _is_magnetic(scene, every_charge)
     charge = 0.0 if scene.magnets is None else scene.magnets.charge
     rate, light_rate = typical_rate(scene, np.full(2, charge), np.array([mass.mean(), mass.min()]))
     return Model(
         n=n,
         bodies=Bodies(mass, inertia, length / 2.0, length),
         magnets=magnets if tables is NO_TABLES else magnets._replace(tables=tables),
-        charge=charges(scene),
-        magnetic=_is_magnetic(scene),
+        charge=every_charge,
+        magnetic=magnetic,
         side=casing.side,
         rounding=casing.corner_radius,
         past_stop=_past_stop(scene),
@@ -85,7 +87,7 @@ def pack(scene: Scene) -> Model:
         frictional=scene.friction > 0.0 and scene.gravity.normal > 0.0,
         gravity_x=scene.gravity.in_plane[0],
         gravity_y=scene.gravity.in_plane[1],
-        field=pack_field(scene, _is_magnetic(scene)),
+        field=pack_field(scene, magnetic),
         contact=scene.contact,
         tube=scene.mount == "tube",
         bore=scene.bore,
@@ -100,12 +102,12 @@ def pack(scene: Scene) -> Model:
     )
 
 
-def _is_magnetic(scene: Scene) -> bool:
+def _is_magnetic(scene: Scene, charge: Array) -> bool:
     """Whether any component has magnets, or may be given some at the mouth of the tube."""
     if scene.magnets is None:
         return False
     chosen_later = scene.mount == "tube" and scene.feed.loading == "at_mouth"
-    return chosen_later or bool(scene.charges.any())
+    return chosen_later or bool(charge.any())
 
 
 def _past_stop(scene: Scene) -> float:

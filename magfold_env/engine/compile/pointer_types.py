@@ -62,14 +62,15 @@ class Packed:
         for value in cast("tuple[Any, ...]", self):
             if isinstance(value, np.ndarray):
                 codes.append(CODES[value.ndim])
-                values += (address_of(value), *value.shape)
+                values.append(address_of(value))
+                values += value.shape
+            elif isinstance(value, float):
+                codes.append("d")
+                values.append(value)
             elif isinstance(value, Packed):
                 # Those of what chains share, such as their magnets, are written only once.
                 codes.append(f"{len(value.words)}s")
                 values.append(value.words)
-            elif isinstance(value, float):
-                codes.append("d")
-                values.append(value)
             else:
                 codes.append("q")
                 values.append(int(value))
