@@ -1,8 +1,9 @@
 """Whether folds and episodes are those of another commit, bit for bit.
 
-``python tests/same_bits.py`` compares with ``tests/same_bits.json``, which holds what commit
-388d45f gave (some ten minutes); ``python tests/same_bits.py --record FILE`` writes such a file. It
-goes through public names alone, so that it runs on either commit: ``PYTHONPATH`` says on which.
+``python tests/same_bits.py`` compares with ``tests/same_bits.json``, which holds what the present
+version of the physics gave at first (some five minutes); ``python tests/same_bits.py --record
+FILE`` writes such a file. It goes through public names alone, so that it runs on either commit:
+``PYTHONPATH`` says on which.
 
 Last bits depend on the processor and on the versions of numba and of the C library. On another
 machine, record the old commit there first and compare with that: ``--against FILE``.

@@ -28,7 +28,6 @@ from magfold_env.laws.integrators import double_euler
 from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, load_scene
-from magfold_env.shapes import headings
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.session import Session
 
@@ -115,7 +114,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
     sessions = {name: ended(scene, rates[name]) for name, scene in scenes.items()}
     kernels: dict[tuple[str, str], timing.Task] = {}
     for name, scene in scenes.items():
-        kernels[name, "start"] = _evaluations(scene, headings(np.array(scene.start_angles)))
+        kernels[name, "start"] = _evaluations(scene, Session(scene).angles)
         kernels[name, "end"] = _evaluations(scene, sessions[name].angles)
     taken = timing.take_turns(
         kernels, rounds, tick=lambda share: progress(0.6 + 0.4 * share, "kernels")

@@ -9,6 +9,7 @@ import numpy as np
 
 from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
+from magfold_env.laws.outcomes import moved_start
 from magfold_env.reporting import timing
 from magfold_env.scene import Magnets, Scene, Solver
 from magfold_env.simulation.session import Session
@@ -109,11 +110,9 @@ def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
 
 
 def nudged(scene: Scene) -> Scene:
-    """Return a drawn scene whose joint angles begin a little, and alternately, off."""
-    assert scene.start_angles is not None
-    return scene.replace(
-        start_angles=tuple(a + (-1) ** k * NUDGE for k, a in enumerate(scene.start_angles))
-    )
+    """Return a drawn scene whose joints, or hinges, begin a little, and alternately, off."""
+    size = scene.n + 1 if scene.mount == "tube" else scene.n - 1
+    return moved_start(scene, np.where(np.arange(size) % 2, -NUDGE, NUDGE))
 
 
 def difference(one: Fold, other: Fold) -> float:

@@ -13,7 +13,7 @@ from magfold_env.engine import entries as at
 from magfold_env.engine.outcomes import CAPPED
 from magfold_env.engine.state import Model
 from magfold_env.laws import mechanics
-from magfold_env.laws.overlap import deepest_overlaps
+from magfold_env.laws.overlap import beyond_bore, deepest_overlaps
 from magfold_env.scene import Scene
 from magfold_env.simulation.session import Session
 
@@ -121,11 +121,10 @@ class Motion:
         return float(deep.max(initial=0.0)) / self.scene.casing.side
 
     @cached_property
-    def fitting_overlap(self) -> float:
-        """The same, but for components that the tube holds though they reach through its wall."""
-        states = (self.angles, self.base, self.released)
-        deep = deepest_overlaps(self.scene, *states, fitting=True)
-        return float(deep.max(initial=0.0)) / self.scene.casing.side
+    def beyond_bore(self) -> float:
+        """How far what the tube held reached beyond its inner wall, as a share of the side."""
+        far = beyond_bore(self.scene, self.angles, self.base, self.released)
+        return float(far.max(initial=0.0)) / self.scene.casing.side
 
     @cached_property
     def past_stop(self) -> float:

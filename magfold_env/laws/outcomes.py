@@ -7,12 +7,16 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.overlap import deepest_overlap
 from magfold_env.laws.random_scenes import designed_sequence
 from magfold_env.scene import Scene
 from magfold_env.simulation.simulate import simulate
+from magfold_env.simulation.start import hinge_offsets
+
+Floats = npt.NDArray[np.float64]
 
 TIGHTER = 20  # a reference's tolerance is the scene's over this
 SAME_WITHIN = 0.02  # [rad] of a joint angle
@@ -79,18 +83,30 @@ def reference_of(scene: Scene) -> Scene:
 
 
 def moved_starts(scene: Scene, rng: np.random.Generator) -> Iterator[Scene]:
-    """Yield the scene with its start angles moved a little, in opposite pairs.
+    """Yield the scene with its start moved a little, in opposite pairs.
 
-    The first pairs move all joints, the last one a single joint.
+    The first pairs move all joints, or in a tube all hinges, the last one a single one of them.
     """
-    assert scene.start_angles is not None
-    start = np.array(scene.start_angles)
+    size = scene.n + 1 if scene.mount == "tube" else scene.n - 1
     for pair in range(PAIRS_OF_MOVES):
-        move = rng.choice([-MOVED, MOVED], start.size)
+        move = rng.choice([-MOVED, MOVED], size)
         if pair == PAIRS_OF_MOVES - 1:
-            move *= np.arange(start.size) == rng.integers(start.size)
-        for moved in (start + move, start - move):
-            yield scene.replace(start_angles=np.clip(moved, -np.pi / 2, np.pi / 2))
+            move *= np.arange(size) == rng.integers(size)
+        for moved in (move, -move):
+            yield moved_start(scene, moved)
+
+
+def moved_start(scene: Scene, move: Floats) -> Scene:
+    """Return a concrete scene that starts otherwise.
+
+    ``move`` is added to the joint angles [rad], (n − 1,). In a tube it is the hinges that move,
+    (n + 1,), in units of a quarter diagonal: no joint turns by much more than the largest of them.
+    """
+    if scene.mount == "tube":
+        moved = hinge_offsets(scene) + 0.25 * scene.casing.diagonal * move
+        return scene.replace(start_offsets=np.clip(moved, -scene.play, scene.play))
+    joints = np.array(scene.start_angles) + move
+    return scene.replace(start_angles=np.clip(joints, -np.pi / 2, np.pi / 2))
 
 
 TOO_DEEP = 1e-3  # overlap, share of the side
@@ -109,7 +125,7 @@ def hopeless_scenes(max_steps: int) -> dict[str, Scene]:
     rng = np.random.default_rng(0)
     plain = Scene(sequence=designed_sequence(rng, n)).draw(rng)
     plain = plain.replace(solver={"max_steps": max_steps})
-    tube = plain.replace(mount="tube")
+    tube = plain.replace(mount="tube", start_angles=None).draw(rng)
     straight = np.zeros(n - 1)
     closed = np.full(n - 1, np.pi / 2.0)
     return {
@@ -123,7 +139,6 @@ def hopeless_scenes(max_steps: int) -> dict[str, Scene]:
         "charges beyond squaring": plain.replace(magnets={"pole_charge": 1e200}),
         "squares in one another": plain.replace(start_angles=closed),
         "squares in one another, friction 10": plain.replace(start_angles=closed, friction=10.0),
-        "squares in one another, tube": tube.replace(start_angles=closed),
         "feed at 1e6 m/s": tube.replace(feed={"speed": 1e6}),
         "feed at 1e-9 m/s": tube.replace(feed={"speed": 1e-9}),
         "gravity of a neutron star": plain.replace(gravity={"in_plane": (1e12, 0.0)}),

@@ -48,12 +48,7 @@ class Boxes(NamedTuple):
 
 
 def deepest_overlaps(
-    scene: Scene,
-    angles: Floats,
-    base: Floats,
-    released: npt.NDArray[np.int64],
-    *,
-    fitting: bool = False,
+    scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]
 ) -> Floats:
     """Return the deepest overlap of two casings, or of a casing and an obstacle [m]; 0 if none.
 
@@ -68,9 +63,6 @@ def deepest_overlaps(
         Outer hinge of component 1 [m], shape (m, 2).
     released
         Components that are out of the tube, shape (m,).
-    fitting
-        Whether, of the components that the tube holds, only those count that fit into it. Start
-        angles may put others through its walls, and what lies on a wall then overlaps them.
 
     Returns
     -------
@@ -87,12 +79,8 @@ def deepest_overlaps(
     def deepen(frame: npt.NDArray[np.intp], depth: Floats) -> None:
         np.maximum.at(worst, frame, depth)
 
-    number, held = np.arange(scene.n), scene.n - released[:, None]
-    forward = scene.feed.direction == "forward"
-    free = number < scene.n - held if forward else number >= held
-    inside = number > scene.n - held + 1 if forward else number < held - 2
-    if fitting:
-        inside |= ~free & _through_walls(scene, angles, places)
+    free = order_in_feed(scene) < released[:, None]
+    inside = order_in_feed(scene) > released[:, None] + 1
     # Farther apart, the circles around two casings do not meet.
     reach2 = scene.casing.diagonal**2
     for apart in range(1, scene.n):
@@ -116,12 +104,24 @@ def deepest_overlap(scene: Scene, angles: Floats, base: Floats, released: int) -
     return float(deepest_overlaps(scene, angles[None], base[None], np.array([released]))[0])
 
 
-def _through_walls(scene: Scene, angles: Floats, places: Floats) -> npt.NDArray[np.bool_]:
-    """Which components reach beyond the outer face of a tube's wall, wherever they are."""
-    side, radius = scene.casing.side, scene.casing.corner_radius
+def order_in_feed(scene: Scene) -> npt.NDArray[np.intp]:
+    """Return how many components leave the tube before each, shape (n,)."""
+    number = np.arange(scene.n)
+    return number if scene.feed.direction == "forward" else number[::-1]
+
+
+def beyond_bore(
+    scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]
+) -> Floats:
+    """Return how far casings that the tube holds reach beyond its inner wall at most [m], (m,).
+
+    Arguments are as for `deepest_overlaps`. Corners are sharp.
+    """
     turn = angles + TO_FACE
-    half_height = (0.5 * side - radius) * (np.abs(np.cos(turn)) + np.abs(np.sin(turn))) + radius
-    return np.abs(places[..., 1]) + half_height > 0.5 * scene.bore + scene.feed.wall
+    half_height = 0.5 * scene.casing.side * (np.abs(np.cos(turn)) + np.abs(np.sin(turn)))
+    reach = np.abs(centres(angles, scene.casing.side, base)[..., 1]) + half_height
+    held = order_in_feed(scene) >= released[:, None]
+    return np.where(held, reach - 0.5 * scene.bore, 0.0).max(axis=1, initial=0.0)
 
 
 def obstacles(scene: Scene) -> list[tuple[Boxes, float]]:

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, Strict, model_validator
 from pydantic import Field as Limits
 
-from magfold_env.scene import base, parts
+from magfold_env.scene import base, parts, strip
 from magfold_env.scene.errors import Problem, refuse
 from magfold_env.scene.magnets import FACES, ROUNDING, Array, Magnets
 
@@ -74,11 +74,16 @@ class Scene(base.Part):
     contact: base.Flag = True
     """Whether squares collide and joints stop at ±90°."""
     start_angle_spread: Annotated[float, Strict(), Limits(ge=0, le=0.5)] = 0.03
-    """Half-width of the even draw of each joint angle at release [rad]."""
+    """Half-width of the even draw of each joint angle at release [rad]; in a tube, whose hinges'
+    offsets are drawn, the largest joint angle that comes of it."""
     start_angles: (
         tuple[Annotated[float, Strict(), Limits(ge=-_JOINT_LIMIT, le=_JOINT_LIMIT)], ...] | None
     ) = None
-    """The n-1 joint angles at release [rad], in place of the draw."""
+    """The n-1 joint angles at release [rad], in place of the draw; a tube holds the chain so that
+    the narrowest strip around its hinges lies along the axis."""
+    start_offsets: tuple[base.Number, ...] | None = None
+    """How far left of the tube's axis its n+1 hinges lie at first [m], component 1's outer hinge
+    first, in place of start angles; without effect unless `mount` is `tube`."""
     spreads: parts.Spreads = parts.Spreads()
     """Randomisation of the physics."""
     solver: parts.Solver = parts.Solver()
@@ -93,6 +98,7 @@ class Scene(base.Part):
             "casing.inertia": (self.casing.inertia, self.n, "components"),
             "feed.speed": (self.feed.speed, self.n, "components"),
             "start_angles": (self.start_angles, self.n - 1, "joints"),
+            "start_offsets": (self.start_offsets, self.n + 1, "hinges"),
         }
         problems = [
             Problem(key, value, f"must have {count} numbers, the scene has {count} {what}")
@@ -110,6 +116,8 @@ class Scene(base.Part):
         if bore is not None and bore < diagonal * (1.0 - ROUNDING):
             allowed = f"must be at least the casing's diagonal, {diagonal:.6g}"
             problems.append(Problem("feed.bore", bore, allowed))
+        if self.mount == "tube" and not problems:
+            problems += self._misfits_of_start()
         fixed = self.field.magnet if self.field is not None else None
         if fixed is not None and self.mount == "tube":
             half_width = 0.5 * self.bore + self.feed.wall
@@ -147,6 +155,32 @@ class Scene(base.Part):
         """Feed speeds [m/s], component 1 first, shape (n,)."""
         return self._each(self.feed.speed)
 
+    def _misfits_of_start(self) -> list[Problem]:
+        """Return what is wrong with where the tube is to hold the chain at first."""
+        key, value = "start_offsets", self.start_offsets
+        if value is None and self.start_angles is None:
+            return []
+        if value is not None and self.start_angles is not None:
+            return [Problem(key, value, "must be left out where start_angles are given")]
+        casing, along = self.casing, np.ones(self.n)
+        offsets = np.array(value)
+        if self.start_angles is not None:
+            key, value = "start_angles", self.start_angles
+            headings = np.cumsum((0.0, *value))
+            along, across = strip.narrowest(np.cos(headings), np.sin(headings))
+            offsets = casing.diagonal * across
+        needed = float(np.abs(offsets).max())
+        if needed > self.play + ROUNDING * casing.diagonal:
+            allowed = f"must lie within {self.play:.6g} m of the tube's axis, as its bore asks"
+            if key == "start_angles":
+                allowed = f"hinges {allowed}; their narrowest strip reaches {needed:.6g}"
+            return [Problem(key, value, allowed)]
+        steepest = np.abs(np.diff(offsets)).max(initial=0.0)
+        if steepest > casing.side or (along <= 0.0).any():
+            allowed = f"neighbouring hinges must lie at most the side, {casing.side:.6g} m, off"
+            return [Problem(key, value, f"{allowed} each other across the tube")]
+        return []
+
     def _each(self, value: base.PositiveEach) -> Array:
         each = np.empty(self.n)
         each[:] = value
@@ -169,9 +203,23 @@ class Scene(base.Part):
         return self.feed.bore if self.feed.bore is not None else 1.05 * self.casing.diagonal
 
     @property
+    def play(self) -> float:
+        """How far from the tube's axis a hinge may lie, to either side [m]."""
+        return max(0.5 * (self.bore - self.casing.diagonal), 0.0)
+
+    @property
+    def start_offset_spread(self) -> float:
+        """Half-width of the even draw of each hinge's offset at release from a tube [m].
+
+        Joint angles are then at most `start_angle_spread`, and every casing is within the bore.
+        """
+        return min(self.play, 0.25 * self.start_angle_spread * self.casing.diagonal)
+
+    @property
     def is_concrete(self) -> bool:
         """Whether nothing is left to draw: `draw` then returns the scene itself."""
-        return self.start_angles is not None and not self.spreads.any
+        offsets = self.start_offsets if self.mount == "tube" else None
+        return (self.start_angles is not None or offsets is not None) and not self.spreads.any
 
     def replace(self, **changes: Any) -> Scene:
         """Return a new, validated scene; mappings, at any depth, change only what they name.
@@ -186,10 +234,13 @@ class Scene(base.Part):
         SceneError
             If the new scene is not valid.
         """
+        # Two ways to say one thing: naming one drops the other.
+        for given, other in (("start_angles", "start_offsets"), ("start_offsets", "start_angles")):
+            if given in changes:
+                changes.setdefault(other, None)
         named = changes.get("magnets")
         if isinstance(named, Mapping):
             new = dict(cast("Mapping[str, Any]", named))
-            # Two ways to say one thing: naming one drops the other.
             for given, other in (("pole_charge", "remanence"), ("remanence", "pole_charge")):
                 if new.get(given) is not None:
                     new.setdefault(other, None)
@@ -203,9 +254,9 @@ class Scene(base.Part):
 
         The draws are, in this order and always all of them, so that switching one spread on
         leaves the others' values as they were: friction (1), mass (n), remanence (1), feed
-        speed (1), start angles (n-1), each even over its width. Where the feed jitters or magnets
-        differ one by one, their draws follow: feed jitter (n), magnets (4n), component by
-        component. A concrete scene draws nothing.
+        speed (1), start angles (n-1) or in a tube the hinges' offsets (n+1), each even over its
+        width. Where the feed jitters or magnets differ one by one, their draws follow: feed jitter
+        (n), magnets (4n), component by component. A concrete scene draws nothing.
 
         Parameters
         ----------
@@ -215,7 +266,8 @@ class Scene(base.Part):
         if self.is_concrete:
             return self
         n, spreads = self.n, self.spreads
-        unit = 2.0 * rng.random(2 * n + 2) - 1.0
+        tube = self.mount == "tube"
+        unit = 2.0 * rng.random(2 * n + (4 if tube else 2)) - 1.0
         friction = 1.0 + spreads.friction * unit[0]
         masses = 1.0 + spreads.mass * unit[1 : n + 1]
         strength = np.asarray(1.0 + spreads.remanence * unit[n + 1])
@@ -237,8 +289,11 @@ class Scene(base.Part):
             changes["magnets"] = {name: np.asarray(getattr(self.magnets, name)) * strength}
         if max(spreads.feed_speed, spreads.feed_jitter) > 0.0:
             changes["feed"] = {"speed": np.asarray(self.feed.speed) * speed}
-        if self.start_angles is None:
-            changes["start_angles"] = self.start_angle_spread * unit[n + 3 :] + 0.0  # no -0.0
+        start = unit[n + 3 :]
+        if tube and self.start_angles is None and self.start_offsets is None:
+            changes["start_offsets"] = self.start_offset_spread * start + 0.0  # no -0.0
+        elif self.start_angles is None and not tube:
+            changes["start_angles"] = self.start_angle_spread * start + 0.0
         return self.replace(**changes)
 
 

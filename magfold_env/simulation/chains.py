@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from magfold_env.engine import entries as at
+from magfold_env.engine.chain.feed import headings_of
 from magfold_env.engine.compile.by_pointer import POINTERS, code_of, reference
 from magfold_env.engine.outcomes import FULL, REACHED
 from magfold_env.engine.state import Array, IntArray, Model, State, Work
@@ -108,12 +109,17 @@ class Chains:
         self.kind[rows] = kind
         self.outcomes[rows] = REACHED
 
-    def start(self, rows: IntArray, headings: Array) -> None:
-        """Let chains that are clear begin at rest with these headings (rows, n) [rad].
+    def start(self, rows: IntArray, offsets: Array) -> None:
+        """Let chains that are clear begin at rest, with hinges so far from the tube's axis [m].
 
-        What is drawn for them must be written into the arrays before.
+        Offsets (rows, n + 1) begin at the inner end. What is drawn for the chains must be written
+        into the arrays before.
         """
-        self.q[rows, : self.models[0].n] = headings
+        n = self.models[0].n
+        headings = np.empty((len(rows), n))
+        headings_of(offsets, self.models[0].bodies.length, headings)
+        self.q[rows, :n] = headings
+        self.q[rows, n + 1] = offsets[:, n]
         self.clocks[rows, at.STEP] = 0.1 / self.light_rate[rows]
         if self._frame_rate is not None:
             self._frames = Frames(self.models[0], self._states.row(0), self._frame_rate)

@@ -26,6 +26,7 @@ from magfold_env.simulation.frames import Frames, magnetic_energy
 from magfold_env.simulation.pack import pack, reversed_inside
 from magfold_env.simulation.push_force import push_force
 from magfold_env.simulation.stack import Stack
+from magfold_env.simulation.start import start
 
 Chain = tuple[Model, State, Work, Record]
 
@@ -76,9 +77,9 @@ class Session:
         """The status in words."""
         self._model = pack(scene)
         self._view = view.Orientation(reversed_inside(scene), self._model.bodies.length)
-        joints = np.asarray(scene.start_angles, dtype=np.float64)
-        headings = self._view.start(joints, centred=scene.mount == "tube")
+        headings, offset = start(scene, self._view)
         self._state = new_state(self._model, headings)
+        self._state.q[self.n + 1] = offset
         self._state.speed[:] = scene.speeds[::-1] if self._view.flip else scene.speeds
         spare = _spare_of(self._model)
         try:

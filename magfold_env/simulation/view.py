@@ -31,14 +31,9 @@ class Orientation:
         """Map a component's index to the engine's, or back."""
         return self.length.size - 1 - i if self.flip else i
 
-    def start(self, joints: Array, *, centred: bool) -> Array:
-        """Headings (n,) in the engine's order for public joint angles (n − 1,).
-
-        The first is 0, or, if ``centred``, their mean is.
-        """
-        joints = -joints[::-1] if self.flip else joints
-        headings = np.concatenate([[0.0], np.cumsum(joints)])
-        return headings - headings.mean() if centred else headings
+    def joints(self, public: Array) -> Array:
+        """Joint angles (n − 1,) in the engine's order for public ones."""
+        return -public[::-1] if self.flip else public
 
     def headings(self, inside: Array) -> Array:
         """Public headings for the engine's, shape (..., n)."""

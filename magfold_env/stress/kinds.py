@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from magfold_env.laws.random_scenes import designed_sequence
-from magfold_env.scene import Gravity, Scene, Solver
+from magfold_env.scene import Casing, Gravity, Scene, Solver
 from magfold_env.shapes import overlaps
 
 T = TypeVar("T")
@@ -18,6 +18,7 @@ LONG_STEPS = 60
 LONGEST, LONGEST_IN_CONTACT = 1000, 500
 MARATHON_STEPS = 10_000_000
 STOP = 0.5 * math.pi
+NARROWEST, WIDEST = (times * Casing().diagonal for times in (1.001, 2.0))  # bores [m]
 
 # Geometries are few, because the splines of each are made once and kept.
 GAPS = (5e-6, 5e-5)  # insets [m]: touching faces are twice as far apart
@@ -110,11 +111,21 @@ def scene(source: Source, n: int, **changes: Any) -> Scene:
         made["sequence"] = sequence(source, n)
     if "mount" not in made:
         made |= mounted(source)
-    if "start_angles" not in made:
-        # In the tube there is little room.
-        wide = 0.03 if made["mount"] == "tube" else source.pick((0.03, 0.5))
+    if made["mount"] == "tube":
+        bore = source.pick((None, WIDEST, logarithmic(source, NARROWEST, WIDEST)))
+        made["feed"] = {"bore": bore, **made.get("feed", {})}
+    if "start_angles" not in made and made["mount"] == "tube":
+        made["start_offsets"] = held(source, Scene(**made))
+    elif "start_angles" not in made:
+        wide = source.pick((0.03, made.get("start_angle_spread", 0.5)))
         made["start_angles"] = numbers(source, -wide, wide, n - 1)
     return Scene(**made)
+
+
+def held(source: Source, scene: Scene) -> tuple[float, ...]:
+    """Draw where the tube holds the hinges: as releases do, or all over its bore."""
+    wide = min(source.pick((scene.start_offset_spread, scene.play)), 0.5 * scene.casing.side)
+    return numbers(source, -wide, wide, scene.n + 1)
 
 
 def sequence(source: Source, n: int) -> tuple[str, ...]:
@@ -234,7 +245,7 @@ def outside(source: Source, n: int) -> Changes:
     return {
         "field": {"uniform": even, "magnet": source.pick((None, magnet))},
         "gravity": {"in_plane": pull},
-        "start_angles": numbers(source, -0.03, 0.03, n - 1),
+        "start_angle_spread": 0.03,
     }
 
 

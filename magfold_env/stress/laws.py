@@ -24,6 +24,7 @@ SETTLED = (FoldStatus.FOLDED, FoldStatus.MISFOLDED)
 REFUSAL = "overlap at the start"
 DEEPEST = 1e-3  # overlap, share of the side, at tolerances up to the default
 SURELY, HARDLY = 2e-3, 5e-4  # overlaps that are refused, and that are not; 1e-3 is the bound
+WITHIN = 1e-9  # of the side: held casings beyond the bore
 LEAST = 1e-7  # [rad] beyond a stop, at the tightest tolerances
 ROUNDING = 1e-12  # of an energy
 FOLDED_WITHIN = 0.05  # [rad] of a right angle
@@ -99,12 +100,10 @@ def check_limits(motion: Motion, verdict: Verdict) -> None:
     """Ask that nothing penetrates, joints keep to their stops, and nothing comes from nowhere."""
     scene, tolerance = motion.scene, motion.scene.solver.tolerance
     if scene.contact:
-        deep, allowed = motion.overlap, max(DEEPEST, 10.0 * tolerance)
-        if deep > allowed >= motion.fitting_overlap:
-            verdict.notes.append("held through the tube's wall")
-            deep = motion.fitting_overlap
-        verdict.bound("no penetration", deep, allowed)
+        verdict.bound("no penetration", motion.overlap, max(DEEPEST, 10.0 * tolerance))
         verdict.bound("joint stops", motion.past_stop, max(LEAST, tolerance))
+    if scene.mount == "tube":
+        verdict.bound("held within the bore", motion.beyond_bore, WITHIN)
     check_passivity(motion, verdict)
     if scene.mount == "free" and scene.friction == 0.0:
         check_momentum(motion, verdict)

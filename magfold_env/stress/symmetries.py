@@ -17,6 +17,7 @@ from magfold_env.laws.outcomes import SAME_WITHIN, moved_starts
 from magfold_env.scene import Scene
 from magfold_env.shapes import FloatArray, centres, headings
 from magfold_env.simulation.simulate import simulate
+from magfold_env.simulation.start import hinge_offsets
 from magfold_env.stress.verdict import Verdict
 
 MIRRORED = (3, 2, 1, 0)  # faces: front-left <-> front-right, back-left <-> back-right
@@ -152,9 +153,7 @@ def _apart(one: FloatArray, other: FloatArray) -> float:
 
 def mirrored(scene: Scene) -> Scene:
     """Return the mirror image: left is right, y is −y."""
-    assert scene.start_angles is not None
-    changes = faces(scene, MIRRORED, 1)
-    changes["start_angles"] = [-angle for angle in scene.start_angles]
+    changes = faces(scene, MIRRORED, 1) | started(scene, 1)
     return _around(scene.replace(**changes), np.diag([1.0, -1.0]))
 
 
@@ -172,10 +171,8 @@ def seen_from_other_end(scene: Scene) -> Scene:
 
     A free chain then begins along +x with the other end at the origin: its surroundings move.
     """
-    assert scene.start_angles is not None
     assert scene.mount != "pinned"
-    changes = faces(scene, OTHER_END, -1)
-    changes["start_angles"] = [-angle for angle in scene.start_angles[::-1]]
+    changes = faces(scene, OTHER_END, -1) | started(scene, -1)
     changes["casing"] = {
         name: value[::-1]
         for name in ("mass", "inertia")
@@ -190,6 +187,7 @@ def seen_from_other_end(scene: Scene) -> Scene:
     other = scene.replace(**changes)
     if scene.mount == "tube":
         return other
+    assert scene.start_angles is not None
     chain = headings(scene.start_angles)
     last = centres(chain, scene.casing.side)[-1]
     tip = last + 0.5 * scene.casing.diagonal * np.array([np.cos(chain[-1]), np.sin(chain[-1])])
@@ -211,6 +209,17 @@ def faces(scene: Scene, order: Sequence[int], step: int) -> dict[str, Any]:
             magnets[name] = rows[..., list(order)]
     changes["magnets"] = magnets
     return changes
+
+
+def started(scene: Scene, step: int) -> dict[str, Any]:
+    """Return the changes that mirror the start, or if ``step`` is −1 count it from the other end.
+
+    Joint angles change sign either way, a tube's hinges lie on the other side of its axis only in
+    the mirror.
+    """
+    if scene.mount == "tube":
+        return {"start_offsets": -step * hinge_offsets(scene)[::step]}
+    return {"start_angles": -np.array(scene.start_angles)[::step]}
 
 
 def _around(scene: Scene, matrix: FloatArray) -> Scene:

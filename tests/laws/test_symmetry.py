@@ -29,10 +29,10 @@ def with_faces(scene, order, step=1):
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_the_view_from_the_other_end_is_the_same_fold_bit_for_bit(number, direction):
     scene = scene_of(number, direction)
-    assert scene.start_angles is not None
+    assert scene.start_offsets is not None
     other = scene.replace(
         sequence=with_faces(scene, OTHER_END, -1),
-        start_angles=tuple(-a for a in scene.start_angles[::-1]),
+        start_offsets=scene.start_offsets[::-1],
         feed={"direction": "backward" if direction == "forward" else "forward"},
     )
     a, b = simulate(scene), simulate(other)
@@ -46,9 +46,9 @@ def test_the_view_from_the_other_end_is_the_same_fold_bit_for_bit(number, direct
 @pytest.mark.parametrize("direction", ["free", "forward", "backward"])
 def test_the_mirror_image_folds_to_the_mirror_image(number, direction):
     scene = scene_of(number, direction)
-    assert scene.start_angles is not None
+    start = "start_angles" if direction == "free" else "start_offsets"
     image = scene.replace(
-        sequence=with_faces(scene, MIRRORED), start_angles=tuple(-a for a in scene.start_angles)
+        sequence=with_faces(scene, MIRRORED), **{start: [-at for at in getattr(scene, start)]}
     )
     a, b = simulate(scene), simulate(image)
     assert b.word == mirror(a.word)

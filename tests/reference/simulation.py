@@ -57,19 +57,21 @@ def casing_nodes(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 def simulate(scene: Scene, *, step: float = 1e-5, after: float = 0.6, walls: bool = True) -> Run:
     """Simulate a concrete scene with `strips` magnets, to ``after`` seconds beyond the release."""
-    assert scene.start_angles is not None
     forward = scene.mount == "tube" and scene.feed.direction == "forward"
     n = scene.n
     letters = np.array([[1.0 if c == "N" else -1.0 for c in faces] for faces in scene.sequence])
-    joints = np.array(scene.start_angles)
     masses, inertias = scene.masses, scene.inertias
     if forward:  # counted from the held end
         letters = letters[::-1, [2, 3, 0, 1]]
-        joints, masses, inertias = -joints[::-1], masses[::-1].copy(), inertias[::-1].copy()
-    headings = np.concatenate([[0.0], np.cumsum(joints)])
-    tube = scene.mount == "tube"
+        masses, inertias = masses[::-1].copy(), inertias[::-1].copy()
+    tube, tip = scene.mount == "tube", 0.0
     if tube:
-        headings -= headings.mean()
+        assert scene.start_offsets is not None
+        offsets = scene.start_offsets[::-1] if forward else scene.start_offsets
+        headings, tip = np.arcsin(np.diff(offsets) / scene.casing.diagonal), offsets[-1]
+    else:
+        assert scene.start_angles is not None
+        headings = np.concatenate([[0.0], np.cumsum(scene.start_angles)])
     if scene.magnets is None:
         nodes, charges, height = np.zeros((1, 2)), np.zeros((n, 1)), 1.0
     else:
@@ -77,7 +79,7 @@ def simulate(scene: Scene, *, step: float = 1e-5, after: float = 0.6, walls: boo
         charges, height = letters @ shares, scene.magnets.height
     speed = scene.speeds[0] if tube else 0.0
     times, angles, left = run(
-        np.concatenate([headings, [0.0, 0.0]]), n if tube else 0, speed, masses, inertias,
+        np.concatenate([headings, [0.0, tip]]), n if tube else 0, speed, masses, inertias,
         scene.casing.side, nodes, np.ascontiguousarray(charges), height,
         scene.friction * scene.gravity.normal, 0.3826 * scene.casing.side,
         scene.bore / 2 if walls else 1.0, scene.feed.wall, step, after,

@@ -38,6 +38,24 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"feed": {"bore": 0.01}}, "feed.bore: 0.01 is not allowed; must be at least the casing's"),
     ({"start_angles": [0.0] * 3}, "start_angles: (0.0, 0.0, 0.0) is not allowed; must have 2"),
     ({"start_angles": [0.0, 2.0]}, "start_angles[1]: 2.0 is not allowed; must be less than or"),
+    (
+        {"mount": "tube", "start_angles": [0.3, 0.3]},
+        "start_angles: (0.3, 0.3) is not allowed; hinges must lie within 0.000441942 m of the "
+        "tube's axis, as its bore asks; their narrowest strip reaches 0.00261",
+    ),
+    (
+        {"mount": "tube", "start_angles": [1.5, 1.5], "feed": {"bore": 0.1}},
+        "start_angles: (1.5, 1.5) is not allowed; neighbouring hinges must lie at most the side",
+    ),
+    ({"start_offsets": [0.0] * 3}, "start_offsets: (0.0, 0.0, 0.0) is not allowed; must have 4"),
+    (
+        {"mount": "tube", "start_offsets": [0.0, 0.0, 5e-4, 0.0]},
+        "start_offsets: (0.0, 0.0, 0.0005, 0.0) is not allowed; must lie within 0.000441942 m",
+    ),
+    (
+        {"mount": "tube", "start_offsets": [0.0] * 4, "start_angles": [0.0] * 2},
+        "start_offsets: (0.0, 0.0, 0.0, 0.0) is not allowed; must be left out where start_angles",
+    ),
     ({"start_angle_spread": 0.6}, "start_angle_spread: 0.6 is not allowed; must be less than or"),
     ({"magnets": {"width": 0.01}}, "magnets.width: 0.01 is not allowed; the magnets of a casing"),
     ({"magnets": {"inset": 0.01}}, "magnets.width: 0.006 is not allowed; the magnets of a casing"),

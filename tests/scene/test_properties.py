@@ -53,6 +53,10 @@ def fields(draw: st.DrawFn) -> dict[str, Any]:
 def scenes(draw: st.DrawFn) -> mf.Scene:
     n = draw(st.integers(1, 5))
     fraction = _number(0.0, 0.9)
+    mount = draw(st.sampled_from(["pinned", "free", "tube"]))
+    start, most, count = ("start_angles", 1.5, n - 1)
+    if mount == "tube":
+        start, most, count = "start_offsets", mf.Scene(sequence=("NNNN",)).play, n + 1
     data: dict[str, Any] = dict(
         sequence=draw(st.lists(st.text("NS-", min_size=4, max_size=4), min_size=n, max_size=n)),
         casing={
@@ -60,13 +64,13 @@ def scenes(draw: st.DrawFn) -> mf.Scene:
             "inertia": draw(st.none() | _each(_number(1e-12, 1.0), n)),
         },
         magnets=draw(st.none() | magnets(n)),
-        mount=draw(st.sampled_from(["pinned", "free", "tube"])),
+        mount=mount,
         feed={"speed": draw(_each(_number(1e-9, 1e9), n))},
         field=draw(st.none() | fields()),
         friction=draw(_number(0.0, 1.0)),
         gravity={"in_plane": draw(st.tuples(_number(-10, 10), _number(-10, 10)))},
         contact=draw(st.booleans()),
-        start_angles=draw(st.none() | st.lists(_number(-1.5, 1.5), min_size=n - 1, max_size=n - 1)),
+        **{start: draw(st.none() | st.lists(_number(-most, most), min_size=count, max_size=count))},
         spreads={name: draw(fraction) for name in ("friction", "mass", "remanence")},
         solver={"tolerance": draw(_number(1e-12, 0.1))},
     )

@@ -142,3 +142,31 @@ def test_a_pole_charge_is_drawn_like_a_remanence(scene: mf.Scene) -> None:
 
 def test_a_single_component_draws_no_angles() -> None:
     assert mf.Scene(sequence=("NNNN",)).draw(np.random.default_rng(0)).start_angles == ()
+
+
+def test_a_tube_draws_where_its_hinges_lie(scene: mf.Scene) -> None:
+    tube = scene.replace(mount="tube", spreads=SPREADS)
+    drawn = tube.draw(np.random.default_rng(10))
+    assert drawn.is_concrete
+    assert drawn.start_offsets is not None
+    unit = 2 * np.random.default_rng(10).random(2 * 3 + 4) - 1
+    most = 0.25 * 0.03 * scene.casing.diagonal
+    np.testing.assert_allclose(drawn.start_offsets, most * unit[3 + 3 :], atol=1e-18)
+    tight = tube.replace(feed={"bore": 1.001 * scene.casing.diagonal})
+    offsets = tight.draw(np.random.default_rng(10)).start_offsets
+    assert offsets is not None
+    np.testing.assert_allclose(offsets, 0.0005 * scene.casing.diagonal * unit[6:], atol=1e-15)
+
+
+def test_naming_one_way_to_start_drops_the_other(scene: mf.Scene) -> None:
+    tube = scene.replace(mount="tube", start_offsets=(0.0, 1e-4, 0.0, 0.0))
+    angles = tube.replace(start_angles=(0.0, 0.01))
+    assert (angles.start_angles, angles.start_offsets) == ((0.0, 0.01), None)
+    assert angles.replace(start_offsets=(0.0,) * 4).start_angles is None
+    drawn = tube.replace(start_angles=None)
+    assert drawn.start_offsets is None
+    # Of a chain that no tube holds, offsets say nothing.
+    assert tube.is_concrete
+    free = tube.replace(mount="free")
+    assert not free.is_concrete
+    assert free.draw(np.random.default_rng(0)).start_angles is not None

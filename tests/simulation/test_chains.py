@@ -29,7 +29,7 @@ def test_chains_go_as_sessions_do(threads: int, all_of_it: bool) -> None:
     rows = np.arange(5)
     chains.clear(rows)
     chains.charge[:] = 0.0
-    chains.start(rows, np.array([session._state.q[:4] for session in sessions]))
+    chains.start(rows, np.array([scene.start_offsets for scene in scenes]))
     for k, (scene, session) in enumerate(zip(scenes, sessions, strict=True)):
         chains.waiting[k], chains.speeds[k] = pack(scene).charge, 0.3
         assert chains.rate_scale[k] == session._model.rate_scale
@@ -56,14 +56,14 @@ def test_chains_go_as_sessions_do(threads: int, all_of_it: bool) -> None:
 
 def test_a_chain_begins_again_as_if_new() -> None:
     scene = tube(4, 7)
-    session, model = Session(scene), pack(scene)
+    model, offsets = pack(scene), np.array(scene.start_offsets)
     chains = Chains([model], 2)
     ends = []
     for rows in (np.array([0, 1]), np.array([1])):
         chains.clear(rows)
         chains.waiting[rows], chains.speeds[rows] = model.charge, 0.3
         chains.charge[rows] = 0.0
-        chains.start(rows, np.repeat(session._state.q[None, :4], len(rows), axis=0))
+        chains.start(rows, np.repeat(offsets[None], len(rows), axis=0))
         chains.feed(rows, whole=True)
         ends.append(chains.q.copy())
     np.testing.assert_array_equal(ends[0], ends[1])

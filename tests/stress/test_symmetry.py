@@ -6,11 +6,12 @@ from hypothesis import given, settings
 
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres, headings
+from magfold_env.simulation.session import Session
 from magfold_env.simulation.simulate import energy
 from magfold_env.stress.symmetries import mirrored, seen_from_other_end, turned
 from tests.stress.drawn import scenes
 
-NAMES = ("sequence", "casing", "magnets", "start_angles")
+NAMES = ("sequence", "casing", "magnets", "start_angles", "start_offsets")
 
 
 @given(scenes("mixed"))
@@ -33,8 +34,7 @@ def test_the_other_end_of_the_other_end_is_the_scene(scene: Scene) -> None:
 @given(scenes("mixed"))
 def test_magnets_have_the_same_energy_however_they_are_seen(scene: Scene) -> None:
     scene = scene.replace(field=None)
-    assert scene.start_angles is not None
-    start = headings(scene.start_angles)
+    start = Session(scene).angles
     here = energy(scene, start)
     # Of single pairs; those of the whole chain may cancel.
     unit = 1e-9 * max(abs(here), 1e-7 * (scene.magnets.charge if scene.magnets else 0.0) ** 2)

@@ -1,15 +1,18 @@
 """The tube: which components it holds, where they are, and what happens when one is released.
 
 The mouth is at the origin and the feed along +x. Components before ``lo`` are held: they keep
-their headings and move with the base. The outermost of them, ``lo − 1``, has its outer hinge
-outside, and that hinge is the base. It is released when its inner hinge passes the mouth.
+their headings, with which every casing is within the bore, and move with the base. The outermost
+of them, ``lo − 1``, has its outer hinge outside, and that hinge is the base. It is released when
+its inner hinge passes the mouth.
 """
+
+import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.boxes import first_box
-from magfold_env.engine.elementary import sincos
+from magfold_env.engine.elementary import direction, sincos
 from magfold_env.engine.state import Array, Model, Pose, State, Work
 
 
@@ -34,6 +37,19 @@ def charged(model: Model, i: int) -> bool:
         or model.charge[i, 2] != 0.0
         or model.charge[i, 3] != 0.0
     )
+
+
+@kernel
+def headings_of(offsets: Array, length: Array, headings: Array) -> None:
+    """Fill in the headings of held chains, (m, n), for their hinges' distances from the axis [m].
+
+    Distances (m, n + 1) begin at the inner end; ``length`` (n,) is from hinge to hinge.
+    """
+    for row in range(offsets.shape[0]):
+        for i in range(length.size):
+            rise = offsets[row, i + 1] - offsets[row, i]
+            along = math.sqrt(length[i] * length[i] - rise * rise)
+            headings[row, i] = direction(along, rise)
 
 
 @kernel

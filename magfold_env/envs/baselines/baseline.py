@@ -135,7 +135,7 @@ def _draws_anything(scene: Scene) -> bool:
     return scene.draw(draw_generator("probe", 0)) != scene.draw(draw_generator("probe", 1))
 
 
-PHYSICS_VERSION = "7"
+PHYSICS_VERSION = "8"
 """Changes whenever the same scene may fold differently, which makes older baselines void."""
 
 _log = logging.getLogger(__name__)

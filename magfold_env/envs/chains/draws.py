@@ -17,6 +17,7 @@ from magfold_env.scene import Scene
 from magfold_env.scene.base import MU0
 from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.pack import TURNED, pack, reversed_inside, typical_rate
+from magfold_env.simulation.start import hinge_offsets
 
 REFERENCE_SPEED = 0.1
 """Speed [m/s] that the scene's draw is applied to, to learn the factors it draws."""
@@ -58,9 +59,10 @@ class DrawnChains:
         packed = [pack(_nothing_drawn(each)) for each in self.templates]
         if endless:
             packed = [model._replace(duration=math.inf) for model in packed]
+        self._given = [_given_offsets(each) for each in self.templates]
         self.chains = Chains(packed, count, threads, frame_rate)
         jitters = spreads.feed_jitter > 0.0 or spreads.magnet > 0.0
-        self._first = 0 if template.is_concrete else 2 * n + 2
+        self._first = 0 if template.is_concrete else 2 * n + 4
         self._rest = 5 if jitters else 0
         self._numbers = np.zeros((count, self._first + self._rest * n))
         self.strengths = np.empty((count, n, 4))
@@ -116,7 +118,7 @@ class DrawnChains:
         if self._first:
             self._take(rows)
         self.chains.charge[rows] = 0.0
-        self.chains.start(rows, self._headings(rows))
+        self.chains.start(rows, self._offsets(rows))
 
     def _take(self, rows: Ints) -> None:
         """Turn numbers drawn from [0, 1) into what they stand for."""
@@ -159,18 +161,15 @@ class DrawnChains:
             charges = charges * magnets.by_face("width") * magnets.by_face("height") / MU0
         return charges
 
-    def _headings(self, rows: Ints) -> Floats:
-        """Return the headings at release in the engine's order [rad], (rows, n)."""
+    def _offsets(self, rows: Ints) -> Floats:
+        """Return how far from the axis hinges lie at first [m], (rows, n + 1), inner end first."""
         scene, n = self.templates[0], self.templates[0].n
-        if scene.start_angles is None:
-            unit = 2.0 * self._numbers[rows, n + 3 : 2 * n + 2] - 1.0
-            joints = scene.start_angle_spread * unit + 0.0
-        else:
-            joints = np.broadcast_to(np.asarray(scene.start_angles), (len(rows), n - 1))
-        if self.flip(rows[0]):
-            joints = -joints[:, ::-1]
-        headings = np.concatenate([np.zeros((len(rows), 1)), np.cumsum(joints, axis=1)], axis=1)
-        return headings - headings.mean(axis=1, keepdims=True)
+        given = self._given[int(self.chains.kind[rows[0]])]
+        if given is not None:
+            return np.repeat(given[None], len(rows), axis=0)
+        unit = 2.0 * self._numbers[rows, n + 3 : 2 * n + 4] - 1.0
+        offsets = scene.start_offset_spread * unit + 0.0
+        return np.ascontiguousarray(offsets[:, ::-1]) if self.flip(rows[0]) else offsets
 
 
 class _Again:
@@ -186,9 +185,17 @@ class _Again:
         return numbers.reshape(size)
 
 
+def _given_offsets(template: Scene) -> Floats | None:
+    """Return where hinges lie at first [m], (n + 1,), inner end first; None if that is drawn."""
+    if template.start_angles is None and template.start_offsets is None:
+        return None
+    offsets = hinge_offsets(template)
+    return offsets[::-1] if reversed_inside(template) else offsets
+
+
 def _nothing_drawn(template: Scene) -> Scene:
     """Return a concrete scene with a magnet behind every face."""
-    angles = (0.0,) * (template.n - 1) if template.start_angles is None else template.start_angles
     spreads = dict.fromkeys(type(template.spreads).model_fields, 0.0)
     sequence = (PATTERNS[0],) * template.n
-    return template.replace(spreads=spreads, start_angles=angles, sequence=sequence)
+    straight = (0.0,) * (template.n - 1)
+    return template.replace(spreads=spreads, start_angles=straight, sequence=sequence)

@@ -14,7 +14,7 @@ import numpy as np
 from magfold_env.envs.tasks.checks import one_of
 from magfold_env.scene import Scene, Spreads
 
-EVALUATION_VERSION = 1
+EVALUATION_VERSION = 2
 """Version of the draws that results are reported on. It changes when `evaluation_seeds` does, or
 what an environment draws for a seed, which a test holds still."""
 
@@ -63,14 +63,12 @@ PRESETS: dict[str, tuple[Spreads, float]] = {
     "nominal": (Spreads(friction=0.10, remanence=0.05, feed_jitter=0.05), 0.03),
     "strong": (Spreads(friction=0.30, remanence=0.10, feed_jitter=0.20), 0.1),
 }
-"""Relative half-widths of the even draws, and the half-width of the draw of each joint angle at
-release [rad]. Feed jitter is drawn for every component: the speed at which it leaves."""
+"""Relative half-widths of the even draws, and the largest joint angle at release [rad], where the
+bore leaves room for it. Feed jitter is drawn for every component: the speed at which it leaves."""
 
 
 def randomised(scene: Scene, randomisation: Randomisation) -> Scene:
     """Return `scene` with the spreads that `randomisation` stands for.
-
-    Angles at release stay within what the tube leaves room for, see `clearance_angle`.
 
     Raises
     ------
@@ -81,16 +79,4 @@ def randomised(scene: Scene, randomisation: Randomisation) -> Scene:
         return scene
     spreads, angle = PRESETS[one_of("randomisation", randomisation, Randomisation)]
     changes = {} if angle == 0.0 else {"start_angles": None}
-    return scene.replace(
-        spreads=spreads, start_angle_spread=min(angle, clearance_angle(scene)), **changes
-    )
-
-
-def clearance_angle(scene: Scene) -> float:
-    """Return the largest joint angle at release that the tube leaves room for [rad].
-
-    A casing fills the bore but for bore − diagonal, so its centre lies at most half of that off
-    the axis, to either side. Centres are a diagonal apart: the line from one to the next turns
-    by at most the play over the diagonal.
-    """
-    return (scene.bore - scene.casing.diagonal) / scene.casing.diagonal
+    return scene.replace(spreads=spreads, start_angle_spread=angle, **changes)
