@@ -24,6 +24,8 @@ class FoldStatus(StrEnum):
     """At rest, every joint within 0.05 rad of ±90°."""
     MISFOLDED = "misfolded"
     """At rest otherwise."""
+    HELD = "held"
+    """At rest while a feed that has come to its end keeps components in the tube."""
     UNSETTLED = "unsettled"
     """Out of time or of steps while still moving."""
     FAILED = "failed"

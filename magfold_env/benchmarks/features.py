@@ -37,6 +37,7 @@ BLIND = 0.01  # [s] for magnets without contact, before they run into each other
 FRAME_RATE = 240.0  # [1/s]
 EVALUATIONS = 1000  # in one sample of the kernel
 SEED = 0  # of the start angles
+WIDTH = 0.005  # [rad] of those that a tube has room for
 
 BARE: dict[str, Any] = {"mount": "free", "magnets": None, "friction": 0.0, "contact": False}
 MAGNETS: dict[str, Any] = load_scene(SEQUENCE).model_dump()["magnets"]
@@ -275,8 +276,10 @@ def skipping(quick: bool, progress: Progress) -> Measurement:
 
 def variants() -> list[Variant]:
     """Return the scene with everything, without each feature, and with fewer and fewer."""
-    whole = load_scene(SEQUENCE).replace(
+    scene = load_scene(SEQUENCE)
+    whole = scene.replace(
         mount="tube",
+        start_angles=np.random.default_rng(SEED).uniform(-WIDTH, WIDTH, scene.n - 1),
         duration=LONGEST,
         solver={"max_steps": MOST_STEPS},
         feed={"speed": SPEED, "direction": "backward"},
@@ -288,8 +291,7 @@ def variants() -> list[Variant]:
         scene = whole
         for feature in off:
             scene = scene.replace(**SWITCHED_OFF[feature])
-        drawn = scene.draw(np.random.default_rng(SEED))
-        return Variant(group, name, drawn, RECORDING not in off)
+        return Variant(group, name, scene, RECORDING not in off)
 
     names = list(SWITCHED_OFF)
     return [

@@ -156,6 +156,7 @@ class Model(NamedTuple):
     field: Field
     contact: bool  # joint stops and squares act
     tube: bool
+    at_mouth: bool  # components have magnets only outside the tube
     bore: float  # [m]
     wall: float  # thickness [m]
     pinned: bool  # the innermost hinge is fixed
@@ -175,10 +176,11 @@ class State(NamedTuple):
     v: Coordinates  # their rates [rad/s, m/s]
     lock: IntPerBody  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not
     stuck: IntPerBody  # 1: held by friction
-    counter: Annotated[IntArray, 12]
+    counter: Annotated[IntArray, 13]
     clock: Annotated[Array, 9]  # [s]
-    waiting: Annotated[Array, "n", 4]  # charges that components get when they are fed [A·m]
-    speed: PerBody  # of the feed while each component leaves the tube, 0 or more [m/s]
+    place: Annotated[Array, 2]  # along the tube [m]
+    waiting: Annotated[Array, "n", 4]  # charges that components get at the mouth [A·m]
+    speed: PerBody  # of the feed while each component is in the mouth [m/s]; below 0 it pulls back
 
 
 @by_pointer

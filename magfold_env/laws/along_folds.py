@@ -67,8 +67,6 @@ class SteppedSession(Session):
 
     def run(self) -> None:
         """Feed and settle, as `simulate` does."""
-        while self.status is None and self.released < self.n:
-            self.feed_one()
         self.settle()
 
     def _run(self, until: float) -> int:

@@ -3,7 +3,16 @@
 from magfold_env.scene.errors import Problem, SceneError
 from magfold_env.scene.io import load_scene, save_scene, scene_names
 from magfold_env.scene.magnets import FACES, Magnets
-from magfold_env.scene.parts import Casing, Feed, Field, FixedMagnet, Gravity, Solver, Spreads
+from magfold_env.scene.parts import (
+    Casing,
+    Feed,
+    Field,
+    FixedMagnet,
+    Gravity,
+    Schedule,
+    Solver,
+    Spreads,
+)
 from magfold_env.scene.scene import SIGNS, Scene
 
 __all__ = [
@@ -18,6 +27,7 @@ __all__ = [
     "Problem",
     "Scene",
     "SceneError",
+    "Schedule",
     "Solver",
     "Spreads",
     "load_scene",

@@ -1,14 +1,17 @@
 """The groups of a scene: small frozen models, one sentence a field, SI units and radians."""
 
+from __future__ import annotations
+
 import math
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field as Limits
-from pydantic import Strict
+from pydantic import Strict, model_validator
 
 from magfold_env.scene.base import MU0, Fraction, NonNegative, Number, Part, Positive, PositiveEach
+from magfold_env.scene.errors import Problem, refuse
 from magfold_env.scene.magnets import Array
 
 
@@ -32,6 +35,41 @@ class Casing(Part):
         return self.side * math.sqrt(2.0)
 
 
+class Schedule(Part):
+    """How a feed goes, leg by leg, forth and back."""
+
+    time: tuple[tuple[Positive, Number], ...] | None = None
+    """Legs of so many seconds at a speed [m/s], which pulls back where it is negative."""
+    advance: tuple[tuple[NonNegative, Positive], ...] | None = None
+    """Legs to how far the feed has gone [diagonals], each at a speed [m/s]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        problems: list[Problem] = []
+        if (self.time is None) == (self.advance is None):
+            allowed = "must be given, or time, but not both"
+            problems.append(Problem("advance", self.advance, allowed))
+        if self.time is not None and not any(speed != 0.0 for _, speed in self.time):
+            problems.append(Problem("time", self.time, "must have a leg with a speed other than 0"))
+        if self.advance is not None:
+            goals = (0.0, *(goal for goal, _ in self.advance))
+            if len(goals) == 1 or any(a == b for a, b in pairwise(goals)):
+                allowed = "every leg must lead elsewhere; the feed begins at an advance of 0"
+                problems.append(Problem("advance", self.advance, allowed))
+        refuse(problems)
+        return self
+
+    def scaled(self, factor: float) -> Schedule:
+        """Return the schedule with all speeds times a factor."""
+        legs = {name: getattr(self, name) for name in ("time", "advance")}
+        return Schedule(
+            **{
+                name: value and tuple((goal, speed * factor) for goal, speed in value)
+                for name, value in legs.items()
+            }
+        )
+
+
 class Feed(Part):
     """The tube and how the chain is pushed out of it."""
 
@@ -39,8 +77,11 @@ class Feed(Part):
     """`forward`: component 1 leaves first; `backward`: component n does."""
     speed: PositiveEach = 0.05
     """Feed speed [m/s]; one number, or the speed each component leaves at, component 1 first."""
+    schedule: Schedule | None = None
+    """How the feed goes forth and back, in place of its speed; then the tube may keep components
+    inside."""
     loading: Literal["preloaded", "at_mouth"] = "preloaded"
-    """`at_mouth`: a component has no magnets until its leading hinge reaches the mouth."""
+    """`at_mouth`: a component has magnets only while its leading hinge is outside the mouth."""
     bore: Positive | None = None
     """Inner width of the tube [m], at least the casing's diagonal; None takes 1.05 of it."""
     wall: Positive = 0.001

@@ -289,6 +289,9 @@ class Scene(base.Part):
             changes["magnets"] = {name: np.asarray(getattr(self.magnets, name)) * strength}
         if max(spreads.feed_speed, spreads.feed_jitter) > 0.0:
             changes["feed"] = {"speed": np.asarray(self.feed.speed) * speed}
+            if self.feed.schedule is not None:
+                pace = 1.0 + spreads.feed_speed * float(unit[n + 2])
+                changes["feed"]["schedule"] = self.feed.schedule.scaled(pace)
         start = unit[n + 3 :]
         if tube and self.start_angles is None and self.start_offsets is None:
             changes["start_offsets"] = self.start_offset_spread * start + 0.0  # no -0.0

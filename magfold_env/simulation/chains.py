@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain.feed import headings_of
+from magfold_env.engine.chain.feed import lie_in_tube
 from magfold_env.engine.compile.by_pointer import POINTERS, code_of, reference
 from magfold_env.engine.outcomes import FULL, REACHED
 from magfold_env.engine.state import Array, IntArray, Model, State, Work
@@ -116,8 +116,9 @@ class Chains:
         into the arrays before.
         """
         n = self.models[0].n
-        headings = np.empty((len(rows), n))
-        headings_of(offsets, self.models[0].bodies.length, headings)
+        headings, depth = np.empty((len(rows), n)), np.empty(len(rows))
+        lie_in_tube(offsets, self.models[0].bodies.length, headings, depth)
+        self._states["place"][rows, at.DEPTH] = depth
         self.q[rows, :n] = headings
         self.q[rows, n + 1] = offsets[:, n]
         self.clocks[rows, at.STEP] = 0.1 / self.light_rate[rows]

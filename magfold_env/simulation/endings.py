@@ -17,17 +17,22 @@ BREAKDOWNS = {
 }
 
 
-def ending(outcome: int, time: float, joints: list[float], limit: str) -> tuple[FoldStatus, str]:
+def ending(
+    outcome: int, time: float, joints: list[float], limit: str, inside: int = 0
+) -> tuple[FoldStatus, str]:
     """Return how a run ended, and the same in words.
 
     Its integration had an outcome at a time [s]; ``joints`` are the angles then [rad], ``limit`` is
-    the work cap in words.
+    the work cap in words, ``inside`` how many components the tube holds.
     """
     if outcome == outcomes.TIMED_OUT:
         return FoldStatus.UNSETTLED, f"still moving after {time:.4g} s"
     if outcome != outcomes.RESTED:
         status, reason = BREAKDOWNS[outcome]
         return status, reason.format(at=f"at t = {time:.6g} s", limit=limit)
+    if inside > 0:
+        held = "a component" if inside == 1 else f"{inside} components"
+        return FoldStatus.HELD, f"at rest at t = {time:.4g} s with {held} in the tube"
     straight = [abs(abs(angle) - math.pi / 2.0) > FOLDED_WITHIN for angle in joints]
     if not any(straight):
         return FoldStatus.FOLDED, f"folded at t = {time:.4g} s"

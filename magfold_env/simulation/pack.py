@@ -90,6 +90,7 @@ def pack(scene: Scene) -> Model:
         field=pack_field(scene, magnetic),
         contact=scene.contact,
         tube=scene.mount == "tube",
+        at_mouth=scene.mount == "tube" and scene.feed.loading == "at_mouth",
         bore=scene.bore,
         wall=scene.feed.wall,
         pinned=scene.mount == "pinned",

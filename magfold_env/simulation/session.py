@@ -16,9 +16,9 @@ from magfold_env.engine.contact import boxes
 from magfold_env.engine.magnets.chain import potential_energy
 from magfold_env.engine.state import Array, Model, Record, State, Work
 from magfold_env.engine.stepping import paper_scheme, runs
-from magfold_env.engine.workspace import new_state, new_work
+from magfold_env.engine.workspace import new_work
 from magfold_env.fold import Fold, FoldStatus
-from magfold_env.scene import Scene
+from magfold_env.scene import Scene, Schedule
 from magfold_env.shapes import angles_to_word
 from magfold_env.simulation import view
 from magfold_env.simulation.endings import ending, work_cap
@@ -77,9 +77,7 @@ class Session:
         """The status in words."""
         self._model = pack(scene)
         self._view = view.Orientation(reversed_inside(scene), self._model.bodies.length)
-        headings, offset = start(scene, self._view)
-        self._state = new_state(self._model, headings)
-        self._state.q[self.n + 1] = offset
+        self._state = start(scene, self._model, self._view)
         self._state.speed[:] = scene.speeds[::-1] if self._view.flip else scene.speeds
         spare = _spare_of(self._model)
         try:
@@ -112,6 +110,11 @@ class Session:
     @property
     def _held(self) -> int:
         return int(self._state.counter[at.LO])
+
+    @property
+    def advance(self) -> float:
+        """How far the feed has gone [m]; at least 0, and without meaning once all are out."""
+        return float(feed.advance(self._model, self._state))
 
     @property
     def time(self) -> float:
@@ -185,7 +188,7 @@ class Session:
     # --- what a caller may do --------------------------------------------------------------
 
     def feed_one(self) -> None:
-        """Push the next component out until it is released.
+        """Push the next component out until it is released, whatever the schedule.
 
         Raises
         ------
@@ -197,18 +200,45 @@ class Session:
         self._go_on(keep=self._held - 1)
 
     def settle(self) -> None:
-        """Feed what is left, and integrate until the chain rests or its time is over."""
+        """Feed what is left, and integrate until the chain rests or its time is over.
+
+        If the scene has a schedule, the feed follows it, from its first leg on, and then stands
+        still.
+        """
+        schedule = self.scene.feed.schedule if self.scene.mount == "tube" else None
+        if schedule is not None:
+            self._follow(schedule)
+            if self._held > 0:
+                self.park()
         self._go_on(keep=-1)
 
-    def push(self, speeds: Array, seconds: float) -> None:
+    def push(self, speeds: Array | float, seconds: float) -> None:
         """Feed for some time [s] or until the run ends.
 
-        ``speeds`` (n,) are those while each component is in the mouth [m/s], 0 or more, component 1
-        first. A component that passes the mouth meanwhile is released. With none left inside the
+        ``speeds`` is the feed's [m/s], or (n,) those while each component is in the mouth,
+        component 1 first; a feed with a negative one pulls back. A component that passes the mouth
+        meanwhile is released, and may be held again when it is drawn in. With none left inside the
         chain folds freely.
         """
-        self._state.speed[:] = speeds[::-1] if self._view.flip else speeds
+        every = np.broadcast_to(np.asarray(speeds, dtype=np.float64), self.n)
+        self._state.speed[:] = every[::-1] if self._view.flip else every
         self._go_on(keep=-1, until=self.time + seconds)
+
+    def park(self) -> None:
+        """Let the feed stand still for good: what is outside has its time to settle."""
+        self._state.speed[:] = 0.0
+        self._state.counter[at.PARKED] = 1
+        self._state.clock[at.END] = self.time + self._model.duration
+
+    def _follow(self, schedule: Schedule) -> None:
+        """Feed as a schedule says, as long as components are left in the tube."""
+        for seconds, speed in schedule.time or ():
+            if self.status is None and self._held > 0:
+                self.push(speed, seconds)
+        for goal, speed in schedule.advance or ():
+            if self.status is None and self._held > 0:
+                way = goal * self.scene.casing.diagonal - self.advance
+                self.push(math.copysign(speed, way), abs(way) / speed)
 
     def push_force(self) -> float:
         """Return the force along the tube that the feed needs at this moment [N]."""
@@ -251,7 +281,7 @@ class Session:
             rested = outcome == outcomes.RESTED
             joints: list[float] = np.diff(self.angles).tolist() if rested else []
             cap = work_cap(self._model, self.steps)
-            self.status, self.message = ending(outcome, self.time, joints, cap)
+            self.status, self.message = ending(outcome, self.time, joints, cap, self._held)
 
     def _run(self, until: float) -> int:
         """Run until a time [s] or an end; returns how the integration ended."""

@@ -41,8 +41,6 @@ def simulate(
         The result; ``fold.scene`` is the scene as drawn and gives the same fold again.
     """
     session = Session(scene.draw(np.random.default_rng(seed)), frame_rate)
-    while session.status is None and session.released < session.n:
-        session.feed_one()
     session.settle()
     return session.fold()
 

@@ -2,23 +2,28 @@
 
 import numpy as np
 
-from magfold_env.engine.chain.feed import headings_of
+from magfold_env.engine import entries as at
+from magfold_env.engine.chain.feed import lie_in_tube
 from magfold_env.engine.elementary import sincos
-from magfold_env.engine.state import Array
+from magfold_env.engine.state import Array, Model, State
+from magfold_env.engine.workspace import new_state
 from magfold_env.scene import Scene, strip
 from magfold_env.simulation.pack import reversed_inside
 from magfold_env.simulation.view import Orientation
 
 
-def start(scene: Scene, view: Orientation) -> tuple[Array, float]:
-    """Return a concrete scene's headings (n,) in the engine's order [rad], and the base's y [m]."""
+def start(scene: Scene, model: Model, view: Orientation) -> State:
+    """Return the state in which a concrete scene begins."""
+    n = scene.n
     if scene.mount != "tube":
-        return _headings(view.joints(np.array(scene.start_angles))), 0.0
+        return new_state(model, _headings(view.joints(np.array(scene.start_angles))))
+    state = new_state(model, np.zeros(n))
     offsets = hinge_offsets(scene)
-    offsets = offsets[::-1] if view.flip else offsets
-    headings = np.empty((1, scene.n))
-    headings_of(np.ascontiguousarray(offsets)[None], view.length, headings)
-    return headings[0], float(offsets[-1])
+    offsets = np.ascontiguousarray(offsets[::-1] if view.flip else offsets)
+    depth = state.place[at.DEPTH : at.DEPTH + 1]
+    lie_in_tube(offsets[None], view.length, state.q[None, :n], depth)
+    state.q[n + 1] = offsets[n]
+    return state
 
 
 def hinge_offsets(scene: Scene) -> Array:

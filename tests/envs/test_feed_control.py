@@ -73,7 +73,7 @@ def test_the_push_does_the_work_that_the_energies_gain(loading: str) -> None:
 
 
 def test_to_measure_a_force_changes_nothing() -> None:
-    sessions = [Session(scene_of(start_angles=(0.02,) * 5)) for _ in range(2)]
+    sessions = [Session(scene_of(start_angles=(0.01,) * 5)) for _ in range(2)]
     for _ in range(40):
         for session in sessions:
             session.push(np.full(6, 0.2), INTERVAL)

@@ -148,7 +148,8 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
         return False
     if not free:
         # Contacts with the walls end as the base moves on.
-        return lo == 0 or work.rows.counts[at.CONTACTS] == work.rows.counts[at.JOINT_STOPS]
+        stays = lo == 0 or state.counter[at.PARKED] == 1
+        return stays or work.rows.counts[at.CONTACTS] == work.rows.counts[at.JOINT_STOPS]
     if not model.frictional:
         return True
     return stops_press(lo, model, state, work)

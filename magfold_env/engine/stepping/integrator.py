@@ -129,9 +129,9 @@ def renew_accelerations(model: Model, state: State, work: Work, out: Array) -> b
 
 @kernel
 def rest(model: Model, state: State, record: Record, until: float) -> int:
-    """End the run of a chain at rest; one that a tube holds goes on with it, as far as asked."""
+    """End the run of a chain at rest; one that a tube feeds goes on with it, as far as asked."""
     n = model.n
-    if is_free(state.counter[at.LO], model) or not model.tube:
+    if is_free(state.counter[at.LO], model) or not model.tube or state.counter[at.PARKED] == 1:
         return outcomes.RESTED
     if not record_rest(record, state, until):
         return outcomes.FULL

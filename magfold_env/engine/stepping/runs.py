@@ -7,7 +7,7 @@ from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import call_float, call_int, calls_by_address, take
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.chain import magnet_energy
-from magfold_env.engine.outcomes import FULL, REACHED, TIMED_OUT
+from magfold_env.engine.outcomes import FULL, REACHED, RESTED, TIMED_OUT
 from magfold_env.engine.state import Array, IntArray, Model, Record, State, Work
 from magfold_env.engine.stepping.integrator import advance
 from magfold_env.engine.stepping.recorder import record_rest
@@ -27,12 +27,16 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
         lo = state.counter[at.LO]
         if lo <= state.counter[at.KEEP] or state.clock[at.TIME] >= until:
             return REACHED
+        parked = state.counter[at.PARKED] == 1
         if lo > 0 and state.counter[at.FEEDING] == 0:
-            begin_feed(model, state, work)
-        release = state.clock[at.RELEASE] if lo > 0 else math.inf
-        stop = min(release if lo > 0 else state.clock[at.END], until)
+            feed.begin(model, state, work)
+        fed = lo > 0 and not parked
+        mark = state.clock[at.MARK] if fed else math.inf
+        stop = min(mark if fed else state.clock[at.END], until)
         if lo == n:
             # Nothing is outside yet that could move by itself.
+            if parked:
+                return RESTED
             if not record_rest(record, state, stop):
                 return FULL
             state.q[n] += state.v[n] * (stop - state.clock[at.TIME])
@@ -41,29 +45,13 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
             outcome = advance(model, state, work, record, stop)
             if outcome != REACHED:
                 return outcome
-        if lo == 0:
+        if not fed:
             return TIMED_OUT if stop == state.clock[at.END] else REACHED
         state.counter[at.FEEDING] = 0
-        if release <= until:
-            feed.release(model, state)
-            if lo == 1:
+        if mark <= until:
+            feed.pass_mark(model, state, work)
+            if state.counter[at.LO] == 0:
                 state.clock[at.END] = state.clock[at.TIME] + model.duration
-
-
-@kernel
-def begin_feed(model: Model, state: State, work: Work) -> None:
-    """Begin to push the outermost held component out: its magnets act from here on."""
-    i = state.counter[at.LO] - 1
-    for face in range(4):
-        model.charge[i, face] = state.waiting[i, face]
-    speed = float(state.speed[i])
-    feed.change_speed(model, state, work, speed)
-    state.clock[at.RELEASE] = math.inf
-    if speed > 0.0:
-        state.clock[at.RELEASE] = state.clock[at.TIME] + max(
-            feed.time_to_release(model, state), 0.0
-        )
-    state.counter[at.FEEDING] = 1
 
 
 @kernel
