@@ -26,6 +26,8 @@ class FoldStatus(StrEnum):
     """At rest otherwise."""
     HELD = "held"
     """At rest while a feed that has come to its end keeps components in the tube."""
+    JAMMED = "jammed"
+    """The drive slipped for 0.1 s: the chain took more than it can push or pull with."""
     UNSETTLED = "unsettled"
     """Out of time or of steps while still moving."""
     FAILED = "failed"

@@ -9,9 +9,10 @@ ACCEPTED, TOUCHED, RATTLED, TOO_SHORT, BROKEN, UNSOLVABLE = range(6)
 
 # An integration.
 REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, FULL, JAMMED = range(9)
+RAN_AWAY = 9
 
 # A chain that had its time to settle and still moves.
-TIMED_OUT = 9
+TIMED_OUT = 10
 
 
 @inlined

@@ -157,6 +157,7 @@ class Model(NamedTuple):
     contact: bool  # joint stops and squares act
     tube: bool
     at_mouth: bool  # components have magnets only outside the tube
+    force_limit: float  # of the drive [N]
     bore: float  # [m]
     wall: float  # thickness [m]
     pinned: bool  # the innermost hinge is fixed
@@ -176,9 +177,9 @@ class State(NamedTuple):
     v: Coordinates  # their rates [rad/s, m/s]
     lock: IntPerBody  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not
     stuck: IntPerBody  # 1: held by friction
-    counter: Annotated[IntArray, 13]
+    counter: Annotated[IntArray, 14]
     clock: Annotated[Array, 9]  # [s]
-    place: Annotated[Array, 2]  # along the tube [m]
+    feed: Annotated[Array, 5]  # of its base and its drive
     waiting: Annotated[Array, "n", 4]  # charges that components get at the mouth [A·m]
     speed: PerBody  # of the feed while each component is in the mouth [m/s]; below 0 it pulls back
 
@@ -312,6 +313,7 @@ class Recursion(NamedTuple):
     articulated: Annotated[Array, "n", 7]  # inertias, see `articulated.factor`
     sweep: Annotated[Array, "sweep", "n"]  # of `recursion.accelerate`
     hold: PerBody  # torques that keep locked joints [N·m]
+    base: Annotated[Array, 3]  # see `engine.entries`
     unlocked: IntPerBody  # zeros: the locks of a chain whose joints all turn
     force: Coordinates  # generalised, without constraints
 

@@ -135,7 +135,7 @@ class ControlEpisodes(Episodes[NDArray[np.float32]]):
         (speeds,) = choice
         self.asked[rows, self.steps[rows]] = speeds
         self.steps[rows] += 1
-        self.chains.push(rows, speeds, INTERVAL, self.world.push_limit)
+        self.chains.push(rows, speeds, INTERVAL)
 
 
 class FeedControlEnv(ChainEnv[NDArray[np.float32]]):
@@ -144,8 +144,8 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32]]):
     `reset` picks a task: a sequence, the direction of its feed, the fold to reach and the one to
     avoid, both of which the feed speed can bring about. Every step sets the feed speed for
     20 ms. The episode terminates when the whole chain is out and at rest, when the push
-    needed is beyond ``push_limit`` (status ``jammed``; measured at the end of each step), or when
-    the simulation breaks down. After 5 s, 250 steps, it is truncated.
+    needed is beyond ``push_limit`` for 0.1 s (status ``jammed``), or when the simulation breaks
+    down. After 5 s, 250 steps, it is truncated.
 
     **Action**: ``Discrete(speeds + 1)``: 0 is standstill, k the k-th of ``speeds`` levels that are
     log-spaced from 0.01 to 0.6 m/s. `magfold_env.envs.spaces.actions.SpeedTable` has the other
@@ -224,7 +224,7 @@ class FeedControlEnv(ChainEnv[NDArray[np.float32]]):
         return self._running().scene(0)
 
 
-def replay(scene: Scene, speeds: Sequence[float], push_limit: float | None) -> DynamicChains:
+def replay(scene: Scene, speeds: Sequence[float]) -> DynamicChains:
     """Return the chain that `scene` and the speeds asked for [m/s] lead to, bit for bit.
 
     Parameters
@@ -233,8 +233,6 @@ def replay(scene: Scene, speeds: Sequence[float], push_limit: float | None) -> D
         What `FeedControlEnv.to_scene` returns.
     speeds : sequence of float
         What `FeedControlEnv.history` is.
-    push_limit : float or None
-        The environment's.
     """
     chains, row = DynamicChains(DrawnChains((scene,), 1, endless=True)), np.array([0])
     chains.begin(row, [np.random.default_rng()])
@@ -242,7 +240,7 @@ def replay(scene: Scene, speeds: Sequence[float], push_limit: float | None) -> D
     chains.load(row, np.array([[signs_of(faces) for faces in scene.sequence]]))
     for speed in speeds:
         if chains.arrays.status[0] == 0:
-            chains.push(row, np.array([speed]), INTERVAL, push_limit)
+            chains.push(row, np.array([speed]), INTERVAL)
     return chains
 
 

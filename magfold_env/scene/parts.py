@@ -82,6 +82,8 @@ class Feed(Part):
     inside."""
     loading: Literal["preloaded", "at_mouth"] = "preloaded"
     """`at_mouth`: a component has magnets only while its leading hinge is outside the mouth."""
+    force_limit: Positive | None = 20.0
+    """Force that the drive can push or pull with [N]; beyond it, it slips. None: it never does."""
     bore: Positive | None = None
     """Inner width of the tube [m], at least the casing's diagonal; None takes 1.05 of it."""
     wall: Positive = 0.001

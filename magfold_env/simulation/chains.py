@@ -118,7 +118,7 @@ class Chains:
         n = self.models[0].n
         headings, depth = np.empty((len(rows), n)), np.empty(len(rows))
         lie_in_tube(offsets, self.models[0].bodies.length, headings, depth)
-        self._states["place"][rows, at.DEPTH] = depth
+        self._states["feed"][rows, at.DEPTH] = depth
         self.q[rows, :n] = headings
         self.q[rows, n + 1] = offsets[:, n]
         self.clocks[rows, at.STEP] = 0.1 / self.light_rate[rows]

@@ -11,7 +11,8 @@ BREAKDOWNS = {
     outcomes.CAPPED: (FoldStatus.UNSETTLED, "stopped {at}: {limit} are the limit"),
     outcomes.UNDERFLOW: (FoldStatus.FAILED, "step size underflow {at}: tolerance out of reach"),
     outcomes.TOO_CROWDED: (FoldStatus.FAILED, "more contacts than there is room for {at}"),
-    outcomes.JAMMED: (FoldStatus.FAILED, "jammed {at}: the feed drives what cannot give way"),
+    outcomes.JAMMED: (FoldStatus.JAMMED, "jammed {at}: the drive slipped for 0.1 s"),
+    outcomes.RAN_AWAY: (FoldStatus.FAILED, "ran away {at}: the feed drives what cannot give way"),
     outcomes.NO_SOLUTION: (FoldStatus.FAILED, "contact and friction forces not found {at}"),
     outcomes.NOT_FINITE: (FoldStatus.FAILED, "accelerations are not finite {at}"),
 }

@@ -91,6 +91,7 @@ def pack(scene: Scene) -> Model:
         contact=scene.contact,
         tube=scene.mount == "tube",
         at_mouth=scene.mount == "tube" and scene.feed.loading == "at_mouth",
+        force_limit=scene.feed.force_limit or math.inf,
         bore=scene.bore,
         wall=scene.feed.wall,
         pinned=scene.mount == "pinned",

@@ -30,6 +30,8 @@ from magfold_env.simulation.start import start
 
 Chain = tuple[Model, State, Work, Record]
 
+ARRIVED = 1e-9  # diagonals that a feed may be from where it is to go
+
 _CODE: dict[str, Any] = {}  # where those of `runs.run` and `runs.energy` lie, once compiled
 _FIRST = np.zeros(1, dtype=np.int64)
 _SPARES = 8  # for chains of one kind; a fold takes less time than making room for it
@@ -221,24 +223,37 @@ class Session:
         chain folds freely.
         """
         every = np.broadcast_to(np.asarray(speeds, dtype=np.float64), self.n)
-        self._state.speed[:] = every[::-1] if self._view.flip else every
+        self._ask(every)
         self._go_on(keep=-1, until=self.time + seconds)
+
+    def _ask(self, speeds: Array) -> None:
+        """Ask speeds of the feed, one a component in the mouth."""
+        self._state.speed[:] = speeds[::-1] if self._view.flip else speeds
 
     def park(self) -> None:
         """Let the feed stand still for good: what is outside has its time to settle."""
-        self._state.speed[:] = 0.0
+        self._ask(np.zeros(self.n))
         self._state.counter[at.PARKED] = 1
         self._state.clock[at.END] = self.time + self._model.duration
 
     def _follow(self, schedule: Schedule) -> None:
         """Feed as a schedule says, as long as components are left in the tube."""
         for seconds, speed in schedule.time or ():
-            if self.status is None and self._held > 0:
-                self.push(speed, seconds)
+            self._go(speed, seconds)
+        diagonal = self.scene.casing.diagonal
         for goal, speed in schedule.advance or ():
-            if self.status is None and self._held > 0:
-                way = goal * self.scene.casing.diagonal - self.advance
-                self.push(math.copysign(speed, way), abs(way) / speed)
+            # A drive that slips comes later.
+            while self.status is None and self._held > 0:
+                way = goal * diagonal - self.advance
+                if abs(way) <= ARRIVED * diagonal:
+                    break
+                self._go(math.copysign(speed, way), abs(way) / speed)
+
+    def _go(self, speed: float, seconds: float) -> None:
+        """Feed for some time, or until all components are out."""
+        if self._held > 0:
+            self._ask(np.full(self.n, speed))
+            self._go_on(keep=0, until=self.time + seconds)
 
     def push_force(self) -> float:
         """Return the force along the tube that the feed needs at this moment [N]."""

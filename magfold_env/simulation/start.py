@@ -20,7 +20,7 @@ def start(scene: Scene, model: Model, view: Orientation) -> State:
     state = new_state(model, np.zeros(n))
     offsets = hinge_offsets(scene)
     offsets = np.ascontiguousarray(offsets[::-1] if view.flip else offsets)
-    depth = state.place[at.DEPTH : at.DEPTH + 1]
+    depth = state.feed[at.DEPTH : at.DEPTH + 1]
     lie_in_tube(offsets[None], view.length, state.q[None, :n], depth)
     state.q[n + 1] = offsets[n]
     return state

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from magfold_env.laws.random_scenes import designed_sequence
-from magfold_env.scene import Casing, Gravity, Scene, Solver
+from magfold_env.scene import Casing, Feed, Gravity, Scene, Solver
 from magfold_env.shapes import overlaps
 
 T = TypeVar("T")
@@ -173,6 +173,24 @@ def hurried(source: Source, n: int) -> Changes:
     return {"mount": "tube", "feed": fed(source, source.pick((one, each)))}
 
 
+def retracted(source: Source, n: int) -> Changes:
+    """Draw feeds that go back and forth, some of which jam."""
+    count = source.integer(1, 6)
+    pace = [logarithmic(source, 0.01, 0.6) for _ in range(count)]
+    if source.integer(0, 1) == 0:
+        legs = [(source.number(0.001, n), speed) for speed in pace]
+        schedule: Changes = {"advance": legs}
+    else:
+        schedule = {"time": [(logarithmic(source, 0.01, 1.0), pace[0])]}
+        schedule["time"] += [
+            (logarithmic(source, 0.01, 1.0), source.pick((0.0, -speed, speed)))
+            for speed in pace[1:]
+        ]
+    limit = source.pick((Feed().force_limit, logarithmic(source, 0.05, 100.0)))
+    feed = fed(source, 0.05) | {"schedule": schedule, "force_limit": limit}
+    return {"mount": "tube", "feed": feed}
+
+
 def strong(source: Source, n: int) -> Changes:
     """Draw magnets of 0 to 1.5 T, also magnet by magnet, in several makes, or none."""
     if source.integer(0, 9) == 0:
@@ -289,10 +307,11 @@ def marathon(source: Source) -> Scene:
 
 
 KINDS: dict[str, Kind] = {
-    "ordinary": Kind("what users simulate, 1 to 12 components", ordinary, 24),
+    "ordinary": Kind("what users simulate, 1 to 12 components", ordinary, 16),
     "masses": Kind("masses a million times apart", changed(uneven), 8),
     "friction": Kind("friction 0, 10 and all orders between", changed(rubbing), 8),
     "feed": Kind("feed of 0.1 mm/s to 10 m/s", changed(hurried), 8),
+    "retraction": Kind("feeds that go back and forth", changed(retracted), 8),
     "remanence": Kind("0 to 1.5 T, magnet by magnet", changed(strong), 8),
     "gaps": Kind("magnets 10 µm apart, all kinds of corners", changed(rounded), 7),
     "stops": Kind("starts at the stops", changed(at_stops), 7),

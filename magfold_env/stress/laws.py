@@ -21,6 +21,7 @@ from magfold_env.stress.verdict import Verdict
 LOOKS = 10_000  # states of a run that are kept at most
 
 SETTLED = (FoldStatus.FOLDED, FoldStatus.MISFOLDED)
+STOPPED = (FoldStatus.HELD, FoldStatus.JAMMED)
 REFUSAL = "overlap at the start"
 DEEPEST = 1e-3  # overlap, share of the side, at tolerances up to the default
 SURELY, HARDLY = 2e-3, 5e-4  # overlaps that are refused, and that are not; 1e-3 is the bound
@@ -103,7 +104,9 @@ def check_limits(motion: Motion, verdict: Verdict) -> None:
         verdict.bound("no penetration", motion.overlap, max(DEEPEST, 10.0 * tolerance))
         verdict.bound("joint stops", motion.past_stop, max(LEAST, tolerance))
     if scene.mount == "tube":
-        verdict.bound("held within the bore", motion.beyond_bore, WITHIN)
+        # What is held again lies where contacts left it.
+        allowed = WITHIN if scene.feed.schedule is None else DEEPEST
+        verdict.bound("held within the bore", motion.beyond_bore, allowed)
     check_passivity(motion, verdict)
     if scene.mount == "free" and scene.friction == 0.0:
         check_momentum(motion, verdict)
@@ -171,12 +174,17 @@ def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
         told = fold.status is FoldStatus.FOLDED
         verdict.require("status", told == shut, "told folded" if told else "told misfolded")
         return
+    inside = scene.n - int(motion.released[-1])
+    if fold.status in STOPPED:
+        verdict.require("status", inside > 0, "told to be held by a tube that is empty")
+        return
     if "are the limit" in fold.message:
         a_second = "a second are the limit" in fold.message
         most = solver.max_steps_per_second if a_second else solver.max_steps
         verdict.require("status", fold.steps >= most, "told a limit that was not met")
     else:
-        fed = float(motion.time[motion.released < scene.n].max(initial=0.0))
+        out = motion.released == scene.n
+        fed = float(motion.time[~out].max(initial=0.0)) if inside == 0 else 0.0
         late = fold.time >= (fed + scene.duration) * (1.0 - 1e-9)
         verdict.require("status", late, "told to be out of time and is not")
 

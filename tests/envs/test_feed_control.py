@@ -90,7 +90,7 @@ def test_a_constant_speed_leads_to_the_fold_of_the_simulation(direction: str, lo
         feed={"direction": direction, "loading": loading, "speed": 0.1},
     )
     end = mf.simulate(scene)
-    arrays = replay(scene, [0.1] * 250, None).arrays
+    arrays = replay(scene, [0.1] * 250).arrays
     joints = np.diff(arrays.angles[0])
     assert STATUSES[arrays.status[0]] == end.status
     assert angles_to_word(joints) == end.word
@@ -120,16 +120,16 @@ def test_episodes_replay_bit_for_bit() -> None:
         while not ended:
             _, _, terminated, truncated, _ = env.step(rng.integers(3, 10))
             ended = terminated or truncated
-        again = replay(env.to_scene(), env.history, 1.0).arrays
+        again = replay(env.to_scene(), env.history).arrays
         np.testing.assert_array_equal(again.angles[0], env.state.angles)
         np.testing.assert_array_equal(again.base[0], env.state.base)
 
 
 def test_a_weak_push_jams() -> None:
-    weak = replay(scene_of(), [0.1] * 250, 0.02)
+    weak = replay(scene_of(feed={"force_limit": 0.02}), [0.1] * 250)
     assert weak.arrays.status[0] == JAMMED
-    assert "0.02 N are its limit" in weak.message(0)
-    strong = replay(scene_of(), [0.1] * 250, None)
+    assert "the drive slipped for 0.1 s" in weak.message(0)
+    strong = replay(scene_of(), [0.1] * 250)
     assert strong.arrays.status[0] == FOLDED
     env = FeedControlEnv(push_limit=0.001, randomisation="none")
     env.reset(seed=0)

@@ -45,7 +45,7 @@ def prepared(friction: float, mount: str, frame_rate: float | None = None) -> Se
     if mount == "tube":
         for _ in range(3):
             session.feed_one()
-        feed.change_speed(session._model, session._state, session._work, 0.1)
+        feed.begin(session._model, session._state, session._work)
     return session
 
 
@@ -60,7 +60,7 @@ def test_steps_allocate_nothing(friction, mount, frame_rate):
     none, for_a_call = advance(session, now)
     until = now + 0.2
     if mount == "tube":
-        until = now + feed.time_to_release(session._model, session._state)
+        until = float(session._state.clock[at.MARK])
         assert session._state.counter[at.LO] > 0
     some, for_steps = advance(session, until)
     assert none == 0

@@ -42,7 +42,7 @@ def test_a_release_changes_no_velocity(direction):
         session.feed_one()
     lo = int(state.counter[at.LO])
     before, base = state.v.copy(), session.base
-    state.q[model.n] = feed.time_to_release(model, state) * state.v[model.n] + state.q[model.n]
+    state.q[model.n] = feed.next_mark(model, state)
     moved = session.base
     feed.release(model, state)
     assert (state.v == before).all()

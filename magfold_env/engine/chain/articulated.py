@@ -9,9 +9,13 @@ generalised forces are packed as (n + 2,): the headings, then the inner hinge of
 the *base*.
 """
 
+import math
+
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import sincos
 from magfold_env.engine.state import Array, Bodies, Centres, IntArray, Loads, Pose, Recursion
+
+FREE, DRIVEN = 0.0, math.inf  # masses of the base, see `solve`
 
 
 @kernel
@@ -122,14 +126,15 @@ def factor(lo: int, bodies: Bodies, pose: Pose, lock: IntArray, chain: Recursion
 
 @kernel
 def solve(
-    lo: int, bodies: Bodies, pose: Pose, lock: IntArray, free: bool, force: Array, out: Array,
+    lo: int, bodies: Bodies, pose: Pose, lock: IntArray, base: float, force: Array, out: Array,
     chain: Recursion,
 ) -> None:  # fmt: skip
     """Solve M(φ) a = Q for generalised forces ``force`` (n + 2,); ``out`` may be ``force``.
 
-    Unless ``free``, the base follows its own law and does not accelerate here. The same solve
-    turns impulses into changes of velocity. ``chain.hold`` gets the torques that keep locked
-    components, on the outer side of their inner hinges; 0 for the others.
+    ``base`` is the mass [kg] that goes along with the base, which is then kept from moving across
+    the tube: FREE lets it move as it will, DRIVEN has it follow its own law, so that it does not
+    accelerate here. The same solve turns impulses into changes of velocity. ``chain.hold`` gets the
+    torques that keep locked components, on the outer side of their inner hinges; 0 for the others.
     """
     n, art, hold = bodies.mass.size, chain.articulated, chain.hold
     px, py, carried = 0.0, 0.0, 0.0
@@ -145,13 +150,15 @@ def solve(
         else:
             carried = k
     ax, ay = 0.0, 0.0
-    if free:
+    if base == FREE:
         # Nothing but the base's own force acts on the innermost hinge: P a + p = force.
         bx = force[n] - px
         by = force[n + 1] - py
         det = art[lo, 4] * art[lo, 6] - art[lo, 5] * art[lo, 5]
         ax = (art[lo, 6] * bx - art[lo, 5] * by) / det
         ay = (art[lo, 4] * by - art[lo, 5] * bx) / det
+    elif base < DRIVEN:
+        ax = (force[n] - px) / (art[lo, 4] + base)
     out[n] = ax
     out[n + 1] = ay
     w = 0.0

@@ -19,12 +19,26 @@ from magfold_env.engine.state import Array, Model, Pose, State, Work
 
 STRAIGHT = 0.2  # [rad] of the heading of a component that may be held again
 NOWHERE = 1e-9  # of the side: a feed that has gone no farther is where it was at first
+AT_ONCE = 1e-3  # [s] over which the drive's force is the mean of what it takes in impulses
+ASKED_WITHIN = 1e-9  # [m/s] and share of a speed: differences that are none
+MARK_WITHIN = 1e-10  # [m]
+PATIENCE = 0.1  # [s] of slipping after which a feed is jammed
+SOONEST = 1e-8  # [s] in which a drive that slips is not looked at again
 
 
 @inlined
 def is_free(lo: int, model: Model) -> bool:
     """Whether the base moves by itself."""
     return not model.pinned and not (model.tube and lo > 0)
+
+
+@inlined
+def base_mass(lo: int, model: Model, work: Work) -> float:
+    """Return the mass of the base, see `articulated.solve`."""
+    if is_free(lo, model):
+        return articulated.FREE
+    carried = work.chain.base[at.CARRIED]
+    return carried if carried > 0.0 else articulated.DRIVEN
 
 
 @inlined
@@ -98,7 +112,7 @@ def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
 @inlined
 def advance(model: Model, state: State) -> float:
     """How far the feed has gone [m]: where the innermost hinge is, from where it was at first."""
-    x = state.q[model.n] + state.place[at.DEPTH]
+    x = float(state.q[model.n] + state.feed[at.DEPTH])
     for i in range(state.counter[at.LO]):
         _, c = sincos(float(state.q[i]))
         x -= model.bodies.length[i] * c
@@ -107,19 +121,151 @@ def advance(model: Model, state: State) -> float:
 
 @kernel
 def begin(model: Model, state: State, work: Work) -> None:
-    """Give the feed the speed that is asked of it, and find its next mark."""
+    """Tell the drive what is asked of it, and find the base's next mark."""
     n, lo = model.n, state.counter[at.LO]
     speed = float(state.speed[lo - 1])
     if speed < 0.0 and advance(model, state) <= NOWHERE * model.side:
+        # The pusher is at its stop, which no drive moves.
         speed = 0.0
-    change_speed(model, state, work, speed)
+        state.counter[at.SLIPPING] = 0
+    if lo == n:
+        state.counter[at.SLIPPING] = 0
+    state.feed[at.ASKED] = speed
+    jump = speed - state.v[n]
+    if state.counter[at.SLIPPING] == 0 and is_too_much(model, state, whole_mass(model) * jump):
+        state.counter[at.SLIPPING] = 1
+        state.feed[at.SINCE] = state.clock[at.TIME]
+    if state.counter[at.SLIPPING] != 0 and jump != 0.0:
+        state.counter[at.SLIPPING] = 1 if jump > 0.0 else -1
+    carry(model, state, work)
+    if state.counter[at.SLIPPING] == 0:
+        change_speed(model, state, work, speed)
     load(model, state)
-    state.place[at.NEXT] = next_mark(model, state)
+    aim(model, state)
     state.clock[at.MARK] = math.inf
-    if speed != 0.0:
-        time = (state.place[at.NEXT] - state.q[n]) / state.v[n]
+    if state.counter[at.SLIPPING] == 0 and speed != 0.0:
+        time = (state.feed[at.NEXT] - state.q[n]) / state.v[n]
         state.clock[at.MARK] = state.clock[at.TIME] + max(time, 0.0)
     state.counter[at.FEEDING] = 1
+
+
+@kernel
+def whole_mass(model: Model) -> float:
+    """Mass of the chain [kg]."""
+    total = 0.0
+    for i in range(model.n):
+        total += model.bodies.mass[i]
+    return total
+
+
+@inlined
+def is_too_much(model: Model, state: State, impulse: float) -> bool:
+    """Whether the drive gives way to an impulse [N·s]; with nothing outside yet it never does."""
+    outside = state.counter[at.LO] < model.n
+    return outside and abs(impulse) > model.force_limit * AT_ONCE
+
+
+@kernel
+def carry(model: Model, state: State, work: Work) -> None:
+    """Let the components that the tube holds go along with the base while the drive slips."""
+    carried, slipping = 0.0, state.counter[at.SLIPPING]
+    if slipping != 0:
+        for i in range(state.counter[at.LO]):
+            carried += model.bodies.mass[i]
+    work.chain.base[at.CARRIED] = carried
+    work.chain.base[at.DRIVE] = slipping * model.force_limit if slipping != 0 else 0.0
+
+
+@kernel
+def slip(model: Model, state: State, work: Work, force: float) -> None:
+    """Let the drive slip, which a force of this sign would have kept from it."""
+    state.counter[at.SLIPPING] = 1 if force > 0.0 else -1
+    state.feed[at.SINCE] = state.clock[at.TIME]
+    state.counter[at.FEEDING] = 0
+    state.counter[at.FRESH] = 1
+    carry(model, state, work)
+
+
+@kernel
+def needed_force(lo: int, model: Model, work: Work, acceleration: Array) -> float:
+    """Force along the tube with which the drive keeps its speed [N].
+
+    By Newton's law for the chain outside: its mass times its acceleration, less what else acts on
+    it and on what the tube holds. Needs the forces that went with the accelerations.
+    """
+    n, bodies, pose, rows = model.n, model.bodies, work.pose, work.rows
+    force, hinge = 0.0, acceleration[n]
+    for i in range(lo, n):
+        turning = pose.sin[i] * acceleration[i]
+        force += bodies.mass[i] * (hinge - bodies.reach[i] * turning)
+        hinge -= bodies.length[i] * turning
+    for r in range(rows.counts[at.JOINT_STOPS], rows.counts[at.ALL_ROWS]):
+        force -= rows.multiplier[r] * rows.jacobian[r, n]
+    return force - work.chain.force[n] - work.chain.base[at.PULL]
+
+
+@kernel
+def drives_on(model: Model, state: State, work: Work, acceleration: Array) -> bool:
+    """Whether the drive goes on as it does, slipping or not; else it is to begin anew."""
+    lo, n, slipping = state.counter[at.LO], model.n, state.counter[at.SLIPPING]
+    if state.counter[at.FEEDING] == 0:
+        return False
+    if slipping == 0:
+        force = needed_force(lo, model, work, acceleration)
+        if abs(force) > model.force_limit:
+            slip(model, state, work, force)
+            return False
+        return True
+    if is_at_mark(state):
+        return False
+    behind = slipping * (state.feed[at.ASKED] - state.v[n])
+    caught_up = behind <= ASKED_WITHIN * (1.0 + abs(state.feed[at.ASKED]))
+    # One that has just begun to slip takes a step, whatever rounding says.
+    began_before = state.clock[at.TIME] > state.feed[at.SINCE]
+    if caught_up and began_before and slipping * acceleration[n] >= 0.0:
+        state.counter[at.SLIPPING] = 0
+        return False
+    # It may turn round on its way.
+    aim(model, state)
+    return True
+
+
+@kernel
+def time_to_change(model: Model, state: State, acceleration: Array) -> float:
+    """Time until a drive that slips comes to its next mark, or to the speed asked for [s]."""
+    n = model.n
+    x, v, a = state.q[n], state.v[n], acceleration[n]
+    soonest = math.inf
+    behind = state.feed[at.ASKED] - v
+    if behind * a > 0.0:
+        soonest = behind / a
+    gap = state.feed[at.NEXT] - x
+    if math.isfinite(gap):
+        root = v * v + 2.0 * a * gap
+        if root >= 0.0:
+            # The first t > 0 with v t + a t²/2 = gap, in the form that does not cancel.
+            way = math.copysign(math.sqrt(root), gap)
+            if (v + way) * gap > 0.0:
+                soonest = min(soonest, 2.0 * gap / (v + way))
+    return max(soonest, SOONEST)
+
+
+@inlined
+def is_at_mark(state: State) -> bool:
+    """Whether the base is at the next mark."""
+    if state.counter[at.SLIPPING] == 0:
+        return float(state.clock[at.TIME]) >= float(state.clock[at.MARK])
+    way = float(state.feed[at.WAY])
+    gap = float(state.feed[at.NEXT] - state.q[state.q.size - 2])
+    return state.counter[at.FEEDING] == 1 and way != 0.0 and way * gap <= MARK_WITHIN
+
+
+@inlined
+def aim(model: Model, state: State) -> None:
+    """Note where something next happens to the base, and which way that is."""
+    v = state.v[model.n]
+    state.feed[at.NEXT] = next_mark(model, state)
+    state.feed[at.WAY] = 0.0 if v == 0.0 else math.copysign(1.0, v)
 
 
 @kernel
@@ -132,7 +278,7 @@ def next_mark(model: Model, state: State) -> float:
     diagonals, the mouth itself included.
     """
     n, i = model.n, state.counter[at.LO] - 1
-    x, diagonal = state.q[n], model.bodies.length[i]
+    x, diagonal = float(state.q[n]), float(model.bodies.length[i])
     whole = 0
     if state.v[n] > 0.0:
         if model.at_mouth and x < 0.0:
@@ -140,7 +286,7 @@ def next_mark(model: Model, state: State) -> float:
                 whole += 1
             return -whole * diagonal
         _, c = sincos(float(state.q[i]))
-        return model.bodies.length[i] * c
+        return diagonal * c
     if not model.at_mouth:
         whole = 1
     while -whole * diagonal >= x:
@@ -151,13 +297,20 @@ def next_mark(model: Model, state: State) -> float:
 @kernel
 def pass_mark(model: Model, state: State, work: Work) -> None:
     """Do what happens where the base is now: at the feed's next mark."""
-    n, mark = model.n, state.place[at.NEXT]
-    if state.v[n] > 0.0 and mark > 0.0:
+    n, mark = model.n, state.feed[at.NEXT]
+    inward = state.feed[at.WAY] < 0.0
+    if not inward and mark > 0.0:
         release(model, state)
+        if state.counter[at.LO] == 0:
+            state.counter[at.SLIPPING] = 0
+            carry(model, state, work)
         return
     state.q[n] = mark
     state.counter[at.FRESH] = 1
-    while state.v[n] < 0.0 and fits(model, state):
+    if inward and advance(model, state) <= NOWHERE * model.side:
+        state.counter[at.SLIPPING] = 0
+        change_speed(model, state, work, 0.0)
+    while inward and fits(model, state):
         hold(model, state, work)
 
 
@@ -165,7 +318,10 @@ def pass_mark(model: Model, state: State, work: Work) -> None:
 def fits(model: Model, state: State) -> bool:
     """Whether the innermost free component lies in the tube as it may be held."""
     i, n = state.counter[at.LO], model.n
-    return 0 < i < n and state.q[n] <= -model.bodies.length[i] and abs(state.q[i]) <= STRAIGHT
+    if not 0 < i < n:
+        return False
+    deep = float(state.q[n]) <= -float(model.bodies.length[i])
+    return deep and abs(float(state.q[i])) <= STRAIGHT
 
 
 @kernel
@@ -213,7 +369,7 @@ def hold(model: Model, state: State, work: Work) -> None:
     """
     n, i = model.n, state.counter[at.LO]
     s, c = sincos(float(state.q[i]))
-    length, rate = model.bodies.length[i], state.v[i]
+    length, rate = float(model.bodies.length[i]), float(state.v[i])
     state.q[n] += length * c
     state.q[n + 1] += length * s
     state.v[i] = 0.0
@@ -250,6 +406,6 @@ def jolt(model: Model, state: State, work: Work, jump_x: float, jump_y: float) -
     bodies, pose, chain, force = model.bodies, work.pose, work.chain, work.chain.force
     articulated.generalise(lo, bodies, pose, work.loads, force)
     articulated.factor(lo, bodies, pose, chain.unlocked, chain)
-    articulated.solve(lo, bodies, pose, chain.unlocked, False, force, force, chain)
+    articulated.solve(lo, bodies, pose, chain.unlocked, articulated.DRIVEN, force, force, chain)
     for i in range(lo, n):
         state.v[i] += force[i]

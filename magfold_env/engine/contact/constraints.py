@@ -6,13 +6,13 @@ And, for a step of Moreau's, the gaps that may close within it and how fast each
 import math
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain import articulated
+from magfold_env.engine.chain import articulated, feed
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.contact.equalities import solve_equalities
 from magfold_env.engine.elementary import square
-from magfold_env.engine.state import Array, IntArray, Model, State, Work
+from magfold_env.engine.state import Array, IntArray, Model, State, Work, copy
 from magfold_env.engine.stepping import dynamics
 
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
@@ -72,20 +72,50 @@ def begin_step(model: Model, state: State, work: Work) -> int:
             closing = closing or dynamics.rate_of(lo, work, r, state.v) < -SHUT
     result = OK
     if closing:
-        slow = model.tolerance * model.rate_scale * model.side
-        solved = False
-        attempts = 0
-        # An attempt that fails leaves far slower approaches than it found.
-        while not solved and attempts < ATTEMPTS:
-            solved = dynamics.project(model, state, state.v, work, slow)
-            attempts += 1
-        # Where rows all but repeat each other rounding may hide that nothing is left to do.
-        if not solved and approaches(lo, rows, state.v, work):
+        driven = 0 < lo < model.n and state.counter[at.SLIPPING] == 0
+        if driven:
+            copy(state.v, work.stages.new_v, 0)
+        solved, impulse = collide(lo, rows, model, state, work)
+        if driven and (not solved or feed.is_too_much(model, state, impulse)):
+            # A drive that gives way: what it carries takes part in the impact.
+            copy(work.stages.new_v, state.v, 0)
+            feed.slip(model, state, work, impulse)
+            solved, _ = collide(lo, rows, model, state, work)
+        if not solved:
             return UNSOLVED
         state.counter[at.EVENTS] += 1
         result = IMPACT
     leave(lo, model, state, work)
     return result
+
+
+@kernel
+def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple[bool, float]:
+    """Let an impact happen; whether it could be found, and the drive's impulse [N·s]."""
+    slow = model.tolerance * model.rate_scale * model.side
+    n, v = model.n, state.v
+    impulse = -momentum_along(lo, model, work, v)
+    solved, attempts = False, 0
+    # An attempt that fails leaves far slower approaches than it found.
+    while not solved and attempts < ATTEMPTS:
+        solved = dynamics.project(model, state, v, work, slow)
+        attempts += 1
+        for r in range(work.rows.counts[at.JOINT_STOPS], rows):
+            impulse -= work.rows.multiplier[r] * work.rows.jacobian[r, n]
+    # Where rows all but repeat each other rounding may hide that nothing is left to do.
+    solved = solved or not approaches(lo, rows, v, work)
+    return solved, impulse + momentum_along(lo, model, work, v)
+
+
+@inlined
+def momentum_along(lo: int, model: Model, work: Work, v: Array) -> float:
+    """Momentum of the free components along the tube [N·s]."""
+    bodies, pose = model.bodies, work.pose
+    total, hinge = 0.0, v[model.n]
+    for i in range(lo, model.n):
+        total += bodies.mass[i] * (hinge - bodies.reach[i] * pose.sin[i] * v[i])
+        hinge -= bodies.length[i] * pose.sin[i] * v[i]
+    return total
 
 
 @kernel

@@ -7,7 +7,7 @@ velocities: Moreau's inelastic impact.
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.chain.feed import is_free, place_all
+from magfold_env.engine.chain.feed import base_mass, place_all
 from magfold_env.engine.chain.recursion import only_swings, swing
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
@@ -43,8 +43,10 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
             work.rigid,
             work.loads,
         )
-        if model.field.present:
-            outer_field.add_field(lo, model, pose, work.nodes, work.loads)
+    if model.tube:
+        find_pull(first, lo, model, work)
+    if model.magnetic and model.field.present:
+        outer_field.add_field(lo, model, pose, work.nodes, work.loads)
     if model.frictional:
         law.add_sliding(lo, model, v, work)
     for i in range(lo, n):
@@ -52,14 +54,33 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
         work.loads.fx[i] += m * (model.gravity_x - work.centres.ax[i])
         work.loads.fy[i] += m * (model.gravity_y - work.centres.ay[i])
     articulated.generalise(lo, bodies, pose, work.loads, work.chain.force)
+    if work.chain.base[at.CARRIED] > 0.0:
+        work.chain.force[n] += work.chain.base[at.DRIVE] + work.chain.base[at.PULL]
+
+
+@kernel
+def find_pull(first: int, lo: int, model: Model, work: Work) -> None:
+    """Find what magnets, fields and gravity pull along the tube at what it holds [N].
+
+    Needs the loads of the chain's magnets alone: what they do to the free components they do, the
+    other way round, to the held ones.
+    """
+    pull = 0.0
+    for i in range(lo, model.n):
+        pull -= work.loads.fx[i]
+    for i in range(lo):
+        pull += model.bodies.mass[i] * model.gravity_x
+        if model.field.present and i >= first:
+            pull += outer_field.in_field(model, work.pose, work.nodes, i, False)[1]
+    work.chain.base[at.PULL] = pull
 
 
 @inlined
 def unconstrained(lo: int, model: Model, work: Work, out: Array) -> None:
     """Accelerations (n + 2,) under these forces alone; leaves articulated inertias behind."""
-    bodies, pose, scratch, free = model.bodies, work.pose, work.chain, is_free(lo, model)
+    bodies, pose, scratch, base = model.bodies, work.pose, work.chain, base_mass(lo, model, work)
     articulated.factor(lo, bodies, pose, scratch.unlocked, scratch)
-    articulated.solve(lo, bodies, pose, scratch.unlocked, free, scratch.force, out, scratch)
+    articulated.solve(lo, bodies, pose, scratch.unlocked, base, scratch.force, out, scratch)
 
 
 @kernel
@@ -77,9 +98,9 @@ def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     for. Returns whether every stop presses, which is the condition; the multipliers say how much.
     """
     lo = state.counter[at.LO]
-    bodies, pose, free = model.bodies, work.pose, is_free(lo, model)
+    bodies, pose, base = model.bodies, work.pose, base_mass(lo, model, work)
     articulated.factor(lo, bodies, pose, state.lock, work.chain)
-    articulated.solve(lo, bodies, pose, state.lock, free, work.chain.force, out, work.chain)
+    articulated.solve(lo, bodies, pose, state.lock, base, work.chain.force, out, work.chain)
     for r in range(work.rows.counts[at.JOINT_STOPS]):
         k, sign = work.rows.id[r, 0], work.rows.id[r, 1]
         work.rows.multiplier[r] = -sign * work.chain.hold[k]
@@ -92,11 +113,11 @@ def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> b
 def respond(lo: int, model: Model, work: Work, first: int, last: int) -> None:
     """Responses M⁻¹Jᵀ of rows ``first`` to ``last − 1`` and the Delassus matrix of all before."""
     n = model.n
-    free = is_free(lo, model)
+    base = base_mass(lo, model, work)
     for r in range(first, last):
         row, response = work.rows.jacobian[r], work.rows.response[r]
         articulated.solve(
-            lo, model.bodies, work.pose, work.chain.unlocked, free, row, response, work.chain
+            lo, model.bodies, work.pose, work.chain.unlocked, base, row, response, work.chain
         )
     for r in range(first, last):
         for c in range(r + 1):

@@ -12,6 +12,7 @@ import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
+from magfold_env.engine.chain import feed
 from magfold_env.engine.chain.feed import is_free
 from magfold_env.engine.chain.momentum import keep_if_left_alone
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -57,7 +58,14 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
         if model.frictional:
             stop_slow(model, state, work, acceleration)
         copy(state.v, work.stages.slope_q[0], 0)
-        if is_at_rest(model, state, work, acceleration):
+        fed = 0 < state.counter[at.LO] < model.n
+        if fed and not feed.drives_on(model, state, work, acceleration):
+            return outcomes.REACHED
+        slipping = fed and state.counter[at.SLIPPING] != 0
+        if slipping and state.clock[at.TIME] >= state.feed[at.SINCE] + feed.PATIENCE:
+            return outcomes.JAMMED
+        goes_on = slipping or (fed and nears_something(model, state))
+        if not goes_on and is_at_rest(model, state, work, acceleration):
             return rest(model, state, record, until)
         rattling = state.counter[at.MOREAU_LEFT] > 0
         if rattling or (model.frictional and creeps(model, state, work, acceleration)):
@@ -69,6 +77,13 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
         if ended != outcomes.REACHED:
             return ended
     return outcomes.REACHED
+
+
+@inlined
+def nears_something(model: Model, state: State) -> bool:
+    """Whether a chain that rests relative to its base may run into what does not move."""
+    speed = state.v[model.n]
+    return speed < 0.0 or (speed > 0.0 and model.field.solid)
 
 
 @kernel
@@ -146,7 +161,7 @@ def after_step(model: Model, state: State, outcome: int) -> int:
     if not is_finite(state.v):
         return outcomes.NOT_FINITE
     if runs_away(model, state):
-        return outcomes.JAMMED
+        return outcomes.RAN_AWAY
     state.counter[at.FRESH] = int(outcome != outcomes.ACCEPTED)
     if outcome != outcomes.ACCEPTED:
         state.clock[at.LAST_STEP] = 0.0
@@ -366,6 +381,8 @@ def longest_step(lo: int, model: Model, state: State, work: Work) -> float:
         h = min(h, PAST_EDGE + time_to_edge(lo, model, work, state.v))
     if model.frictional:
         h = min(h, max(state.clock[at.BRAKE], SHORTEST_BRAKE))
+    if state.counter[at.SLIPPING] != 0 and lo > 0:
+        h = min(h, feed.time_to_change(model, state, work.stages.slope_v[0]))
     return h
 
 

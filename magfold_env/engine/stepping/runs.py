@@ -45,13 +45,16 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
             outcome = advance(model, state, work, record, stop)
             if outcome != REACHED:
                 return outcome
-        if not fed:
+        if lo > 0:
+            arrived = feed.is_at_mark(state)
+            state.counter[at.FEEDING] = 0
+            if arrived:
+                feed.pass_mark(model, state, work)
+                if state.counter[at.LO] == 0:
+                    state.clock[at.END] = state.clock[at.TIME] + model.duration
+                continue
+        if not fed and state.clock[at.TIME] >= stop:
             return TIMED_OUT if stop == state.clock[at.END] else REACHED
-        state.counter[at.FEEDING] = 0
-        if mark <= until:
-            feed.pass_mark(model, state, work)
-            if state.counter[at.LO] == 0:
-                state.clock[at.END] = state.clock[at.TIME] + model.duration
 
 
 @kernel

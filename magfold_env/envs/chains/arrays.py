@@ -19,7 +19,7 @@ STATUSES = (
     FoldStatus.MISFOLDED,
     FoldStatus.UNSETTLED,
     FoldStatus.FAILED,
-    "jammed",  # does not give way to a push; in other terms it has misfolded
+    FoldStatus.JAMMED,
 )
 """What the numbers of `ChainArrays.status` stand for; 0 is a chain that goes on."""
 

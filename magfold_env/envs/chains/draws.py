@@ -50,8 +50,8 @@ class DrawnChains:
         *,
         endless: bool = False,
     ) -> None:
-        speed = {"speed": (REFERENCE_SPEED,) * templates[0].n}
-        self.templates = [template.replace(feed=speed) for template in templates]
+        fed = {"speed": (REFERENCE_SPEED,) * templates[0].n, "schedule": None}
+        self.templates = [template.replace(feed=fed) for template in templates]
         template = self.templates[0]
         self.flips = [reversed_inside(each) for each in templates]
         self.built = template.feed.loading == "preloaded"

@@ -11,7 +11,6 @@ from magfold_env.engine.compile.by_pointer import pointer
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.envs.chains.arrays import (
     FAILED,
-    JAMMED,
     STATUSES,
     Bools,
     ChainArrays,
@@ -88,7 +87,7 @@ class DynamicChains:
         self.arrays.fed[rows] = signs.shape[1]
         self.drawn.magnetise(rows, signs)
 
-    def push(self, rows: Ints, speeds: Floats, seconds: float, limit: float | None) -> None:
+    def push(self, rows: Ints, speeds: Floats, seconds: float) -> None:
         """Feed chains at some speeds for a time, and measure the force that it takes in the end.
 
         Parameters
@@ -97,8 +96,6 @@ class DynamicChains:
             Speeds [m/s], 0 or more. Components that leave the tube are noted with them.
         seconds : float
             For how long [s].
-        limit : float or None
-            The force beyond which a chain is jammed [N]; None for any.
         """
         chains = self._chains
         before = chains.released[rows]
@@ -113,23 +110,15 @@ class DynamicChains:
             scaled = scaled_speed(max(float(speeds[k]), SLOWEST))
             self.arrays.speeds[row, self.arrays.order(row)[before[k] : after[k]]] = scaled
         for row in rows.tolist():
-            if chains.outcomes[row] == outcomes.JAMMED:
-                self.arrays.status[row] = JAMMED
-            elif self.arrays.status[row] == 0:
-                self.force[row] = force = chains.push_force(row)
-                if limit is not None and force > limit:
-                    self.arrays.status[row] = JAMMED
-                    self._messages[row] = (
-                        f"jammed at t = {chains.times[row]:.4g} s: the feed needs {force:.3g} N, "
-                        f"{limit:.3g} N are its limit"
-                    )
+            if self.arrays.status[row] == 0:
+                self.force[row] = chains.push_force(row)
 
     def energies(self, rows: Ints) -> Floats:
         """Return the magnetic energies [J]; no number where a simulation failed."""
         chains, going = self._chains, rows[self._chains.outcomes[rows] == outcomes.REACHED]
         # Those that have ended are known: they were found on all threads.
         chains.find_energies(going)
-        failed = (self.arrays.status[rows] == FAILED) | (chains.outcomes[rows] == outcomes.JAMMED)
+        failed = self.arrays.status[rows] == FAILED
         return np.where(failed, np.nan, chains.energies[rows])
 
     def message(self, row: int) -> str:

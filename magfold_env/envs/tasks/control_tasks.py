@@ -109,8 +109,8 @@ class ControlOptions(TypedDict, total=False):
     """How actions are written: ``discrete`` (default), ``multidiscrete``, ``box`` or ``dict``; see
     `magfold_env.envs.spaces.actions.SpeedTable`."""
     push_limit: float | None
-    """Largest force with which the feed can push [N], 1 by default; None for any. The floor's drag
-    on a whole chain of the default scene takes 0.08 N."""
+    """The scene's ``feed.force_limit`` [N], 1 by default; None for any. The floor's drag on a whole
+    chain of the default scene takes 0.08 N."""
     reward: Literal["score", "sparse"]
     """The reward at termination, ``score`` by default."""
     shaping: bool | Shaping
@@ -149,7 +149,11 @@ class ControlSetup(World):
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
         self.words = tuple(task.target for task in self.tasks)
         self.scene = randomised(
-            scene.replace(sequence=found[0].sequence, start_angles=None),
+            scene.replace(
+                sequence=found[0].sequence,
+                start_angles=None,
+                feed={"force_limit": options.get("push_limit", 1.0)},
+            ),
             options.get("randomisation", "nominal"),
         )
         self.match = one_of("match", options.get("match", "word"), Match)
@@ -159,7 +163,6 @@ class ControlSetup(World):
             options.get("shaping", False),
             options.get("gamma", 1.0),
         )
-        self.push_limit = options.get("push_limit", 1.0)
         self.layout = ObservationLayout(
             self.scene.n, scene.casing.side, words=("target", "avoid"), extra=FEED
         )

@@ -81,7 +81,9 @@ def test_free_chain_solves_the_dense_mass_matrix(seed, n):
     force = rng.normal(0.0, 1.0, n + 2) * np.append(np.full(n, SIDE), [1.0, 1.0])
     out = np.empty(n + 2)
     articulated.factor(0, model.bodies, work.pose, work.chain.unlocked, work.chain)
-    articulated.solve(0, model.bodies, work.pose, work.chain.unlocked, True, force, out, work.chain)
+    articulated.solve(
+        0, model.bodies, work.pose, work.chain.unlocked, articulated.FREE, force, out, work.chain
+    )
     matrix = reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)
     expected = np.linalg.solve(matrix, force)
     scale = np.append(np.full(n, 1.0), [SIDE, SIDE])
@@ -99,7 +101,9 @@ def test_part_of_a_chain_behind_its_hinge_is_a_shorter_chain(seed, n, share):
     out = np.zeros(n + 2)
     articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
     unlocked = work.chain.unlocked
-    articulated.solve(lo, model.bodies, work.pose, unlocked, False, force, out, work.chain)
+    articulated.solve(
+        lo, model.bodies, work.pose, unlocked, articulated.DRIVEN, force, out, work.chain
+    )
     tail = reference.mass_matrix(q[lo:], SIDE, scene.masses[lo:], scene.inertias[lo:])
     expected = np.linalg.solve(tail[: n - lo, : n - lo], force[lo:n])
     np.testing.assert_allclose(out[lo:n], expected, rtol=0, atol=1e-11 * np.abs(expected).max())
@@ -155,7 +159,9 @@ def test_a_free_chain_keeps_its_momentum(seed, n):
     force, unlocked = work.chain.force, work.chain.unlocked
     articulated.generalise(0, model.bodies, work.pose, loads, force)
     articulated.factor(0, model.bodies, work.pose, unlocked, work.chain)
-    articulated.solve(0, model.bodies, work.pose, unlocked, True, force, out, work.chain)
+    articulated.solve(
+        0, model.bodies, work.pose, unlocked, articulated.FREE, force, out, work.chain
+    )
     places = reference.centres(q, SIDE)
     pulls = reference.velocity_map(q, SIDE) @ out
     pulls = scene.masses[:, None] * (pulls + reference.velocity_accelerations(q, v, SIDE))
@@ -176,7 +182,16 @@ def test_locked_joints_move_as_the_constrained_mass_matrix_says(seed, n, held):
     force = rng.normal(0.0, 1.0, n + 2) * np.append(np.full(n, SIDE), [1.0, 1.0])
     out = np.empty(n + 2)
     articulated.factor(0, model.bodies, work.pose, lock, work.chain)
-    articulated.solve(0, model.bodies, work.pose, lock, not held, force, out, work.chain)
+    articulated.solve(
+        0,
+        model.bodies,
+        work.pose,
+        lock,
+        articulated.DRIVEN if held else articulated.FREE,
+        force,
+        out,
+        work.chain,
+    )
     matrix = reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)
     relative = np.eye(n, n + 2) - np.eye(n, n + 2, -1)
     rows = relative[lock != 0]

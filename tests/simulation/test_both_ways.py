@@ -1,0 +1,199 @@
+"""A feed that turns back: what it draws in, holds again and lets go again."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.engine import entries as at
+from magfold_env.fold import FoldStatus
+from magfold_env.laws.along_folds import follow
+from magfold_env.laws.overlap import beyond_bore
+from magfold_env.laws.random_scenes import designed_sequence
+from magfold_env.simulation.session import Session
+
+DIAGONAL = mf.Casing().diagonal
+
+
+def tube(n: int, seed: int = 0, **changes: Any) -> mf.Scene:
+    """A drawn chain without magnets in a tube."""
+    scene = mf.Scene(sequence=("NSNS",) * n, magnets=None, start_angle_spread=0.1)
+    return scene.replace(mount="tube", **changes).draw(np.random.default_rng(seed))
+
+
+def there_and_back(n: int, rng: np.random.Generator) -> mf.Scene:
+    """All but the last component pushed out and pulled in again."""
+    speed = float(np.exp(rng.uniform(np.log(0.01), np.log(0.3))))
+    return tube(
+        n,
+        int(rng.integers(2**32)),
+        friction=rng.uniform(0.3, 1.0),
+        feed={
+            "direction": str(rng.choice(["forward", "backward"])),
+            "bore": rng.uniform(1.02, 1.2) * DIAGONAL,
+            "schedule": {"advance": [[n - 0.8, speed], [0.0, speed]]},
+        },
+    )
+
+
+def comes_back_in_line(seed: int) -> bool:
+    """Check that one such chain comes back into the bore; whether it is straight then, too."""
+    rng = np.random.default_rng(seed)
+    scene = there_and_back(int(rng.integers(2, 13)), rng)
+    session = Session(scene)
+    session.settle()
+    fold = session.fold()
+    assert fold.status is FoldStatus.HELD, fold.message
+    far = beyond_bore(scene, fold.angles[None], fold.base[None], np.zeros(1, dtype=np.int64))
+    assert far[0] <= 1e-3 * scene.casing.side
+    heading = np.pi if scene.feed.direction == "forward" else 0.0
+    askew = np.abs(fold.angles - heading)
+    held = askew[1:] if scene.feed.direction == "forward" else askew[:-1]
+    return session.released <= 1 and held.max() <= 0.2 and askew.max() <= 0.5
+
+
+def test_what_is_pushed_out_comes_back_in_line() -> None:
+    assert sum(comes_back_in_line(seed) for seed in range(8)) >= 7
+
+
+@pytest.mark.slow
+def test_nearly_all_that_is_pushed_out_comes_back_in_line() -> None:
+    # Where a fast feed pulls, the tip of the chain may swing on, and come in askew.
+    assert sum(comes_back_in_line(seed) for seed in range(8, 1008)) >= 990
+
+
+def test_components_are_held_a_diagonal_inside_and_released_again() -> None:
+    scene = tube(4)
+    session = Session(scene)
+    while session.released < 3:
+        session.feed_one()
+    counts = []
+    for speed in (-0.1, 0.1):
+        for _ in range(60):
+            session.push(speed, 0.01)
+            base = float(session._state.q[4]) / DIAGONAL
+            counts.append(session.released)
+            # In line, the base is within a diagonal of the mouth.
+            assert -1.0 - 1e-9 <= base <= 1.0
+            assert session.advance >= -1e-12
+    assert counts[:60] == sorted(counts[:60], reverse=True)
+    assert counts[60:] == sorted(counts[60:])
+    assert min(counts) == 1
+    assert max(counts[60:]) == 3
+
+
+def test_the_feed_stops_where_it_began() -> None:
+    session = Session(tube(3))
+    session.push(0.1, 0.1)
+    assert session.advance == pytest.approx(0.01)
+    session.push(-0.1, 0.5)
+    assert session.advance == pytest.approx(0.0, abs=1e-12)
+    assert session.base_velocity == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_once_all_are_out_the_feed_is_without_effect() -> None:
+    free, pulled = Session(tube(3, friction=0.35)), Session(tube(3, friction=0.35))
+    for session in (free, pulled):
+        while session.released < 3:
+            session.feed_one()
+    free.push(0.1, 0.2)
+    pulled.push(-0.1, 0.2)
+    np.testing.assert_array_equal(free.base, pulled.base)
+    np.testing.assert_array_equal(free.angles, pulled.angles)
+
+
+def test_magnets_set_at_the_mouth_go_inside_and_may_be_chosen_anew() -> None:
+    rng = np.random.default_rng(3)
+    scene = mf.Scene(sequence=designed_sequence(rng, 4), mount="tube")
+    scene = scene.replace(feed={"loading": "at_mouth", "bore": 1.3 * DIAGONAL}).draw(rng)
+    session = Session(scene)
+    charge, waiting = session._model.charge, session._state.waiting
+
+    def charged() -> list[bool]:
+        return [bool(each.any()) for each in charge]
+
+    session.feed_one()
+    session.push(0.1, 0.05)
+    assert charged() == [False, False, True, True]
+    session.push(-0.1, 0.1)
+    assert float(session._state.q[4]) < 0.0
+    assert charged() == [False, False, False, True]
+    waiting[2] *= -1.0
+    session.push(0.1, 0.15)
+    assert charged() == [False, False, True, True]
+    np.testing.assert_array_equal(charge[2], waiting[2])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_push_and_pull_ten_times(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(3, 7))
+    legs = [[goal, 0.1] for _ in range(10) for goal in (n - 0.8, rng.uniform(0.0, 0.8) * n)]
+    scene = mf.Scene(sequence=designed_sequence(rng, n), mount="tube")
+    scene = scene.replace(
+        feed={"bore": rng.uniform(1.05, 1.4) * DIAGONAL, "schedule": {"advance": legs}}
+    ).draw(rng)
+    motion, session = follow(scene)
+    assert session.status in {FoldStatus.HELD, FoldStatus.JAMMED}
+    assert motion.overlap < 1e-3
+    assert motion.past_stop < 1e-7
+    assert motion.beyond_bore < 1e-3
+
+
+def test_a_drive_slips_where_it_takes_too_much_and_jams() -> None:
+    scene = tube(6, friction=0.5)
+    needed = Session(scene)
+    for _ in range(4):
+        needed.feed_one()
+    needed.push(0.05, 0.1)
+    force = needed.push_force()
+    assert force > 0.0
+    for share, status in ((1.5, None), (0.5, FoldStatus.JAMMED)):
+        session = Session(scene.replace(feed={"force_limit": share * force}))
+        while session.status is None and session.released < 5:
+            session.feed_one()
+        assert session.status is status
+    assert session.message.endswith("the drive slipped for 0.1 s")
+
+
+def test_a_slipping_drive_does_the_work_that_its_force_does() -> None:
+    """Without friction: what a limited drive puts in is kinetic energy."""
+    limit = 0.05
+    scene = tube(5, friction=0.0, feed={"force_limit": limit, "bore": 1.3 * DIAGONAL})
+    session = Session(scene)
+    session.feed_one()
+    session.feed_one()
+    masses = scene.masses.sum()
+    before = float(session._state.v[5])
+    session.push(1.0, 0.02)
+    gained = float(session._state.v[5]) - before
+    assert session._state.counter[at.SLIPPING] == 1
+    assert session.push_force() == limit
+    # In line it is one body; what swings beside it hardly matters.
+    assert gained == pytest.approx(limit * 0.02 / masses, rel=0.05)
+
+
+def test_schedules_by_time_and_by_advance_agree() -> None:
+    scene = tube(5, friction=0.35)
+    by_advance = scene.replace(feed={"schedule": {"advance": [[3.5, 0.1], [1.5, 0.05]]}})
+    way = DIAGONAL / 0.1
+    by_time = scene.replace(
+        feed={"schedule": {"time": [[3.5 * way, 0.1], [4.0 * way, -0.05], [0.1, 0.0]]}}
+    )
+    one, other = mf.simulate(by_advance), mf.simulate(by_time)
+    assert one.status is other.status is FoldStatus.HELD
+    np.testing.assert_allclose(one.angles, other.angles, atol=1e-6)
+    np.testing.assert_allclose(one.base, other.base, atol=1e-8)
+    assert "components in the tube" in one.message
+
+
+def test_a_schedule_that_pushes_all_out_ends_as_a_feed_does() -> None:
+    scene = mf.load_scene("tube-built").draw(np.random.default_rng(0))
+    speed = float(scene.speeds[0])
+    plain = mf.simulate(scene.replace(feed={"speed": speed}))
+    scheduled = mf.simulate(scene.replace(feed={"schedule": {"advance": [[scene.n, speed]]}}))
+    assert (plain.status, plain.word, plain.time) == (
+        scheduled.status, scheduled.word, scheduled.time,
+    )  # fmt: skip
+    np.testing.assert_array_equal(plain.angles, scheduled.angles)
