@@ -173,7 +173,7 @@ def recording(fold: Fold) -> Recording:
         base=motion.base,
         released=motion.released,
         order=turns(scene),
-        loaded=loaded(scene, motion.released).sum(axis=1),
+        loaded=loaded(scene, motion.angles, motion.base, motion.released).sum(axis=1),
         kinetic=kinetic_energy(scene, motion),
         magnetic=None if find is None else find(scene, motion),
     )
@@ -190,16 +190,34 @@ def _still(fold: Fold) -> Trajectory:
     )
 
 
-def loaded(scene: Scene, released: npt.ArrayLike) -> BoolArray:
-    """Return which components have their magnets, component 1 first.
+def loaded(
+    scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike
+) -> BoolArray:
+    """Return which components have their magnets in m states, component 1 first, shape (m, n).
 
-    All, unless the scene loads them at the mouth: then those released, and the one on its way out.
-    Of m numbers of components out of the tube, shape (m,), the result has the shape (m, n).
+    All, unless the scene loads them at the mouth: then those whose leading hinge would be outside
+    if all between it and what the tube holds were in line.
+
+    Parameters
+    ----------
+    scene
+        Whose states they are.
+    angles, base
+        Headings [rad], (m, n), and outer hinges of component 1 [m], (m, 2).
+    released
+        Numbers of components out of the tube, (m,).
     """
-    count = np.asarray(released)[:, None]
+    n, diagonal = scene.n, scene.casing.diagonal
     if scene.mount != "tube" or scene.feed.loading == "preloaded":
-        return np.ones((len(count), scene.n), dtype=np.bool_)
-    return turns(scene) < count + 1
+        return np.ones((len(angles), n), dtype=np.bool_)
+    out = np.asarray(released)
+    along = np.cumsum(diagonal * np.cos(angles), axis=1)
+    hinges = base[:, :1] + np.concatenate([np.zeros((len(along), 1)), along], axis=1)
+    forward = scene.feed.direction == "forward"
+    # The leading hinge of the outermost component that the tube holds.
+    place = np.take_along_axis(hinges, (out if forward else n - out)[:, None], axis=1)
+    behind = out[:, None] - turns(scene)
+    return (behind >= 0) & (place + behind * diagonal > 1e-6 * scene.casing.side)
 
 
 def turns(scene: Scene) -> IntArray:
@@ -245,8 +263,14 @@ def _base_velocity(
     if scene.mount == "pinned":
         return velocity
     held = motion.released < scene.n
-    leaving = turns(scene)[motion.released[held]]  # turns are their own inverse
-    velocity[held, 0] = scene.speeds[leaving]
+    if scene.feed.schedule is None:
+        leaving = turns(scene)[motion.released[held]]  # turns are their own inverse
+        velocity[held, 0] = scene.speeds[leaving]
+    elif held.sum() > 1:
+        last = motion.base[held, 0]
+        if scene.feed.direction == "forward":
+            last = last + scene.casing.diagonal * np.cos(motion.angles[held]).sum(axis=1)
+        velocity[held, 0] = np.gradient(last, motion.time[held])
     if scene.feed.direction == "forward":
         velocity[held] -= end[held]
     free = ~held

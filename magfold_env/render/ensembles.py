@@ -18,6 +18,8 @@ SLOTS = 6
 _COLOURS = {
     "folded": COLOURS[3],
     "misfolded": COLOURS[2],
+    "held": COLOURS[1],
+    "jammed": COLOURS[5],
     "unsettled": COLOURS[4],
     "failed": COLOURS[0],
     "others": GRID,

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from magfold_env.fold import Fold, turns
+from magfold_env.fold import Fold, loaded, turns
 from magfold_env.render import chain, style
 from magfold_env.render.canvas import Canvas, Size, View, save_image
 from magfold_env.scene import Scene
@@ -107,7 +107,7 @@ def picture(
     chain.draw_field(canvas, scene, text)
     if scene.mount == "tube":
         chain.draw_tube(canvas, scene, angles, base)
-    chain.draw_chain(canvas, scene, angles, base, loaded(scene, angles, base, released))
+    chain.draw_chain(canvas, scene, angles, base, with_magnets(scene, angles, base, released))
     canvas.note(caption, (0.6 * text, 0.5 * text), text, style.INK)
     draw_ruler(canvas, text)
     image = canvas.image()
@@ -118,19 +118,9 @@ def picture(
     return image
 
 
-def loaded(scene: Scene, angles: FloatArray, base: FloatArray, released: int) -> BoolArray:
-    """Return which components have their magnets, shape (n,).
-
-    All, unless the scene loads them at the mouth: then those released and the one that is on its
-    way out, known by its leading hinge.
-    """
-    if scene.mount != "tube" or scene.feed.loading == "preloaded":
-        return np.ones(scene.n, dtype=np.bool_)
-    backward = scene.feed.direction == "backward"
-    ends = scene.casing.diagonal * np.cos(angles) if backward else 0.0
-    middles = centres(angles, side=scene.casing.side, base=base)
-    outer = middles[:, 0] - 0.5 * scene.casing.diagonal * np.cos(angles)
-    return (turns(scene) < released) | (outer + ends > 1e-6 * scene.casing.side)
+def with_magnets(scene: Scene, angles: FloatArray, base: FloatArray, released: int) -> BoolArray:
+    """Return which components have their magnets, shape (n,); see `magfold_env.fold.loaded`."""
+    return loaded(scene, angles[None], base[None], [released])[0]
 
 
 def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike) -> View:

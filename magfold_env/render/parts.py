@@ -86,9 +86,14 @@ def release_text(scene: Scene) -> str:
         )
     first = 1 if scene.feed.direction == "forward" else scene.n
     loading = "; magnets are set at the mouth" if scene.feed.loading == "at_mouth" else ""
+    speeds = _milli_range(scene.speeds)
+    if (schedule := scene.feed.schedule) is not None:
+        speeds = f"forth and back at {_milli_range(schedule.speeds)}"
+    else:
+        speeds = f"at {speeds}"
     return (
         f"Tube of bore {millimetres(scene.bore)} mm, fed {scene.feed.direction}: component {first} "
-        f"leaves first, at {_milli_range(scene.speeds)} mm/s{loading}."
+        f"leaves first, {speeds} mm/s{loading}."
     )
 
 

@@ -13,7 +13,7 @@ from PIL import Image
 
 from magfold_env.render import chain, style
 from magfold_env.render.canvas import Canvas, Size, View
-from magfold_env.render.frames import chain_view, draw_ruler, loaded, shape_picture
+from magfold_env.render.frames import chain_view, draw_ruler, shape_picture, with_magnets
 from magfold_env.scene import Scene
 from magfold_env.shapes import BoolArray, FloatArray, centres, headings, word_to_angles
 
@@ -106,10 +106,10 @@ def _chain_picture(snapshot: Snapshot, size: Size, view: View, text: float) -> I
     chain.draw_tube(canvas, scene, angles, base)
     if (ghost := _ghost(snapshot)) is not None:
         chain.draw_ghost(canvas, *ghost, side)
-    with_magnets = loaded(scene, angles, base, snapshot.released) & snapshot.is_loaded
+    shown = with_magnets(scene, angles, base, snapshot.released) & snapshot.is_loaded
     if snapshot.marked is not None:
-        with_magnets[snapshot.marked] = True
-    chain.draw_chain(canvas, scene, angles, base, with_magnets)
+        shown[snapshot.marked] = True
+    chain.draw_chain(canvas, scene, angles, base, shown)
     middles = centres(angles, side=side, base=base)
     if snapshot.marked is not None:
         chain.draw_marked(canvas, middles[snapshot.marked], angles[snapshot.marked], side)

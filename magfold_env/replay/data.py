@@ -116,7 +116,9 @@ def _facts(fold: Recording) -> list[list[str]]:
 
 def feed_text(scene: Scene) -> str:
     """Return how a tube feeds: which way, how fast and how it is loaded."""
-    slow, fast = float(scene.speeds.min()), float(scene.speeds.max())
+    schedule = scene.feed.schedule
+    speeds = scene.speeds if schedule is None else schedule.speeds
+    slow, fast = float(speeds.min()), float(speeds.max())
     speed = f"{slow:.4g}" if slow == fast else f"{slow:.4g} to {fast:.4g}"
     return f"{scene.feed.direction}, {speed} m/s, {scene.feed.loading}"
 

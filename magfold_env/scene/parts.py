@@ -59,6 +59,11 @@ class Schedule(Part):
         refuse(problems)
         return self
 
+    @property
+    def speeds(self) -> Array:
+        """How fast its legs are, whichever way [m/s]."""
+        return np.array([abs(speed) for _, speed in (self.time or self.advance or ())])
+
     def scaled(self, factor: float) -> Schedule:
         """Return the schedule with all speeds times a factor."""
         legs = {name: getattr(self, name) for name in ("time", "advance")}

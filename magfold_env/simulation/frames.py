@@ -68,7 +68,7 @@ def magnetic_energy(scene: Scene, motion: Trajectory) -> Array:
     if not model.magnetic:
         return found
     work = new_work(model._replace(contact=False, frictional=False))
-    acting = _acting(scene, motion.released)
+    acting = _acting(scene, motion)
     coordinates = np.concatenate([motion.angles, motion.base], axis=1)
     for k, q in enumerate(coordinates):
         charge = model.charge * acting[k, :, None]
@@ -80,14 +80,15 @@ def magnetic_energy(scene: Scene, motion: Trajectory) -> Array:
     return found
 
 
-def _acting(scene: Scene, released: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+def _acting(scene: Scene, motion: Trajectory) -> npt.NDArray[np.bool_]:
     """Return whose magnets act, shape (m, n).
 
     Those of the released components and, in the tube, of the loaded ones behind them, up to the
     first component without any magnet.
     """
     turn = turns(scene)
-    has_magnets = loaded(scene, released) & scene.charges.any(axis=1)
+    released = motion.released
+    has_magnets = loaded(scene, motion.angles, motion.base, released) & scene.charges.any(axis=1)
     out = turn < released[:, None]
     # Turns are their own inverse: they also put components in the order in which they leave.
     unbroken = np.logical_and.accumulate((out | has_magnets)[:, turn], axis=1)

@@ -12,7 +12,7 @@ from magfold_env.reporting.plotting import COLOURS, panels, save_figure
 from magfold_env.stress.kinds import KINDS
 from magfold_env.stress.verdict import Tally, Verdict
 
-STATUSES = ("folded", "misfolded", "unsettled", "failed", "raised")
+STATUSES = ("folded", "misfolded", "held", "jammed", "unsettled", "failed", "raised")
 SHOWN = 5  # failing cases of a law that are listed
 
 
@@ -21,16 +21,16 @@ def kinds_table(tally: Tally) -> Table:
     table = Table(title=f"{tally.cases} cases, {tally.seconds:.0f} s of processor time")
     table.add_column("kind")
     table.add_column("what is drawn")
-    for name in ("cases", *STATUSES[:4], "break a law"):
+    for name in ("cases", *STATUSES[:-1], "break a law"):
         table.add_column(name, justify="right")
     failing = [failure["kind"] for failure in tally.failures]
     for kind, counts in tally.statuses.items():
         count = failing.count(kind)
-        ends = [str(counts[status]) for status in STATUSES[:4]]
+        ends = [str(counts[status]) for status in STATUSES[:-1]]
         cells = (kind, KINDS[kind].draws, str(counts.total()), *ends, str(count))
         table.add_row(*cells, style="red" if count else "")
     table.add_section()
-    sums = [str(sum(c[status] for c in tally.statuses.values())) for status in STATUSES[:4]]
+    sums = [str(sum(c[status] for c in tally.statuses.values())) for status in STATUSES[:-1]]
     table.add_row("all", "", str(tally.cases), *sums, str(len(tally.failures)))
     notes = [f"{count} {note}" for note, count in tally.notes.items()]
     table.caption = f"Set aside, as no judge of some laws: {'; '.join(notes) or 'none'}."

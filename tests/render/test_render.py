@@ -11,7 +11,7 @@ import magfold_env as mf
 from magfold_env import shapes
 from magfold_env.render import frame, style
 from magfold_env.render.canvas import Canvas, View
-from magfold_env.render.frames import chain_view, loaded, usual_view
+from magfold_env.render.frames import chain_view, usual_view, with_magnets
 
 FREE = mf.load_scene("paper/sequence-3")
 TUBE = mf.load_scene("tube-feed")
@@ -155,9 +155,9 @@ def test_components_in_the_tube_show_no_poles_until_they_are_loaded(direction: s
     expected = np.array([True] * 3 + [False] * 3)
     if direction == "backward":
         expected = expected[::-1]
-    np.testing.assert_array_equal(loaded(scene, angles, np.array(base), 2), expected)
+    np.testing.assert_array_equal(with_magnets(scene, angles, np.array(base), 2), expected)
     preloaded = scene.replace(feed={"loading": "preloaded"})
-    assert loaded(preloaded, angles, np.array(base), 2).all()
+    assert with_magnets(preloaded, angles, np.array(base), 2).all()
     some = frame(scene, angles, base, 2)
     every = frame(preloaded, angles, base, 2)
     assert _count(some, style.TUBE) > 500
@@ -165,7 +165,7 @@ def test_components_in_the_tube_show_no_poles_until_they_are_loaded(direction: s
 
 
 def test_a_component_at_the_mouth_is_not_yet_loaded() -> None:
-    at_mouth = loaded(TUBE, np.full(6, np.pi), np.zeros(2), 0)
+    at_mouth = with_magnets(TUBE, np.full(6, np.pi), np.zeros(2), 0)
     assert not at_mouth.any()
 
 

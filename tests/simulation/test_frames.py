@@ -68,8 +68,12 @@ def test_magnets_loaded_at_the_mouth_act_from_there(direction: str) -> None:
     scene = _scene(mount="tube", feed=feed)
     released = np.arange(n + 1)
     angles = np.random.default_rng(1).uniform(-0.3, 0.3, (n + 1, n))
-    zeros = np.zeros((n + 1, 2))
-    motion = mf.Trajectory(np.linspace(0.0, 0.5, n + 1), angles, zeros, 0.0 * angles, released)
+    # The next to leave is a little on its way.
+    along = scene.casing.diagonal * np.cos(angles)
+    inside = released if direction == "forward" else n - released
+    base = np.zeros((n + 1, 2))
+    base[:, 0] = [1e-3 - row[:count].sum() for row, count in zip(along, inside, strict=True)]
+    motion = mf.Trajectory(np.linspace(0.0, 0.5, n + 1), angles, base, 0.0 * angles, released)
     order = range(n) if direction == "forward" else range(n)[::-1]
     found = magnetic_energy(scene, motion)
     for out in released:
@@ -77,7 +81,7 @@ def test_magnets_loaded_at_the_mouth_act_from_there(direction: str) -> None:
         faces = tuple(f if k in magnetic else "----" for k, f in enumerate(SEQUENCE))
         expected = mf.energy(scene.replace(sequence=faces, mount="free"), angles[out])
         assert found[out] == pytest.approx(expected, rel=1e-12, abs=1e-18)
-        assert set(np.flatnonzero(loaded(scene, released)[out])) == set(magnetic)
+        assert set(np.flatnonzero(loaded(scene, angles, base, released)[out])) == set(magnetic)
 
 
 def test_turns_are_the_order_of_the_feed() -> None:
