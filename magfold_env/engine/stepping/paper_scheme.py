@@ -84,7 +84,7 @@ def evaluate(model: Model, state: State, work: Work) -> None:
     chain, force = work.chain, work.chain.force
     articulated.generalise(0, bodies, pose, work.loads, force)
     articulated.factor(0, bodies, pose, chain.unlocked, chain)
-    articulated.solve(0, bodies, pose, chain.unlocked, False, force, force, chain)
+    articulated.solve(0, bodies, pose, chain.unlocked, articulated.DRIVEN, force, force, chain)
 
 
 @kernel
