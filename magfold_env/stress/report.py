@@ -81,7 +81,7 @@ def _draw(tally: Tally, path: Path) -> Path:
     figure, (axis,) = panels(1, "How the cases end", width=8.0)
     kinds = list(tally.statuses)[::-1]
     left = [0.0] * len(kinds)
-    colours = [COLOURS[k] for k in (3, 6, 5, 2, 4)]
+    colours = [COLOURS[k] for k in (3, 6, 1, 0, 5, 2, 4)]
     for status, colour in zip(STATUSES, colours, strict=True):
         shares = [tally.statuses[k][status] / tally.statuses[k].total() for k in kinds]
         if any(shares):
