@@ -15,16 +15,21 @@ if TYPE_CHECKING:
     from magfold_env.fold import Fold, FoldStatus, Trajectory
     from magfold_env.minimiser import Landscape, descend, ground_state, minimise, sequence_of
     from magfold_env.scene import (
+        Bumps,
         Casing,
         Feed,
         Field,
         FixedMagnet,
         Gravity,
         Magnets,
+        Rectangle,
         Scene,
         SceneError,
         Solver,
         Spreads,
+        chamber,
+        channel,
+        funnel,
         load_scene,
         save_scene,
         scene_names,
@@ -38,6 +43,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "Bumps",
     "Casing",
     "Design",
     "Ensemble",
@@ -49,17 +55,21 @@ __all__ = [
     "Gravity",
     "Landscape",
     "Magnets",
+    "Rectangle",
     "Scene",
     "SceneError",
     "Solver",
     "Spreads",
     "Trajectory",
     "accelerations",
+    "chamber",
+    "channel",
     "descend",
     "design",
     "energy",
     "ensemble",
     "forces",
+    "funnel",
     "ground_state",
     "load_scene",
     "minimise",
@@ -75,8 +85,8 @@ _NAMES = {
     "ensembles": "Ensemble ensemble",
     "fold": "Fold FoldStatus Trajectory",
     "minimiser": "Landscape descend ground_state minimise sequence_of",
-    "scene": "Casing Feed Field FixedMagnet Gravity Magnets Scene SceneError Solver Spreads "
-    "load_scene save_scene scene_names",
+    "scene": "Bumps Casing Feed Field FixedMagnet Gravity Magnets Rectangle Scene SceneError "
+    "Solver Spreads chamber channel funnel load_scene save_scene scene_names",
     "simulation.simulate": "accelerations energy forces simulate simulate_batch",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}

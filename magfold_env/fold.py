@@ -48,6 +48,11 @@ class Trajectory:
     """Rates of the headings [rad/s], shape (m, n)."""
     released: IntArray
     """Number of components out of the tube, n where there is none, shape (m,)."""
+    base_velocity: FloatArray
+    """Velocity of component 1's outer hinge [m/s], shape (m, 2)."""
+    push: FloatArray
+    """Force of the feed along the tube since the frame before [N], its mean, shape (m,); negative
+    where it pulls."""
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -61,7 +66,7 @@ class Trajectory:
         ValueError
             If there is none.
         """
-        arrays = (self.time[:, None], self.angles, self.base, self.rates)
+        arrays = (self.time[:, None], self.angles, self.base, self.rates, self.base_velocity)
         sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
         count = len(self) if sound.all() else int(sound.argmin())
         if count == 0:
@@ -93,6 +98,9 @@ class Fold:
     """Time steps taken."""
     evaluations: int
     """Evaluations of the accelerations."""
+    push_peak: float = 0.0
+    """Largest force of the feed along the tube [N], negative if it was a pull. Forces are those at
+    every time step; an impulse counts as spread over 1 ms, as it does for the drive's limit."""
     trajectory: Trajectory | None = None
     """The recorded motion, if it was asked for."""
     magnetic_energy: Callable[[Scene, Trajectory], FloatArray] | None = field(
@@ -126,6 +134,7 @@ class Fold:
             "time": self.time,
             "steps": self.steps,
             "evaluations": self.evaluations,
+            "push_peak": self.push_peak,
             "scene": self.scene.model_dump(mode="json"),
         }
         if self.trajectory is not None:
@@ -174,6 +183,7 @@ def recording(fold: Fold) -> Recording:
         released=motion.released,
         order=turns(scene),
         loaded=loaded(scene, motion.angles, motion.base, motion.released).sum(axis=1),
+        push=motion.push,
         kinetic=kinetic_energy(scene, motion),
         magnetic=None if find is None else find(scene, motion),
     )
@@ -187,6 +197,8 @@ def _still(fold: Fold) -> Trajectory:
         base=fold.base[None],
         rates=np.zeros_like(fold.angles)[None],
         released=np.array([fold.scene.n]),
+        base_velocity=np.zeros_like(fold.base)[None],
+        push=np.zeros(1),
     )
 
 
@@ -230,10 +242,7 @@ def turns(scene: Scene) -> IntArray:
 def kinetic_energy(scene: Scene, motion: Trajectory) -> FloatArray:
     """Return the kinetic energies of a recorded motion [J], shape (m,).
 
-    Of all components, those in the tube too. A trajectory holds the rates of the headings, and no
-    velocity of the chain as a whole. That follows from the feed while a component is in the tube;
-    later from central differences of the centre of mass, which impacts within the chain do not
-    make jump.
+    Of all components, those in the tube too.
 
     Parameters
     ----------
@@ -245,38 +254,6 @@ def kinetic_energy(scene: Scene, motion: Trajectory) -> FloatArray:
     lever = scene.casing.diagonal * motion.rates
     turning = np.stack([-lever * np.sin(motion.angles), lever * np.cos(motion.angles)], axis=-1)
     # A component's centre is moved by those before it over their lengths, by itself over half.
-    velocity = np.cumsum(turning, axis=1) - turning / 2.0
-    velocity += _base_velocity(scene, motion, velocity, turning.sum(axis=1))[:, None]
+    velocity = motion.base_velocity[:, None] + np.cumsum(turning, axis=1) - turning / 2.0
     moving = np.einsum("i,mia,mia->m", scene.masses, velocity, velocity)
     return 0.5 * (moving + motion.rates**2 @ scene.inertias)
-
-
-def _base_velocity(
-    scene: Scene, motion: Trajectory, inner: FloatArray, end: FloatArray
-) -> FloatArray:
-    """Return the velocity of component 1's outer hinge [m/s], shape (m, 2).
-
-    Relative to it, `inner` are those of the centres, shape (m, n, 2), and `end` that of component
-    n's outer hinge, shape (m, 2).
-    """
-    velocity = np.zeros_like(motion.base)
-    if scene.mount == "pinned":
-        return velocity
-    held = motion.released < scene.n
-    if scene.feed.schedule is None:
-        leaving = turns(scene)[motion.released[held]]  # turns are their own inverse
-        velocity[held, 0] = scene.speeds[leaving]
-    elif held.sum() > 1:
-        last = motion.base[held, 0]
-        if scene.feed.direction == "forward":
-            last = last + scene.casing.diagonal * np.cos(motion.angles[held]).sum(axis=1)
-        velocity[held, 0] = np.gradient(last, motion.time[held])
-    if scene.feed.direction == "forward":
-        velocity[held] -= end[held]
-    free = ~held
-    if free.sum() > 1:
-        share = scene.masses / scene.masses.sum()
-        place = centres(motion.angles[free], scene.casing.side, motion.base[free])
-        drift = np.gradient(np.einsum("i,mia->ma", share, place), motion.time[free], axis=0)
-        velocity[free] = drift - np.einsum("i,mia->ma", share, inner[free])
-    return velocity

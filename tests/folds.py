@@ -31,6 +31,14 @@ def recorded(word: str, scene: mf.Scene = FREE, frames: int = 30, time: float = 
         time=time,
         steps=1,
         evaluations=1,
-        trajectory=mf.Trajectory(share * time, angles, base, rates, released),
+        trajectory=mf.Trajectory(
+            share * time,
+            angles,
+            base,
+            rates,
+            released,
+            base_velocity=np.gradient(base, share * time, axis=0),
+            push=0.1 * share,
+        ),
         magnetic_energy=magnetic_energy,
     )

@@ -51,6 +51,8 @@ def test_json_holds_the_scene_and_the_trajectory(tmp_path: Path) -> None:
         base=np.zeros((2, 2)),
         rates=np.zeros((2, 3)),
         released=np.array([3, 3]),
+        base_velocity=np.zeros((2, 2)),
+        push=np.zeros(2),
     )
     assert len(motion) == 2
     path = tmp_path / "fold.json"
@@ -67,7 +69,8 @@ def test_json_holds_the_scene_and_the_trajectory(tmp_path: Path) -> None:
 
 def test_a_motion_is_finite_up_to_where_numbers_broke_down() -> None:
     angles = np.zeros((4, 3))
-    arrays = (np.arange(4.0), angles, np.zeros((4, 2)), np.zeros((4, 3)), np.full(4, 3))
+    places, rates, out = np.zeros((4, 2)), np.zeros((4, 3)), np.full(4, 3)
+    arrays = (np.arange(4.0), angles, places, rates, out, 0.0 * places, np.zeros(4))
     assert len(mf.Trajectory(*arrays).finite()) == 4
     angles[2, 1] = np.nan
     assert mf.Trajectory(*arrays).finite().time.tolist() == [0.0, 1.0]

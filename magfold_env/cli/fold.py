@@ -91,6 +91,7 @@ def fold_rows(fold: Fold, taken: float) -> dict[str, str]:
     if mount == "tube":
         mount += f", {feed_text(scene)}"
     straight = energy(scene, np.zeros(scene.n))
+    pushed = {"push at most": f"{fold.push_peak:.3g} N"} if scene.mount == "tube" else {}
     return {
         "sequence": " ".join(scene.sequence),
         "mount": mount,
@@ -99,6 +100,7 @@ def fold_rows(fold: Fold, taken: float) -> dict[str, str]:
         "joint angles": " ".join(f"{angle:.1f}°" for angle in np.rad2deg(fold.joint_angles)),
         "energy, straight": options.millijoules(straight) + " mJ",
         "energy, at the end": options.millijoules(fold.energy) + " mJ",
+        **pushed,
         "simulated time": f"{fold.time:.4f} s",
         "steps, evaluations": f"{fold.steps}, {fold.evaluations}",
         "computing time": f"{taken:.3f} s",

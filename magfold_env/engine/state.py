@@ -21,7 +21,7 @@ IntArray = NDArray[np.int64]
 PerBody = Annotated[Array, "n"]
 IntPerBody = Annotated[IntArray, "n"]
 Coordinates = Annotated[Array, "n + 2"]
-PerBox = Annotated[Array, "n + 3"]
+PerBox = Annotated[Array, "boxes"]
 PerRow = Annotated[Array, "rows"]
 IntPerRow = Annotated[IntArray, "rows"]
 PerNode = Annotated[Array, "ranks", "n", "nodes a casing"]
@@ -100,13 +100,6 @@ class Field(NamedTuple):
     strip_ty: float
     strip_q: Array  # charges, (strips,) [A·m]
     strip_half: float  # half the magnet's height [m]
-    solid: bool  # there is a magnet, which the chain can run into
-    centre_x: float  # of the magnet [m]
-    centre_y: float
-    cos: float  # of its heading
-    sin: float
-    half_length: float  # half its size along the heading [m]
-    half_width: float
 
 
 @by_pointer
@@ -158,9 +151,12 @@ class Model(NamedTuple):
     tube: bool
     at_mouth: bool  # components have magnets only outside the tube
     force_limit: float  # of the drive [N]
-    bore: float  # [m]
-    wall: float  # thickness [m]
+    obstacles: Annotated[Array, "obstacles", 7]  # the tube's walls first, see `engine.entries`
     pinned: bool  # the innermost hinge is fixed
+    bump_rate: float  # mean number of bumps a second [1/s]
+    bump_speed: float  # by which each changes velocities [m/s]
+    bump_seed: int
+    bump_duration: float  # how long they go on [s]
     tolerance: float  # [rad]
     rate_scale: float  # a typical angular rate [rad/s]: errors of rates are judged by it
     light_rate: float  # that of the lightest component [rad/s]: short times are judged by it
@@ -177,9 +173,10 @@ class State(NamedTuple):
     v: Coordinates  # their rates [rad/s, m/s]
     lock: IntPerBody  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not
     stuck: IntPerBody  # 1: held by friction
-    counter: Annotated[IntArray, 14]
-    clock: Annotated[Array, 9]  # [s]
+    counter: Annotated[IntArray, 15]
+    clock: Annotated[Array, 10]  # [s]
     feed: Annotated[Array, 5]  # of its base and its drive
+    account: Annotated[Array, 6]  # of its energy
     waiting: Annotated[Array, "n", 4]  # charges that components get at the mouth [A·m]
     speed: PerBody  # of the feed while each component is in the mouth [m/s]; below 0 it pulls back
 
@@ -193,6 +190,7 @@ class Record(NamedTuple):
     q: Annotated[Array, "capacity", "n + 2"]
     v: Annotated[Array, "capacity", "n + 2"]
     lo: Annotated[IntArray, "capacity"]
+    impulse: Annotated[Array, "capacity"]  # of the drive so far [N·s]
 
 
 @by_pointer
@@ -328,11 +326,12 @@ class Stages(NamedTuple):
     new_v: Coordinates
     slope_q: Annotated[Array, "stages", "n + 2"]
     slope_v: Annotated[Array, "stages", "n + 2"]
+    drive: Annotated[Array, "stages"]  # force with which the drive keeps its speed [N]
 
 
 @by_pointer
 class Boxes(NamedTuple):
-    """Squares, walls and the fixed magnet, each of shape (n + 3,), see `engine.contact.boxes`."""
+    """Squares, then obstacles, see `engine.contact.boxes`."""
 
     x: PerBox  # centres [m]
     y: PerBox
@@ -346,7 +345,7 @@ class Boxes(NamedTuple):
 class Rows(NamedTuple):
     """Constraints: joint stops, then contacts, then three a component that friction may hold."""
 
-    counts: Annotated[IntArray, 4]  # see `engine.entries`
+    counts: Annotated[IntArray, 5]  # see `engine.entries`
     id: Annotated[IntArray, "rows", 4]  # joint and sign; box, other and its corner; component
     jacobian: Annotated[Array, "rows", "n + 2"]
     response: Annotated[Array, "rows", "n + 2"]  # M⁻¹Jᵀ
@@ -412,7 +411,7 @@ class Friction(NamedTuple):
 
 @by_pointer
 class Moreau(NamedTuple):
-    """Scratch space of a step of Moreau's, see `engine.stepping.moreau`, each (n + 2,)."""
+    """Scratch space of a step of Moreau's, see `engine.stepping.moreau`."""
 
     smooth: Coordinates  # accelerations without constraints, when the step begins
     middle_q: Coordinates
@@ -420,6 +419,7 @@ class Moreau(NamedTuple):
     middle_smooth: Coordinates  # accelerations without constraints, in the middle
     new_q: Coordinates
     new_v: Coordinates
+    taken: Annotated[Array, 2]  # see `engine.entries`
 
 
 @by_pointer

@@ -10,9 +10,9 @@ import numpy as np
 from magfold_env.engine import entries as at
 from magfold_env.engine import state as arrays
 from magfold_env.engine.chain import recursion
-from magfold_env.engine.contact.boxes import OBSTACLES
 from magfold_env.engine.magnets import expansions, lookup, multipoles, segments
 from magfold_env.engine.state import Array
+from magfold_env.engine.stepping import bumps
 from magfold_env.engine.stepping.stages import STAGES
 
 # Constraints are solved densely; longer chains must do without contact and friction.
@@ -75,6 +75,7 @@ def new_state(model: arrays.Model, angles: Array) -> arrays.State:
     state.counter[at.LO] = n if model.tube else 0
     state.counter[at.FRESH] = 1
     state.waiting[:] = model.charge
+    bumps.begin(model, state)
     return state
 
 
@@ -93,7 +94,7 @@ def new_work(model: arrays.Model) -> arrays.Work:
     sizes = {
         "n": n,
         "n + 2": n + 2,
-        "n + 3": n + OBSTACLES,
+        "boxes": n + len(model.obstacles),
         "rows": rows,
         "balls": (rows + 2) // 3,
         "stages": STAGES,

@@ -107,6 +107,10 @@ class Motion:
     """[m/s], shape (m, 2)."""
     potential: Floats
     """Of the magnets [J], shape (m,)."""
+    work: Floats
+    """Done on the chain so far by the drive, by bumps and by loading at the mouth [J], (m,)."""
+    impacts: Floats
+    """Energy that impacts took so far [J], shape (m,)."""
     released: npt.NDArray[np.int64]
     """Components that are out of the tube, shape (m,)."""
     finite: bool
@@ -142,13 +146,17 @@ class Motion:
         return self.potential + self.kinetic + weight
 
     @cached_property
+    def own(self) -> Floats:
+        """Energy less what was put in [J], shape (m,): only friction and impacts change it."""
+        return self.total - self.work
+
+    @cached_property
     def rise(self) -> float:
-        """Largest rise of the total energy, after the feed, over its range in the whole run."""
-        alone = self.total[self.released == self.scene.n]
-        extent = float(np.ptp(self.total)) if len(self.time) else 0.0
-        if extent == 0.0 or alone.size == 0:
+        """Largest rise of the chain's own energy, over its range in the whole run."""
+        extent = float(np.ptp(self.own)) if len(self.time) else 0.0
+        if extent == 0.0:
             return 0.0
-        return float((alone - np.minimum.accumulate(alone)).max()) / extent
+        return float((self.own - np.minimum.accumulate(self.own)).max()) / extent
 
 
 def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
@@ -173,7 +181,9 @@ def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
 
     def look(session: SteppedSession) -> None:
         seen = (session.angles, session.rates, session.base, session.base_velocity)
-        rows.append(np.concatenate([[session.time, session.potential()], *seen]))
+        account = session.account
+        sums = (account.feed + account.bumps + account.loading, account.impacts)
+        rows.append(np.concatenate([[session.time, session.potential()], sums, *seen]))
         released.append(session.released)
 
     session = SteppedSession(scene, look, stride)
@@ -184,8 +194,8 @@ def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
     sound = np.isfinite(table).all(axis=1)
     count = len(table) if sound.all() else int(sound.argmin())
     n = scene.n
-    moment, potential, angles, rates, base, velocity = np.split(
-        table[:count], np.cumsum([1, 1, n, n, 2]), axis=1
+    moment, potential, work, impacts, angles, rates, base, velocity = np.split(
+        table[:count], np.cumsum([1, 1, 1, 1, n, n, 2]), axis=1
     )
     motion = Motion(
         scene=scene,
@@ -195,6 +205,8 @@ def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
         base=base,
         base_velocity=velocity,
         potential=potential[:, 0],
+        work=work[:, 0],
+        impacts=impacts[:, 0],
         released=np.array(released[:count], dtype=np.int64),
         finite=bool(sound.all()),
     )

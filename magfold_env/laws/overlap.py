@@ -1,4 +1,4 @@
-"""How deep casings with rounded corners lie in each other, in walls and in magnets; plain NumPy.
+"""How deep casings with rounded corners lie in each other and in obstacles; plain NumPy.
 
 A casing is a square core widened by the corner's radius, an obstacle a rectangle likewise. Where
 cores are apart, what counts is the least distance of a corner of one from the other; where they
@@ -125,28 +125,13 @@ def beyond_bore(
 
 
 def obstacles(scene: Scene) -> list[tuple[Boxes, float]]:
-    """Cores of the tube's walls (its mouth is at x = 0) and of a fixed magnet, and their radii."""
+    """Cores of what does not move (the tube's mouth is at x = 0), and their corners' radii."""
     found: list[tuple[Boxes, float]] = []
-    radius = scene.casing.corner_radius
-    if scene.mount == "tube":
-        wall, length = scene.feed.wall, 2.0 * scene.n * scene.casing.diagonal
-        edge = min(radius, 0.25 * wall)
-        for sign in (0.5, -0.5):
-            centre = (-0.5 * length, sign * (scene.bore + wall))
-            found.append((_box(centre, 0.0, (length, wall), edge), edge))
-    magnet = scene.field.magnet if scene.field is not None else None
-    if magnet is not None:
-        edge = min(radius, 0.25 * min(magnet.thickness, magnet.width))
-        sides = (magnet.thickness, magnet.width)
-        found.append((_box(magnet.position, magnet.heading, sides, edge), edge))
+    for solid in scene.solids:
+        edge = min(scene.casing.corner_radius, 0.25 * min(solid.size))
+        half = 0.5 * np.array([solid.size]) - edge
+        found.append((Boxes(np.array([solid.position]), np.array([solid.heading]), half), edge))
     return found
-
-
-def _box(
-    centre: tuple[float, float], turn: float, sides: tuple[float, float], edge: float
-) -> Boxes:
-    """Return the core of one rectangle."""
-    return Boxes(np.array([centre]), np.array([turn]), 0.5 * np.array([sides]) - edge)
 
 
 def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:

@@ -70,7 +70,7 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
     expected = [simulated(fold), *predicted(scene, fold.word)]
     found, where = parts.kinds(scene)
     names = [kind.name for kind in found]
-    blocks = [Block(10.0, partial(_title, title=title)), *_facts(scene, found)]
+    blocks = [Block(10.0, partial(_title, title=title)), *_facts(scene, fold, found)]
     blocks.append(Block(_PICTURE + 24.0, partial(_folds, scene=scene, expected=expected)))
     blocks.append(Block(2.0 * _LINE + 1.0, partial(_lines, lines=_legend(scene), faint=True)))
     for first in range(0, scene.n, _COLUMNS):
@@ -122,8 +122,12 @@ def _prediction(scene: Scene, title: str, mode: Mode, simulated_word: str) -> Ou
     return Outcome(title, best.word or "(one component)", note, word_to_angles(best.word))
 
 
-def _facts(scene: Scene, found: list[parts.Kind]) -> list[Block]:
+def _facts(scene: Scene, fold: Fold, found: list[parts.Kind]) -> list[Block]:
     lines = [*parts.casing_texts(scene), parts.release_text(scene)]
+    if scene.mount == "tube":
+        lines.append(f"The feed pushes or pulls with at most {abs(fold.push_peak):.2g} N.")
+    if scene.obstacles:
+        lines.append(f"Obstacles: {len(scene.obstacles)}; see the scene.")
     if scene.field is not None and scene.field.magnet is not None:
         x, y = (parts.millimetres(each) for each in scene.field.magnet.position)
         lines.append(f"A fixed magnet stands at ({x}, {y}) mm: see the scene.")

@@ -16,8 +16,8 @@ _TUBE_MARGIN = 0.5  # diagonals of tube drawn beyond the last component still in
 _GAP = 0.02  # sides: faces nearer than this touch
 _SLANT = 0.05  # rad: within what a joint counts as folded
 _SHARED = 0.1  # sides: shortest stretch that is shown; hinges are points
-_ROOM = 0.15  # of a fixed magnet's longest side, around it
-_WIDEST = 3.0  # views: a magnet farther away is left out rather than the chain made tiny
+_ROOM = 0.15  # of the longest side of what does not move, around it
+_WIDEST = 3.0  # views: what is farther away is left out rather than the chain made tiny
 _ARROW = 3.2  # heights of the text
 
 
@@ -95,7 +95,7 @@ def _draw_magnets(
             canvas.label(letter, place, 0.9 * thickness, style.LETTER)
 
 
-def draw_tube(canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArray) -> None:
+def _draw_tube(canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArray) -> None:
     """Draw the tube that ends at the origin, as long as what is still in it."""
     inner, wall = scene.bore / 2, scene.feed.wall
     diagonal = scene.casing.diagonal
@@ -190,23 +190,32 @@ def draw_touches(canvas: Canvas, scene: Scene, found: Iterable[Touch]) -> None:
         canvas.line(touch.ends, style.CONFLICT if equal else style.GOOD, width)
 
 
-# --- what acts from outside ------------------------------------------------------------------
+# --- what surrounds a chain ------------------------------------------------------------------
 
 
-def with_magnet(scene: Scene, view: View) -> View:
-    """Return a view that holds the fixed magnet too, if there is one and it is not too far."""
+def with_surroundings(scene: Scene, view: View) -> View:
+    """Return a view that holds a fixed magnet and obstacles too, those that are not too far."""
     magnet = scene.field.magnet if scene.field is not None else None
-    if magnet is None:
-        return view
-    room = _ROOM * max(magnet.width, magnet.thickness)
-    wide = view.joined(View.around(magnet.corners, room))
     extent = max(view.right - view.left, view.top - view.bottom)
-    grown = max(wide.right - wide.left, wide.top - wide.bottom)
-    return wide if grown <= _WIDEST * extent else view
+    for each in (*scene.obstacles, *(() if magnet is None else (magnet.outline,))):
+        wide = view.joined(View.around(each.corners, _ROOM * max(each.size)))
+        grown = max(wide.right - wide.left, wide.top - wide.bottom)
+        if grown <= _WIDEST * extent:
+            view = wide
+    return view
 
 
-def draw_field(canvas: Canvas, scene: Scene, text: float) -> None:
-    """Draw a scene's external field, if it has one, with `text` of this height [px]."""
+def draw_surroundings(
+    canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArray, text: float
+) -> None:
+    """Draw obstacles, the tube and the external field, with `text` of this height [px].
+
+    For the shapes see `draw_chain`.
+    """
+    for each in scene.obstacles:
+        canvas.polygon(each.corners, style.TUBE)
+    if scene.mount == "tube":
+        _draw_tube(canvas, scene, angles, base)
     if scene.field is None:
         return
     if scene.field.magnet is not None:
@@ -216,7 +225,7 @@ def draw_field(canvas: Canvas, scene: Scene, text: float) -> None:
 
 
 def _draw_magnet(canvas: Canvas, magnet: FixedMagnet) -> None:
-    north_right, north_left, south_left, south_right = magnet.corners
+    north_right, north_left, south_left, south_right = magnet.outline.corners
     left, right = (north_left + south_left) / 2.0, (north_right + south_right) / 2.0
     halves = (
         ("N", style.NORTH, [north_right, north_left, left, right]),
@@ -226,7 +235,7 @@ def _draw_magnet(canvas: Canvas, magnet: FixedMagnet) -> None:
     for letter, colour, corners in halves:
         canvas.polygon(corners, colour)
         canvas.label(letter, np.mean(corners, axis=0), height, style.LETTER)
-    canvas.polygon(magnet.corners, None, style.CASING_EDGE, width=1.5)
+    canvas.polygon(magnet.outline.corners, None, style.CASING_EDGE, width=1.5)
 
 
 def _draw_arrow(canvas: Canvas, field: np.ndarray, text: float) -> None:

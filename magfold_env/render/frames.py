@@ -104,9 +104,7 @@ def picture(
         view = view._replace(top=view.top + room)
     canvas = Canvas(view, size)
     text = max(11.0, size[1] / 30)
-    chain.draw_field(canvas, scene, text)
-    if scene.mount == "tube":
-        chain.draw_tube(canvas, scene, angles, base)
+    chain.draw_surroundings(canvas, scene, angles, base, text)
     chain.draw_chain(canvas, scene, angles, base, with_magnets(scene, angles, base, released))
     canvas.note(caption, (0.6 * text, 0.5 * text), text, style.INK)
     draw_ruler(canvas, text)
@@ -126,8 +124,8 @@ def with_magnets(scene: Scene, angles: FloatArray, base: FloatArray, released: i
 def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike) -> View:
     """Return a view that holds the released components of one state or of m states.
 
-    Shapes are (n,), (2,) and (), or (m, n), (m, 2) and (m,). A fixed magnet is held too, unless it
-    is far away.
+    Shapes are (n,), (2,) and (), or (m, n), (m, 2) and (m,). So are a fixed magnet and obstacles,
+    unless they are far away.
     """
     n, diagonal = scene.n, scene.casing.diagonal
     middles = centres(angles, side=scene.casing.side, base=base).reshape(-1, n, 2)
@@ -135,7 +133,7 @@ def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt
     points = middles[np.broadcast_to(out, middles.shape[:2])]
     if scene.mount == "tube":
         points = np.concatenate([points, [[0.6 * diagonal, 0.0], [-0.2 * diagonal, 0.0]]])
-    return chain.with_magnet(scene, View.around(points, 0.9 * diagonal))
+    return chain.with_surroundings(scene, View.around(points, 0.9 * diagonal))
 
 
 def usual_view(scene: Scene, size: Size) -> View:
@@ -144,7 +142,7 @@ def usual_view(scene: Scene, size: Size) -> View:
     left = -_TUBE_SHOWN * diagonal if scene.mount == "tube" else -1.2 * diagonal
     right = (scene.n + 1.2) * diagonal
     reach = (right - left) * size[1] / size[0] / 2
-    return chain.with_magnet(scene, View(left, right, -reach, reach))
+    return chain.with_surroundings(scene, View(left, right, -reach, reach))
 
 
 def draw_ruler(canvas: Canvas, text: float) -> None:

@@ -95,15 +95,14 @@ def motion_view(
     # Chains fold as they come out, so that few ever reach farther than half their length.
     reach = (0.4 * scene.n + 1.4) * diagonal
     view = View(-1.8 * diagonal, reach, -0.6 * reach, 0.6 * reach)
-    return chain.with_magnet(scene, view).joined(chain_view(scene, angles, base, released))
+    return chain.with_surroundings(scene, view).joined(chain_view(scene, angles, base, released))
 
 
 def _chain_picture(snapshot: Snapshot, size: Size, view: View, text: float) -> Image.Image:
     scene, angles, base = snapshot.scene, snapshot.angles, snapshot.base
     side = scene.casing.side
     canvas = Canvas(view, size)
-    chain.draw_field(canvas, scene, text)
-    chain.draw_tube(canvas, scene, angles, base)
+    chain.draw_surroundings(canvas, scene, angles, base, text)
     if (ghost := _ghost(snapshot)) is not None:
         chain.draw_ghost(canvas, *ghost, side)
     shown = with_magnets(scene, angles, base, snapshot.released) & snapshot.is_loaded

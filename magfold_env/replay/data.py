@@ -12,7 +12,7 @@ _MILLI = 1e3
 _TIME = 6  # digits after the point: µs
 _ANGLE = 4  # 0.006°
 _LENGTH = 4  # of a mm
-_DIGITS = 5  # of the largest energy
+_DIGITS = 5  # of the largest energy or force
 
 
 class Recording(NamedTuple):
@@ -42,6 +42,8 @@ class Recording(NamedTuple):
     """How many components leave the tube before each, shape (n,)."""
     loaded: IntArray
     """Number of components that have their magnets, shape (m,)."""
+    push: FloatArray
+    """Force of the feed along the tube [N], shape (m,)."""
     kinetic: FloatArray
     """Kinetic energy [J], shape (m,)."""
     magnetic: FloatArray | None
@@ -61,6 +63,7 @@ def page_data(fold: Recording) -> dict[str, Any]:
         "magnets": _magnets(scene),
         "pinned": scene.mount == "pinned",
         "tube": _tube(scene),
+        "obstacles": [_rounded(_MILLI * each.corners, _LENGTH) for each in scene.obstacles],
         "field": _field(scene),
         "facts": _facts(fold),
         "time": _rounded(fold.time, _TIME),
@@ -68,8 +71,9 @@ def page_data(fold: Recording) -> dict[str, Any]:
         "base": _rounded(_MILLI * fold.base, _LENGTH),
         "released": fold.released.tolist(),
         "loaded": fold.loaded.tolist(),
-        "magnetic": None if fold.magnetic is None else _millijoules(fold.magnetic),
-        "kinetic": _millijoules(fold.kinetic),
+        "magnetic": None if fold.magnetic is None else _scaled(_MILLI * fold.magnetic),
+        "kinetic": _scaled(_MILLI * fold.kinetic),
+        "push": _scaled(fold.push) if scene.mount == "tube" else None,
     }
 
 
@@ -96,7 +100,7 @@ def _field(scene: Scene) -> dict[str, Any] | None:
     magnet = scene.field.magnet
     return {
         "uniform": [_MILLI * component for component in scene.field.uniform],
-        "corners": None if magnet is None else _rounded(_MILLI * magnet.corners, _LENGTH),
+        "corners": None if magnet is None else _rounded(_MILLI * magnet.outline.corners, _LENGTH),
     }
 
 
@@ -123,10 +127,11 @@ def feed_text(scene: Scene) -> str:
     return f"{scene.feed.direction}, {speed} m/s, {scene.feed.loading}"
 
 
-def _millijoules(joules: FloatArray) -> list[float]:
-    largest = _MILLI * float(np.abs(joules).max())
+def _scaled(values: FloatArray) -> list[float]:
+    """Return numbers rounded as the largest of them asks for."""
+    largest = float(np.abs(values).max())
     digits = _DIGITS if largest == 0.0 else _DIGITS - int(np.ceil(np.log10(largest)))
-    return _rounded(_MILLI * joules, digits)
+    return _rounded(values, digits)
 
 
 def _rounded(values: float | FloatArray, digits: int) -> Any:

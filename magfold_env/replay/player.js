@@ -147,6 +147,10 @@ function makePlots(motion, seek) {
     .filter(([, values]) => values)
     .map(([name, values]) => ({ name, values, unit: " mJ" }));
   const plots = [new Plot(byId("energies"), data.time, energies, { digits: 3, seek })];
+  if (data.push) {
+    const push = { name: "mean since the frame before", values: data.push, unit: " N" };
+    plots.push(new Plot(byId("push"), data.time, [push], { digits: 3, seek }));
+  } else byId("push").remove();
   const joints = motion.count - 1;
   if (joints < 1 || joints > MOST_VALUES) {
     byId("joints").remove();

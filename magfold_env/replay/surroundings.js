@@ -1,10 +1,13 @@
-// What does not move: the tube, a fixed magnet, and the view that holds everything.
+// What does not move: the tube, obstacles, a fixed magnet, and the view that holds everything.
 
 const SEEN_TUBE = 2.4; // diagonals of tube to the left of its mouth
-const WIDEST = 3; // views: a magnet farther away is left out rather than the chain made tiny
+const WIDEST = 3; // views: what is farther away is left out rather than the chain made tiny
 
 function drawSurroundings(parent, motion) {
-  const { tube, field } = motion.data;
+  const { tube, obstacles, field } = motion.data;
+  for (const corners of obstacles) {
+    shape("polygon", { class: "tube", points: outlined(corners) }, parent);
+  }
   if (tube) drawTube(parent, tube, (motion.count + SEEN_TUBE) * motion.diagonal);
   if (field?.corners) drawFixedMagnet(parent, field.corners);
 }
@@ -23,16 +26,18 @@ function drawFixedMagnet(parent, corners) {
   const left = middle(northLeft, southLeft), right = middle(northRight, southRight);
   const long = Math.hypot(left[0] - northLeft[0], left[1] - northLeft[1]);
   const wide = Math.hypot(left[0] - right[0], left[1] - right[1]);
-  const points = (places) => places.map(([x, y]) => `${x},${-y}`).join(" ");
   const halves = { N: [northRight, northLeft, left, right], S: [left, southLeft, southRight, right] };
   for (const [pole, outline] of Object.entries(halves)) {
-    shape("polygon", { class: POLES[pole], points: points(outline) }, parent);
+    shape("polygon", { class: POLES[pole], points: outlined(outline) }, parent);
     const [x, y] = middle(outline[0], outline[2]);
     const text = shape("text", { x, y: -y, "font-size": 0.7 * Math.min(long, wide) }, parent);
     text.textContent = pole;
   }
-  shape("polygon", { class: "block", points: points(corners), "stroke-width": 0.3 }, parent);
+  shape("polygon", { class: "block", points: outlined(corners), "stroke-width": 0.3 }, parent);
 }
+
+/** Return corners [mm] as the points of a polygon, y down. */
+const outlined = (corners) => corners.map(([x, y]) => `${x},${-y}`).join(" ");
 
 /** Return the rectangle [mm], y down, in which the released components stay, and what is near. */
 function wholeView(motion) {
@@ -45,11 +50,13 @@ function wholeView(motion) {
   }
   if (data.tube) points.push([0.6 * diagonal, 0], [(0.9 - SEEN_TUBE) * diagonal, 0]);
   const view = around(points, 0.9 * diagonal);
-  if (!data.field?.corners) return view;
-  const corners = data.field.corners.map(([x, y]) => [x, -y]);
-  const all = around([...corners, [view.x, view.y], [view.x + view.w, view.y + view.h]], 2);
-  const grown = Math.max(all.w, all.h) > WIDEST * Math.max(view.w, view.h);
-  return grown ? view : all;
+  const solids = [...data.obstacles, ...(data.field?.corners ? [data.field.corners] : [])];
+  return solids.reduce((seen, corners) => {
+    const ends = [[seen.x, seen.y], [seen.x + seen.w, seen.y + seen.h]];
+    const all = around([...corners.map(([x, y]) => [x, -y]), ...ends], 2);
+    const grown = Math.max(all.w, all.h) > WIDEST * Math.max(view.w, view.h);
+    return grown ? seen : all;
+  }, view);
 }
 
 function around(points, room) {

@@ -3,7 +3,9 @@
 from magfold_env.scene.errors import Problem, SceneError
 from magfold_env.scene.io import load_scene, save_scene, scene_names
 from magfold_env.scene.magnets import FACES, Magnets
+from magfold_env.scene.obstacles import Rectangle, chamber, channel, funnel
 from magfold_env.scene.parts import (
+    Bumps,
     Casing,
     Feed,
     Field,
@@ -18,6 +20,7 @@ from magfold_env.scene.scene import SIGNS, Scene
 __all__ = [
     "FACES",
     "SIGNS",
+    "Bumps",
     "Casing",
     "Feed",
     "Field",
@@ -25,11 +28,15 @@ __all__ = [
     "Gravity",
     "Magnets",
     "Problem",
+    "Rectangle",
     "Scene",
     "SceneError",
     "Schedule",
     "Solver",
     "Spreads",
+    "chamber",
+    "channel",
+    "funnel",
     "load_scene",
     "save_scene",
     "scene_names",

@@ -13,6 +13,7 @@ from pydantic import Strict, model_validator
 from magfold_env.scene.base import MU0, Fraction, NonNegative, Number, Part, Positive, PositiveEach
 from magfold_env.scene.errors import Problem, refuse
 from magfold_env.scene.magnets import Array
+from magfold_env.scene.obstacles import Rectangle
 
 
 class Casing(Part):
@@ -120,40 +121,16 @@ class FixedMagnet(Part):
         return self.remanence * self.width * self.height / MU0
 
     @property
-    def axis(self) -> Array:
-        """Unit vector along its heading, the same where sines differ in the last bit; (2,)."""
-        return np.round([math.cos(self.heading), math.sin(self.heading)], 15)
+    def outline(self) -> Rectangle:
+        """The rectangle that it fills in the plane."""
+        size = (self.thickness, self.width)
+        return Rectangle(position=self.position, size=size, heading=self.heading)
 
     @property
     def poles(self) -> Array:
         """Centres of its north and its south face [m], shape (2, 2)."""
-        along = 0.5 * self.thickness * self.axis
+        along = 0.5 * self.thickness * self.outline.axis
         return np.array(self.position) + np.array([along, -along])
-
-    @property
-    def corners(self) -> Array:
-        """Its outline in the plane [m], shape (4, 2): the north face first, counter-clockwise."""
-        c, s = self.axis
-        across = 0.5 * self.width * np.array([-s, c])
-        north, south = self.poles
-        return np.array([north - across, north + across, south + across, south - across])
-
-    def overlaps_tube(self, half_width: float) -> bool:
-        """Whether it reaches into the tube: x < 0 and |y| < `half_width` [m], walls included."""
-        corners = self.corners
-        # The tube, cut off beyond the magnet: two convex outlines overlap unless an edge of one
-        # of them separates them.
-        end = min(float(corners[:, 0].min()), 0.0) - half_width
-        tube = np.array(
-            [(end, -half_width), (0.0, -half_width), (0.0, half_width), (end, half_width)]
-        )
-        for outline in (corners, tube):
-            for start, stop in pairwise(outline[:3]):
-                along = stop - start
-                one, other = corners @ along, tube @ along
-                if one.max() <= other.min() or other.max() <= one.min():
-                    return False
-        return True
 
 
 class Field(Part):
@@ -179,6 +156,24 @@ class Gravity(Part):
     """Acceleration along x and y [m/s²]."""
 
 
+class Bumps(Part):
+    """A train of bumps, as of a shaken table.
+
+    Each changes the velocity of all components outside the tube at once, in a direction drawn
+    evenly from all, as far as hinges and stops let it. The times between bumps are drawn evenly
+    from 0 to twice their mean.
+    """
+
+    rate: Positive
+    """Mean number of bumps a second [1/s]."""
+    speed: Positive
+    """By how much each changes velocities [m/s]."""
+    duration: Positive = 1.0
+    """How long bumps go on, from the beginning [s]; a chain that rests meanwhile waits for them."""
+    seed: Annotated[int, Strict(), Limits(ge=1, le=2**31 - 2)] | None = None
+    """What the train is drawn with; None leaves it to chance."""
+
+
 class Spreads(Part):
     """Relative half-widths of the even draws that `Scene.draw` makes; 0 draws nothing."""
 
@@ -194,6 +189,10 @@ class Spreads(Part):
     """Of the speed each component leaves at, one factor a component."""
     magnet: Fraction = 0.0
     """Of the strength of each of the chain's magnets, one factor a magnet."""
+    side: Fraction = 0.0
+    """Of the casings' side, one factor a scene: all come out of one mould."""
+    inset: Fraction = 0.0
+    """Of the magnets' inset, one factor a scene."""
 
     @property
     def any(self) -> bool:

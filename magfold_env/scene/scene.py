@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
@@ -11,8 +11,9 @@ from pydantic import AfterValidator, Strict, model_validator
 from pydantic import Field as Limits
 
 from magfold_env.scene import base, parts, strip
-from magfold_env.scene.errors import Problem, refuse
+from magfold_env.scene.errors import Problem, SceneError, refuse
 from magfold_env.scene.magnets import FACES, ROUNDING, Array, Magnets
+from magfold_env.scene.obstacles import Obstacles, Rectangle
 
 SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
 """Sign of the outward pole that a letter of a component stands for; - is a face without magnet."""
@@ -84,6 +85,10 @@ class Scene(base.Part):
     start_offsets: tuple[base.Number, ...] | None = None
     """How far left of the tube's axis its n+1 hinges lie at first [m], component 1's outer hinge
     first, in place of start angles; without effect unless `mount` is `tube`."""
+    obstacles: Obstacles = ()
+    """Rectangles that stand in the plane, outside the tube's bore, where scenes have contact."""
+    bumps: parts.Bumps | None = None
+    """A train of bumps that disturbs the chain; None for none."""
     spreads: parts.Spreads = parts.Spreads()
     """Randomisation of the physics."""
     solver: parts.Solver = parts.Solver()
@@ -118,18 +123,12 @@ class Scene(base.Part):
             problems.append(Problem("feed.bore", bore, allowed))
         if self.mount == "tube" and not problems:
             problems += self._misfits_of_start()
-        fixed = self.field.magnet if self.field is not None else None
-        if fixed is not None and self.mount == "tube":
-            half_width = 0.5 * self.bore + self.feed.wall
-            if fixed.overlaps_tube(half_width):
-                allowed = (
-                    "a fixed external magnet must lie outside the tube: nowhere both x < 0 and "
-                    f"|y| < bore/2 + wall = {half_width:.6g}"
-                )
-                problems.append(Problem("field.magnet.position", fixed.position, allowed))
+        problems += self._what_is_in_the_way()
         if self.solver.method == "paper" and self.mount != "pinned":
             allowed = f"the paper's solver needs mount 'pinned', the mount is {self.mount!r}"
             problems.append(Problem("solver.method", self.solver.method, allowed))
+        if not problems and max(self.spreads.side, self.spreads.inset) > 0.0:
+            problems += self._misfits_of_spreads()
         refuse(problems)
         return self
 
@@ -181,6 +180,60 @@ class Scene(base.Part):
             return [Problem(key, value, f"{allowed} each other across the tube")]
         return []
 
+    def _what_is_in_the_way(self) -> list[Problem]:
+        """Return which obstacles stand in the tube's bore, or where the chain begins."""
+        solids = {f"obstacles[{k}]": each for k, each in enumerate(self.obstacles)}
+        if self.field is not None and self.field.magnet is not None:
+            solids["field.magnet"] = self.field.magnet.outline
+        diagonal, problems = self.casing.diagonal, list[Problem]()
+        for key, solid in solids.items():
+            place = Problem(f"{key}.position", solid.position, "")
+            if self.mount == "tube":
+                # Cut off beyond the obstacle, and as far outside as the tube still guides casings.
+                end, half = min(float(solid.corners[:, 0].min()), 0.0) - diagonal, 0.5 * self.bore
+                room = 1.0 - ROUNDING  # they may touch
+                if solid.overlaps(_box(end, -room * half, room * diagonal, room * half)):
+                    allowed = (
+                        f"must leave free the tube's bore and as much before its mouth as a "
+                        f"casing is long: nowhere both x < {diagonal:.6g} and |y| < {half:.6g}"
+                    )
+                    problems.append(place._replace(allowed=allowed))
+            elif self.contact and self.start_angles is None:
+                # Where angles are given, or were drawn, it is the fold that fails.
+                for number, square in enumerate(self._straight_chain(), 1):
+                    if solid.overlaps(square):
+                        allowed = f"component {number} begins there"
+                        problems.append(place._replace(allowed=allowed))
+        return problems
+
+    def _straight_chain(self) -> Iterator[Array]:
+        """Outlines of the casings of a straight chain, a little smaller: they may touch."""
+        half = 0.5 * self.casing.diagonal
+        square = (1.0 - 1e-6) * half * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
+        for k in range(self.n):
+            yield square + np.array([(2 * k + 1) * half, 0.0])
+
+    def _misfits_of_spreads(self) -> list[Problem]:
+        """Return the problems that a scene of the largest or the smallest casings would have."""
+        for factor in (1.0 - self.spreads.side, 1.0 + self.spreads.side):
+            try:
+                self.replace(
+                    spreads=parts.Spreads(), **self._sized(factor, 1.0 + self.spreads.inset)
+                )
+            except SceneError as error:
+                key, value = "spreads.side", self.spreads.side
+                if self.spreads.side == 0.0:
+                    key, value = "spreads.inset", self.spreads.inset
+                return [Problem(key, value, f"a scene at its end: {error}")]
+        return []
+
+    def _sized(self, side: float, inset: float) -> dict[str, Any]:
+        """Return the changes that multiply the casings' side and the magnets' inset."""
+        changes: dict[str, Any] = {"casing": {"side": self.casing.side * side}}
+        if self.magnets is not None:
+            changes["magnets"] = {"inset": np.asarray(self.magnets.inset) * inset}
+        return changes
+
     def _each(self, value: base.PositiveEach) -> Array:
         each = np.empty(self.n)
         each[:] = value
@@ -203,6 +256,21 @@ class Scene(base.Part):
         return self.feed.bore if self.feed.bore is not None else 1.05 * self.casing.diagonal
 
     @property
+    def solids(self) -> tuple[Rectangle, ...]:
+        """What does not move: the tube's two walls, if it has one, a fixed magnet, obstacles."""
+        walls: tuple[Rectangle, ...] = ()
+        if self.mount == "tube":
+            # Longer than the chain: nothing comes to its inner end.
+            length, wall = 2.0 * self.n * self.casing.diagonal, self.feed.wall
+            middle = 0.5 * (self.bore + wall)
+            walls = tuple(
+                Rectangle(position=(-0.5 * length, y), size=(length, wall))
+                for y in (middle, -middle)
+            )
+        magnet = self.field.magnet if self.field is not None else None
+        return (*walls, *(() if magnet is None else (magnet.outline,)), *self.obstacles)
+
+    @property
     def play(self) -> float:
         """How far from the tube's axis a hinge may lie, to either side [m]."""
         return max(0.5 * (self.bore - self.casing.diagonal), 0.0)
@@ -219,7 +287,9 @@ class Scene(base.Part):
     def is_concrete(self) -> bool:
         """Whether nothing is left to draw: `draw` then returns the scene itself."""
         offsets = self.start_offsets if self.mount == "tube" else None
-        return (self.start_angles is not None or offsets is not None) and not self.spreads.any
+        lies = self.start_angles is not None or offsets is not None
+        shaken = self.bumps is not None and self.bumps.seed is None
+        return lies and not shaken and not self.spreads.any
 
     def replace(self, **changes: Any) -> Scene:
         """Return a new, validated scene; mappings, at any depth, change only what they name.
@@ -256,7 +326,8 @@ class Scene(base.Part):
         leaves the others' values as they were: friction (1), mass (n), remanence (1), feed
         speed (1), start angles (n-1) or in a tube the hinges' offsets (n+1), each even over its
         width. Where the feed jitters or magnets differ one by one, their draws follow: feed jitter
-        (n), magnets (4n), component by component. A concrete scene draws nothing.
+        (n), magnets (4n), component by component; where side or inset vary, side (1), inset (1);
+        where bumps are left to chance, their seed (1). A concrete scene draws nothing.
 
         Parameters
         ----------
@@ -292,12 +363,29 @@ class Scene(base.Part):
             if self.feed.schedule is not None:
                 pace = 1.0 + spreads.feed_speed * float(unit[n + 2])
                 changes["feed"]["schedule"] = self.feed.schedule.scaled(pace)
+        for group, values in self._draw_last(rng).items():
+            changes[group] = {**changes.get(group, {}), **values}
         start = unit[n + 3 :]
         if tube and self.start_angles is None and self.start_offsets is None:
             changes["start_offsets"] = self.start_offset_spread * start + 0.0  # no -0.0
         elif self.start_angles is None and not tube:
             changes["start_angles"] = self.start_angle_spread * start + 0.0
         return self.replace(**changes)
+
+    def _draw_last(self, rng: np.random.Generator) -> dict[str, Any]:
+        """Return the changes of what is drawn after all else, where it is drawn at all."""
+        changes: dict[str, Any] = {}
+        spreads = self.spreads
+        if max(spreads.side, spreads.inset) > 0.0:
+            side, inset = 2.0 * rng.random(2) - 1.0
+            changes |= self._sized(1.0 + spreads.side * side, 1.0 + spreads.inset * inset)
+        if self.bumps is not None and self.bumps.seed is None:
+            changes["bumps"] = {"seed": int(rng.integers(1, 2**31 - 1))}
+        return changes
+
+
+def _box(left: float, low: float, right: float, high: float) -> Array:
+    return np.array([(left, low), (right, low), (right, high), (left, high)])
 
 
 def _merged(old: object, new: Mapping[str, Any]) -> dict[str, Any]:

@@ -36,7 +36,7 @@ class Frames:
     def empty(self) -> None:
         """Make room in the record."""
         count, record = int(self._state.counter[at.FRAMES]), self.record
-        columns = record.time, record.q, record.v, record.lo
+        columns = record.time, record.q, record.v, record.lo, record.impulse
         self._parts.append([column[:count].copy() for column in columns])
         self._state.counter[at.FRAMES] = 0
 
@@ -45,7 +45,7 @@ class Frames:
         if self.record.interval == 0.0:
             return None
         self.empty()
-        time, q, v, lo = (np.concatenate(part) for part in zip(*self._parts, strict=True))
+        time, q, v, lo, impulse = (np.concatenate(part) for part in zip(*self._parts, strict=True))
         n = self._model.n
         return Trajectory(
             time=time,
@@ -53,6 +53,8 @@ class Frames:
             base=view.outer_hinge(q, lo),
             rates=view.rates(v[:, :n]),
             released=n - lo,
+            base_velocity=view.outer_velocity(q, v),
+            push=np.diff(impulse, prepend=0.0) / self.record.interval,
         )
 
 

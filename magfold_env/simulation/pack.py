@@ -13,7 +13,7 @@ from magfold_env.engine.magnets import expansions, multipoles
 from magfold_env.engine.magnets.multipoles import ComplexArray
 from magfold_env.engine.magnets.pairs import BLEND, LANES
 from magfold_env.engine.state import Array, Bodies, FarTable, Field, Magnets, Model, Tables
-from magfold_env.scene import Casing, FixedMagnet, Scene
+from magfold_env.scene import Casing, FixedMagnet, Rectangle, Scene
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
 from magfold_env.simulation.far_table import build_far_table
@@ -39,9 +39,7 @@ PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to m
 SLOWEST = 1.0  # [rad/s]
 
 _NONE = np.zeros(0)
-NO_FIELD = Field(
-    False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0, False, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
-)
+NO_FIELD = Field(False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0)
 NO_FAR_TABLE = FarTable(0.0, 0.0, np.zeros((0, 0, 0)), 0.0, np.zeros(4), 0.0)
 NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)), NO_FAR_TABLE)
 TURNED = [2, 3, 0, 1]  # faces of a casing that is turned by half a turn
@@ -63,7 +61,7 @@ def pack(scene: Scene) -> Model:
     Random spreads are not applied here: draw them first (``Scene.draw``).
     """
     n = scene.n
-    casing = scene.casing
+    casing, bumps = scene.casing, scene.bumps
     mass, inertia = scene.masses, scene.inertias
     length = np.full(n, casing.diagonal)
     if reversed_inside(scene):
@@ -92,9 +90,12 @@ def pack(scene: Scene) -> Model:
         tube=scene.mount == "tube",
         at_mouth=scene.mount == "tube" and scene.feed.loading == "at_mouth",
         force_limit=scene.feed.force_limit or math.inf,
-        bore=scene.bore,
-        wall=scene.feed.wall,
+        obstacles=pack_obstacles(scene),
         pinned=scene.mount == "pinned",
+        bump_rate=bumps.rate if bumps is not None else 0.0,
+        bump_speed=bumps.speed if bumps is not None else 0.0,
+        bump_seed=(bumps.seed or 1) if bumps is not None else 1,
+        bump_duration=bumps.duration if bumps is not None else 0.0,
         tolerance=scene.solver.tolerance,
         rate_scale=float(rate),
         light_rate=float(light_rate),
@@ -263,7 +264,7 @@ def _moments(
 
 
 def pack_field(scene: Scene, magnetic: bool) -> Field:
-    """Return what acts on a chain from outside, if it is ``magnetic``, and may stand in its way."""
+    """Return the field that acts on a chain from outside, if it is ``magnetic``."""
     field, part = scene.field, scene.magnets
     if field is None or not field.any:
         return NO_FIELD
@@ -273,18 +274,23 @@ def pack_field(scene: Scene, magnetic: bool) -> Field:
     magnet = field.magnet
     if magnet is None:
         return found
-    if part is not None:
-        found = _with_poles(found, magnet, widest(part))
-    cos, sin = magnet.axis.tolist()
-    return found._replace(
-        solid=True,
-        centre_x=magnet.position[0],
-        centre_y=magnet.position[1],
-        cos=cos,
-        sin=sin,
-        half_length=magnet.thickness / 2.0,
-        half_width=magnet.width / 2.0,
-    )
+    return found if part is None else _with_poles(found, magnet, widest(part))
+
+
+def pack_obstacles(scene: Scene) -> Array:
+    """Return what stands in the chain's way: a row each, see `engine.entries`."""
+    found = [_packed(each, scene.casing.corner_radius) for each in scene.solids]
+    return np.array(found).reshape(len(found), 7)
+
+
+def _packed(solid: Rectangle, rounding: float) -> list[float]:
+    """Return a rectangle's row; its edges are rounded as the casings', as far as it is large."""
+    along, across = solid.size
+    cos, sin = solid.axis.tolist()
+    if across > along:
+        along, across, cos, sin = across, along, -sin, cos
+    radius = min(rounding, 0.25 * across)
+    return [*solid.position, cos, sin, 0.5 * along - radius, 0.5 * across - radius, radius]
 
 
 def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
@@ -293,7 +299,7 @@ def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
     The same nodes then serve both.
     """
     strips = math.ceil(magnet.width / widest_face)
-    cos, sin = magnet.axis
+    cos, sin = magnet.outline.axis
     along = np.array([-sin, cos]) * magnet.width / strips
     place = (np.arange(strips) - 0.5 * (strips - 1))[:, None] * along
     centre = np.concatenate([pole + place for pole in magnet.poles])

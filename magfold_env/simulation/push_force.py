@@ -29,9 +29,6 @@ def push_force(model: Model, state: State, work: Work) -> float:
     work.chain.base[at.PULL] = 0.0
     if constraints.begin_step(model, state, work) not in (constraints.OK, constraints.IMPACT):
         return math.nan
-    # Rows that are not used have no force then.
-    work.rows.multiplier[:] = 0.0
-    work.rows.jacobian[:] = 0.0
     out = work.stages.slope_v[0]
     if not held.first_accelerations(model, state, work, out):
         return math.nan

@@ -4,7 +4,7 @@ import math
 import weakref
 from collections import deque
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import code_of, reference, write_down
 from magfold_env.engine.contact import boxes
-from magfold_env.engine.magnets.chain import potential_energy
 from magfold_env.engine.state import Array, Model, Record, State, Work
 from magfold_env.engine.stepping import paper_scheme, runs
 from magfold_env.engine.workspace import new_work
@@ -47,7 +46,28 @@ def _spare_of(model: Model) -> deque[Stack[Work]]:
     magnets = model.magnets
     nodes = magnets.node_x.shape if model.magnetic else ()
     lanes = magnets.level_node.shape[1] if model.magnetic else 0
-    return _spare(model.n, int(model.contact or model.frictional), lanes, *nodes)
+    boxes = model.n + len(model.obstacles)
+    return _spare(model.n, boxes, int(model.contact or model.frictional), lanes, *nodes)
+
+
+class Account(NamedTuple):
+    """What the drive and others did to a chain, and what impacts took, each summed on its own.
+
+    The kinetic and the magnetic energy grow by all the work, less what impacts and friction take.
+    """
+
+    impulse: float
+    """Of the drive along the tube [N s]."""
+    feed: float
+    """Work of the drive [J]."""
+    bumps: float
+    """Work of bumps [J]."""
+    loading: float
+    """Work of giving and taking magnets at the mouth [J]."""
+    impacts: float
+    """Energy that impacts took [J]."""
+    push_peak: float
+    """See `Fold.push_peak` [N]."""
 
 
 class Session:
@@ -176,16 +196,12 @@ class Session:
 
         Within the magnets' accuracy it is `energy`, which sums where the dynamics looks up.
         """
-        return potential_energy(self._place(), self._model, self._state.q, self._work)
+        return float(feed.potential_of(self._model, self._state, self._work))
 
     @cached_property
     def _probe(self) -> Work:
         """Scratch space, so that to measure a force changes nothing."""
         return new_work(self._model)
-
-    def _place(self) -> int:
-        """Find the pose, and return the first component whose magnets act."""
-        return int(feed.place_all(self._held, self._model, self._state.q, self._work.pose))
 
     # --- what a caller may do --------------------------------------------------------------
 
@@ -259,6 +275,11 @@ class Session:
         """Return the force along the tube that the feed needs at this moment [N]."""
         return push_force(self._model, self._state, self._probe)
 
+    @property
+    def account(self) -> Account:
+        """What moved the chain so far, and what it lost."""
+        return Account(*self._state.account.tolist())
+
     def fold(self) -> Fold:
         """Return the result of a run that has ended.
 
@@ -280,6 +301,7 @@ class Session:
             time=self.time,
             steps=self.steps,
             evaluations=self.evaluations,
+            push_peak=self.account.push_peak,
             trajectory=self._frames.trajectory(self._view),
             magnetic_energy=magnetic_energy,
         )
@@ -315,7 +337,7 @@ class Session:
     def _refuse_overlap(self) -> None:
         model, work = self._model, self._work
         headings: Array = self._state.q[: model.n]
-        if headings.max() - headings.min() < 0.5 * math.pi and not model.field.solid:
+        if headings.max() - headings.min() < 0.5 * math.pi and len(model.obstacles) == 0:
             # Along the line midway between the headings each square lies between its hinges.
             return
         feed.place_all(0, model, self._state.q, work.pose)
@@ -325,6 +347,11 @@ class Session:
             first, second = sorted(self._view.index(k) + 1 for k in pair)
             self.status = FoldStatus.FAILED
             self.message = f"components {first} and {second} overlap at the start"
+        pair = boxes.blocked(model, work)
+        if pair[0] >= 0:
+            number = self._view.index(pair[0]) + 1
+            self.status = FoldStatus.FAILED
+            self.message = f"component {number} begins in an obstacle"
 
 
 def run_chain(chain: Chain, until: float) -> int:

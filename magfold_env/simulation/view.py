@@ -58,6 +58,15 @@ class Orientation:
             hinge = base - np.where(held, links, 0.0).sum(axis=1)
         return np.stack([hinge.real, hinge.imag], axis=1)
 
+    def outer_velocity(self, q: Array, v: Array) -> Array:
+        """Velocity of that hinge [m/s], (m, 2), for velocities (m, n + 2)."""
+        n = self.length.size
+        velocity = v[:, n:].copy()
+        if self.flip:
+            turning = 1j * self.length * v[:, :n] * np.exp(1j * q[:, :n])
+            velocity += turning.sum(axis=1).view(np.float64).reshape(-1, 2)
+        return velocity
+
 
 @kernel
 def public_state(

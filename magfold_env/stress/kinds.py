@@ -7,7 +7,17 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from magfold_env.laws.random_scenes import designed_sequence
-from magfold_env.scene import Casing, Feed, Gravity, Scene, Solver
+from magfold_env.scene import (
+    Casing,
+    Feed,
+    Gravity,
+    Rectangle,
+    Scene,
+    Solver,
+    chamber,
+    channel,
+    funnel,
+)
 from magfold_env.shapes import overlaps
 
 T = TypeVar("T")
@@ -191,6 +201,54 @@ def retracted(source: Source, n: int) -> Changes:
     return {"mount": "tube", "feed": feed}
 
 
+def crowded(source: Source, n: int) -> Changes:
+    """Draw rectangles in the way, single ones, channels, chambers and funnels."""
+    pitch = Casing().diagonal
+    tube = source.integer(0, 2) > 0
+    mount = "tube" if tube else source.pick(("free", "pinned"))
+    beside = 0.5 * pitch + 1e-4
+    bore = pitch * source.pick((1.05, source.number(1.001, 1.5)))
+    count = source.integer(0, 4)
+    posts = [
+        Rectangle(
+            position=(
+                source.number(1.5, n + 2.0) * pitch,
+                side * (beside + source.number(0.0, 0.05)),
+            ),
+            size=(source.number(1e-3, 0.03), logarithmic(source, 2e-4, 0.02)),
+            heading=source.pick((0.0, source.number(-0.1, 0.1))),
+        )
+        for side in (source.pick((-1.0, 1.0)) for _ in range(count))
+    ]
+    obstacles = [post for post in posts if abs(post.corners[:, 1]).min() > beside]
+    wide = 2.0 * beside + logarithmic(source, 1e-3, 0.1)
+    start, end = (1.1 * pitch, 0.0), ((n + 1.0) * pitch, 0.0)
+    closed = chamber(
+        (1.1 * pitch, -0.5 * wide - 0.01),
+        (source.number(1.0, n) * pitch + pitch, wide + 0.02),
+        wide,
+    )
+    built: tuple[tuple[Rectangle, ...], ...] = ((), channel(start, end, wide))
+    if tube:
+        built += (closed, funnel(bore, source.number(0.005, 0.03), source.number(0.1, 1.4)))
+    changes: Changes = {"mount": mount, "obstacles": (*obstacles, *source.pick(built))}
+    changes["start_angle_spread"] = 0.03
+    if tube:
+        feed = retracted(source, n)["feed"] if source.integer(0, 1) == 0 else fed(source, 0.1)
+        changes["feed"] = feed | {"bore": bore}
+    return changes
+
+
+def shaken(source: Source, n: int) -> Changes:
+    """Draw trains of bumps, from soft and frequent ones to few that throw a chain about."""
+    bumps = {
+        "rate": logarithmic(source, 0.5, 1e3),
+        "speed": logarithmic(source, 1e-5, 1.0),
+        "seed": source.integer(1, 2**31 - 2),
+    }
+    return {"bumps": bumps}
+
+
 def strong(source: Source, n: int) -> Changes:
     """Draw magnets of 0 to 1.5 T, also magnet by magnet, in several makes, or none."""
     if source.integer(0, 9) == 0:
@@ -307,15 +365,17 @@ def marathon(source: Source) -> Scene:
 
 
 KINDS: dict[str, Kind] = {
-    "ordinary": Kind("what users simulate, 1 to 12 components", ordinary, 16),
-    "masses": Kind("masses a million times apart", changed(uneven), 8),
-    "friction": Kind("friction 0, 10 and all orders between", changed(rubbing), 8),
-    "feed": Kind("feed of 0.1 mm/s to 10 m/s", changed(hurried), 8),
+    "ordinary": Kind("what users simulate, 1 to 12 components", ordinary, 12),
+    "masses": Kind("masses a million times apart", changed(uneven), 7),
+    "friction": Kind("friction 0, 10 and all orders between", changed(rubbing), 7),
+    "feed": Kind("feed of 0.1 mm/s to 10 m/s", changed(hurried), 7),
     "retraction": Kind("feeds that go back and forth", changed(retracted), 8),
-    "remanence": Kind("0 to 1.5 T, magnet by magnet", changed(strong), 8),
-    "gaps": Kind("magnets 10 µm apart, all kinds of corners", changed(rounded), 7),
-    "stops": Kind("starts at the stops", changed(at_stops), 7),
-    "overlapping": Kind("overlapping starts", overlapping, 4),
+    "obstacles": Kind("rectangles, channels, chambers and funnels", changed(crowded), 6),
+    "bumps": Kind("bumps of 0.01 mm/s to 1 m/s", changed(shaken), 5),
+    "remanence": Kind("0 to 1.5 T, magnet by magnet", changed(strong), 7),
+    "gaps": Kind("magnets 10 µm apart, all kinds of corners", changed(rounded), 6),
+    "stops": Kind("starts at the stops", changed(at_stops), 6),
+    "overlapping": Kind("overlapping starts", overlapping, 3),
     "straight": Kind("exactly straight, symmetric chains", changed(symmetric), 5),
     "tolerances": Kind("tolerances of 1e-1 to 1e-12 rad", tolerances, 5),
     "fields": Kind("fields, fixed magnets, gravity in the plane", changed(outside), 5),

@@ -108,29 +108,35 @@ def check_limits(motion: Motion, verdict: Verdict) -> None:
         allowed = WITHIN if scene.feed.schedule is None else DEEPEST
         verdict.bound("held within the bore", motion.beyond_bore, allowed)
     check_passivity(motion, verdict)
-    if scene.mount == "free" and scene.friction == 0.0:
+    alone = not scene.solids and scene.bumps is None
+    if scene.mount == "free" and scene.friction == 0.0 and alone:
         check_momentum(motion, verdict)
 
 
 def check_passivity(motion: Motion, verdict: Verdict) -> None:
-    """Ask that energy does not rise once nothing is fed.
+    """Ask that energy comes from what works on the chain, and goes into friction and impacts.
 
-    Relative to its range in the run, or to what was kinetic, if that is more. Of slow motions
-    it is known less exactly: rates are, to a share of what magnets can make of them.
+    Relative to its range in the run, to the work, or to what was kinetic, whichever is most. Of
+    slow motions it is known less exactly: rates are, to a share of what magnets can make of them.
     """
-    total = motion.total
-    alone = total[motion.released == motion.scene.n]
-    if alone.size == 0:
-        return
-    terms = (motion.potential, motion.kinetic, total)
+    own, kept = motion.own, motion.own + motion.impacts
+    terms = (motion.potential, motion.kinetic, motion.total, motion.work, motion.impacts)
     least = ROUNDING * max(float(np.abs(term).max()) for term in terms)
-    rise = float((alone - np.minimum.accumulate(alone)).max())
     many = min(max(LEAST_SHARES, A_STEP * len(motion.time)), MOST_SHARES)
     allowed = max(many * motion.scene.solver.tolerance, FLOOR)
     moving = float(motion.kinetic.max())
     usual = math.sqrt(moving * pair_energy(motion.scene))
-    extent = max(float(np.ptp(total)), moving, usual, least / allowed, 1e-300)
-    verdict.bound("passivity", rise / extent, allowed)
+    ranges = (float(np.ptp(each)) for each in (own, motion.work))
+    extent = max(*ranges, moving, usual, least / allowed, 1e-300)
+    verdict.bound("passivity", rise(own) / extent, allowed)
+    verdict.bound("energy account", rise(kept) / extent, allowed, "more went into impacts")
+    if motion.scene.friction == 0.0:
+        verdict.bound("energy account", rise(-kept) / extent, allowed, "less went into impacts")
+
+
+def rise(values: np.ndarray) -> float:
+    """Return how far values rise above the least before them."""
+    return float((values - np.minimum.accumulate(values)).max())
 
 
 def pair_energy(scene: Scene) -> float:
@@ -206,6 +212,6 @@ def check_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
     if scene.mount == "tube" or outside:
         return
     joints = np.clip(fold.joint_angles, -np.pi / 2.0, np.pi / 2.0)
-    again = simulate(scene.replace(start_angles=joints))
+    again = simulate(scene.replace(start_angles=joints, bumps=None))
     moved = float(np.abs(again.joint_angles - joints).max(initial=0.0))
     verdict.bound("rest again", moved, 1e-6, f"put down again [rad], then {again.message}")

@@ -14,7 +14,7 @@ import numpy as np
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.laws.along_folds import SteppedSession
 from magfold_env.laws.outcomes import SAME_WITHIN, moved_starts
-from magfold_env.scene import Scene
+from magfold_env.scene import FixedMagnet, Rectangle, Scene
 from magfold_env.shapes import FloatArray, centres, headings
 from magfold_env.simulation.simulate import simulate
 from magfold_env.simulation.start import hinge_offsets
@@ -54,6 +54,8 @@ def check_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
         return
     if scene.mount == "tube":
         _check_other_end_of_tube(scene, fold, verdict)
+    if scene.bumps is not None:
+        return  # A train of bumps looks the same from nowhere else.
     here, ends = End.of(fold), views(scene)
     if here.capped or any(end.capped for end in ends.values()):
         verdict.notes.append("stopped by the work cap")
@@ -223,22 +225,34 @@ def started(scene: Scene, step: int) -> dict[str, Any]:
 
 
 def _around(scene: Scene, matrix: FloatArray) -> Scene:
-    """Return the scene with an orthogonal matrix applied to gravity and fields."""
-    changes: dict[str, Any] = {"gravity": {"in_plane": matrix @ scene.gravity.in_plane}}
+    """Return the scene with an orthogonal matrix applied to all that is outside the chain."""
+
+    def placed(each: Rectangle | FixedMagnet) -> dict[str, Any]:
+        along = matrix @ [math.cos(each.heading), math.sin(each.heading)]
+        return {
+            "position": matrix @ each.position,
+            "heading": math.atan2(along[1], along[0]),
+        }
+
+    changes: dict[str, Any] = {
+        "gravity": {"in_plane": matrix @ scene.gravity.in_plane},
+        "obstacles": [{"size": each.size, **placed(each)} for each in scene.obstacles],
+    }
     if scene.field is not None:
         field: dict[str, Any] = {"uniform": matrix @ scene.field.uniform}
-        if (magnet := scene.field.magnet) is not None:
-            along = matrix @ [math.cos(magnet.heading), math.sin(magnet.heading)]
-            field["magnet"] = {
-                "position": matrix @ magnet.position,
-                "heading": math.atan2(along[1], along[0]),
-            }
+        if scene.field.magnet is not None:
+            field["magnet"] = placed(scene.field.magnet)
         changes["field"] = field
     return scene.replace(**changes)
 
 
 def _moved(scene: Scene, way: FloatArray) -> Scene:
-    """Return the scene with its fixed magnet moved [m]."""
-    if scene.field is None or scene.field.magnet is None:
-        return scene
-    return scene.replace(field={"magnet": {"position": way + scene.field.magnet.position}})
+    """Return the scene with what does not move elsewhere [m]."""
+    changes: dict[str, Any] = {
+        "obstacles": [
+            {**each.model_dump(), "position": way + each.position} for each in scene.obstacles
+        ]
+    }
+    if scene.field is not None and scene.field.magnet is not None:
+        changes["field"] = {"magnet": {"position": way + scene.field.magnet.position}}
+    return scene.replace(**changes)

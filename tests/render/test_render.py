@@ -109,7 +109,7 @@ def test_views_hold_a_fixed_magnet_that_is_not_too_far() -> None:
     straight = np.zeros(6), np.zeros(2), 6
     near = FREE.replace(field={"magnet": MAGNET})
     far = FREE.replace(field={"magnet": {**MAGNET, "position": (3.0, 0.0)}})
-    corners = mf.FixedMagnet(**MAGNET).corners
+    corners = mf.FixedMagnet(**MAGNET).outline.corners
     view = chain_view(near, *straight)
     assert view.top > corners[:, 1].max()
     assert view.right > corners[:, 0].max()

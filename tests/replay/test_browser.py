@@ -224,7 +224,7 @@ def test_a_tube_a_fixed_magnet_and_a_field_are_drawn(
 
 def test_magnets_that_are_not_loaded_yet_are_bare(browser: chromium.Page, tmp_path: Path) -> None:
     page = _opened(browser, recorded("LRLLL", mf.load_scene("tube-feed")), tmp_path)
-    assert page.value("document.querySelectorAll('.bare').length") == 5
+    assert page.value("document.querySelectorAll('.bare').length") == 6
     page.key("End")
     assert page.value("document.querySelectorAll('.bare').length") == 0
 

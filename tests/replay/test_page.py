@@ -102,7 +102,9 @@ def test_what_surrounds_a_chain_is_on_the_page() -> None:
     scene = TUBE.replace(field={"uniform": (0.0, 2e-5), "magnet": magnet.model_dump()})
     data = page_data(recording(recorded("LRLLL", scene)))
     assert data["tube"] == {"bore": round(1e3 * scene.bore, 4), "wall": 1.0}
-    np.testing.assert_allclose(np.array(data["field"]["corners"]) / 1e3, magnet.corners, atol=1e-7)
+    np.testing.assert_allclose(
+        np.array(data["field"]["corners"]) / 1e3, magnet.outline.corners, atol=1e-7
+    )
     assert data["field"]["uniform"] == pytest.approx([0.0, 0.02])
     assert data["order"] == [0, 1, 2, 3, 4, 5]
     # Loaded at the mouth: one more than has left it.

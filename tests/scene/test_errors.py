@@ -121,8 +121,8 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"mount": "tube", "field": {"magnet": {**FIXED, "position": (-0.05, 0.015)}}},
-        "field.magnet.position: (-0.05, 0.015) is not allowed; a fixed external magnet must lie "
-        "outside the tube: nowhere both x < 0 and |y| < bore/2 + wall = 0.0102808",
+        "field.magnet.position: (-0.05, 0.015) is not allowed; must leave free the tube's bore and "
+        "as much before its mouth as a casing is long: nowhere both x < 0.0176777 and |y| < 0.0",
     ),
     ({"magnets": {"nodes": 2.5}}, "magnets.nodes: 2.5 is not allowed; must be a valid integer"),
     ({"mount": "glued"}, "mount: 'glued' is not allowed; must be 'pinned', 'free' or 'tube'"),

@@ -37,18 +37,20 @@ def test_the_geometry_of_a_fixed_magnet() -> None:
     )
     np.testing.assert_allclose(magnet.poles, [[1.0, 2.1], [1.0, 1.9]])
     expected = [[1.2, 2.1], [0.8, 2.1], [0.8, 1.9], [1.2, 1.9]]
-    np.testing.assert_allclose(magnet.corners, expected)
+    np.testing.assert_allclose(magnet.outline.corners, expected)
     # 1.2 T over 400 cm².
     assert magnet.charge == pytest.approx(1.2 * 0.04 / (4e-7 * math.pi))
 
 
-def test_a_fixed_magnet_may_stand_before_or_beside_the_tube() -> None:
+def test_a_fixed_magnet_may_stand_before_or_beside_the_bore() -> None:
     tube = SCENE.replace(mount="tube")
-    beside = 0.005 + tube.bore / 2 + tube.feed.wall
-    for position in ((0.010, 0.0), (-0.05, beside), (-0.05, -beside - 1e-9), (0.0, 0.05)):
+    beside, before = 0.005 + tube.bore / 2 + 1e-9, 0.010 + tube.casing.diagonal + 1e-9
+    for position in ((before, 0.0), (-0.05, beside), (-0.05, -beside), (0.0, 0.05)):
         size = {"width": 0.01, "height": 0.01, "thickness": 0.02}
         placed = tube.replace(field={"magnet": {"position": position, **size}})
         assert placed.field is not None
-    # Without a tube there is none to keep clear of.
+    # Without a tube there is none to keep clear of, but the chain itself.
     inside = {"magnet": {**FIXED, "position": (-0.05, 0.0)}}
     assert SCENE.replace(mount="pinned", field=inside).field is not None
+    with pytest.raises(mf.SceneError, match=r"field.magnet.position.*component 3 begins there"):
+        SCENE.replace(field={"magnet": {**FIXED, "position": (0.05, 0.0)}})

@@ -171,34 +171,3 @@ def test_magnets_fit_exactly_if_no_two_of_their_rectangles_overlap(
         for g in range(f)
     )
     assert (not magnets.misfits(side)) == (inside and apart)
-
-
-@given(
-    st.tuples(_number(-0.1, 0.05), _number(-0.05, 0.05)),
-    _number(-4.0, 4.0),
-    *[_number(1e-3, 0.05)] * 2,
-)
-def test_a_fixed_magnet_overlaps_the_tube_if_a_point_of_it_lies_inside(
-    position: tuple[float, float], heading: float, width: float, thickness: float
-) -> None:
-    magnet = mf.FixedMagnet(
-        position=position, heading=heading, width=width, height=0.01, thickness=thickness
-    )
-    share = np.linspace(-0.5, 0.5, 101)
-    along = np.array([np.cos(heading), np.sin(heading)])
-    across = np.array([-along[1], along[0]])
-    points = (
-        np.array(position)
-        + (share[:, None] * thickness * along)[:, None]
-        + share[:, None] * width * across
-    )
-
-    def inside(points: np.ndarray, margin: float) -> bool:
-        x, y = points.reshape(-1, 2).T
-        return bool(((x < -margin) & (np.abs(y) < 0.01 - margin)).any())
-
-    step = 0.02 * max(width, thickness)
-    if inside(points, 0.0):
-        assert magnet.overlaps_tube(0.01)
-    elif not inside(points, -step):  # not even with the spaces between the points
-        assert not magnet.overlaps_tube(0.01)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.scene import Casing, Feed, Magnets, Scene
+from magfold_env.scene import Casing, Field, FixedMagnet, Magnets, Rectangle, Scene
 from magfold_env.simulation.pack import (
     SLOWEST,
     charges,
@@ -154,8 +154,29 @@ def test_grip_and_lengths_follow_the_casing():
     np.testing.assert_allclose(model.bodies.inertia, np.array([0.004, 0.001]) * 0.02**2 / 6)
     np.testing.assert_allclose(model.bodies.length, 0.02 * np.sqrt(2))
     np.testing.assert_allclose(model.bodies.reach, 0.01 * np.sqrt(2))
-    assert model.bore == pytest.approx(1.05 * 0.02 * np.sqrt(2))
-    assert model.wall == Feed().wall
+
+
+def test_what_does_not_move_is_one_array():
+    magnet = FixedMagnet(position=(0.2, 0.1), heading=0.5, width=0.02, height=0.01, thickness=0.03)
+    post = Rectangle(position=(0.1, -0.1), size=(0.002, 0.03), heading=0.3)
+    scene = Scene(
+        sequence=("NSNS",) * 3, mount="tube", field=Field(magnet=magnet), obstacles=(post,)
+    )
+    bore, wall, round_ = scene.bore, scene.feed.wall, scene.casing.corner_radius
+    assert bore == pytest.approx(1.05 * scene.casing.diagonal)
+    length, middle = 6 * scene.casing.diagonal, 0.5 * (bore + wall)
+    # A magnet's thickness lies along its heading. The longer side comes first.
+    expected = [
+        (-length / 2, middle, 1.0, 0.0, length / 2, wall / 2, wall / 4),
+        (-length / 2, -middle, 1.0, 0.0, length / 2, wall / 2, wall / 4),
+        (0.2, 0.1, np.cos(0.5), np.sin(0.5), 0.015, 0.01, 0.005),
+        (0.1, -0.1, -np.sin(0.3), np.cos(0.3), 0.015, 0.001, 0.0005),
+    ]
+    for row, (*place, along, across, quarter) in zip(pack(scene).obstacles, expected, strict=True):
+        radius = min(round_, quarter)
+        np.testing.assert_allclose(
+            row, [*place, along - radius, across - radius, radius], atol=1e-15
+        )
 
 
 def rate_of(scene, mass=0.0037):

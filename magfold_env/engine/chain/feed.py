@@ -15,6 +15,7 @@ from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.boxes import first_box
 from magfold_env.engine.elementary import direction, sincos
+from magfold_env.engine.magnets.chain import potential_energy
 from magfold_env.engine.state import Array, Model, Pose, State, Work
 
 STRAIGHT = 0.2  # [rad] of the heading of a component that may be held again
@@ -135,12 +136,13 @@ def begin(model: Model, state: State, work: Work) -> None:
     if state.counter[at.SLIPPING] == 0 and is_too_much(model, state, whole_mass(model) * jump):
         state.counter[at.SLIPPING] = 1
         state.feed[at.SINCE] = state.clock[at.TIME]
+        note_force(state, math.copysign(model.force_limit, jump))
     if state.counter[at.SLIPPING] != 0 and jump != 0.0:
         state.counter[at.SLIPPING] = 1 if jump > 0.0 else -1
     carry(model, state, work)
     if state.counter[at.SLIPPING] == 0:
         change_speed(model, state, work, speed)
-    load(model, state)
+    load(model, state, work)
     aim(model, state)
     state.clock[at.MARK] = math.inf
     if state.counter[at.SLIPPING] == 0 and speed != 0.0:
@@ -158,11 +160,59 @@ def whole_mass(model: Model) -> float:
     return total
 
 
+@kernel
+def carry_on(model: Model, state: State, work: Work, until: float) -> None:
+    """Move a chain that is all inside, at which only gravity and an outer field pull."""
+    before = potential_of(model, state, work) if model.field.present else 0.0
+    way = state.v[model.n] * (until - state.clock[at.TIME])
+    state.q[model.n] += way
+    state.clock[at.TIME] = until
+    gained = -whole_mass(model) * model.gravity_x * way
+    if model.field.present:
+        gained += potential_of(model, state, work) - before
+    if way != 0.0:
+        state.account[at.FED] += gained
+        state.account[at.IMPULSE] += gained / state.v[model.n]
+
+
 @inlined
 def is_too_much(model: Model, state: State, impulse: float) -> bool:
     """Whether the drive gives way to an impulse [N·s]; with nothing outside yet it never does."""
     outside = state.counter[at.LO] < model.n
     return outside and abs(impulse) > model.force_limit * AT_ONCE
+
+
+@inlined
+def drives(model: Model, state: State) -> bool:
+    """Whether the drive moves a chain, part of which is outside, at the speed asked."""
+    return 0 < state.counter[at.LO] < model.n and state.counter[at.SLIPPING] == 0
+
+
+@inlined
+def note_force(state: State, force: float) -> None:
+    """Note a force of the drive [N], if it is the largest so far."""
+    if abs(force) > abs(state.account[at.PEAK]):
+        state.account[at.PEAK] = force
+
+
+@inlined
+def note_impulse(model: Model, state: State, impulse: float, velocity: float) -> None:
+    """Book an impulse of the drive [N·s], at the mean of its velocities before and after [m/s]."""
+    if state.counter[at.LO] < model.n:
+        force = impulse / AT_ONCE
+        note_force(state, min(max(force, -model.force_limit), model.force_limit))
+    state.account[at.IMPULSE] += impulse
+    state.account[at.FED] += impulse * velocity
+
+
+@inlined
+def note_step(state: State, work: Work, impulse: float, way: float) -> None:
+    """Book an impulse of the drive [N·s] while the base went so far [m]."""
+    state.account[at.IMPULSE] += impulse
+    if state.counter[at.SLIPPING] != 0:
+        state.account[at.FED] += work.chain.base[at.DRIVE] * way
+    else:
+        state.account[at.FED] += impulse * state.v[state.v.size - 2]
 
 
 @kernel
@@ -181,6 +231,7 @@ def slip(model: Model, state: State, work: Work, force: float) -> None:
     """Let the drive slip, which a force of this sign would have kept from it."""
     state.counter[at.SLIPPING] = 1 if force > 0.0 else -1
     state.feed[at.SINCE] = state.clock[at.TIME]
+    note_force(state, math.copysign(model.force_limit, force))
     state.counter[at.FEEDING] = 0
     state.counter[at.FRESH] = 1
     carry(model, state, work)
@@ -199,22 +250,39 @@ def needed_force(lo: int, model: Model, work: Work, acceleration: Array) -> floa
         turning = pose.sin[i] * acceleration[i]
         force += bodies.mass[i] * (hinge - bodies.reach[i] * turning)
         hinge -= bodies.length[i] * turning
-    for r in range(rows.counts[at.JOINT_STOPS], rows.counts[at.ALL_ROWS]):
+    for r in range(rows.counts[at.JOINT_STOPS], rows.counts[at.SOLVED]):
         force -= rows.multiplier[r] * rows.jacobian[r, n]
     return force - work.chain.force[n] - work.chain.base[at.PULL]
 
 
+@inlined
+def momentum_along(lo: int, model: Model, work: Work, v: Array) -> float:
+    """Momentum of the free components along the tube [N·s]; needs the pose."""
+    bodies, pose = model.bodies, work.pose
+    total, hinge = 0.0, v[model.n]
+    for i in range(lo, model.n):
+        total += bodies.mass[i] * (hinge - bodies.reach[i] * pose.sin[i] * v[i])
+        hinge -= bodies.length[i] * pose.sin[i] * v[i]
+    return total
+
+
 @kernel
-def drives_on(model: Model, state: State, work: Work, acceleration: Array) -> bool:
-    """Whether the drive goes on as it does, slipping or not; else it is to begin anew."""
+def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew: bool) -> bool:
+    """Whether the drive goes on as it does, slipping or not; else it is to begin anew.
+
+    The accelerations may be ``anew``, else the last step's end was this one's beginning.
+    """
     lo, n, slipping = state.counter[at.LO], model.n, state.counter[at.SLIPPING]
     if state.counter[at.FEEDING] == 0:
         return False
     if slipping == 0:
-        force = needed_force(lo, model, work, acceleration)
+        if anew:
+            work.stages.drive[0] = needed_force(lo, model, work, acceleration)
+        force = float(work.stages.drive[0])
         if abs(force) > model.force_limit:
             slip(model, state, work, force)
             return False
+        note_force(state, force)
         return True
     if is_at_mark(state):
         return False
@@ -325,7 +393,7 @@ def fits(model: Model, state: State) -> bool:
 
 
 @kernel
-def load(model: Model, state: State) -> None:
+def load(model: Model, state: State, work: Work) -> None:
     """Give components that come to be outside their magnets, if they have them only there.
 
     And take them from those that come to be inside. A component is inside while the base is so
@@ -335,13 +403,26 @@ def load(model: Model, state: State) -> None:
         return
     n, inner = model.n, state.counter[at.LO] - 1
     x, leaves = state.q[n], state.v[n] >= 0.0
+    energy, changed = 0.0, False
     for i in range(n):
         mouth = (inner - i) * model.bodies.length[i]
         outside = i >= inner and (x > mouth or (x == mouth and leaves))
         if outside != charged(model, i):
+            if not changed:
+                energy = potential_of(model, state, work)
+                changed = True
             for face in range(4):
                 model.charge[i, face] = state.waiting[i, face] if outside else 0.0
-            state.counter[at.FRESH] = 1
+    if changed:
+        state.counter[at.FRESH] = 1
+        state.account[at.LOADED] += potential_of(model, state, work) - energy
+
+
+@kernel
+def potential_of(model: Model, state: State, work: Work) -> float:
+    """Energy whose gradient the magnets' forces are [J]."""
+    first = place_all(state.counter[at.LO], model, state.q, work.pose)
+    return potential_energy(first, model, state.q, work)
 
 
 @kernel
@@ -370,6 +451,7 @@ def hold(model: Model, state: State, work: Work) -> None:
     n, i = model.n, state.counter[at.LO]
     s, c = sincos(float(state.q[i]))
     length, rate = float(model.bodies.length[i]), float(state.v[i])
+    energy, along = kinetic(i, model, state, work)
     state.q[n] += length * c
     state.q[n + 1] += length * s
     state.v[i] = 0.0
@@ -377,14 +459,25 @@ def hold(model: Model, state: State, work: Work) -> None:
     state.stuck[i] = 0
     state.counter[at.LO] = i + 1
     jolt(model, state, work, length * s * rate, -length * c * rate)
+    new_energy, new_along = kinetic(i + 1, model, state, work)
+    impulse = new_along - along
+    note_impulse(model, state, impulse, float(state.v[n]))
+    state.account[at.IMPACTS] += energy - new_energy + impulse * state.v[n]
 
 
 @kernel
 def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
     """Give the base another feed speed [m/s]; the chain outside feels an impulse."""
-    jump = speed - state.v[model.n]
+    lo, before = state.counter[at.LO], float(state.v[model.n])
+    jump = speed - before
+    if jump == 0.0:
+        state.counter[at.FRESH] = 1
+        return
+    _, along = kinetic(lo, model, state, work)
     state.v[model.n] = speed
     jolt(model, state, work, jump, 0.0)
+    _, new_along = kinetic(lo, model, state, work)
+    note_impulse(model, state, new_along - along, 0.5 * (before + speed))
 
 
 @kernel
@@ -399,13 +492,62 @@ def jolt(model: Model, state: State, work: Work, jump_x: float, jump_y: float) -
     if lo == n or (jump_x == 0.0 and jump_y == 0.0):
         return
     place_all(lo, model, state.q, work.pose)
+    spread(lo, model, state, work, -jump_x, -jump_y, articulated.DRIVEN)
+
+
+@kernel
+def bump(model: Model, state: State, work: Work, x: float, y: float) -> None:
+    """Change the velocity of all free components at once [m/s], as far as hinges let them.
+
+    A base that the tube or a pin holds goes on as before.
+    """
+    lo, n = state.counter[at.LO], model.n
+    if lo == n:
+        return
+    energy, along = kinetic(lo, model, state, work)
+    state.stuck[lo:] = 0
+    spread(lo, model, state, work, x, y, base_mass(lo, model, work))
+    new_energy, new_along = kinetic(lo, model, state, work)
+    impulse = 0.0
+    if lo > 0 and state.counter[at.SLIPPING] == 0:
+        impulse = new_along - along
+        for i in range(lo, n):
+            impulse -= model.bodies.mass[i] * x
+        note_impulse(model, state, impulse, float(state.v[n]))
+    state.account[at.BUMPED] += new_energy - energy - impulse * state.v[n]
+    state.counter[at.FRESH] = 1
+
+
+@kernel
+def spread(
+    lo: int, model: Model, state: State, work: Work, x: float, y: float, base: float
+) -> None:
+    """Let the chain take up what changes each free component's velocity by so much [m/s].
+
+    ``base`` is the mass of the base, see `articulated.solve`. Needs the pose.
+    """
+    n, bodies, pose, chain, force = model.n, model.bodies, work.pose, work.chain, work.chain.force
     for i in range(lo, n):
-        work.loads.fx[i] = -model.bodies.mass[i] * jump_x
-        work.loads.fy[i] = -model.bodies.mass[i] * jump_y
+        work.loads.fx[i] = bodies.mass[i] * x
+        work.loads.fy[i] = bodies.mass[i] * y
         work.loads.torque[i] = 0.0
-    bodies, pose, chain, force = model.bodies, work.pose, work.chain, work.chain.force
     articulated.generalise(lo, bodies, pose, work.loads, force)
     articulated.factor(lo, bodies, pose, chain.unlocked, chain)
-    articulated.solve(lo, bodies, pose, chain.unlocked, articulated.DRIVEN, force, force, chain)
-    for i in range(lo, n):
-        state.v[i] += force[i]
+    articulated.solve(lo, bodies, pose, chain.unlocked, base, force, force, chain)
+    for k in range(lo, n + 2):
+        state.v[k] += force[k]
+
+
+@kernel
+def kinetic(lo: int, model: Model, state: State, work: Work) -> tuple[float, float]:
+    """Kinetic energy of the chain [J], and its momentum along the tube [N·s]; finds the pose."""
+    bodies, centres, v = model.bodies, work.centres, state.v
+    place_all(lo, model, state.q, work.pose)
+    articulated.centre_velocities(lo, bodies, work.pose, v, centres.vx, centres.vy)
+    energy, along = 0.0, 0.0
+    for i in range(model.n):
+        vx = centres.vx[i] if i >= lo else v[model.n]
+        vy = centres.vy[i] if i >= lo else v[model.n + 1]
+        energy += bodies.mass[i] * (vx * vx + vy * vy) + bodies.inertia[i] * v[i] * v[i]
+        along += bodies.mass[i] * vx
+    return 0.5 * energy, along

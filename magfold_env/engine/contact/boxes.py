@@ -1,4 +1,4 @@
-"""Squares, walls and a fixed magnet as boxes with rounded corners, and how far apart they are.
+"""Squares and obstacles as boxes with rounded corners, and how far apart they are.
 
 A box is a *core* with sharp corners, widened by a radius. The gap of two boxes is the distance of
 their cores less both radii, and that distance is always one of a corner of one core from the other
@@ -13,11 +13,11 @@ contacts that repeat the stops never act.
 
 import math
 
+from magfold_env.engine import entries as at
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Model, Pose, Work
 
 APART = 4
-OBSTACLES = 3  # the tube's two walls and the fixed magnet, in this order
 SHRINK = 1e-4
 OVERLAP = 1e-3  # share of the side: deeper, and squares overlap
 FACE_C = math.sqrt(0.5)  # a square's first face looks 45° to the left of its heading
@@ -36,7 +36,7 @@ def first_box(lo: int) -> int:
 def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
     """Cores of the squares of components ``first`` on, then of the obstacles.
 
-    A box has a centre, an axis (c, s) and half sizes along it and across.
+    A box has a centre, an axis (c, s) and half sizes along it and across, the longer one along.
     """
     n = model.n
     half = 0.5 * (1.0 - SHRINK) * model.side - model.rounding
@@ -47,37 +47,19 @@ def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
         work.boxes.s[i] = FACE_C * (pose.sin[i] + pose.cos[i])
         work.boxes.a[i] = half
         work.boxes.b[i] = half
-    if model.tube:
-        length = 2.0 * n * model.bodies.length[0]
-        radius = wall_rounding(model)
-        for k in range(2):
-            sign = 1.0 - 2.0 * k
-            work.boxes.x[n + k] = -0.5 * length
-            work.boxes.y[n + k] = sign * 0.5 * (model.bore + model.wall)
-            work.boxes.c[n + k] = 1.0
-            work.boxes.s[n + k] = 0.0
-            work.boxes.a[n + k] = 0.5 * length - radius
-            work.boxes.b[n + k] = 0.5 * model.wall - radius
-    if model.field.solid:
-        radius = magnet_rounding(model)
-        work.boxes.x[n + 2] = model.field.centre_x
-        work.boxes.y[n + 2] = model.field.centre_y
-        work.boxes.c[n + 2] = model.field.cos
-        work.boxes.s[n + 2] = model.field.sin
-        work.boxes.a[n + 2] = model.field.half_length - radius
-        work.boxes.b[n + 2] = model.field.half_width - radius
+    for k in range(model.obstacles.shape[0]):
+        work.boxes.x[n + k] = model.obstacles[k, at.X]
+        work.boxes.y[n + k] = model.obstacles[k, at.Y]
+        work.boxes.c[n + k] = model.obstacles[k, at.C]
+        work.boxes.s[n + k] = model.obstacles[k, at.S]
+        work.boxes.a[n + k] = model.obstacles[k, at.A]
+        work.boxes.b[n + k] = model.obstacles[k, at.B]
 
 
 @inlined
-def magnet_rounding(model: Model) -> float:
-    """Radius of the fixed magnet's edges [m]: as the casings', as far as its size allows."""
-    return min(model.rounding, 0.5 * min(model.field.half_length, model.field.half_width))
-
-
-@inlined
-def wall_rounding(model: Model) -> float:
-    """Radius of the wall's edges [m]: as the casings', but never more than the wall allows."""
-    return min(model.rounding, 0.25 * model.wall)
+def count(model: Model) -> int:
+    """Return how many boxes there are: components, then obstacles."""
+    return model.n + int(model.obstacles.shape[0])
 
 
 @inlined
@@ -86,9 +68,7 @@ def clearance(model: Model, box: int, other: int) -> float:
     last = max(box, other)
     if last < model.n:
         return 2.0 * model.rounding
-    return model.rounding + (
-        magnet_rounding(model) if last == model.n + 2 else wall_rounding(model)
-    )
+    return model.rounding + float(model.obstacles[last - model.n, at.RADIUS])
 
 
 @inlined
@@ -136,19 +116,22 @@ def corner_gap(model: Model, work: Work, box: int, other: int, k: int) -> float:
 
 @inlined
 def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> float:
-    """How far corner k of ``other`` has come through the face of a wall [m]; −1 if it has not.
+    """How far corner k of ``other`` has come through a long face of an obstacle [m]; −1 if not.
 
     The face is the one that the centre of ``other`` looks at. A corner that swings fast may have
     left a thin wall on its far side, where its gap says nothing.
     """
     px, py = corner(work, other, k)
-    x, y = work.boxes.x[other] - work.boxes.x[wall], work.boxes.y[other] - work.boxes.y[wall]
+    dx, dy = work.boxes.x[other] - work.boxes.x[wall], work.boxes.y[other] - work.boxes.y[wall]
+    c, s = work.boxes.c[wall], work.boxes.s[wall]
+    x, y = c * dx + s * dy, c * dy - s * dx
+    along, across = c * px + s * py, c * py - s * px
     half = work.boxes.b[wall]
     side = 1.0 if y > 0.0 else -1.0
-    before, behind = side * y - half, half - side * (y + py)
+    before, behind = side * y - half, half - side * (y + across)
     if before <= 0.0 or behind <= 0.0:
         return -1.0
-    where = x + px * before / (before + behind)
+    where = x + along * before / (before + behind)
     return behind + clearance(model, wall, other) if abs(where) <= work.boxes.a[wall] else -1.0
 
 
@@ -160,14 +143,9 @@ def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
     dy = work.boxes.y[i] - work.boxes.y[j]
     if j < model.n:
         return dx * dx + dy * dy < reach * reach
-    if j == model.n + 2:
-        c, s = work.boxes.c[j], work.boxes.s[j]
-        along, across = abs(c * dx + s * dy), abs(c * dy - s * dx)
-        return along < 0.6 * reach + work.boxes.a[j] and across < 0.6 * reach + work.boxes.b[j]
-    return (
-        work.boxes.x[i] < 0.6 * reach
-        and abs(work.boxes.y[i] - work.boxes.y[j]) < 0.6 * reach + work.boxes.b[j]
-    )
+    c, s = work.boxes.c[j], work.boxes.s[j]
+    along, across = abs(c * dx + s * dy), abs(c * dy - s * dx)
+    return along < 0.6 * reach + work.boxes.a[j] and across < 0.6 * reach + work.boxes.b[j]
 
 
 @inlined
@@ -177,15 +155,7 @@ def next_partner(model: Model, lo: int, i: int, j: int) -> int:
     Components in the tube, all before ``lo``, meet neither each other nor an obstacle.
     """
     j = j + 1 if j > i else min(i + APART, model.n)
-    if j < model.n:
-        return j
-    if i < lo:
-        return model.n + OBSTACLES
-    if j < model.n + 2 and not model.tube:
-        j = model.n + 2
-    if j == model.n + 2 and not model.field.solid:
-        j = model.n + OBSTACLES
-    return j
+    return j if j < model.n or i >= lo else count(model)
 
 
 @kernel
@@ -212,4 +182,16 @@ def overlapping_pair(model: Model, work: Work) -> tuple[int, int]:
         for j in range(i + APART, model.n):
             if may_touch(model, work, i, j) and separation(work, i, j) < least:
                 return i, j
+    return -1, -1
+
+
+@kernel
+def blocked(model: Model, work: Work) -> tuple[int, int]:
+    """Return a component that overlaps an obstacle, and the obstacle; (−1, −1) if none does."""
+    for i in range(model.n):
+        for k in range(model.obstacles.shape[0]):
+            j = model.n + k
+            least = clearance(model, i, j) - OVERLAP * model.side
+            if may_touch(model, work, i, j) and separation(work, i, j) < least:
+                return i, k
     return -1, -1

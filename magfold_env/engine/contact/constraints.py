@@ -17,6 +17,7 @@ from magfold_env.engine.stepping import dynamics
 
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
 SHUT = 1e-10  # [m/s] rates this small are none
+WEDGED = 1e-3  # of the feed's speed, with which something still comes nearer after an impact
 OPENING = 1e-7  # [rad/s] a stop whose joint turns away faster is left
 CORRECTIONS = 3
 ATTEMPTS = 3  # at the velocities after an impact
@@ -72,15 +73,22 @@ def begin_step(model: Model, state: State, work: Work) -> int:
             closing = closing or dynamics.rate_of(lo, work, r, state.v) < -SHUT
     result = OK
     if closing:
-        driven = 0 < lo < model.n and state.counter[at.SLIPPING] == 0
+        driven, speed = feed.drives(model, state), float(state.v[model.n])
+        lost = float(state.account[at.IMPACTS])
         if driven:
             copy(state.v, work.stages.new_v, 0)
         solved, impulse = collide(lo, rows, model, state, work)
+        if driven and approaches(lo, rows, state.v, work, WEDGED * abs(speed) + SHUT):
+            # In line with what it meets a chain cannot give way: only the drive can.
+            impulse = math.copysign(math.inf, speed)
         if driven and (not solved or feed.is_too_much(model, state, impulse)):
             # A drive that gives way: what it carries takes part in the impact.
             copy(work.stages.new_v, state.v, 0)
+            state.account[at.IMPACTS] = lost
             feed.slip(model, state, work, impulse)
             solved, _ = collide(lo, rows, model, state, work)
+        elif driven:
+            feed.note_impulse(model, state, impulse, float(state.v[model.n]))
         if not solved:
             return UNSOLVED
         state.counter[at.EVENTS] += 1
@@ -94,35 +102,25 @@ def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple
     """Let an impact happen; whether it could be found, and the drive's impulse [N·s]."""
     slow = model.tolerance * model.rate_scale * model.side
     n, v = model.n, state.v
-    impulse = -momentum_along(lo, model, work, v)
+    impulse = -feed.momentum_along(lo, model, work, v)
     solved, attempts = False, 0
     # An attempt that fails leaves far slower approaches than it found.
     while not solved and attempts < ATTEMPTS:
         solved = dynamics.project(model, state, v, work, slow)
         attempts += 1
+        state.account[at.IMPACTS] += dynamics.lost(lo, rows, work, v)
         for r in range(work.rows.counts[at.JOINT_STOPS], rows):
             impulse -= work.rows.multiplier[r] * work.rows.jacobian[r, n]
     # Where rows all but repeat each other rounding may hide that nothing is left to do.
-    solved = solved or not approaches(lo, rows, v, work)
-    return solved, impulse + momentum_along(lo, model, work, v)
-
-
-@inlined
-def momentum_along(lo: int, model: Model, work: Work, v: Array) -> float:
-    """Momentum of the free components along the tube [N·s]."""
-    bodies, pose = model.bodies, work.pose
-    total, hinge = 0.0, v[model.n]
-    for i in range(lo, model.n):
-        total += bodies.mass[i] * (hinge - bodies.reach[i] * pose.sin[i] * v[i])
-        hinge -= bodies.length[i] * pose.sin[i] * v[i]
-    return total
+    solved = solved or not approaches(lo, rows, v, work, SHUT)
+    return solved, impulse + feed.momentum_along(lo, model, work, v)
 
 
 @kernel
-def approaches(lo: int, rows: int, v: Array, work: Work) -> bool:
-    """Whether anything that touches still comes nearer."""
+def approaches(lo: int, rows: int, v: Array, work: Work, least: float) -> bool:
+    """Whether anything that touches still comes nearer, faster than ``least`` [rad/s, m/s]."""
     for r in range(rows):
-        if dynamics.rate_of(lo, work, r, v) < -SHUT:
+        if dynamics.rate_of(lo, work, r, v) < -least:
             return True
     return False
 
@@ -336,7 +334,7 @@ def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: flo
     near = 4.0 * fastest * h + jacobian.TOUCH * model.side
     for i in range(boxes.first_box(lo), model.n):
         j = boxes.next_partner(model, lo, i, i)
-        while j < model.n + boxes.OBSTACLES:
+        while j < boxes.count(model):
             if boxes.may_touch(model, work, i, j):
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)

@@ -1,12 +1,12 @@
 """The moment, inside a step, when something new touches; and hops too small to be followed."""
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain import articulated
+from magfold_env.engine.chain import articulated, feed
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, constraints, jacobian
 from magfold_env.engine.contact.complementarity import solve_nonnegative
-from magfold_env.engine.state import Array, Model, State, Work
-from magfold_env.engine.stepping.dynamics import apply_multipliers, rate_of
+from magfold_env.engine.state import Array, Model, State, Work, copy
+from magfold_env.engine.stepping.dynamics import apply_multipliers, lost, rate_of
 from magfold_env.engine.stepping.stages import interpolate
 
 STALLED = -1.0
@@ -27,18 +27,17 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
     for k in range(constraints.first_joint(lo), model.n):
         if state.lock[k] == 0:
             worst = min(worst, jacobian.HALF_PI - abs(q[k] - q[k - 1]))
-    if model.n <= boxes.APART and not (model.tube or model.field.solid):
+    if model.n <= boxes.APART and model.obstacles.shape[0] == 0:
         return worst
     constraints.place_touching(lo, model, q, work)
     for i in range(boxes.first_box(lo), model.n):
         j = boxes.next_partner(model, lo, i, i)
-        while j < model.n + boxes.OBSTACLES:
+        while j < boxes.count(model):
             if boxes.may_touch(model, work, i, j):
-                wall = model.n <= j < model.n + 2
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)
                     gap = boxes.corner_gap(model, work, box, other, c % 4)
-                    if wall and c >= 4:
+                    if c >= 4 and j >= model.n:
                         gap = min(gap, -boxes.behind_face(model, work, j, i, c % 4))
                     gap /= model.side
                     if gap < worst and not jacobian.is_row(work, box, other, c % 4):
@@ -131,7 +130,21 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
         work.rows.passive[r] = 1
     solved = solve_nonnegative(rows, work)
     if solved:
+        copy(state.v, work.stages.new_v, 0)
+        impulse = -feed.momentum_along(lo, model, work, state.v)
         apply_multipliers(lo, rows, work, state.v)
+        if feed.drives(model, state):
+            impulse += feed.momentum_along(lo, model, work, state.v)
+            for r in range(work.rows.counts[at.JOINT_STOPS], rows):
+                impulse -= work.rows.multiplier[r] * work.rows.jacobian[r, model.n]
+            # What only the drive keeps apart no hop brings together.
+            solved = not feed.is_too_much(model, state, impulse)
+            if solved:
+                feed.note_impulse(model, state, impulse, float(state.v[model.n]))
+            else:
+                copy(work.stages.new_v, state.v, 0)
+    if solved:
+        state.account[at.IMPACTS] += lost(lo, rows, work, state.v)
     else:
         for k in range(model.n):
             if work.rows.hopping[k] == 1:

@@ -24,7 +24,7 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
     touch = TOUCH * model.side
     for i in range(boxes.first_box(lo), model.n):
         j = boxes.next_partner(model, lo, i, i)
-        while j < model.n + boxes.OBSTACLES:
+        while j < boxes.count(model):
             if boxes.may_touch(model, work, i, j):
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)

@@ -27,21 +27,23 @@ UNMET = 1e-6  # [rad/s], a hundredth of it in m/s: rates that should be zero and
 
 
 @kernel
-def stop_slow(model: Model, state: State, work: Work, out: Array) -> None:
+def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     """Stop the components that friction is about to stop.
 
     A component that slows down and would slide on by less than a hundredth of the tolerance is
     put to rest, and stays if friction can hold it. Those that it cannot hold go on, unless they
     hardly move any more and turn back: that they may do from rest. ``out`` holds the accelerations
-    of the state, before and after. Steps must not jump over the moment when a component stops:
-    ``state.clock[BRAKE]`` bounds the next one.
+    of the state, before and after; returned is whether they were found anew. Steps must not jump
+    over the moment when a component stops: ``state.clock[BRAKE]`` bounds the next one.
     """
     lo, rows = state.counter[at.LO], work.rows.counts[at.CONTACTS]
     find_motion(lo, model, state, work, out)
     find_braking(lo, model, state, work, out)
     copy(state.v, work.friction.before, 0)
     state.clock[at.BRAKE] = first_stop(lo, model, work)
+    anew = False
     while some_move(lo, model, work):
+        anew = True
         if put_to_rest(model, state, work, rows):
             first_accelerations(model, state, work, out)
             dropped = drop_unheld(lo, model, state, work, out)
@@ -50,7 +52,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> None:
             )
             if not dropped:
                 state.clock[at.BRAKE] = first_stop(lo, model, work)
-                return
+                return anew
         else:
             for i in range(lo, model.n):
                 work.friction.motion[i] = GOES_ON
@@ -59,6 +61,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> None:
         if not some_move(lo, model, work):
             state.clock[at.BRAKE] = first_stop(lo, model, work)
             first_accelerations(model, state, work, out)
+    return anew
 
 
 @kernel

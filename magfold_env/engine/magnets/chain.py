@@ -286,6 +286,7 @@ def magnet_energy(first: int, model: Model, work: Work) -> float:
     return total + _outer(first, model, work)
 
 
+@kernel
 def potential_energy(first: int, model: Model, q: Array, work: Work) -> float:
     """Energy whose exact gradient the simulated magnet forces are [J].
 
@@ -294,7 +295,7 @@ def potential_energy(first: int, model: Model, q: Array, work: Work) -> float:
     if not model.magnetic:
         return 0.0
     total = chain_energy(first, model, q, work.pose, work.nodes)
-    return float(total) + float(_outer(first, model, work))
+    return total + _outer(first, model, work)
 
 
 @kernel

@@ -13,7 +13,7 @@ References
 import numpy as np
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain.feed import coordinates
+from magfold_env.engine.chain.feed import coordinates, drives, needed_force
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.friction import law
 from magfold_env.engine.state import Array, Model, State, Work, copy
@@ -122,6 +122,11 @@ def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float)
             slope_v[before, k] = v + a * (slope_v[last, k] - v) + b * (slope_v[before, k] - v) + w
     finish(h, state.q, slope_q, work.stages.new_q, work.stages.q, end)
     finish(h, state.v, slope_v, work.stages.new_v, work.stages.v, end)
+    if drives(model, state):
+        drive = work.stages.drive
+        last = needed_force(state.counter[at.LO], model, work, slope_v[6])
+        drive[6] = last
+        lay_cubic(drive, 0.5 * (drive[0] + last), drive[0], last)
     return True
 
 
@@ -131,6 +136,12 @@ def finish(h: float, y: Array, slope: Array, new: Array, error: Array, end: int)
     for k in range(end):
         mean, first, last = (new[k] - y[k]) / h, slope[0, k], slope[6, k]
         error[k] = STRICT * h * (0.4 * (first + last) - 0.8 * mean)
-        slope[1, k], slope[4, k], slope[5, k] = 0.0, 0.0, 0.0
-        slope[2, k] = CUBIC[0, 0] * mean + CUBIC[0, 1] * first + CUBIC[0, 2] * last
-        slope[3, k] = CUBIC[1, 0] * mean + CUBIC[1, 1] * first + CUBIC[1, 2] * last
+        lay_cubic(slope[:, k], mean, first, last)
+
+
+@inlined
+def lay_cubic(slope: Array, mean: float, first: float, last: float) -> None:
+    """Fill in the slopes of one coordinate between the first and the last."""
+    slope[1], slope[4], slope[5] = 0.0, 0.0, 0.0
+    slope[2] = CUBIC[0, 0] * mean + CUBIC[0, 1] * first + CUBIC[0, 2] * last
+    slope[3] = CUBIC[1, 0] * mean + CUBIC[1, 1] * first + CUBIC[1, 2] * last

@@ -183,6 +183,7 @@ def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out:
             work.friction.slow[i] = state.stuck[i]
     smooth_forces(lo, model, q, v, work)
     is_free = work.rows.counts[at.ALL_ROWS] == work.rows.counts[at.JOINT_STOPS]
+    work.rows.counts[at.SOLVED] = work.rows.counts[at.ALL_ROWS]
     if is_free and rigid_accelerations(model, state, work, out):
         return True
     unconstrained(lo, model, work, out)
@@ -204,6 +205,20 @@ def fill_friction(lo: int, model: Model, work: Work) -> None:
     for r in range(rows, count, 3):
         law.friction_rows(lo, model, work.pose, work, r, work.rows.id[r, 0])
     respond(lo, model, work, rows, count)
+
+
+@inlined
+def lost(lo: int, rows: int, work: Work, v: Array) -> float:
+    """Energy that an impact took [J]: impulses of rows times mean rates, by Thomson's theorem.
+
+    ``v`` are the velocities after it; rates before it are still in ``work.rows.bias``.
+    """
+    total = 0.0
+    for r in range(rows):
+        impulse = work.rows.multiplier[r]
+        if impulse != 0.0:
+            total -= 0.5 * impulse * (work.rows.bias[r] + rate_of(lo, work, r, v))
+    return total
 
 
 @kernel

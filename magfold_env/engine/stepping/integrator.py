@@ -25,7 +25,13 @@ from magfold_env.engine.state import Array, Model, Record, State, Work, copy, is
 from magfold_env.engine.stepping import chebyshev
 from magfold_env.engine.stepping.moreau import moreau_step
 from magfold_env.engine.stepping.recorder import has_room, record_rest, record_step
-from magfold_env.engine.stepping.stages import ORDER, interpolate, stages, step_error
+from magfold_env.engine.stepping.stages import (
+    ORDER,
+    drive_impulse,
+    interpolate,
+    stages,
+    step_error,
+)
 
 SHORTEST_STEP = 1e-13  # [s]
 BREAK_AWAY = 1e-6  # [s] how exactly the moment is found when friction no longer holds
@@ -56,17 +62,18 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
         if anew and not renew_accelerations(model, state, work, acceleration):
             return outcomes.NO_SOLUTION
         if model.frictional:
-            stop_slow(model, state, work, acceleration)
+            anew = stop_slow(model, state, work, acceleration) or anew
         copy(state.v, work.stages.slope_q[0], 0)
         fed = 0 < state.counter[at.LO] < model.n
-        if fed and not feed.drives_on(model, state, work, acceleration):
+        if fed and not feed.drives_on(model, state, work, acceleration, anew):
             return outcomes.REACHED
         slipping = fed and state.counter[at.SLIPPING] != 0
         if slipping and state.clock[at.TIME] >= state.feed[at.SINCE] + feed.PATIENCE:
             return outcomes.JAMMED
         goes_on = slipping or (fed and nears_something(model, state))
+        goes_on = goes_on or state.clock[at.BUMP] < state.clock[at.END]
         if not goes_on and is_at_rest(model, state, work, acceleration):
-            return rest(model, state, record, until)
+            return rest(model, state, work, record, until)
         rattling = state.counter[at.MOREAU_LEFT] > 0
         if rattling or (model.frictional and creeps(model, state, work, acceleration)):
             outcome = moreau_step(model, state, work, record, until, rattling)
@@ -83,7 +90,7 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
 def nears_something(model: Model, state: State) -> bool:
     """Whether a chain that rests relative to its base may run into what does not move."""
     speed = state.v[model.n]
-    return speed < 0.0 or (speed > 0.0 and model.field.solid)
+    return speed < 0.0 or (speed > 0.0 and model.obstacles.shape[0] > at.WALLS)
 
 
 @kernel
@@ -143,14 +150,17 @@ def renew_accelerations(model: Model, state: State, work: Work, out: Array) -> b
 
 
 @kernel
-def rest(model: Model, state: State, record: Record, until: float) -> int:
+def rest(model: Model, state: State, work: Work, record: Record, until: float) -> int:
     """End the run of a chain at rest; one that a tube feeds goes on with it, as far as asked."""
     n = model.n
     if is_free(state.counter[at.LO], model) or not model.tube or state.counter[at.PARKED] == 1:
         return outcomes.RESTED
-    if not record_rest(record, state, until):
+    force = float(work.stages.drive[0]) if feed.drives(model, state) else 0.0
+    if not record_rest(record, state, until, force):
         return outcomes.FULL
-    state.q[n] += state.v[n] * (until - state.clock[at.TIME])
+    time = until - state.clock[at.TIME]
+    feed.note_step(state, work, force * time, state.v[n] * time)
+    state.q[n] += state.v[n] * time
     state.clock[at.TIME] = until
     return outcomes.REACHED
 
@@ -227,7 +237,10 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
         if moved < 0.0:
             return outcomes.RATTLED
     keep_if_left_alone(model, state, work, new_q, new_v, fraction * h)
-    record_step(record, state, work, h, fraction)
+    record_step(model, state, work, record, h, fraction)
+    if 0 < lo < model.n:
+        impulse = drive_impulse(model, state, work, h, fraction)
+        feed.note_step(state, work, impulse, new_q[model.n] - state.q[model.n])
     copy(new_q, state.q, lo)
     copy(new_v, state.v, lo)
     state.clock[at.TIME] = (
@@ -244,6 +257,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     state.clock[at.LAST_ERROR] = max(error, EASY)
     # First same as last: the seventh stage is the next step's first.
     copy(work.stages.slope_v[6], work.stages.slope_v[0], 0)
+    work.stages.drive[0] = work.stages.drive[6]
     return outcomes.ACCEPTED
 
 

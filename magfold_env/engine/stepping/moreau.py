@@ -13,7 +13,7 @@ import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
-from magfold_env.engine.chain import articulated
+from magfold_env.engine.chain import articulated, feed
 from magfold_env.engine.chain.feed import is_free, place_all
 from magfold_env.engine.chain.momentum import held_or_walled, keep_momentum, outer_force
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -50,8 +50,7 @@ def moreau_step(
     but meet. Where something ``rattles`` the velocity counts as the new one from the beginning,
     else as changing evenly.
     """
-    lo, n = state.counter[at.LO], model.n
-    moreau = work.moreau
+    lo, n, moreau = state.counter[at.LO], model.n, work.moreau
     if model.frictional and mark_slow(lo, model, state, work):
         dynamics.smooth_forces(lo, model, state.q, state.v, work)
         state.counter[at.EVALUATIONS] += 1
@@ -90,13 +89,18 @@ def moreau_step(
         if moved <= SHARE * model.tolerance or h <= finest:
             break
         h = max(min(max(shorter, 0.1), 0.8) * h, finest)
+    if drive_gives_way(model, state, work, h):
+        return outcomes.TOUCHED
     state.clock[at.STEP] = min(shorter / GROWTH, 1.0) * h
     for k in range(n + 2):
         moreau.new_q[k] = moreau.middle_q[k]
         if k >= lo:
             old = 0.0 if rattles else 0.25
             moreau.new_q[k] += 0.5 * h * (moreau.new_v[k] + old * (state.v[k] - moreau.new_v[k]))
-    record_line(record, state, h, moreau.new_q, moreau.new_v)
+    state.account[at.IMPACTS] += work.moreau.taken[at.LOST]
+    record_line(record, state, h, moreau.new_q, moreau.new_v, moreau.taken[at.DRIVEN])
+    if 0 < lo < n:
+        feed.note_step(state, work, moreau.taken[at.DRIVEN], moreau.new_q[n] - state.q[n])
     copy(moreau.new_q, state.q, lo)
     copy(moreau.new_v, state.v, lo)
     state.clock[at.TIME] = until if last else state.clock[at.TIME] + h
@@ -107,6 +111,17 @@ def moreau_step(
             state.v[i] = 0.0
     hold_joints(lo, model, state.lock, state.q, state.v)
     return outcomes.TOUCHED
+
+
+@inlined
+def drive_gives_way(model: Model, state: State, work: Work, h: float) -> bool:
+    """Whether a step takes more than the drive can do; it then slips."""
+    impulse = float(work.moreau.taken[at.DRIVEN])
+    too_much = abs(impulse) > model.force_limit * max(h, feed.AT_ONCE)
+    if too_much and feed.drives(model, state):
+        feed.slip(model, state, work, impulse)
+        return True
+    return False
 
 
 @kernel
@@ -157,6 +172,7 @@ def velocity_after(model: Model, state: State, work: Work, h: float, old: float)
     push_x, push_y, twist = outer_force(lo, model, work)
     if not constrain(model, state, moreau.middle_q, middle, work, h, 0.5 * h):
         return False
+    take_account(model, state, work, h)
     if is_free(lo, model) and not held_or_walled(model, work):
         end = moreau.new_q
         for k in range(n + 2):
@@ -212,8 +228,32 @@ def constrain(
         solved = solve(rows, count, work, model)
     for r in range(count):
         work.rows.multiplier[r] *= unit
+    work.rows.counts[at.SOLVED] = count
     dynamics.apply_multipliers(lo, count, work, v)
     return solved
+
+
+@kernel
+def take_account(model: Model, state: State, work: Work, h: float) -> None:
+    """Find the drive's impulse [N·s] and the energy that impacts take [J] within a step."""
+    lo, n, rows, v = state.counter[at.LO], model.n, work.rows, work.moreau.new_v
+    lost = 0.0
+    for r in range(rows.counts[at.CONTACTS]):
+        if rows.multiplier[r] != 0.0:
+            both = dynamics.rate_of(lo, work, r, state.v) + dynamics.rate_of(lo, work, r, v)
+            lost -= 0.5 * rows.multiplier[r] * both
+    work.moreau.taken[at.LOST] = lost
+    work.moreau.taken[at.DRIVEN] = 0.0
+    if not 0 < lo < n:
+        return
+    impulse = h * work.chain.base[at.DRIVE]
+    if state.counter[at.SLIPPING] == 0:
+        impulse = feed.momentum_along(lo, model, work, v)
+        impulse -= feed.momentum_along(lo, model, work, state.v)
+        impulse -= h * (work.chain.force[n] + work.chain.base[at.PULL])
+        for r in range(rows.counts[at.JOINT_STOPS], rows.counts[at.SOLVED]):
+            impulse -= rows.multiplier[r] * rows.jacobian[r, n]
+    work.moreau.taken[at.DRIVEN] = impulse
 
 
 @inlined

@@ -2,8 +2,8 @@
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.state import Array, Record, State, Work, copy
-from magfold_env.engine.stepping.stages import interpolate
+from magfold_env.engine.state import Array, Model, Record, State, Work, copy
+from magfold_env.engine.stepping.stages import drive_impulse, interpolate
 
 
 @kernel
@@ -26,7 +26,9 @@ def next_frame(record: Record, state: State, time: float) -> int:
 
 
 @kernel
-def record_step(record: Record, state: State, work: Work, step: float, fraction: float) -> None:
+def record_step(
+    model: Model, state: State, work: Work, record: Record, step: float, fraction: float
+) -> None:
     """Take the frames that fall into the accepted part of a step."""
     if record.interval <= 0.0:
         return
@@ -37,11 +39,17 @@ def record_step(record: Record, state: State, work: Work, step: float, fraction:
         f = next_frame(record, state, state.clock[at.FRAME_TIME])
         interpolate(state.q, work.stages.slope_q, step, share, record.q[f])
         interpolate(state.v, work.stages.slope_v, step, share, record.v[f])
+        record.impulse[f] = state.account[at.IMPULSE] + drive_impulse(
+            model, state, work, step, share
+        )
 
 
 @kernel
-def record_rest(record: Record, state: State, until: float) -> bool:
-    """Take the frames of a chain that only moves with the base; False if they do not fit."""
+def record_rest(record: Record, state: State, until: float, force: float) -> bool:
+    """Take the frames of a chain that only moves with the base; False if they do not fit.
+
+    ``force`` is that of the drive [N].
+    """
     if record.interval <= 0.0:
         return True
     n = state.q.size - 2
@@ -53,12 +61,18 @@ def record_rest(record: Record, state: State, until: float) -> bool:
         copy(state.q, record.q[f], 0)
         copy(state.v, record.v[f], 0)
         record.q[f, n] += state.v[n] * (time - state.clock[at.TIME])
+        record.impulse[f] = state.account[at.IMPULSE] + force * (time - state.clock[at.TIME])
     return True
 
 
 @kernel
-def record_line(record: Record, state: State, step: float, end: Array, velocity: Array) -> None:
-    """Take the frames of a step of constant ``velocity`` to ``end``."""
+def record_line(
+    record: Record, state: State, step: float, end: Array, velocity: Array, impulse: float
+) -> None:
+    """Take the frames of a step of constant ``velocity`` to ``end``.
+
+    ``impulse`` is that of the drive within it [N·s].
+    """
     if record.interval <= 0.0:
         return
     begin = state.clock[at.TIME]
@@ -68,6 +82,7 @@ def record_line(record: Record, state: State, step: float, end: Array, velocity:
         for k in range(state.q.size):
             record.q[f, k] = state.q[k] + share * (end[k] - state.q[k])
             record.v[f, k] = velocity[k]
+        record.impulse[f] = state.account[at.IMPULSE] + share * impulse
 
 
 @kernel
@@ -80,4 +95,5 @@ def record_instant(record: Record, state: State) -> bool:
     f = next_frame(record, state, state.clock[at.TIME])
     copy(state.q, record.q[f], 0)
     copy(state.v, record.v[f], 0)
+    record.impulse[f] = state.account[at.IMPULSE]
     return True

@@ -9,6 +9,7 @@ from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.chain import magnet_energy
 from magfold_env.engine.outcomes import FULL, REACHED, RESTED, TIMED_OUT
 from magfold_env.engine.state import Array, IntArray, Model, Record, State, Work
+from magfold_env.engine.stepping import bumps
 from magfold_env.engine.stepping.integrator import advance
 from magfold_env.engine.stepping.recorder import record_rest
 
@@ -32,19 +33,21 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
             feed.begin(model, state, work)
         fed = lo > 0 and not parked
         mark = state.clock[at.MARK] if fed else math.inf
-        stop = min(mark if fed else state.clock[at.END], until)
+        bump = state.clock[at.BUMP]
+        stop = min(mark if fed else state.clock[at.END], bump, until)
         if lo == n:
             # Nothing is outside yet that could move by itself.
             if parked:
                 return RESTED
-            if not record_rest(record, state, stop):
+            if not record_rest(record, state, stop, 0.0):
                 return FULL
-            state.q[n] += state.v[n] * (stop - state.clock[at.TIME])
-            state.clock[at.TIME] = stop
+            feed.carry_on(model, state, work, stop)
         else:
             outcome = advance(model, state, work, record, stop)
             if outcome != REACHED:
                 return outcome
+        if state.clock[at.TIME] >= bump:
+            bumps.bump(model, state, work)
         if lo > 0:
             arrived = feed.is_at_mark(state)
             state.counter[at.FEEDING] = 0
@@ -53,8 +56,8 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
                 if state.counter[at.LO] == 0:
                     state.clock[at.END] = state.clock[at.TIME] + model.duration
                 continue
-        if not fed and state.clock[at.TIME] >= stop:
-            return TIMED_OUT if stop == state.clock[at.END] else REACHED
+        if not fed and state.clock[at.TIME] >= state.clock[at.END]:
+            return TIMED_OUT
 
 
 @kernel

@@ -10,7 +10,7 @@ import numpy as np
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.chain.feed import coordinates
+from magfold_env.engine.chain.feed import coordinates, drives, needed_force
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Model, State, Work
@@ -58,7 +58,7 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
 
     The estimated errors of the end are left in ``work.stages.q`` and ``work.stages.v``.
     """
-    end = coordinates(model)
+    end, driven = coordinates(model), drives(model, state)
     # What the tube holds does not turn. Loops over all components are faster than over the others.
     for s in range(STAGES):
         for k in range(state.counter[at.LO]):
@@ -75,6 +75,9 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
             work.stages.slope_q[s, k] = v[k]
         if not accelerations(model, state, q, v, work, work.stages.slope_v[s]):
             return False
+        if driven:
+            lo, slope = state.counter[at.LO], work.stages.slope_v[s]
+            work.stages.drive[s] = needed_force(lo, model, work, slope)
     for k in range(end):
         eq, ev = 0.0, 0.0
         for s in range(STAGES):
@@ -140,3 +143,19 @@ def interpolate(y: Array, slopes: Array, step: float, fraction: float, out: Arra
         w *= step
         for k in range(y.size):
             out[k] += w * slopes[s, k]
+
+
+@kernel
+def drive_impulse(model: Model, state: State, work: Work, step: float, fraction: float) -> float:
+    """Impulse of the drive within a ``fraction`` of the step [N·s]."""
+    if not 0 < state.counter[at.LO] < model.n:
+        return 0.0
+    if state.counter[at.SLIPPING] != 0:
+        return step * fraction * work.chain.base[at.DRIVE]
+    total = 0.0
+    for s in range(STAGES):
+        w = 0.0
+        for j in range(3, -1, -1):
+            w = (w + DENSE[s, j]) * fraction
+        total += w * work.stages.drive[s]
+    return step * total

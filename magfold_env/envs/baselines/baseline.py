@@ -135,6 +135,7 @@ def _draws_anything(scene: Scene) -> bool:
     return scene.draw(draw_generator("probe", 0)) != scene.draw(draw_generator("probe", 1))
 
 
+LATER_SPREADS = ("feed_jitter", "magnet", "side", "inset")
 PHYSICS_VERSION = "8"
 """Changes whenever the same scene may fold differently, which makes older baselines void."""
 
@@ -190,9 +191,11 @@ def baseline_key(scene: Scene, match: Match = "word") -> str:
     del content["sequence"], content["feed"]["speed"]
     if not (scene.field and scene.field.any):
         del content["field"]  # one that does not act is none
-    for name in ("feed_jitter", "magnet"):
-        if not content["spreads"][name]:
-            del content["spreads"][name]  # so that older baselines stay known
+    # What older scenes did not have is left out where it is not used.
+    for group, names in ((content, ("obstacles", "bumps")), (content["spreads"], LATER_SPREADS)):
+        for name in names:
+            if not group[name]:
+                del group[name]
     content |= {
         "components": scene.n,
         "physics": PHYSICS_VERSION,

@@ -12,7 +12,8 @@ from zlib import crc32
 import numpy as np
 
 from magfold_env.envs.tasks.checks import one_of
-from magfold_env.scene import Scene, Spreads
+from magfold_env.scene import Problem, Scene, Spreads
+from magfold_env.scene.errors import refuse
 
 EVALUATION_VERSION = 2
 """Version of the draws that results are reported on. It changes when `evaluation_seeds` does, or
@@ -74,8 +75,21 @@ def randomised(scene: Scene, randomisation: Randomisation) -> Scene:
     ------
     ValueError
         If `randomisation` is not one of the names.
+    SceneError
+        If the scene leaves something to chance that episodes do not draw.
     """
+    allowed = "environments draw no {}; must be {}"
+    if scene.bumps is not None and scene.bumps.seed is None:
+        refuse([Problem("bumps.seed", None, allowed.format("trains of bumps", "given"))])
     if randomisation == "scene":
+        sizes = {f"spreads.{name}": getattr(scene.spreads, name) for name in ("side", "inset")}
+        refuse(
+            [
+                Problem(key, value, allowed.format("sizes", "0"))
+                for key, value in sizes.items()
+                if value > 0.0
+            ]
+        )
         return scene
     spreads, angle = PRESETS[one_of("randomisation", randomisation, Randomisation)]
     changes = {} if angle == 0.0 else {"start_angles": None}

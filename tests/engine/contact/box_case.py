@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.workspace import new_work
-from magfold_env.scene import Casing, Scene
+from magfold_env.scene import Casing, Rectangle, Scene
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
 
@@ -14,17 +14,28 @@ SIDE = 0.0125
 RADIUS = Casing().corner_radius
 CORE = (1.0 - boxes.SHRINK) * SIDE / 2 - RADIUS
 seeds = st.integers(0, 2**32 - 1)
-layouts = st.sampled_from([(7, 0, False), (7, 3, True), (6, 1, True), (6, 0, True)])
+ROCKS = (
+    Rectangle(position=(0.05, 0.03), size=(0.004, 0.03), heading=0.7),
+    Rectangle(position=(0.07, -0.02), size=(0.012, 0.012), heading=-2.0),
+)
+layouts = st.sampled_from(
+    [
+        {"n": 7}, {"n": 7, "lo": 3, "tube": True}, {"n": 6, "lo": 1, "tube": True},
+        {"n": 6, "tube": True}, {"n": 6, "obstacles": ROCKS},
+        {"n": 6, "lo": 2, "tube": True, "obstacles": ROCKS},
+    ]
+)  # fmt: skip
 
 
 class Boxes:
     """A chain of which `lo` components are held in a tube, and the gaps between its boxes."""
 
-    def __init__(self, n, lo=0, *, tube=False):
+    def __init__(self, n, lo=0, *, tube=False, obstacles=()):
         scene = Scene(
-            sequence=("NNNN",) * n, magnets=None, mount="tube" if tube else "free", friction=0.0
-        )
-        self.n, self.lo = n, lo
+            sequence=("NNNN",) * n, magnets=None, mount="tube" if tube else "free", friction=0.0,
+            obstacles=obstacles,
+        )  # fmt: skip
+        self.n, self.lo, self.scene = n, lo, scene
         self.model = pack(scene)
         self.work = new_work(self.model)
 
@@ -35,12 +46,11 @@ class Boxes:
     def polygon(self, box, q):
         """Core of a box (4, 2) from the coordinates alone."""
         if box >= self.n:
-            length = 2 * self.n * SIDE * np.sqrt(2)
-            radius = min(RADIUS, self.model.wall / 4)
-            sign = 1 if box == self.n else -1
-            middle = sign * (self.model.bore + self.model.wall) / 2
-            half = length / 2 - radius, self.model.wall / 2 - radius
-            return reference.rectangle(np.array([-length / 2, middle]), *half)
+            place, size, heading = self.solid(box)
+            half = np.array(size) / 2 - self.radius(box)
+            flat = reference.rectangle(np.zeros(2), *half)
+            c, s = np.cos(heading), np.sin(heading)
+            return np.array(place) + flat @ np.array([[c, s], [-s, c]])
         if box >= self.lo:
             tail = reference.centres(q[self.lo :], SIDE)
             return reference.square(tail[box - self.lo], q[box], CORE)
@@ -49,9 +59,23 @@ class Boxes:
         along = SIDE * np.sqrt(2) * np.stack([np.cos(held), np.sin(held)], axis=1)
         return reference.square(q[-2:] - along.sum(axis=0) + 0.5 * along[0], q[box], CORE)
 
+    def solid(self, box):
+        """Place, size and heading of what does not move: walls, then obstacles."""
+        length, wall, tube = 2 * self.n * SIDE * np.sqrt(2), self.scene.feed.wall, []
+        if self.scene.mount == "tube":
+            middle = (self.scene.bore + wall) / 2
+            tube = [((-length / 2, y), (length, wall), 0.0) for y in (middle, -middle)]
+        others = [(each.position, each.size, each.heading) for each in self.scene.obstacles]
+        return [*tube, *others][box - self.n]
+
+    def radius(self, box):
+        """Of a box's corners: an obstacle's are as the casings', as far as it is large enough."""
+        if box < self.n:
+            return RADIUS
+        return min(RADIUS, min(self.solid(box)[1]) / 4)
+
     def radii(self, box, other):
-        walls = (box >= self.n) + (other >= self.n)
-        return (2 - walls) * RADIUS + walls * min(RADIUS, self.model.wall / 4)
+        return self.radius(box) + self.radius(other)
 
     def gap(self, box, other, q):
         """Gap of two boxes whose cores do not overlap."""
@@ -83,6 +107,6 @@ def pairs(case):
     """All the pairs that the engine looks at."""
     for i in range(boxes.first_box(case.lo), case.n):
         j = boxes.next_partner(case.model, case.lo, i, i)
-        while j < case.n + boxes.OBSTACLES:
+        while j < boxes.count(case.model):
             yield i, j
             j = boxes.next_partner(case.model, case.lo, i, j)

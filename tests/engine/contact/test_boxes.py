@@ -9,7 +9,7 @@ from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.scene import Magnets, Scene
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
-from tests.engine.contact.box_case import RADIUS, SIDE, Boxes, layouts, pairs, seeds
+from tests.engine.contact.box_case import RADIUS, ROCKS, SIDE, Boxes, layouts, pairs, seeds
 
 right_angle = st.floats(-np.pi / 2, np.pi / 2)
 
@@ -70,9 +70,8 @@ def test_a_corner_beside_the_one_in_the_mouth_meets_the_next():
 
 @given(seed=seeds, layout=layouts)
 def test_gap_is_the_distance_of_the_rounded_boxes(seed, layout):
-    n, lo, tube = layout
     rng = np.random.default_rng(seed)
-    case = Boxes(n, lo, tube=tube)
+    case = Boxes(**layout)
     q = case.random_q(rng)
     for i, j in pairs(case):
         if reference.separation(case.polygon(i, q), case.polygon(j, q)) <= 0.0:
@@ -95,19 +94,23 @@ def test_engine_looks_at_every_pair_that_can_meet():
 @given(seed=seeds)
 def test_a_corner_beyond_a_wall_is_told_from_one_in_front_of_it(seed):
     rng = np.random.default_rng(seed)
-    case = Boxes(5, 0, tube=True)
+    case = Boxes(5, 0, tube=True, obstacles=ROCKS[:1])
     case.place(case.random_q(rng))
     work, model = case.work, case.model
-    wall, k = case.n + int(rng.integers(2)), int(rng.integers(4))
-    # Somewhere at the mouth, at either face of the wall.
-    work.boxes.x[2], work.boxes.y[2] = rng.uniform(-1.0, 1.0, 2) * SIDE + (0.0, work.boxes.y[wall])
+    wall, k = case.n + int(rng.integers(3)), int(rng.integers(4))
+    middle = np.array([work.boxes.x[wall], work.boxes.y[wall]])
+    half_length, half = work.boxes.a[wall], work.boxes.b[wall]
+    # An obstacle's longer side lies along its own axis, whatever its heading says.
+    along = 0.0 if wall < case.n + 2 else ROCKS[0].heading + np.pi / 2
+    frame = np.array([[np.cos(along), np.sin(along)], [-np.sin(along), np.cos(along)]])
+    # Somewhere at an end, at either face of the wall.
+    end = middle + half_length * frame[0] + rng.uniform(-1.0, 1.0, 2) * SIDE
+    work.boxes.x[2], work.boxes.y[2] = end
     turn = rng.uniform(-np.pi, np.pi)
     work.boxes.c[2], work.boxes.s[2] = np.cos(turn), np.sin(turn)
 
-    centre = np.array([work.boxes.x[2], work.boxes.y[2]])
-    corner = centre + boxes.corner(work, 2, k)
-    half_length, half = work.boxes.a[wall], work.boxes.b[wall]
-    middle = np.array([work.boxes.x[wall], work.boxes.y[wall]])
+    corner = frame @ (end + boxes.corner(work, 2, k) - middle)
+    centre, middle = frame @ (end - middle), np.zeros(2)
     side = np.sign(centre[1] - middle[1])
     face = middle[1] + side * half
     before, behind = side * (centre[1] - face), side * (face - corner[1])
@@ -135,9 +138,8 @@ def test_squares_overlap_where_no_side_separates_them(seed):
 
 @given(seed=seeds, layout=layouts)
 def test_gaps_are_those_of_corners_and_negative_inside(seed, layout):
-    n, lo, tube = layout
     rng = np.random.default_rng(seed)
-    case = Boxes(n, lo, tube=tube)
+    case = Boxes(**layout)
     q = case.random_q(rng)
     for i, j in pairs(case):
         for box, other in ((i, j), (j, i)):

@@ -54,12 +54,11 @@ def region(case, box, other, k, q):
 
 @given(seed=seeds, layout=layouts)
 def test_rows_are_the_gaps_derivatives(seed, layout):
-    n, lo, tube = layout
     rng = np.random.default_rng(seed)
-    case = Boxes(n, lo, tube=tube)
+    case = Boxes(**layout)
     q = case.random_q(rng)
-    v = np.append(rng.normal(0.0, 5.0, n), rng.normal(0.0, 0.1, 2))
-    v[:lo] = 0.0
+    v = np.append(rng.normal(0.0, 5.0, case.n), rng.normal(0.0, 0.1, 2))
+    v[: case.lo] = 0.0
     choices = list(pairs(case))
     i, j = choices[rng.integers(len(choices))]
     box, other = (i, j) if rng.random() < 0.5 else (j, i)
@@ -81,7 +80,7 @@ def test_rows_are_the_gaps_derivatives(seed, layout):
     coarse = [region(case, box, other, k, q + t * 120 * step * v) for t in (-1, 1)]
     assume(set(coarse) == {region(case, box, other, k, q)})
     assert bias == pytest.approx(bend, rel=1e-4, abs=1e-4)
-    assert not jacobian[:lo].any()
+    assert not jacobian[: case.lo].any()
 
 
 def test_normal_turns_continuously_past_the_end_of_a_face():

@@ -225,7 +225,6 @@ def test_what_is_absent_is_skipped():
     assert not pack(in_field(("----",), EVEN)).field.present
     even = pack(in_field(("NSSN",), EVEN)).field
     assert even.present
-    assert not even.solid
     assert even.strip_q.size == 0
 
 
@@ -237,9 +236,9 @@ def test_a_fixed_magnet_is_in_the_way_of_a_chain_without_magnets(magnets):
         ("----",), {"magnet": magnet}, magnets=magnets, friction=0.0, duration=0.2, mount="pinned",
         gravity={"in_plane": (0.0, -9.8)},
     )  # fmt: skip
-    field = pack(scene).field
-    assert field.solid
-    assert not field.present
+    model = pack(scene)
+    assert len(model.obstacles) == 1
+    assert not model.field.present
     stopped, free = (
         recorded(mf.simulate(each, frame_rate=1000)) for each in (scene, scene.replace(field=None))
     )

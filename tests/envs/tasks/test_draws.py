@@ -12,7 +12,7 @@ from magfold_env.envs.tasks.draws import (
     evaluation_seeds,
     randomised,
 )
-from magfold_env.scene import load_scene
+from magfold_env.scene import SceneError, load_scene
 
 DIGESTS = {1: "c5e684622af210ee", 2: "aaa54c1b745ad2dd"}
 """Of what the seeds of each version lead to. A new one is written down with a new version."""
@@ -104,3 +104,17 @@ def test_scene_leaves_the_scene_alone() -> None:
 def test_another_name_is_an_error() -> None:
     with pytest.raises(ValueError, match="randomisation: 'wild' is not allowed; must be one of"):
         randomised(load_scene("tube-feed"), "wild")  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"spreads": {"side": 0.01}}, r"spreads.side: 0.01 is not allowed; environments draw no"),
+        ({"spreads": {"inset": 0.1}}, r"spreads.inset: 0.1 is not allowed; environments draw no"),
+        ({"bumps": {"rate": 1.0, "speed": 0.1}}, r"bumps.seed: None is not allowed; environments"),
+    ],
+)
+def test_what_episodes_do_not_draw_is_refused(changes: dict[str, Any], message: str) -> None:
+    scene = load_scene("tube-feed").replace(**changes)
+    with pytest.raises(SceneError, match=message):
+        randomised(scene, "scene")

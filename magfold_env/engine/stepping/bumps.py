@@ -1,0 +1,49 @@
+"""A train of bumps, as of a shaken table: the velocity of all free components changes at once.
+
+The times between bumps are drawn evenly from 0 to twice their mean, the directions evenly from all.
+The numbers are Park and Miller's [1]_, whose products fit in an integer, so that a train is the
+same on every machine.
+
+References
+----------
+.. [1] S. K. Park and K. W. Miller, "Random number generators: good ones are hard to find",
+   Communications of the ACM 31 (1988) 1192-1201.
+"""
+
+import math
+
+from magfold_env.engine import entries as at
+from magfold_env.engine.chain import feed
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.elementary import sincos
+from magfold_env.engine.state import Model, State, Work
+
+FACTOR, MODULUS = 48271, 2**31 - 1
+
+
+@inlined
+def draw(state: State) -> float:
+    """Return the next number, evenly from 0 to 1."""
+    state.counter[at.DICE] = FACTOR * state.counter[at.DICE] % MODULUS
+    return float(state.counter[at.DICE]) / MODULUS
+
+
+def begin(model: Model, state: State) -> None:
+    """Find when the first bump comes, if any do."""
+    state.clock[at.BUMP] = math.inf
+    if model.bump_rate > 0.0:
+        number = FACTOR * model.bump_seed % MODULUS
+        state.counter[at.DICE] = number
+        first = 2.0 * (number / MODULUS) / model.bump_rate
+        if first <= model.bump_duration:
+            state.clock[at.BUMP] = first
+
+
+@kernel
+def bump(model: Model, state: State, work: Work) -> None:
+    """Bump the chain, and find when the next bump comes."""
+    s, c = sincos(2.0 * math.pi * draw(state))
+    feed.bump(model, state, work, model.bump_speed * c, model.bump_speed * s)
+    state.clock[at.BUMP] += 2.0 * draw(state) / model.bump_rate
+    if state.clock[at.BUMP] > model.bump_duration:
+        state.clock[at.BUMP] = math.inf

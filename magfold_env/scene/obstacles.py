@@ -1,0 +1,166 @@
+"""What does not move: rectangles that a chain cannot enter, and what can be built of them."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from magfold_env.scene.base import Number, Part, Positive
+from magfold_env.scene.errors import Problem, refuse
+from magfold_env.scene.magnets import Array
+
+
+class Rectangle(Part):
+    """A rectangle that stands in the plane; casings meet it as they meet the tube's walls."""
+
+    position: tuple[Number, Number]
+    """Its centre [m]; the origin is the tube's mouth, else component 1's outer hinge at first."""
+    size: tuple[Positive, Positive]
+    """Its lengths along its heading and across [m]."""
+    heading: Number = 0.0
+    """Direction of its first side [rad]; 0 is along +x."""
+
+    @property
+    def axis(self) -> Array:
+        """Unit vector along its heading, the same where sines differ in the last bit; (2,)."""
+        return np.round([math.cos(self.heading), math.sin(self.heading)], 15)
+
+    @property
+    def corners(self) -> Array:
+        """Its outline [m], shape (4, 2): front right and front left, seen along it, first."""
+        along = 0.5 * self.size[0] * self.axis
+        across = 0.5 * self.size[1] * np.array([-self.axis[1], self.axis[0]])
+        return np.array(self.position) + np.array(
+            [along - across, along + across, across - along, -across - along]
+        )
+
+    def overlaps(self, outline: Array) -> bool:
+        """Whether a convex outline [m], (k, 2), counter-clockwise, reaches into it."""
+        # Two convex outlines overlap unless an edge of one of them separates them.
+        for edges in (self.corners, outline):
+            for start, stop in pairwise([*edges, edges[0]]):
+                x, y = stop - start
+                outward = np.array([y, -x])
+                one, other = self.corners @ outward, outline @ outward
+                if one.max() <= other.min() or other.max() <= one.min():
+                    return False
+        return True
+
+
+Obstacles = Annotated[tuple[Rectangle, ...], Field(max_length=64)]
+
+
+def channel(
+    start: tuple[float, float], end: tuple[float, float], width: float, wall: float = 0.001
+) -> tuple[Rectangle, ...]:
+    """Return the two walls of a straight channel.
+
+    Parameters
+    ----------
+    start, end
+        Ends of its middle line [m].
+    width
+        Between its walls [m].
+    wall
+        Their thickness [m].
+
+    Raises
+    ------
+    SceneError
+        If a length is not positive.
+    """
+    x, y = end[0] - start[0], end[1] - start[1]
+    length = math.hypot(x, y)
+    _refuse_unless_positive(length=length, width=width, wall=wall)
+    aside, heading = 0.5 * (width + wall) / length, math.atan2(y, x)
+    places = (
+        (0.5 * (start[0] + end[0]) - side * y, 0.5 * (start[1] + end[1]) + side * x)
+        for side in (aside, -aside)
+    )
+    return tuple(Rectangle(position=at, size=(length, wall), heading=heading) for at in places)
+
+
+def chamber(
+    corner: tuple[float, float],
+    size: tuple[float, float],
+    opening: float,
+    wall: float = 0.001,
+) -> tuple[Rectangle, ...]:
+    """Return the walls of a rectangular chamber with an opening on the left, around the x axis.
+
+    Parameters
+    ----------
+    corner
+        Its lower left corner inside [m]; the x axis must pass through the opening.
+    size
+        Lengths inside, along x and y [m].
+    opening
+        Width of the opening [m], in the left wall, symmetric about y = 0.
+    wall
+        Thickness of the walls [m].
+
+    Raises
+    ------
+    SceneError
+        If a length is not positive, or the opening is not within the left wall.
+    """
+    (left, low), (length, height) = corner, size
+    right, high = left + length, low + height
+    half = 0.5 * opening
+    _refuse_unless_positive(length=length, height=height, opening=opening, wall=wall)
+    if not low < -half < half < high:
+        allowed = f"must lie within the left wall, from y = {low:.6g} to {high:.6g}"
+        refuse([Problem("opening", opening, allowed)])
+    sides = [
+        (left - wall, right + wall, high, high + wall),
+        (left - wall, right + wall, low - wall, low),
+        (right, right + wall, low, high),
+        (left - wall, left, half, high),
+        (left - wall, left, low, -half),
+    ]
+    return tuple(
+        Rectangle(position=(0.5 * (a + b), 0.5 * (c + d)), size=(b - a, d - c))
+        for a, b, c, d in sides
+    )
+
+
+def funnel(
+    bore: float, length: float, angle: float = math.pi / 4, wall: float = 0.001
+) -> tuple[Rectangle, ...]:
+    """Return the two walls of a funnel at the tube's mouth, which leads a chain back into it.
+
+    Parameters
+    ----------
+    bore
+        Inner width of the tube [m].
+    length
+        Of each wall, from the mouth's rim on [m].
+    angle
+        Between a wall and the tube's axis [rad], more than 0 and less than π/2.
+    wall
+        Their thickness [m].
+
+    Raises
+    ------
+    SceneError
+        If a length is not positive, or the angle out of range.
+    """
+    _refuse_unless_positive(bore=bore, length=length, wall=wall)
+    if not 0.0 < angle < 0.5 * math.pi:
+        refuse([Problem("angle", angle, "must be more than 0 and less than pi/2")])
+    along, across = math.cos(angle), math.sin(angle)
+    x = 0.5 * (length * along - wall * across)
+    y = 0.5 * (bore + length * across + wall * along)
+    return tuple(
+        Rectangle(position=(x, side * y), size=(length, wall), heading=side * angle)
+        for side in (1.0, -1.0)
+    )
+
+
+def _refuse_unless_positive(**lengths: float) -> None:
+    allowed = "must be greater than 0"
+    refuse([Problem(key, each, allowed) for key, each in lengths.items() if not each > 0.0])

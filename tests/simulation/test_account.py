@@ -1,0 +1,137 @@
+"""What moves a chain and what it loses, each summed on its own, make up its energy."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.fold import turns
+from magfold_env.laws import mechanics
+from magfold_env.laws.random_scenes import designed_sequence
+from magfold_env.shapes import FloatArray
+from magfold_env.simulation.session import Session
+
+DIAGONAL = mf.Casing().diagonal
+RATE = 20000.0  # frames a second [1/s]: friction is summed over them
+
+
+def pushed_and_pulled(seed: int, times: int, **changes: Any) -> mf.Scene:
+    """A chain that folds, in a tube that pushes it out and pulls it back so many times."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(3, 7))
+    legs = [[goal, 0.1] for _ in range(times) for goal in (n - 0.8, rng.uniform(0.0, 0.8) * n)]
+    feed: Any = {"bore": rng.uniform(1.05, 1.4) * DIAGONAL, "schedule": {"advance": legs}}
+    scene = mf.Scene(sequence=designed_sequence(rng, n), mount="tube", feed=feed)
+    return scene.replace(**changes).draw(rng)
+
+
+def rubbed_away(scene: mf.Scene, motion: mf.Trajectory) -> float:
+    """Work that friction took from a recorded motion [J], by Coulomb's law on the ellipsoid."""
+    lever = scene.casing.diagonal * motion.rates
+    turning = np.stack([-lever * np.sin(motion.angles), lever * np.cos(motion.angles)], axis=-1)
+    velocity = motion.base_velocity[:, None] + np.cumsum(turning, axis=1) - turning / 2.0
+    slide = np.hypot(np.hypot(*velocity.T).T, 0.3826 * scene.casing.side * motion.rates)
+    out = turns(scene) < motion.released[:, None]
+    power = (slide * out) @ (scene.friction * 9.8 * scene.masses)
+    return float(np.trapezoid(power, motion.time))
+
+
+def total_of(session: Session) -> float:
+    """Energy of a chain, in-plane gravity's included [J]."""
+    seen = session.angles[None], session.rates[None], session.base_velocity[None]
+    kinetic = mechanics.kinetic_energy(session.scene, *seen)
+    weight = mechanics.weight_energy(session.scene, seen[0], session.base[None])
+    return session.potential() + float(kinetic[0] + weight[0])
+
+
+def imbalance(scene: mf.Scene) -> tuple[float, Session]:
+    """Return what is left unexplained, as a share of the energy that was turned over."""
+    session = Session(scene, RATE if scene.friction > 0.0 else None)
+    before = total_of(session)
+    session.settle()
+    account, rubbed = session.account, 0.0
+    if scene.friction > 0.0:
+        motion = session.fold().trajectory
+        assert motion is not None
+        rubbed = rubbed_away(scene, motion)
+    gained = total_of(session) - before
+    terms = (account.feed, account.loading, account.bumps, -account.impacts, -rubbed)
+    assert account.impacts >= -1e-12
+    turned_over = sum(map(abs, terms)) + abs(gained)
+    return abs(gained - sum(terms)) / turned_over, session
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.35])
+@pytest.mark.parametrize("loading", ["preloaded", "at_mouth"])
+def test_push_and_pull_balance(loading: str, friction: float) -> None:
+    scene = pushed_and_pulled(1, 2, friction=friction, feed={"loading": loading})
+    left, session = imbalance(scene)
+    assert left < 1e-3
+    assert session.account.feed > 0.0
+    assert (session.account.loading != 0.0) == (loading == "at_mouth")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("friction", [0.0, 0.35])
+@pytest.mark.parametrize("loading", ["preloaded", "at_mouth"])
+def test_ten_pushes_and_pulls_balance(loading: str, friction: float, seed: int) -> None:
+    scene = pushed_and_pulled(seed, 10, friction=friction, feed={"loading": loading})
+    left, _ = imbalance(scene)
+    assert left < 1e-3
+
+
+@pytest.mark.parametrize("mount", ["free", "pinned", "tube"])
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_bumped_chains_balance(mount: str, friction: float) -> None:
+    scene = mf.load_scene("paper/sequence-3").replace(
+        mount=mount, friction=friction, duration=0.3, feed={"speed": 0.3},
+        gravity={"in_plane": (0.0, -0.5)}, bumps={"rate": 60.0, "speed": 0.3, "seed": 5},
+    )  # fmt: skip
+    left, session = imbalance(scene.draw(np.random.default_rng(0)))
+    assert left < 2e-3
+    assert session.account.bumps > 0.0
+
+
+def test_a_slipping_drive_gives_its_force_times_the_way() -> None:
+    limit = 0.05
+    scene = pushed_and_pulled(0, 1, friction=0.0, feed={"schedule": None, "force_limit": limit})
+    session = Session(scene)
+    session.feed_one()
+    session.feed_one()
+    # It slips at once, and until it has the speed.
+    work, place = session.account.feed, float(session._state.q[session.n])
+    session.push(1.0, 0.02)
+    way = float(session._state.q[session.n]) - place
+    assert session.account.feed - work == pytest.approx(limit * way, rel=1e-6)
+
+
+def impulses(motion: mf.Trajectory) -> FloatArray:
+    """Impulse of the feed from frame to frame [N·s]."""
+    return motion.push * np.diff(motion.time, prepend=motion.time[0] - 1.0 / RATE)
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_recorded_push_is_the_impulse_and_the_force(direction: str) -> None:
+    scene = mf.load_scene("paper/sequence-3").replace(
+        mount="tube", friction=0.3, feed={"direction": direction, "speed": 0.1}
+    )
+    session = Session(scene.draw(np.random.default_rng(0)), RATE)
+    asked: list[tuple[float, float]] = []
+    while session.status is None and session.released < session.n:
+        session.push(0.1, 0.0037)
+        if session.released < session.n:
+            asked.append((session.time, session.push_force()))
+    session.settle()
+    fold = session.fold()
+    motion = fold.trajectory
+    assert motion is not None
+    assert impulses(motion).sum() == pytest.approx(session.account.impulse, rel=1e-9)
+    assert not motion.push[motion.released == session.n][1:].any()
+    # Between impacts a mean over a frame is the force at its end.
+    force = np.interp([time for time, _ in asked], motion.time, motion.push)
+    off = np.abs(force - [each for _, each in asked])
+    assert np.median(off) < 1e-3 * np.abs(motion.push).max()
+    assert fold.push_peak == session.account.push_peak
+    assert abs(fold.push_peak) >= 0.99 * max(abs(each) for _, each in asked)
