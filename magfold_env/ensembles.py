@@ -9,8 +9,9 @@ import csv
 import io
 import json
 import math
+import os
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
@@ -26,6 +27,7 @@ from magfold_env.fold import Fold, FoldStatus
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.parallel import Backend, Workers, finished
 from magfold_env.reporting.intervals import Share, share
+from magfold_env.reporting.tables import Row
 from magfold_env.scene import Scene, errors
 from magfold_env.shapes import FloatArray, parse_word
 from magfold_env.simulation.simulate import simulate
@@ -36,12 +38,14 @@ K = TypeVar("K")
 
 FORMAT = "magfold_env ensemble 1"
 
+_SIDE_BY_SIDE = 8  # scenes at most, half of the geometries whose tables are kept
+
 
 class Run(NamedTuple):
     """What is kept of a fold."""
 
     number: int
-    """From 0, in the ensemble."""
+    """From 0, in the ensemble, or among the runs of several; see `released`."""
     word: str
     """Nearest fold word."""
     status: str
@@ -200,6 +204,10 @@ class Ensemble:
             **angles,
         }
 
+    def rows(self) -> list[Row]:
+        """Return the outcomes as rows of a table, most frequent first."""
+        return [outcome_row(*outcome, found) for outcome, found in self.outcomes.items()]
+
     def to_dict(self) -> dict[str, Any]:
         """Return the ensemble as values that JSON can hold; numbers that broke down are None."""
         outcomes = [
@@ -325,32 +333,83 @@ def ensemble(
         If Ray is wanted and not installed.
     """
     asked = Workers(workers, backend, address)
+    key = {"kind": "ensemble", "scene": scene.model_dump(mode="json")}
+    return released([scene], runs, seed, asked, key, state, progress)[0]
+
+
+def released(
+    scenes: Sequence[Scene],
+    runs: int,
+    seed: int,
+    workers: Workers,
+    key: Mapping[str, Any],
+    state: str | Path | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> list[Ensemble]:
+    """Return an ensemble of each of some scenes of equally many components.
+
+    Run i of every scene draws from ``generator(seed, i)``. Among all runs it is number i times the
+    number of scenes, plus the place of its scene.
+
+    Parameters
+    ----------
+    scenes
+        What to release; one at least.
+    runs
+        How many releases of each.
+    seed
+        Seed of all draws.
+    workers
+        Who makes the runs.
+    key
+        What the scenes depend on, for `state`.
+    state
+        Folder in which runs are kept, see `ensemble`.
+    progress
+        Is told how many runs are made, of how many.
+
+    Raises
+    ------
+    SceneError, CheckpointError, ImportError
+        As `ensemble` does.
+    """
     problems = errors.unless_at_least("runs", runs, 1) + errors.unless_at_least("seed", seed, 0)
     errors.refuse(problems)
+    count = len(scenes)
+    total = count * runs
     made: dict[int, Run] = {}
     kept = None
     if state is not None:
-        key = {
-            "kind": "ensemble",
-            "physics": physics_digest(),
-            "scene": scene.model_dump(mode="json"),
-            "seed": seed,
-        }
-        kept = Checkpoint(state, key)
-        found = kept.read(partial(Run.from_record, n=scene.n))
-        made = {run.number: run for run in found if run.number < runs}
-    missing = [index for index in range(runs) if index not in made]
+        kept = Checkpoint(state, {"physics": physics_digest(), "seed": seed, **key})
+        found = kept.read(partial(Run.from_record, n=scenes[0].n))
+        made = {run.number: run for run in found if run.number < total}
+    missing = [number for number in range(total) if number not in made]
+    # Scene by scene: the first run of a geometry makes its tables. Threads share them, so that as
+    # many scenes are taken up together; a process keeps its own.
+    together = 1
+    if workers.kind(len(missing)) == "threads":
+        together = min(workers.count or os.cpu_count() or 1, _SIDE_BY_SIDE)
+    missing.sort(key=lambda number: (number % count // together, number))
+    tasks = [(number, scenes[number % count]) for number in missing]
     try:
-        for _, run in finished(partial(run_one, scene, seed), missing, asked):
+        for _, run in finished(partial(_numbered_run, seed, count), tasks, workers):
             made[run.number] = run
             if kept is not None:
                 kept.add(run.to_record())
             if progress is not None:
-                progress(len(made), runs)
+                progress(len(made), total)
     finally:
         if kept is not None:
             kept.save()
-    return Ensemble.of(scene, seed, [made[index] for index in range(runs)])
+    return [
+        Ensemble.of(scene, seed, [made[number] for number in range(place, total, count)])
+        for place, scene in enumerate(scenes)
+    ]
+
+
+def _numbered_run(seed: int, count: int, task: tuple[int, Scene]) -> Run:
+    number, scene = task
+    return run_one(scene, seed, number // count)._replace(number=number)
 
 
 PREDICTORS: dict[Mode, str] = {
@@ -404,6 +463,18 @@ def _shares(entries: list[K]) -> dict[K, Share]:
     """Return the share of each entry, most frequent first, equally frequent ones sorted."""
     counts = sorted(Counter(entries).items(), key=lambda item: (-item[1], str(item[0])))
     return {entry: share(count, len(entries)) for entry, count in counts}
+
+
+def outcome_row(word: str, status: FoldStatus, found: Share) -> Row:
+    """Return the probability of a word and a status as a row of a table."""
+    return {
+        "word": word,
+        "status": status.value,
+        "runs": found.successes,
+        "probability": found.rate,
+        "low": found.low,
+        "high": found.high,
+    }
 
 
 def _plain(found: Share) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from magfold_env.cli import options
 from magfold_env.files import write_text
 from magfold_env.parallel import Workers
 from magfold_env.reporting.intervals import Share
-from magfold_env.reporting.tables import Row, to_csv
+from magfold_env.reporting.tables import to_csv
 from magfold_env.scene import Problem, Scene, SceneError, Spreads, load_scene
 
 _ANGLES = "start_angles"
@@ -22,15 +22,10 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
     *,
     runs: Annotated[int, typer.Option(help="How many releases.")] = 1000,
     seed: options.DrawSeed = 0,
-    mode: Annotated[
-        str | None, typer.Option(help="free, forward or backward, in place of the scene's.")
-    ] = None,
+    mode: options.ReleaseMode = None,
     speed: options.Speed = None,
     friction: options.Friction = None,
-    spread: Annotated[
-        list[str] | None,
-        typer.Option(help="NAME=WIDTH: start_angles [rad], or one of the scene's spreads."),
-    ] = None,
+    spread: options.Widths = None,
     workers: options.WorkerCount = None,
     backend: options.BackendName = None,
     address: options.Address = None,
@@ -106,10 +101,10 @@ def show(made: ensembles.Ensemble) -> None:
         f"The minimiser also names {'; '.join(missed)}." if missed else None,
     )
     for (word, status), found in made.outcomes.items():
-        outcomes.add_row(word, status.value, *_cells(found), ", ".join(named.get(word, [])))
+        outcomes.add_row(word, status.value, *cells(found), ", ".join(named.get(word, [])))
     statuses = options.table("By status", {"status": False, **numbers})
     for status, found in made.statuses.items():
-        statuses.add_row(status.value, *_cells(found))
+        statuses.add_row(status.value, *cells(found))
     options.show(outcomes, statuses)
 
 
@@ -121,12 +116,7 @@ def write(made: ensembles.Ensemble, out: Path | None, png: Path | None) -> list[
         written = [out / name for name in ("ensemble.json", "runs.csv", "outcomes.csv")]
         made.to_json(written[0])
         made.to_csv(written[1])
-        rows: list[Row] = [
-            {"word": word, "status": status.value, "runs": found.successes,
-             "probability": found.rate, "low": found.low, "high": found.high}
-            for (word, status), found in made.outcomes.items()
-        ]  # fmt: skip
-        write_text(written[2], to_csv(rows))
+        write_text(written[2], to_csv(made.rows()))
     pictures = [path for path in (png, out / "ensemble.png" if out else None) if path is not None]
     if pictures:
         from magfold_env.render import draw_ensemble  # noqa: PLC0415 - an extra
@@ -136,7 +126,8 @@ def write(made: ensembles.Ensemble, out: Path | None, png: Path | None) -> list[
     return written + pictures
 
 
-def _cells(found: Share) -> tuple[str, str, str]:
+def cells(found: Share) -> tuple[str, str, str]:
+    """Return how often, the share and its interval, as tables show them."""
     return str(found.successes), f"{found.rate:.1%}", f"{found.low:.1%} to {found.high:.1%}"
 
 

@@ -14,6 +14,13 @@ from rich.table import Table
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
 Mode = Annotated[str, typer.Option(help="free, forward or backward.")]
+ReleaseMode = Annotated[
+    str | None, typer.Option(help="free, forward or backward, in place of the scene's.")
+]
+Widths = Annotated[
+    list[str] | None,
+    typer.Option("--spread", help="NAME=WIDTH: start_angles [rad], or one of the scene's spreads."),
+]
 Speed = Annotated[float | None, typer.Option(help="Feed speed [m/s].")]
 Friction = Annotated[float | None, typer.Option(help="Friction coefficient.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]

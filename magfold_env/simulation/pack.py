@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
-from typing import NamedTuple, get_args
+from functools import lru_cache, partial
+from threading import Lock
+from typing import Generic, NamedTuple, TypeVar, get_args
 
 import numpy as np
 
@@ -37,6 +38,8 @@ FAR_SHARE = 0.7  # of it, that the table's estimated error may take up
 PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to meet
 
 SLOWEST = 1.0  # [rad/s]
+
+T = TypeVar("T")
 
 _NONE = np.zeros(0)
 NO_FIELD = Field(False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0)
@@ -153,25 +156,40 @@ def joint_tables(scene: Scene) -> Tables:
     ):
         return NO_TABLES
     sizes = MagnetSizes.of(magnets, reversed_inside(scene))
-    tables, error = _tables_of(scene.casing.side, sizes)
+    tables, error = _tables_of(scene.casing.side, sizes).get()
     if error > TABLE_SHARE * magnets.accuracy:
         return NO_TABLES
     if magnets.accuracy < FAR_ACCURACY or not magnets.even:
         return tables
-    far, error = _far_table_of(scene.casing.side, sizes)
+    far, error = _far_table_of(scene.casing.side, sizes).get()
     return tables._replace(far=far) if error <= FAR_SHARE * magnets.accuracy else tables
 
 
+class _Once(Generic[T]):
+    """What takes long to make: one thread makes it, others that ask meanwhile wait."""
+
+    def __init__(self, make: Callable[[], T]) -> None:
+        self._make, self._lock = make, Lock()
+        self._made: T | None = None
+
+    def get(self) -> T:
+        with self._lock:
+            if self._made is None:
+                self._made = self._make()
+            return self._made
+
+
 @lru_cache(maxsize=16)
-def _tables_of(side: float, sizes: MagnetSizes) -> tuple[Tables, float]:
+def _tables_of(side: float, sizes: MagnetSizes) -> _Once[tuple[Tables, float]]:
     casing = Casing(side=side)
-    rule = table_rule(MagnetsPart(**sizes._asdict()))
-    return build_tables(_build(rule, True, side, sizes), casing.diagonal, NO_FAR_TABLE)
+    magnets = _build(table_rule(MagnetsPart(**sizes._asdict())), True, side, sizes)
+    return _Once(partial(build_tables, magnets, casing.diagonal, NO_FAR_TABLE))
 
 
 @lru_cache(maxsize=16)
-def _far_table_of(side: float, sizes: MagnetSizes) -> tuple[FarTable, float]:
-    return build_far_table(_build(Rule.single(1), True, side, sizes), side)
+def _far_table_of(side: float, sizes: MagnetSizes) -> _Once[tuple[FarTable, float]]:
+    magnets = _build(Rule.single(1), True, side, sizes)
+    return _Once(partial(build_far_table, magnets, side))
 
 
 def quadrature_of(
