@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         simulate,
         simulate_batch,
     )
+    from magfold_env.sweeps import Sweep, sweep
 
 __all__ = [
     "Bumps",
@@ -60,6 +61,7 @@ __all__ = [
     "SceneError",
     "Solver",
     "Spreads",
+    "Sweep",
     "Trajectory",
     "accelerations",
     "chamber",
@@ -78,6 +80,7 @@ __all__ = [
     "sequence_of",
     "simulate",
     "simulate_batch",
+    "sweep",
 ]
 
 _NAMES = {
@@ -88,6 +91,7 @@ _NAMES = {
     "scene": "Bumps Casing Feed Field FixedMagnet Gravity Magnets Rectangle Scene SceneError "
     "Solver Spreads chamber channel funnel load_scene save_scene scene_names",
     "simulation.simulate": "accelerations energy forces simulate simulate_batch",
+    "sweeps": "Sweep sweep",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 

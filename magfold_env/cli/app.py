@@ -4,7 +4,18 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from magfold_env.cli import bench, design, ensemble, fold, minimise, options, paper, stress, warmup
+from magfold_env.cli import (
+    bench,
+    design,
+    ensemble,
+    fold,
+    minimise,
+    options,
+    paper,
+    stress,
+    sweep,
+    warmup,
+)
 from magfold_env.scene import load_scene, scene_names
 
 app = typer.Typer(
@@ -14,7 +25,7 @@ app = typer.Typer(
     rich_markup_mode=None,  # plain messages, so that a wrong option is told in one line
     pretty_exceptions_enable=False,
 )
-for _command in (fold.fold, minimise.minimise, ensemble.ensemble, design.design):
+for _command in (fold.fold, minimise.minimise, ensemble.ensemble, sweep.sweep, design.design):
     app.command()(_command)
 
 

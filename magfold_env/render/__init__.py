@@ -1,7 +1,8 @@
 """Pictures of chains: single frames, PNG, GIF and sheets of ranked shapes.
 
 Drawn with Pillow, without a display or a plotting library, so that a frame costs milliseconds and
-is the same on every machine; only bar charts of ensembles and assembly sheets are matplotlib's.
+is the same on every machine; only charts of ensembles and sweeps and assembly sheets are
+matplotlib's.
 Needs the `render` extra. The replay page, `magfold_env.replay`, does not.
 """
 
@@ -17,5 +18,14 @@ from magfold_env.render.assembly import save_sheet
 from magfold_env.render.ensembles import draw_ensemble
 from magfold_env.render.frames import frame, save_png
 from magfold_env.render.states import draw_states
+from magfold_env.render.sweeps import draw_sweep
 
-__all__ = ["draw_ensemble", "draw_states", "frame", "save_gif", "save_png", "save_sheet"]
+__all__ = [
+    "draw_ensemble",
+    "draw_states",
+    "draw_sweep",
+    "frame",
+    "save_gif",
+    "save_png",
+    "save_sheet",
+]

@@ -15,7 +15,7 @@ from magfold_env.shapes import centres, headings
 SLOTS = 6
 """Most outcomes a panel shows; the rarest share one bar if there are more."""
 
-_COLOURS = {
+COLOUR_OF = {
     "folded": COLOURS[3],
     "misfolded": COLOURS[2],
     "held": COLOURS[1],
@@ -24,6 +24,7 @@ _COLOURS = {
     "failed": COLOURS[0],
     "others": GRID,
 }
+"""Colour of what ended with a status."""
 _WIDTH, _HEIGHT = 4.6, 3.3  # of a panel [inch]
 
 
@@ -51,7 +52,7 @@ def bar_chart(panels: Mapping[str, Sequence[Bar]], columns: int = 3, title: str 
     shown = {bar.status for content in panels.values() for bar in _most(content)}
     handles = [
         patch("Patch", color=colour, label=name)
-        for name, colour in _COLOURS.items()
+        for name, colour in COLOUR_OF.items()
         if name in shown
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
@@ -69,7 +70,7 @@ def _most(content: Sequence[Bar]) -> list[Bar]:
 def _draw_panel(axis: Any, name: str, content: Sequence[Bar]) -> None:
     places, rates = np.arange(len(content)), np.array([bar.rate for bar in content])
     errors = [rates - [bar.low for bar in content], [bar.high for bar in content] - rates]
-    axis.bar(places, rates, color=[_COLOURS[bar.status] for bar in content], width=0.62)
+    axis.bar(places, rates, color=[COLOUR_OF[bar.status] for bar in content], width=0.62)
     axis.errorbar(places, rates, np.maximum(errors, 0.0), fmt="none", ecolor=INK, capsize=3)
     axis.set_title(name, fontsize=10, color=INK)
     axis.set_xlim(-0.5, SLOTS - 0.5)
@@ -94,7 +95,7 @@ def _draw_outline(axis: Any, bar: Bar) -> None:
     """Draw the casings of a chain, turned so that those of a full fold stand upright."""
     angles = headings(bar.joints, first=math.pi / 4)
     for k, (middle, angle) in enumerate(zip(centres(angles), angles, strict=True)):
-        face = _COLOURS[bar.status] if k == 0 else "white"
+        face = COLOUR_OF[bar.status] if k == 0 else "white"
         corners = square(middle, float(angle), 1.0)
         look = {"facecolor": face, "edgecolor": INK, "linewidth": 0.8, "clip_on": False}
         axis.add_patch(patch("Polygon", corners, **look))

@@ -1,0 +1,156 @@
+"""Charts of sweeps: how often a chain ends in what, where. Needs matplotlib."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magfold_env.render.ensembles import COLOUR_OF
+from magfold_env.reporting.plotting import (
+    COLOURS,
+    GRID,
+    INK,
+    MARKERS,
+    figure_class,
+    legend_below,
+    panels,
+    save_figure,
+)
+from magfold_env.sweeps import Outcome, Sweep
+
+LINES = 6
+"""Most outcomes that are drawn over one parameter."""
+MAPS = 4
+"""Most outcomes that are drawn over two."""
+
+_TICKS = 12  # values at most that are written on an axis, and cells across that hold a number
+_CELL = 0.52  # [inch]
+_MAP = "Blues"  # from light to dark, which all kinds of sight tell apart
+_DARK = 0.55  # share from which on cells are dark
+_EVEN = 1e-6  # steps, or ratios, that agree to this share are equal
+
+
+def draw_sweep(sweep: Sweep, path: str | Path, outcome: Outcome | None = None) -> None:
+    """Draw how often what occurred, as PNG or what the suffix says.
+
+    Over one parameter: lines with Wilson intervals. Over two: a map of shares an outcome.
+
+    Parameters
+    ----------
+    sweep
+        What to draw.
+    path
+        Where to write the picture.
+    outcome
+        The only outcome to draw; None draws those that occurred most, full folds by their words
+        and others by their status alone.
+    """
+    save_figure(chart(sweep, outcome), path)
+
+
+def chart(sweep: Sweep, outcome: Outcome | None = None) -> Any:
+    """Return the figure that `draw_sweep` writes."""
+    return _lines(sweep, outcome) if len(sweep.shape) == 1 else _maps(sweep, outcome)
+
+
+def _title(sweep: Sweep) -> str:
+    return f"{len(sweep.ensembles[0])} releases a point, {sweep.scene.mount}"
+
+
+# --- one parameter --------------------------------------------------------------------------------
+
+
+def _lines(sweep: Sweep, outcome: Outcome | None) -> Any:
+    ((key, values),) = sweep.over.items()
+    figure, (axis,) = panels(1, _title(sweep), width=7.2, height=4.8)
+    shown = [*sweep.leading][:LINES] if outcome is None else [outcome]
+    rest = np.ones(len(values))
+    for k, (each, colour) in enumerate(zip(shown, _colours(shown), strict=True)):
+        shares = sweep.probability(*each)
+        rates = np.array([share.rate for share in shares])
+        low, high = ([getattr(share, end) for share in shares] for end in ("low", "high"))
+        axis.fill_between(values, low, high, color=colour, alpha=0.16, linewidth=0.0)
+        marker = MARKERS[k % len(MARKERS)]
+        axis.plot(values, rates, color=colour, marker=marker, markersize=5, label=str(each))
+        rest -= rates
+    if outcome is None and len(sweep.leading) > LINES:
+        axis.plot(values, rest, color=INK, linestyle=":", label="others")
+    axis.set_xlabel(key, color=INK)
+    if _log(values):
+        axis.set_xscale("log")
+    axis.set_ylim(-0.02, 1.02)
+    axis.set_yticks(np.linspace(0.0, 1.0, 5), ["0", "25 %", "50 %", "75 %", "100 %"])
+    axis.set_ylabel("share, 95 % interval", color=INK)
+    legend_below(figure, axis, ncols=4)
+    return figure
+
+
+def _colours(outcomes: Sequence[Outcome]) -> list[str]:
+    """Return a colour each: of a status alone its own, of words those that are left."""
+    own = [None if each.word else COLOUR_OF[str(each.status)] for each in outcomes]
+    left = iter([each for each in (*COLOURS[3:], *COLOURS[:3]) if each not in own])
+    return [each or next(left) for each in own]
+
+
+def _log(values: Sequence[float]) -> bool:
+    """Whether values grow by equal factors rather than by equal steps."""
+    if values[0] <= 0.0 or len(values) == 2:  # two are both
+        return False
+    factors = [b / a for a, b in pairwise(values)]
+    return max(factors) - min(factors) < _EVEN * max(factors)
+
+
+# --- two parameters -------------------------------------------------------------------------------
+
+
+def _maps(sweep: Sweep, outcome: Outcome | None) -> Any:
+    (across, x), (up, y) = sweep.over.items()
+    shown = [*sweep.leading][:MAPS] if outcome is None else [outcome]
+    columns = min(len(shown), 2)
+    rows = -(-len(shown) // columns)
+    width, height = (_CELL * min(max(len(values), 6), 2 * _TICKS) for values in (x, y))
+    size = (columns * (width + 0.8) + 1.2, rows * (height + 0.8) + 0.9)
+    figure = figure_class()(figsize=size, layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    image, widest = None, 0.0
+    for axis, each in zip(axes, shown, strict=False):
+        shares = sweep.probability(*each)
+        widest = max(widest, *(max(part.rate - part.low, part.high - part.rate) for part in shares))
+        rates = np.array([part.rate for part in shares]).reshape(sweep.shape).T
+        image = axis.imshow(rates, vmin=0.0, vmax=1.0, cmap=_MAP, origin="lower", aspect="auto")
+        axis.set_title(str(each), fontsize=10, color=INK)
+        _mark(axis.set_xticks, x)
+        _mark(axis.set_yticks, y)
+        axis.tick_params(length=0, labelsize=8)
+        axis.spines[:].set_color(GRID)
+        if max(rates.shape) <= _TICKS:
+            _write_numbers(axis, rates)
+    for axis in axes[len(shown) :]:
+        axis.set_axis_off()
+    figure.suptitle(f"{_title(sweep)}; 95 % intervals within ±{100 * widest:.0f} %", color=INK)
+    figure.supxlabel(across, fontsize=10, color=INK)
+    figure.supylabel(up, fontsize=10, color=INK)
+    bar = figure.colorbar(image, ax=axes.tolist(), fraction=0.05, aspect=30)
+    bar.set_ticks([0.0, 0.5, 1.0], labels=["0", "50 %", "100 %"])
+    bar.outline.set_edgecolor(GRID)
+    return figure
+
+
+def _mark(set_ticks: Any, values: Sequence[float]) -> None:
+    """Write the values, or some of them, beside their cells, with digits that tell them apart."""
+    digits = 4
+    while len({f"{value:.{digits}g}" for value in values}) < len(values):
+        digits += 1
+    step = -(-len(values) // _TICKS)
+    places = range(0, len(values), step)
+    set_ticks(places, [f"{values[place]:.{digits}g}" for place in places])
+
+
+def _write_numbers(axis: Any, rates: Any) -> None:
+    """Write shares in per cent into their cells."""
+    for (row, column), rate in np.ndenumerate(rates):
+        colour = "white" if rate > _DARK else INK
+        text = {"ha": "center", "va": "center", "fontsize": 8, "color": colour}
+        axis.text(column, row, f"{100 * rate:.0f}", **text)

@@ -1,0 +1,323 @@
+"""Sweeps: one ensemble of a scene for every value of one or two of its numbers."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cached_property
+from inspect import isclass
+from itertools import pairwise, product
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin
+
+from magfold_env.ensembles import Ensemble, Run, outcome_row, released
+from magfold_env.files import reading_json, write_text
+from magfold_env.fold import FoldStatus
+from magfold_env.parallel import Backend, Workers
+from magfold_env.reporting.intervals import Share
+from magfold_env.reporting.tables import Row, to_csv
+from magfold_env.scene import Problem, Scene, SceneError, errors
+from magfold_env.scene.base import Part, plain
+from magfold_env.shapes import parse_word
+
+K = TypeVar("K")
+
+FORMAT = "magfold_env sweep 1"
+
+MOST = 100
+"""Most values of a parameter."""
+
+_LARGEST = 2.0**53  # up to here, floats are the whole numbers they look like
+
+
+class Outcome(NamedTuple):
+    """What a run may end in: a word, a status, or both; as text `LRL`, `folded`, `LRL folded`."""
+
+    word: str | None = None
+    """Fold word; None for any."""
+    status: FoldStatus | None = None
+    """How it ended; None for any."""
+
+    def __str__(self) -> str:
+        """Return what is named, the word first."""
+        return " ".join(part for part in self if part is not None)
+
+    @classmethod
+    def parse(cls, text: str, n: int) -> Outcome:
+        """Return what a text names for `n` components.
+
+        Raises
+        ------
+        SceneError
+            If it is neither a word, nor a status, nor a word and a status.
+        """
+        try:
+            first, *more = text.split()
+            if first in [*FoldStatus] and not more:
+                return cls(None, FoldStatus(first))
+            (status,) = more or (None,)
+            return cls(parse_word(first, n), None if status is None else FoldStatus(status))
+        except ValueError:
+            statuses = ", ".join(FoldStatus)
+            allowed = f"must be a word of {n - 1} letters L, S and R, one of {statuses}, or both"
+            raise SceneError([Problem("outcome", text, allowed)]) from None
+
+
+def outcomes(made: Ensemble) -> Counter[Outcome]:
+    """Return how many runs ended in what, most first: a full fold's word, else the status alone."""
+    counts = Counter[Outcome]()
+    for (word, status), found in made.outcomes.items():
+        folded = status is FoldStatus.FOLDED
+        counts[Outcome(word if folded else None, status)] += found.successes
+    return _sorted(counts)
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Ensembles of one scene over a grid of one or two of its numbers, with the same draws."""
+
+    scene: Scene
+    """The scene, before the parameters are put in."""
+    seed: int
+    """Seed of the draws: run i of every point draws from the ensemble's ``generator(i)``."""
+    over: dict[str, tuple[float, ...]]
+    """Values of each parameter, by its dotted key."""
+    ensembles: tuple[Ensemble, ...]
+    """An ensemble for each of the `points`."""
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.ensembles)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many values each parameter has."""
+        return tuple(len(values) for values in self.over.values())
+
+    @property
+    def points(self) -> list[dict[str, float]]:
+        """The parameters at each point of the grid; the last one changes first."""
+        return points(self.over)
+
+    @cached_property
+    def leading(self) -> Counter[Outcome]:
+        """How many runs of all points ended in what, see `outcomes`."""
+        return _sorted(sum(map(outcomes, self.ensembles), Counter[Outcome]()))
+
+    def probability(self, word: str | None = None, status: str | None = None) -> list[Share]:
+        """Return the probability of a word, of a status, or of both together, at each point.
+
+        Raises
+        ------
+        ValueError
+            If there is no such status.
+        """
+        return [each.probability(word, status) for each in self.ensembles]
+
+    def rows(self) -> list[Row]:
+        """Return rows of a table: at each point, all that occurs at any, most frequent first."""
+        counts = Counter[tuple[str, FoldStatus]]()
+        for each in self.ensembles:
+            counts.update({ends: found.successes for ends, found in each.outcomes.items()})
+        return [
+            {**point, **outcome_row(*ends, each.probability(*ends))}
+            for point, each in zip(self.points, self.ensembles, strict=True)
+            for ends in _sorted(counts)
+        ]
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write `rows` as CSV, under a temporary name first."""
+        write_text(path, to_csv(self.rows()))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the sweep as values that JSON can hold; numbers that broke down are None."""
+        found: list[dict[str, Any]] = []
+        for point, each in zip(self.points, self.ensembles, strict=True):
+            content = each.to_dict()
+            for common in ("format", "scene", "seed"):
+                del content[common]
+            found.append({"at": point, **content})
+        return {
+            "format": FORMAT,
+            "scene": self.scene.model_dump(mode="json"),
+            "seed": self.seed,
+            "over": {key: list(values) for key, values in self.over.items()},
+            "points": found,
+        }
+
+    def to_json(self, path: str | Path) -> None:
+        """Write everything as JSON, under a temporary name first; `from_json` reads it."""
+        data = self.to_dict()
+        lines = ",\n  ".join(json.dumps(each, allow_nan=False) for each in data.pop("points"))
+        head = json.dumps(data, indent=1, allow_nan=False).removesuffix("\n}")
+        write_text(path, f'{head},\n "points": [\n  {lines}\n ]\n}}\n')
+
+    @classmethod
+    def from_json(cls, path: str | Path) -> Sweep:
+        """Read a sweep that `to_json` wrote; equal to it, bit for bit.
+
+        Raises
+        ------
+        ValueError
+            If the file is no such sweep.
+        """
+        with reading_json(path, "a sweep", FORMAT) as data:
+            scene, seed, over = Scene(**data["scene"]), data["seed"], _checked(data["over"])
+            ensembles = [
+                Ensemble.of(each, seed, [Run.from_record(run, scene.n) for run in found["runs"]])
+                for each, found in zip(scenes(scene, over), data["points"], strict=True)
+            ]
+            return cls(scene, seed, over, tuple(ensembles))
+
+
+def sweep(  # noqa: PLR0913 - what to sweep, and what `ensemble` takes
+    scene: Scene,
+    over: Mapping[str, Sequence[float]],
+    runs: int = 100,
+    seed: int = 0,
+    *,
+    workers: int | None = None,
+    backend: Backend | None = None,
+    address: str | None = None,
+    state: str | Path | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> Sweep:
+    """Simulate an ensemble of a scene at every point of a grid of one or two of its numbers.
+
+    All points share their random numbers: run i draws alike at each, so that what differs from
+    point to point is the parameters' doing. An ensemble of a point's scene, made by itself, is
+    equal to the sweep's, bit for bit.
+
+    Parameters
+    ----------
+    scene
+        What to release.
+    over
+        The values, increasing, of one or two numbers of the scene, by their dotted keys:
+        ``{"friction": [0.1, 0.2, 0.4], "magnets.remanence": np.linspace(0.6, 1.4, 9)}``.
+    runs
+        How many releases a point.
+    seed
+        Seed of all draws.
+    workers, backend, address
+        Who makes the runs, as for `ensemble`.
+    state
+        Folder in which runs are kept as they are made, every two seconds. Called again with it,
+        only missing runs are made: after a kill, or for more runs a point than before.
+    progress
+        Is told how many runs of all points are made, of how many.
+
+    Raises
+    ------
+    SceneError
+        If an argument is not allowed, or the scene is not valid at a point.
+    CheckpointError
+        If a file in `state` is damaged, or was written for another sweep or physics.
+    ImportError
+        If Ray is wanted and not installed.
+    """
+    asked = Workers(workers, backend, address)
+    values = _checked(over)
+    key = {"kind": "sweep", "scene": scene.model_dump(mode="json"), "over": list(values.items())}
+    made = released(scenes(scene, values), runs, seed, asked, key, state, progress)
+    return Sweep(scene, seed, values, tuple(made))
+
+
+def points(over: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
+    """Return the parameters at each point of a grid; the last one changes first."""
+    return [dict(zip(over, values, strict=True)) for values in product(*over.values())]
+
+
+def scenes(scene: Scene, over: Mapping[str, Sequence[float]]) -> list[Scene]:
+    """Return a scene for each of the `points`.
+
+    Raises
+    ------
+    SceneError
+        If one is not valid; it names the point.
+    """
+    found: list[Scene] = []
+    for point in points(over):
+        try:
+            found.append(scene.replace(**_nested(point)))
+        except SceneError as error:
+            at = ", ".join(f"{key}={value:.12g}" for key, value in point.items())
+            raise SceneError(error.problems, f"at {at}") from None
+    return found
+
+
+def keys(part: type[Part] = Scene, before: str = "") -> Iterator[str]:
+    """Yield the dotted keys of all numbers of a scene, or of one of its groups."""
+    for name, field in part.model_fields.items():
+        kinds = list(_kinds(field.annotation))
+        if int in kinds or float in kinds:
+            yield before + name
+        for kind in kinds:
+            if isclass(kind) and issubclass(kind, Part):
+                yield from keys(kind, f"{before}{name}.")
+
+
+def _kinds(annotation: Any) -> Iterator[Any]:
+    """Yield what an annotation allows, one by one."""
+    if get_origin(annotation) is Annotated:
+        yield from _kinds(get_args(annotation)[0])
+    elif get_origin(annotation) in {Union, UnionType}:
+        for each in get_args(annotation):
+            yield from _kinds(each)
+    else:
+        yield annotation
+
+
+def _checked(over: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, ...]]:
+    """Return the parameters' values as floats, or refuse them."""
+    if not 1 <= len(over) <= 2:
+        errors.refuse([Problem("over", list(over), "must name one or two numbers of the scene")])
+    known = list(keys())
+    problems: list[Problem] = []
+    checked: dict[str, tuple[float, ...]] = {}
+    for key, given in over.items():
+        values: Any = list(given) if isinstance(given, range) else plain(given)
+        if key not in known:
+            near = [each for each in known if each.rpartition(".")[2] == key]
+            near = near or get_close_matches(key, known, 3)
+            hint = f"; did you mean {' or '.join(near)}?" if near else ", as feed.speed is one"
+            problems.append(Problem("over", key, f"must be the key of a number of a scene{hint}"))
+        elif not _increasing(values):
+            allowed = f"must be 2 to {MOST} numbers, each larger than the one before"
+            problems.append(Problem(key, values, allowed))
+        else:
+            checked[key] = tuple(map(float, values))
+    errors.refuse(problems)
+    return checked
+
+
+def _increasing(values: Any) -> bool:
+    if not isinstance(values, list) or not 2 <= len(cast("list[Any]", values)) <= MOST:
+        return False
+    numbers = cast("list[Any]", values)
+    if not all(type(each) in {int, float} and abs(each) <= sys.float_info.max for each in numbers):
+        return False
+    return all(a < b for a, b in pairwise(map(float, numbers)))
+
+
+def _nested(point: Mapping[str, float]) -> dict[str, Any]:
+    """Return the changes that put values under dotted keys into a scene."""
+    changes: dict[str, Any] = {}
+    for key, value in point.items():
+        *groups, name = key.split(".")
+        inner = changes
+        for group in groups:
+            inner = inner.setdefault(group, {})
+        # Where a scene asks for a whole number it takes no other; elsewhere it takes both.
+        inner[name] = int(value) if value.is_integer() and abs(value) < _LARGEST else value
+    return changes
+
+
+def _sorted(counts: Counter[K]) -> Counter[K]:
+    """Return counts, largest first, equal ones by name."""
+    return Counter(dict(sorted(counts.items(), key=lambda item: (-item[1], str(item[0])))))
