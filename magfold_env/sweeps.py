@@ -314,7 +314,7 @@ def _nested(point: Mapping[str, float]) -> dict[str, Any]:
         for group in groups:
             inner = inner.setdefault(group, {})
         # Where a scene asks for a whole number it takes no other; elsewhere it takes both.
-        inner[name] = int(value) if value.is_integer() and abs(value) < _LARGEST else value
+        inner[name] = int(value) if value % 1.0 == 0.0 and abs(value) < _LARGEST else value
     return changes
 
 

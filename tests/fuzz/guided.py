@@ -24,6 +24,7 @@ READING = [
     "magfold_env.designer.result",
     "magfold_env.designer.suites",
     "magfold_env.ensembles",
+    "magfold_env.sweeps",
     "magfold_env.scene.errors",
     "magfold_env.files",
     "magfold_env.scene.scene",

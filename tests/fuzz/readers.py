@@ -30,6 +30,7 @@ from magfold_env.designer.result import Design
 from magfold_env.designer.suites import load_suite
 from magfold_env.ensembles import Ensemble, ensemble
 from magfold_env.files import configs_dir
+from magfold_env.sweeps import Sweep, sweep
 
 SCENE = mf.Scene(sequence=("NSNS", "SN-N"), duration=0.01)
 KEY: dict[str, Any] = {"seed": 1, "settings": {"n": [1, 2]}}
@@ -162,6 +163,11 @@ READERS: dict[str, Reader] = {
         ".json",
         Ensemble.from_json,
         lambda: [_written(ensemble(SCENE, 2, workers=1).to_json)],
+    ),
+    "sweep": Reader(
+        ".json",
+        Sweep.from_json,
+        lambda: [_written(sweep(SCENE, {"friction": [0.1, 0.2]}, 2, workers=1).to_json)],
     ),
     "design": Reader(".json", Design.from_json, _designs),
     "state": Reader(".json", _read_state, _states, _signed),

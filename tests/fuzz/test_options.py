@@ -22,6 +22,7 @@ patient = settings(
 NUMBERS = ["0", "-1", "1", "0.1", "1e400", "nan", "-inf", "1e-320", "9" * 30, "", "x", "٣"]
 WORDS = ["free", "forward", "tube", "pinned", "", "x", "None", "LR", "LSR", "[red]", "\n", "é"]
 SPREADS = ["friction=0.1", "friction=1", "mass", "=", "start_angles=0.1", "x=1", "mass=nan"]
+GRIDS = ["friction=0:1:2", "friction=1:0", "friction=nan:1", "x=0:1", "friction=0,1", "=", ":", ""]
 OPTIONS: Mapping[str, Mapping[str, list[str]]] = {
     "fold": {
         "--mount": WORDS, "--direction": WORDS, "--speed": ["0.5", *NUMBERS],
@@ -31,6 +32,9 @@ OPTIONS: Mapping[str, Mapping[str, list[str]]] = {
     "ensemble": {
         "--runs": ["1", "2", "0", "-1", "x", ""], "--seed": NUMBERS, "--mode": WORDS,
         "--spread": SPREADS, "--workers": ["0", "-1", "x"], "--backend": ["x", "threads"],
+    },
+    "sweep": {
+        "--runs": ["1", "0", "x"], "--over": GRIDS, "--outcome": WORDS, "--seed": NUMBERS,
     },
     "stress": {
         "--only": WORDS, "--cases": ["0", "-1", "x"], "--seed": ["-1", "x"], "--rerun": WORDS,
