@@ -45,7 +45,7 @@ class Outcome(NamedTuple):
 
     def __str__(self) -> str:
         """Return what is named, the word first."""
-        return " ".join(part for part in self if part is not None)
+        return " ".join(part for part in self if part)
 
     @classmethod
     def parse(cls, text: str, n: int) -> Outcome:

@@ -110,7 +110,7 @@ def _maps(sweep: Sweep, outcome: Outcome | None) -> Any:
     shown = [*sweep.leading][:MAPS] if outcome is None else [outcome]
     columns = min(len(shown), 2)
     rows = -(-len(shown) // columns)
-    width, height = (_CELL * min(max(len(values), 6), 2 * _TICKS) for values in (x, y))
+    width, height = (_CELL * min(max(len(values), 6), _TICKS) for values in (x, y))
     size = (columns * (width + 0.8) + 1.2, rows * (height + 0.8) + 0.9)
     figure = figure_class()(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).ravel()

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from functools import lru_cache, partial
 from threading import Lock
-from typing import Generic, NamedTuple, TypeVar, get_args
+from typing import Generic, NamedTuple, ParamSpec, TypeVar, get_args
 
 import numpy as np
 
@@ -39,6 +39,7 @@ PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to m
 
 SLOWEST = 1.0  # [rad/s]
 
+P = ParamSpec("P")
 T = TypeVar("T")
 
 _NONE = np.zeros(0)
@@ -141,6 +142,36 @@ def pack_magnets(scene: Scene) -> Magnets:
     return quadrature_of(scene.casing, magnets, choose_rule(magnets), reversed_inside(scene))
 
 
+class _Once(Generic[T]):
+    """What takes long to make: one thread makes it, others that ask meanwhile wait."""
+
+    def __init__(self, make: Callable[[], T]) -> None:
+        self._make, self._lock = make, Lock()
+        self._made: T | None = None
+
+    def get(self) -> T:
+        with self._lock:
+            if self._made is None:
+                self._made = self._make()
+            return self._made
+
+
+def _made_once(make: Callable[P, T]) -> Callable[P, T]:
+    """Keep what a function makes of its last arguments, made once however many threads ask."""
+    looking = Lock()
+
+    @lru_cache(maxsize=16)
+    def kept(*args: P.args, **named: P.kwargs) -> _Once[T]:
+        return _Once(partial(make, *args, **named))
+
+    def get(*args: P.args, **named: P.kwargs) -> T:
+        with looking:
+            found = kept(*args, **named)
+        return found.get()
+
+    return get
+
+
 def joint_tables(scene: Scene) -> Tables:
     """Splines of the energies of nearby casings, where angles are bounded and splines exact enough.
 
@@ -156,40 +187,25 @@ def joint_tables(scene: Scene) -> Tables:
     ):
         return NO_TABLES
     sizes = MagnetSizes.of(magnets, reversed_inside(scene))
-    tables, error = _tables_of(scene.casing.side, sizes).get()
+    tables, error = _tables_of(scene.casing.side, sizes)
     if error > TABLE_SHARE * magnets.accuracy:
         return NO_TABLES
     if magnets.accuracy < FAR_ACCURACY or not magnets.even:
         return tables
-    far, error = _far_table_of(scene.casing.side, sizes).get()
+    far, error = _far_table_of(scene.casing.side, sizes)
     return tables._replace(far=far) if error <= FAR_SHARE * magnets.accuracy else tables
 
 
-class _Once(Generic[T]):
-    """What takes long to make: one thread makes it, others that ask meanwhile wait."""
-
-    def __init__(self, make: Callable[[], T]) -> None:
-        self._make, self._lock = make, Lock()
-        self._made: T | None = None
-
-    def get(self) -> T:
-        with self._lock:
-            if self._made is None:
-                self._made = self._make()
-            return self._made
-
-
-@lru_cache(maxsize=16)
-def _tables_of(side: float, sizes: MagnetSizes) -> _Once[tuple[Tables, float]]:
+@_made_once
+def _tables_of(side: float, sizes: MagnetSizes) -> tuple[Tables, float]:
     casing = Casing(side=side)
-    magnets = _build(table_rule(MagnetsPart(**sizes._asdict())), True, side, sizes)
-    return _Once(partial(build_tables, magnets, casing.diagonal, NO_FAR_TABLE))
+    rule = table_rule(MagnetsPart(**sizes._asdict()))
+    return build_tables(_build(rule, True, side, sizes), casing.diagonal, NO_FAR_TABLE)
 
 
-@lru_cache(maxsize=16)
-def _far_table_of(side: float, sizes: MagnetSizes) -> _Once[tuple[FarTable, float]]:
-    magnets = _build(Rule.single(1), True, side, sizes)
-    return _Once(partial(build_far_table, magnets, side))
+@_made_once
+def _far_table_of(side: float, sizes: MagnetSizes) -> tuple[FarTable, float]:
+    return build_far_table(_build(Rule.single(1), True, side, sizes), side)
 
 
 def quadrature_of(
