@@ -162,7 +162,7 @@ def ending(scene: Scene) -> Ending:
         return Ending(outcome, "not a number")
     at_rest = outcome.status in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}
     angles = np.concatenate([[0.0], np.cumsum(joints)])
-    deep = deepest_overlap(scene.replace(mount="free"), angles, np.zeros(2), scene.n)
+    deep = deepest_overlap(scene.alone(), angles, np.zeros(2), scene.n)
     if at_rest and deep > TOO_DEEP * scene.casing.side:
         return Ending(outcome, "at rest with squares in one another")
     return Ending(outcome, "")

@@ -89,7 +89,7 @@ def wrenches(scene: scenes.Scene, poses: Ints) -> Array:
     if scene.magnets is not None and len(poses):
         places = _pair_places(poses, scene.casing.side)
         # Faces in their own order, whichever way a tube would be fed.
-        magnets = pack_magnets(scene.replace(mount="pinned"))
+        magnets = pack_magnets(scene.alone())
         nodes = new_nodes(magnets, 2)
         _fill_wrenches(magnets, places, _pair_charges(scene.magnets.charge), nodes, out)
     return out

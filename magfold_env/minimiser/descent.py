@@ -124,7 +124,7 @@ class _Potential:
     """The energy of a chain by its joint angles, springs between casings included."""
 
     def __init__(self, scene: Scene, first: float) -> None:
-        pinned = scene.replace(mount="pinned", start_angles=None)
+        pinned = scene.alone()
         self._scene = pinned
         self._first = first
         self._magnets = pack_magnets(pinned)

@@ -319,6 +319,10 @@ class Scene(base.Part):
         entries: dict[str, Any] = {name: getattr(self, name) for name in Scene.model_fields}
         return Scene(**_merged(entries, changes))
 
+    def alone(self) -> Scene:
+        """Return the chain by itself, pinned: no tube, nothing in its way, and no bumps."""
+        return self.replace(mount="pinned", obstacles=(), bumps=None)
+
     def draw(self, rng: np.random.Generator) -> Scene:
         """Draw everything random and return a scene in which nothing is left to draw.
 

@@ -65,7 +65,7 @@ def magnetic_energy(scene: Scene, motion: Trajectory) -> Array:
     may be left to chance, and all of the motion must be finite.
     """
     # A pinned chain is indexed from component 1, as a trajectory is.
-    model = pack(scene.replace(mount="pinned"))
+    model = pack(scene.alone())
     found = np.zeros(len(motion))
     if not model.magnetic:
         return found

@@ -351,7 +351,7 @@ class Session:
         if pair[0] >= 0:
             number = self._view.index(pair[0]) + 1
             self.status = FoldStatus.FAILED
-            self.message = f"component {number} begins in an obstacle"
+            self.message = f"component {number} and an obstacle overlap at the start"
 
 
 def run_chain(chain: Chain, until: float) -> int:

@@ -118,7 +118,7 @@ def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> 
     speeds = checked("rates", rates, scene.n, stacked=True)
     if headings.shape != speeds.shape:
         raise SceneError([Problem("rates", speeds.shape, f"must have shape {headings.shape}")])
-    model = pack(scene.replace(mount="pinned"))._replace(contact=False, frictional=False)
+    model = pack(scene.alone())._replace(contact=False, frictional=False)
     flat = np.ascontiguousarray(headings.reshape(-1, scene.n))
     loads: Floats | None = None
     if model.magnetic:
@@ -167,7 +167,7 @@ def checked(key: str, values: npt.ArrayLike, n: int, *, stacked: bool = False) -
 
 def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, float]:
     """Magnet forces (n, 2) [N], torques (n,) [N·m] and energy [J]."""
-    model = pack(scene.replace(mount="pinned", start_angles=None))
+    model = pack(scene.alone())
     work = new_work(model._replace(contact=False, frictional=False))
     articulated.place(0, model.bodies, np.append(angles, [0.0, 0.0]), work.pose)
     if model.magnetic:

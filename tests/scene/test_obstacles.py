@@ -95,7 +95,7 @@ def test_a_bent_chain_that_begins_in_one_fails_at_once(bend: float) -> None:
     )
     fold = mf.simulate(scene)
     assert (fold.status is mf.FoldStatus.FAILED) == (bend > 0.0)
-    assert (fold.message == "component 3 begins in an obstacle") == (bend > 0.0)
+    assert (fold.message == "component 3 and an obstacle overlap at the start") == (bend > 0.0)
 
 
 def test_a_channel_has_two_walls_as_far_apart_as_it_is_wide() -> None:
