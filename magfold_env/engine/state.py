@@ -226,11 +226,11 @@ class Stencils(NamedTuple):
     value: Annotated[
         Array, "slots", 4, 16
     ]  # by direction from the second casing; other two together [J]
-    weight: Annotated[Array, 6, 4]  # of the splines, and their slopes
-    here: Annotated[Array, 16]  # combined at a heading
-    slope: Annotated[Array, 16]
+    column: Annotated[Array, 31, 8]  # of pairs that are looked up together, see `far_lookup`
+    here: Annotated[Array, 2, 16]  # combined at a heading, and their slopes
+    sum: Annotated[Array, 16]
     product: Annotated[Array, 4, 16]  # of charges, by face of the first casing [A²·m²]
-    column: Annotated[IntArray, 4]  # where these faces begin in the table
+    begin: Annotated[IntArray, 4]  # where these faces begin in the table
 
 
 @by_pointer

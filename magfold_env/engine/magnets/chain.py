@@ -81,6 +81,19 @@ def apart(
 
     ``turn`` is by how much j's heading is ahead of i's [rad].
     """
+    far, column = magnets.tables.far, nodes.stencils.column
+    if far.end > 0.0:
+        far_lookup.see(pose, turn, i, j, column, 0)
+        far_lookup.locate(far, 1, column)
+    return located(magnets, charge, pose, nodes, i, j, 0, with_energy)
+
+
+@inlined
+def located(
+    magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, place: int,
+    with_energy: bool,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """As `apart`, where a table, if there is one, is known to be looked up: see `look_ahead`."""
     far = magnets.tables.far
     if far.end == 0.0:
         return pairs.casing_pair(magnets, charge, pose, nodes, i, j, with_energy)
@@ -88,7 +101,7 @@ def apart(
     distance, begins = math.sqrt(ex * ex + ey * ey), far.end / segments.SPREAD
     if distance >= far.end:
         return expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
-    u, fx, fy, t = far_lookup.look_up(far, charge, pose, turn, i, j, nodes.stencils)
+    u, fx, fy, t = far_lookup.interpolate(far, charge, pose, i, j, nodes.stencils, place)
     if distance < far.reach:
         v, gx, gy, s = far_lookup.stiffen(magnets, charge, pose, nodes, i, j, with_energy)
         return u + v, fx + gx, fy + gy, t + s
@@ -99,6 +112,29 @@ def apart(
     return laws.between_rules((u, fx, fy, t), beyond, ratio, segments.SPREAD, begins, ex, ey)
 
 
+@inlined
+def look_ahead(
+    begin: int, count: int, model: Model, q: Array, pose: Pose, nodes: Nodes, rigid: Rigid
+) -> int:
+    """Locate as many of the pairs to come as are looked up together, and return how many.
+
+    Those at ``begin`` and after it in the list that are three joints apart or more.
+    """
+    far, column, pair = model.magnets.tables.far, nodes.stencils.column, nodes.segments.pair
+    if far.end == 0.0:
+        return count
+    seen = 0
+    for p in range(begin, count):
+        i, j = int(pair[p, 0]), int(pair[p, 1])
+        if j - i > TABLED and not is_rigid(i, j, rigid.reach, rigid.code):
+            far_lookup.see(pose, q[j] - q[i], i, j, column, seen)
+            seen += 1
+            if seen == far_lookup.LANES:
+                break
+    far_lookup.locate(far, seen, column)
+    return seen
+
+
 @kernel
 def add_pairs(
     count: int, model: Model, q: Array, pose: Pose, nodes: Nodes, rigid: Rigid, loads: Loads
@@ -107,6 +143,7 @@ def add_pairs(
     pair, charge, tables = nodes.segments.pair, model.charge, model.magnets.tables
     cos, sin = pose.cos, pose.sin
     code, joined, force, torque = rigid.code, rigid.reach, rigid.force, loads.torque
+    place, seen = 0, 0
     for p in range(count):
         i, j = int(pair[p, 0]), int(pair[p, 1])
         k = j - i - 1
@@ -123,7 +160,10 @@ def add_pairs(
             u, v = lookup.two_slopes(tables, q[i + 1] - q[i], q[j] - q[i + 1], charge, i, i, nodes)
             bend(i, j, u, v, torque)
         else:
-            _, u, v, t = apart(model.magnets, charge, pose, q[j] - q[i], nodes, i, j, False)
+            if place == seen:
+                place, seen = 0, look_ahead(p, count, model, q, pose, nodes, rigid)
+            _, u, v, t = located(model.magnets, charge, pose, nodes, i, j, place, False)
+            place += 1
             pairs.act(pose, i, j, u, v, t, loads)
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import direction
 from magfold_env.engine.magnets import laws
-from magfold_env.engine.magnets.pairs import sum_lanes, whole_lanes
+from magfold_env.engine.magnets.pairs import LANES, sum_lanes, whole_lanes
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose, Stencils
 
 SPLINES = 4  # that are not zero in a space between knots
@@ -28,6 +28,14 @@ FACES = 4
 PLACES = SPLINES * SPLINES
 SIXTH, TWO_THIRDS = 1.0 / 6.0, 2.0 / 3.0
 TWO_PI = 2.0 * math.pi
+
+# Rows of `Stencils.column`, a column a pair: where the second casing lies in the frame of the
+# first, and by how much its heading is ahead; then, found from these, 1/r, the cell, and for each
+# coordinate the cubic splines in it and their slopes.
+X, Y, TURN, INVERSE, RADIAL, TOWARD, BACK, WEIGHT = range(8)
+SLOPE = WEIGHT + SPLINES
+NEXT = 2 * SPLINES  # rows further on are those of the next coordinate
+ROWS = WEIGHT + 3 * NEXT
 
 
 @kernel
@@ -38,71 +46,109 @@ def look_up(
 
     ``turn`` is by how much j's heading is ahead of i's [rad].
     """
-    weight, value, here, slope = stencils.weight, stencils.value, stencils.here, stencils.slope
-    spaces, turns = table.energy.shape[0] - 3, table.energy.shape[1] - 3
+    see(pose, turn, i, j, stencils.column, 0)
+    locate(table, 1, stencils.column)
+    return interpolate(table, charge, pose, i, j, stencils, 0)
+
+
+@inlined
+def see(pose: Pose, turn: float, i: int, j: int, column: Array, p: int) -> None:
+    """Note in a column where casing j lies, seen from i."""
     c, s = pose.cos[i], pose.sin[i]
     dx, dy = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
-    x, y = c * dx + s * dy, c * dy - s * dx
-    inverse = 1.0 / math.sqrt(max(x * x + y * y, laws.NEAREST2))
-    radial = (inverse - 1.0 / table.end) * table.density
-    there = direction(x, y)
-    toward, back = _knots(there, turns), _knots(there + math.pi - turn, turns)
-    # Beyond its first and last knot the table goes on as it ends.
-    a = min(max(int(radial), 0), spaces - 1)
-    b, e = min(int(toward), turns - 1), min(int(back), turns - 1)
-    _basis(radial - a, weight, 0)
-    _basis(toward - b, weight, 2)
-    _basis(back - e, weight, 4)
+    column[X, p], column[Y, p], column[TURN, p] = c * dx + s * dy, c * dy - s * dx, turn
+
+
+@kernel
+def locate(table: FarTable, count: int, column: Array) -> None:
+    """Find where in the table the first columns are: together, in vectors, from two on."""
+    if column.shape[0] != ROWS or column.shape[1] != LANES:
+        return  # so the compiler knows how far apart rows are
+    spaces, turns = table.energy.shape[0] - 3, table.energy.shape[1] - 3
+    nearest, density, whole = 1.0 / table.end, table.density, float(turns)
+    for p in range(LANES if count > 1 else 1):
+        x, y = column[X, p], column[Y, p]
+        inverse = 1.0 / math.sqrt(max(x * x + y * y, laws.NEAREST2))
+        there = direction(x, y)
+        radial = (inverse - nearest) * density
+        toward, back = _knots(there, whole), _knots(there + math.pi - column[TURN, p], whole)
+        # Beyond its first and last knot the table goes on as it ends.
+        a = min(max(np.floor(radial), 0.0), spaces - 1.0)
+        b = min(max(np.floor(toward), 0.0), whole - 1.0)
+        e = min(max(np.floor(back), 0.0), whole - 1.0)
+        column[INVERSE, p] = inverse
+        column[RADIAL, p], column[TOWARD, p], column[BACK, p] = a, b, e
+        _basis(radial - a, column, WEIGHT, p)
+        _basis(toward - b, column, WEIGHT + NEXT, p)
+        _basis(back - e, column, WEIGHT + 2 * NEXT, p)
+
+
+@kernel
+def interpolate(
+    table: FarTable, charge: Array, pose: Pose, i: int, j: int, stencils: Stencils, p: int
+) -> tuple[float, float, float, float]:
+    """As `look_up`, of a pair whose column p is located."""
+    column, value, here = stencils.column, stencils.value, stencils.here
+    turns = table.energy.shape[1] - 3
+    # Where numbers broke down the first cell will do.
+    a, b, e = max(int(column[RADIAL, p]), 0), int(column[TOWARD, p]), int(column[BACK, p])
     pair, cell = i * pose.x.size + j, (a * turns + b) * turns + e
     slot = pair % stencils.pair.size
     if stencils.pair[slot] != pair or stencils.cell[slot] != cell:
         stencils.pair[slot], stencils.cell[slot] = pair, cell
         _fold(table.energy, charge, i, j, a, b, e, slot, stencils)
-    w0, w1, w2, w3 = weight[4, 0], weight[4, 1], weight[4, 2], weight[4, 3]
-    d0, d1, d2, d3 = weight[5, 0], weight[5, 1], weight[5, 2], weight[5, 3]
+    if value.shape[1] != SPLINES or value.shape[2] != PLACES or here.shape[1] != PLACES:
+        return 0.0, 0.0, 0.0, 0.0
+    row = WEIGHT + 2 * NEXT
+    w0, w1, w2, w3 = column[row, p], column[row + 1, p], column[row + 2, p], column[row + 3, p]
+    row = SLOPE + 2 * NEXT
+    d0, d1, d2, d3 = column[row, p], column[row + 1, p], column[row + 2, p], column[row + 3, p]
+    at = np.uint64(slot)
     for k in range(PLACES):
-        v0, v1, v2, v3 = value[slot, 0, k], value[slot, 1, k], value[slot, 2, k], value[slot, 3, k]
-        here[k] = (w0 * v0 + w1 * v1) + (w2 * v2 + w3 * v3)
-        slope[k] = (d0 * v0 + d1 * v1) + (d2 * v2 + d3 * v3)
+        v0, v1, v2, v3 = value[at, 0, k], value[at, 1, k], value[at, 2, k], value[at, 3, k]
+        here[0, k] = (w0 * v0 + w1 * v1) + (w2 * v2 + w3 * v3)
+        here[1, k] = (d0 * v0 + d1 * v1) + (d2 * v2 + d3 * v3)
     energy, by_radial, by_toward, by_back = 0.0, 0.0, 0.0, 0.0
     for k in range(SPLINES):
         u, v, w = 0.0, 0.0, 0.0
         for m in range(SPLINES):
-            u += weight[2, m] * here[SPLINES * k + m]
-            v += weight[3, m] * here[SPLINES * k + m]
-            w += weight[2, m] * slope[SPLINES * k + m]
-        energy += weight[0, k] * u
-        by_radial += weight[1, k] * u
-        by_toward += weight[0, k] * v
-        by_back += weight[0, k] * w
+            u += column[WEIGHT + NEXT + m, p] * here[0, SPLINES * k + m]
+            v += column[SLOPE + NEXT + m, p] * here[0, SPLINES * k + m]
+            w += column[WEIGHT + NEXT + m, p] * here[1, SPLINES * k + m]
+        energy += column[WEIGHT + k, p] * u
+        by_radial += column[SLOPE + k, p] * u
+        by_toward += column[WEIGHT + k, p] * v
+        by_back += column[WEIGHT + k, p] * w
     # The energy grows along r by this, across it by that; a force on i is its gradient by j.
+    inverse, x, y = column[INVERSE, p], column[X, p], column[Y, p]
     along = -by_radial * inverse * inverse * table.density * inverse
     torque = by_toward * turns / TWO_PI
     across = (torque + by_back * turns / TWO_PI) * inverse * inverse
     px, py = along * x - across * y, along * y + across * x
+    c, s = pose.cos[i], pose.sin[i]
     return energy, c * px - s * py, s * px + c * py, torque
 
 
 @inlined
-def _knots(angle: float, turns: int) -> float:
+def _knots(angle: float, turns: float) -> float:
     """Return an angle in knots, from 0 to ``turns``."""
     knots = angle * (turns / TWO_PI)
-    return knots - turns * math.floor(knots / turns)
+    return knots - turns * np.floor(knots / turns)
 
 
 @inlined
-def _basis(t: float, weight: Array, row: int) -> None:
-    """Fill two rows: the cubic splines in a space between knots, and their slopes by ``t``."""
+def _basis(t: float, column: Array, row: int, p: int) -> None:
+    """Fill eight rows: the cubic splines in a space between knots, and their slopes by ``t``."""
     s = 1.0 - t
     t2, s2 = t * t, s * s
-    weight[row, 0] = SIXTH * (s2 * s)
-    weight[row, 1] = TWO_THIRDS + t2 * (0.5 * t - 1.0)
-    weight[row, 2] = TWO_THIRDS + s2 * (0.5 * s - 1.0)
-    weight[row, 3] = SIXTH * (t2 * t)
-    weight[row + 1, 0] = -0.5 * s2
-    weight[row + 1, 1] = t * (1.5 * t - 2.0)
-    weight[row + 1, 2] = s * (2.0 - 1.5 * s)
-    weight[row + 1, 3] = 0.5 * t2
+    column[row, p] = SIXTH * (s2 * s)
+    column[row + 1, p] = TWO_THIRDS + t2 * (0.5 * t - 1.0)
+    column[row + 2, p] = TWO_THIRDS + s2 * (0.5 * s - 1.0)
+    column[row + 3, p] = SIXTH * (t2 * t)
+    column[row + 4, p] = -0.5 * s2
+    column[row + 5, p] = t * (1.5 * t - 2.0)
+    column[row + 6, p] = s * (2.0 - 1.5 * s)
+    column[row + 7, p] = 0.5 * t2
 
 
 @kernel
@@ -116,7 +162,7 @@ def _fold(
     from the second casing a right angle apart side by side, so that its four faces are summed
     together.
     """
-    value, product, here, column = stencils.value, stencils.product, stencils.here, stencils.column
+    value, product, here, column = stencils.value, stencils.product, stencils.sum, stencils.begin
     turns = energy.shape[1] - 3
     quarter = turns // FACES
     first = FACES * (e % quarter)
