@@ -133,3 +133,24 @@ def test_scratch_space_remembers_nothing_of_other_runs():
         assert again.angles.tobytes() == alone.angles.tobytes()
         assert again.evaluations == alone.evaluations
         assert rooms[0].word
+
+
+@pytest.mark.parametrize("loading", ["preloaded", "at_mouth"])
+def test_energies_grow_by_all_the_work(loading):
+    scene = load_scene("paper/sequence-3").replace(
+        mount="tube",
+        friction=0.0,
+        feed={"speed": 0.1, "loading": loading},
+        solver={"tolerance": 1e-8},
+    )
+    session = Session(scene.draw(np.random.default_rng(4)))
+    before = session.potential()
+    for _ in range(4):
+        session.feed_one()
+        model, state = session._model, session._state
+        kinetic, _ = feed.kinetic(int(state.counter[at.LO]), model, state, session._probe)
+        done = session.account
+        grown = kinetic + session.potential() - before
+        work = done.feed + done.loading - done.impacts
+        assert grown == pytest.approx(work, abs=1e-6 * (abs(done.feed) + abs(done.loading)))
+    assert (done.loading != 0.0) == (loading == "at_mouth")
