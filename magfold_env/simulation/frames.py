@@ -14,7 +14,7 @@ from magfold_env.engine.magnets import outer_field, pairs
 from magfold_env.engine.state import Array, Model, Record, State
 from magfold_env.engine.stepping.integrator import LONGEST_STEP
 from magfold_env.engine.workspace import new_record, new_work
-from magfold_env.fold import Trajectory, loaded, turns
+from magfold_env.fold import Trajectory, loaded
 from magfold_env.scene import Scene
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.view import Orientation
@@ -70,7 +70,7 @@ def magnetic_energy(scene: Scene, motion: Trajectory) -> Array:
     if not model.magnetic:
         return found
     work = new_work(model._replace(contact=False, frictional=False))
-    acting = _acting(scene, motion)
+    acting = loaded(scene, motion.angles, motion.base, motion.released)
     coordinates = np.concatenate([motion.angles, motion.base], axis=1)
     for k, q in enumerate(coordinates):
         charge = model.charge * acting[k, :, None]
@@ -80,18 +80,3 @@ def magnetic_energy(scene: Scene, motion: Trajectory) -> Array:
             frame = model._replace(charge=charge)
             found[k] += outer_field.field_energy(0, frame, work.pose, work.nodes)
     return found
-
-
-def _acting(scene: Scene, motion: Trajectory) -> npt.NDArray[np.bool_]:
-    """Return whose magnets act, shape (m, n).
-
-    Those of the released components and, in the tube, of the loaded ones behind them, up to the
-    first component without any magnet.
-    """
-    turn = turns(scene)
-    released = motion.released
-    has_magnets = loaded(scene, motion.angles, motion.base, released) & scene.charges.any(axis=1)
-    out = turn < released[:, None]
-    # Turns are their own inverse: they also put components in the order in which they leave.
-    unbroken = np.logical_and.accumulate((out | has_magnets)[:, turn], axis=1)
-    return unbroken[:, turn] & has_magnets

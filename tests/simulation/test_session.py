@@ -153,4 +153,4 @@ def test_energies_grow_by_all_the_work(loading):
         grown = kinetic + session.potential() - before
         work = done.feed + done.loading - done.impacts
         assert grown == pytest.approx(work, abs=1e-6 * (abs(done.feed) + abs(done.loading)))
-    assert (done.loading != 0.0) == (loading == "at_mouth")
+    assert (session.account.loading != 0.0) == (loading == "at_mouth")

@@ -87,15 +87,15 @@ def lie_in_tube(offsets: Array, length: Array, headings: Array, depth: Array) ->
 def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
     """Fill ``pose`` for the free components and the held ones that matter.
 
-    Those are the outermost two, which others may touch, and the charged ones next to them. Returns
-    the first component whose magnets act.
+    Those are the outermost two, which others may touch, and all whose magnets act: where magnets
+    act only outside, the charged ones next to them. Returns the first component whose magnets act.
     """
     articulated.place(lo, model.bodies, q, pose)
     n = model.n
     first = lo
     x, y = q[n], q[n + 1]
     for i in range(lo - 1, -1, -1):
-        acts = first == i + 1 and charged(model, i)
+        acts = first == i + 1 and model.magnetic and (not model.at_mouth or charged(model, i))
         if not acts and i < first_box(lo):
             break
         s, c = sincos(q[i])

@@ -95,6 +95,9 @@ def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float)
     for k in range(state.counter[at.LO]):
         slope_v[5, k] = 0.0
         slope_v[6, k] = 0.0
+    # The drive's impulse goes along as one more coordinate, its force as that one's slope.
+    lo, drive, driven = state.counter[at.LO], work.stages.drive, drives(model, state)
+    drive[2], drive[1] = 0.0, h * SCHEME[count, 1, 3] * drive[0]
     # Rows 1 and 2 hold the last stage and the one before it, row 5 the accelerations there.
     for k in range(end):
         slope_q[2, k], slope_v[2, k] = state.q[k], state.v[k]
@@ -107,7 +110,10 @@ def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float)
         state.counter[at.EVALUATIONS] += 1
         if not constrained(model, state, slope_q[last], slope_v[last], work, out):
             return False
+        force = needed_force(lo, model, work, out) if driven else 0.0
         if j > count:
+            drive[6] = force
+            lay_cubic(drive, drive[last] / h, drive[0], force)
             copy(slope_q[last], work.stages.new_q, 0)
             copy(slope_v[last], work.stages.new_v, 0)
             copy(slope_v[last], slope_q[6], 0)
@@ -120,13 +126,9 @@ def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float)
             w = h * (c * slope_v[5, k] + d * slope_v[0, k])
             slope_q[before, k] = q + a * (slope_q[last, k] - q) + b * (slope_q[before, k] - q) + u
             slope_v[before, k] = v + a * (slope_v[last, k] - v) + b * (slope_v[before, k] - v) + w
+        drive[before] = a * drive[last] + b * drive[before] + h * (c * force + d * drive[0])
     finish(h, state.q, slope_q, work.stages.new_q, work.stages.q, end)
     finish(h, state.v, slope_v, work.stages.new_v, work.stages.v, end)
-    if drives(model, state):
-        drive = work.stages.drive
-        last = needed_force(state.counter[at.LO], model, work, slope_v[6])
-        drive[6] = last
-        lay_cubic(drive, 0.5 * (drive[0] + last), drive[0], last)
     return True
 
 

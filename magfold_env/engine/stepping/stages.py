@@ -10,7 +10,7 @@ import numpy as np
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.chain.feed import coordinates, drives, needed_force
+from magfold_env.engine.chain.feed import coordinates, drives, needed_force, whole_mass
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Model, State, Work
@@ -84,6 +84,13 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
             eq += ERROR[s] * work.stages.slope_q[s, k]
             ev += ERROR[s] * work.stages.slope_v[s, k]
         work.stages.q[k], work.stages.v[k] = h * eq, h * ev
+    if driven and work.rows.counts[at.SOLVED] > work.rows.counts[at.JOINT_STOPS]:
+        # A chain that the tube guides moves alike whatever the force: its work counts as well.
+        off = 0.0
+        for s in range(STAGES):
+            off += ERROR[s] * work.stages.drive[s]
+        share = state.v[model.n] / (model.rate_scale * model.bodies.length[0])
+        work.stages.v[model.n] = h * off * share / whole_mass(model)
     return True
 
 
