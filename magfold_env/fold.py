@@ -101,6 +101,8 @@ class Fold:
     push_peak: float = 0.0
     """Largest force of the feed along the tube [N], negative if it was a pull. Forces are those at
     every time step; an impulse counts as spread over 1 ms, as it does for the drive's limit."""
+    in_tube: int = 0
+    """How many components the tube holds at the end."""
     trajectory: Trajectory | None = None
     """The recorded motion, if it was asked for."""
     magnetic_energy: Callable[[Scene, Trajectory], FloatArray] | None = field(
@@ -135,6 +137,7 @@ class Fold:
             "steps": self.steps,
             "evaluations": self.evaluations,
             "push_peak": self.push_peak,
+            "in_tube": self.in_tube,
             "scene": self.scene.model_dump(mode="json"),
         }
         if self.trajectory is not None:

@@ -302,6 +302,7 @@ class Session:
             steps=self.steps,
             evaluations=self.evaluations,
             push_peak=self.account.push_peak,
+            in_tube=self._held,
             trajectory=self._frames.trajectory(self._view),
             magnetic_energy=magnetic_energy,
         )

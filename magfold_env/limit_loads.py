@@ -1,0 +1,437 @@
+"""Limit loads: what a fold at rest withstands before it gives way.
+
+Every component is a free body, in balance under the magnets, field and gravity at its pose, hinges,
+joint stops and contacts that can only push, and friction with the floor within its ellipsoid. The
+largest load that forces of this kind can balance is a convex programme: the lower-bound theorem of
+limit analysis. It is exact, since friction is associated (`magfold_env.engine.friction.law`) and
+contacts are frictionless: a fold gives way if and only if the load is larger.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import clarabel
+import numpy as np
+import numpy.typing as npt
+from pydantic_core import from_json, to_json
+from scipy import sparse
+
+from magfold_env.engine.chain.feed import place_all
+from magfold_env.engine.contact import boxes, jacobian
+from magfold_env.engine.stepping.dynamics import smooth_accelerations
+from magfold_env.engine.workspace import new_work
+from magfold_env.files import write_text
+from magfold_env.fold import Fold, FoldStatus, loaded
+from magfold_env.scene import Problem, errors
+from magfold_env.shapes import BoolArray, FloatArray
+from magfold_env.simulation.pack import pack, pack_obstacles
+
+AT_REST = (FoldStatus.FOLDED, FoldStatus.MISFOLDED, FoldStatus.HELD)
+DIRECTIONS = 24
+"""Directions of the pull where none are given, evenly all around."""
+
+AT_STOP = 1e-6  # [rad] a joint this near to ±90° rests on its stop
+STEP = 5e-4  # [rad] of the differences that stiffnesses are
+UNBALANCED = 1e-3  # of the largest force: what may be left over in a fold at rest
+EXACT = 1e-10  # of the solver, in units of the largest force and of the casing's side
+LARGEST = 1e6  # and the largest load that is finite
+FOUND = ("Solved", "AlmostSolved")
+
+
+@dataclass(frozen=True, eq=False)
+class Holding:
+    """What a fold at rest withstands.
+
+    It gives way where at its present pose no balance of forces is left; what happens then is a
+    matter of dynamics. A load that nothing finite reaches is `inf`.
+    """
+
+    fold: Fold
+    """The fold at rest."""
+    opening: FloatArray
+    """Moment that turns a joint to the left, and to the right [N·m], shape (n-1, 2): the couple of
+    +M on component k+1 and −M on component k, or the other way round, and nothing else."""
+    stiffness: FloatArray
+    """Slope of a joint's moment [N·m/rad], shape (n-1,): by how much the magnets, field and gravity
+    turn the joint back more for a further radian, other joints being as they are. From a stop, that
+    of opening it. Negative where the moment falls: what gives way then snaps open."""
+    directions: FloatArray
+    """Of the pull, in the plane [rad], 0 along +x, shape (m,)."""
+    pull: FloatArray
+    """Force at the centre of component `pulled` at which the fold gives way [N], shape (m,)."""
+    pulled: int
+    """Number of the component that is pulled, from 1 on."""
+    held: int
+    """Number of the component whose place and heading are held against the pull; 0: the mount and
+    the floor alone hold."""
+
+    @cached_property
+    def opens(self) -> FloatArray:
+        """The lesser of both ways' moments [N·m], shape (n-1,)."""
+        return self.opening.min(axis=1)
+
+    @cached_property
+    def least_pull(self) -> tuple[float, float]:
+        """The smallest pull [N] and its direction [rad]."""
+        least = int(np.argmin(self.pull))
+        return float(self.pull[least]), float(self.directions[least])
+
+    def __str__(self) -> str:
+        """Return the weakest joint and the least pull in words."""
+        words: list[str] = []
+        if self.opens.size:
+            joint = int(np.argmin(self.opens))
+            words.append(f"joint {joint + 1} opens at {1e3 * self.opens[joint]:.4g} mN·m")
+        force, direction = self.least_pull
+        by = f"component {self.held} held" if self.held else "held by mount and floor"
+        words.append(
+            f"component {self.pulled} gives way at {force:.4g} N towards "
+            f"{math.degrees(direction):.0f}° ({by})"
+        )
+        return "; ".join(words)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of it as values that JSON can hold; what is infinite is None."""
+        data = {name: value for name, value in vars(self).items() if name in self._NAMES}
+        found = from_json(to_json(data, inf_nan_mode="null", fallback=np.ndarray.tolist))
+        return {**found, "fold": self.fold.to_dict()}
+
+    def to_json(self, path: str | Path) -> None:
+        """Write `to_dict` to a file, under a temporary name first."""
+        write_text(path, json.dumps(self.to_dict(), indent=2, allow_nan=False) + "\n")
+
+    _NAMES = ("opening", "stiffness", "directions", "pull", "pulled", "held")
+
+
+def holding(
+    fold: Fold,
+    *,
+    directions: npt.ArrayLike | None = None,
+    pulled: int | None = None,
+    held: int | None = None,
+) -> Holding:
+    """Find the moments that open a fold's joints, and the pull at which it gives way.
+
+    The mount acts as set: a pin holds component 1's outer hinge, a tube the components that are
+    still in it; friction with the floor acts on all others, the pulled one included.
+
+    Parameters
+    ----------
+    fold
+        At rest, see `Fold.status`.
+    directions
+        Of the pull [rad], shape (m,); `DIRECTIONS` all around by default.
+    pulled
+        Number of the component that is pulled at its centre. By default component 1, or component n
+        where the mount holds component 1.
+    held
+        Number of the component that something holds as it lies; 0 is none. By default the chain's
+        end that is not pulled, or none where the mount holds that end.
+
+    Raises
+    ------
+    SceneError
+        If the fold is not at rest, if nothing balances the forces on it, or an argument is not
+        allowed.
+    """
+    status = errors.unless_one_of("fold.status", fold.status.value, [s.value for s in AT_REST])
+    errors.refuse(status)
+    n, fixed = fold.scene.n, in_tube(fold)
+    mounted = bool(fixed[0]) or fold.scene.mount == "pinned"
+    if pulled is None:
+        pulled = n if mounted else 1
+    if held is None:
+        end = 1 if pulled == n else n
+        held = 0 if n == 1 or (mounted if end == 1 else fixed[-1]) else end
+    angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
+    if directions is not None:
+        angles = np.asarray(directions, dtype=np.float64)
+    errors.refuse(_misfits(n, angles, pulled, held))
+    forces = _Forces(fold)
+    balance, opening = _Balance(fold, forces, fixed), np.empty((n - 1, 2))
+    for joint in range(n - 1):
+        couple = np.zeros((n, 3))
+        couple[joint : joint + 2, 2] = -1.0, 1.0
+        opening[joint] = balance.limit(couple), balance.limit(-couple)
+    if held:
+        balance = _Balance(fold, forces, fixed | (np.arange(n) == held - 1))
+    pull = np.empty(len(angles))
+    for k, angle in enumerate(angles):
+        load = np.zeros((n, 3))
+        load[pulled - 1, :2] = math.cos(angle), math.sin(angle)
+        pull[k] = balance.limit(load)
+    stiffness = _stiffnesses(forces, fold, from_first=not fixed[-1])
+    return Holding(fold, opening, stiffness, angles, pull, pulled, held)
+
+
+def in_tube(fold: Fold) -> BoolArray:
+    """Return which components the tube holds at a fold's end, component 1 first, shape (n,)."""
+    numbers = np.arange(fold.scene.n)
+    if fold.scene.feed.direction == "backward":
+        return numbers < fold.in_tube
+    return numbers >= fold.scene.n - fold.in_tube
+
+
+def _misfits(n: int, directions: FloatArray, pulled: int, held: int) -> list[Problem]:
+    """Return what is wrong with a pull."""
+    problems: list[Problem] = []
+    if directions.ndim != 1 or directions.size == 0 or not np.isfinite(directions).all():
+        allowed = "must be finite numbers, one a direction"
+        problems.append(Problem("directions", directions.tolist(), allowed))
+    if pulled not in range(1, n + 1):
+        problems.append(Problem("pulled", pulled, f"must be from 1 to {n}"))
+    if held not in range(n + 1) or held == pulled:
+        allowed = f"must be from 1 to {n} and not the one that is pulled, or 0 for none"
+        problems.append(Problem("held", held, allowed))
+    return problems
+
+
+# --- what acts on the components -------------------------------------------------------------
+
+
+class _Forces:
+    """What acts on a fold's components at any pose: magnets, field and gravity, by the engine."""
+
+    def __init__(self, fold: Fold) -> None:
+        n = fold.scene.n
+        # Component 1 comes first in the engine, too, and the walls stay.
+        model = pack(fold.scene.model_copy(update={"mount": "free"}))
+        acts = loaded(fold.scene, fold.angles[None], fold.base[None], [n - fold.in_tube])[0]
+        model.charge[~acts] = 0.0
+        self.grip = model.grip
+        """Largest friction force on each component [N], shape (n,)."""
+        self.model = model._replace(obstacles=pack_obstacles(fold.scene), frictional=False)
+        self.work = new_work(self.model)
+
+    def at(self, angles: FloatArray, base: FloatArray) -> FloatArray:
+        """Return forces (2) [N] and torques about the centres [N·m], (n, 3); find the pose."""
+        n, work = self.model.n, self.work
+        q = np.concatenate([angles, base])
+        smooth_accelerations(0, self.model, q, np.zeros(n + 2), work, np.empty(n + 2))
+        return np.stack([work.loads.fx, work.loads.fy, work.loads.torque], axis=1)
+
+    @property
+    def centres(self) -> FloatArray:
+        """The centres at the last pose [m], shape (n, 2)."""
+        return np.stack([self.work.pose.x, self.work.pose.y], axis=1)
+
+    @property
+    def reach(self) -> FloatArray:
+        """From the centres to the outer hinges, away from component 1 [m], shape (n, 2)."""
+        cosines, sines = self.work.pose.cos, self.work.pose.sin
+        return self.model.bodies.reach[:, None] * np.stack([cosines, sines], axis=1)
+
+
+def _stiffnesses(forces: _Forces, fold: Fold, *, from_first: bool) -> FloatArray:
+    """Return how fast joints' moments rise as they turn [N·m/rad], shape (n-1,).
+
+    What lies beyond a joint turns, as seen from component 1 if ``from_first``, else from n.
+    """
+    found = np.empty(fold.scene.n - 1)
+    for joint, angle in enumerate(fold.joint_angles):
+        if fold.scene.contact and abs(angle) > 0.5 * math.pi - AT_STOP:
+            # From the stop on: a difference of second order to one side.
+            step = -math.copysign(STEP, angle)
+            turns, weights = (0.0, step, 2.0 * step), np.array([-1.5, 2.0, -0.5]) / step
+        else:
+            turns, weights = (-STEP, STEP), np.array([-0.5, 0.5]) / STEP
+        moments = [_moment(forces, fold, joint, turn, from_first) for turn in turns]
+        found[joint] = -float(weights @ moments)
+    return found
+
+
+def _moment(forces: _Forces, fold: Fold, joint: int, turn: float, from_first: bool) -> float:
+    """Return the moment that turns a joint to the left, once it is turned by so much [rad]."""
+    beyond = np.arange(fold.scene.n) > joint
+    angles = fold.angles + (np.where(beyond, turn, 0.0) if from_first else beyond * turn - turn)
+    # The hinge stays where it is.
+    gone = np.exp(1j * fold.angles[: joint + 1]) - np.exp(1j * angles[: joint + 1])
+    shift = fold.scene.casing.diagonal * complex(gone.sum())
+    force = forces.at(angles, fold.base + [shift.real, shift.imag])
+    arm = forces.centres - (forces.centres + forces.reach)[joint]
+    moments = force[:, 2] + _cross(arm, force[:, :2])
+    return float(moments[beyond].sum() if from_first else -moments[~beyond].sum())
+
+
+def _cross(arm: FloatArray, force: FloatArray) -> FloatArray:
+    """Torques (...) of forces (..., 2) at the ends of arms."""
+    return arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0]
+
+
+# --- balance, and the largest load that it bears ---------------------------------------------
+
+
+class _Balance:
+    """The balance of all components that may move, and all that can take part in it.
+
+    A *wrench* is what an unknown number does to the components, forces and torques about their
+    centres, shape (n, 3). Unknown are what acts either way (hinges), then what can only push, then
+    friction. Forces are in units of the largest one, lengths in sides.
+    """
+
+    def __init__(self, fold: Fold, forces: _Forces, fixed: BoolArray) -> None:
+        acting = forces.at(fold.angles, fold.base)
+        scene, moves = fold.scene, np.flatnonzero(~fixed)
+        self._moves, self._lengths = moves, np.array([1.0, 1.0, scene.casing.side])
+        rubs = [i for i in moves if forces.grip[i] > 0.0]
+        largest = max(np.abs(acting / self._lengths).max(), forces.grip.max())
+        self._unit = float(largest) if largest > 0.0 else 1.0
+        either_way = _hinge_wrenches(forces, pinned=scene.mount == "pinned")
+        pushing = [*_stop_wrenches(fold), *_contact_wrenches(fold, forces)]
+        rubbing = np.zeros((len(rubs), 3, scene.n, 3))
+        for k, i in enumerate(rubs):
+            rubbing[k, range(3), i, range(3)] = 1.0, 1.0, forces.model.arm
+        self._pushing, self._rubbing = len(pushing), len(rubs)
+        wrenches = [*either_way, *pushing, *rubbing.reshape(-1, scene.n, 3)]
+        columns = [self._scaled(wrench) for wrench in wrenches]
+        self._unknowns = sparse.csc_array(np.array(columns).reshape(-1, 3 * len(moves)).T)
+        self._bound(forces.grip[rubs])
+        self._acting = self._scaled(acting) / self._unit
+        self._acting += self._left_over()
+
+    def _scaled(self, wrench: FloatArray) -> FloatArray:
+        return (wrench / self._lengths)[self._moves].ravel()
+
+    def _left_over(self) -> FloatArray:
+        """Return what the fold's balance lacks as it lies: next to nothing, if it is at rest.
+
+        Raises
+        ------
+        SceneError
+            If it is more.
+        """
+        size = len(self._acting)
+        every_gap = sparse.eye_array(size, format="csc")
+        _, gap = self._solve(every_gap, np.ones(size), np.zeros(size))
+        most = float(np.abs(gap).max(initial=0.0))
+        if not most <= UNBALANCED:
+            allowed = "must be 0 at rest: nothing balances as much of the forces on it [N]"
+            errors.refuse([Problem("fold", most * self._unit, allowed)])
+        return gap
+
+    def limit(self, load: FloatArray) -> float:
+        """Return how many times a load, a wrench, can act before no balance is left.
+
+        Infinite where every load is balanced.
+        """
+        column = self._scaled(load)[:, None]
+        size = float(np.abs(column).max(initial=0.0))
+        if size == 0.0:
+            return math.inf
+        added = sparse.csc_array(column / size)
+        solved, largest = self._solve(added, np.zeros(1), -np.ones(1))
+        if not solved or largest[0] > LARGEST:
+            return math.inf
+        return max(float(largest[0]), 0.0) * self._unit / size
+
+    def _solve(
+        self, added: sparse.csc_array, quadratic: FloatArray, linear: FloatArray
+    ) -> tuple[bool, FloatArray]:
+        """Minimise x² · quadratic / 2 + x · linear for what is added (k) to the balance.
+
+        Returns whether there is a minimum, and x there.
+        """
+        extra, (size, unknowns) = len(linear), self._unknowns.shape
+        none = np.zeros(unknowns)
+        matrix = sparse.vstack(
+            [
+                sparse.hstack([added, self._unknowns]),
+                sparse.hstack([sparse.csc_array((len(self._bounds), extra)), self._bounded]),
+            ],
+            format="csc",
+        )
+        problem = (
+            sparse.diags_array(np.concatenate([quadratic, none]), format="csc"),
+            np.concatenate([linear, none]),
+            matrix,
+            np.concatenate([-self._acting, self._bounds]),
+            [
+                clarabel.ZeroConeT(size),
+                clarabel.NonnegativeConeT(self._pushing),
+                *[clarabel.SecondOrderConeT(4)] * self._rubbing,
+            ],
+        )
+        solution = clarabel.DefaultSolver(*problem, _settings()).solve()
+        return str(solution.status) in FOUND, np.array(solution.x[:extra])
+
+    def _bound(self, grip: FloatArray) -> None:
+        """State that pushes push, and that friction stays within its ellipsoids."""
+        pushing, rubbing, unknowns = self._pushing, self._rubbing, self._unknowns.shape[1]
+        push = sparse.eye_array(pushing, unknowns, k=unknowns - pushing - 3 * rubbing)
+        rub = np.arange(3 * rubbing)
+        # A component's three follow the size that they may have.
+        places = 4 * (rub // 3) + 1 + rub % 3, unknowns - 3 * rubbing + rub
+        ball = sparse.csc_array((np.ones(rub.size), places), shape=(4 * rubbing, unknowns))
+        sizes = np.zeros((rubbing, 4))
+        sizes[:, 0] = grip / self._unit
+        self._bounded = -sparse.vstack([push, ball], format="csc")
+        self._bounds = np.concatenate([np.zeros(pushing), sizes.ravel()])
+
+
+def _hinge_wrenches(forces: _Forces, *, pinned: bool) -> list[FloatArray]:
+    """Return what hinges can do, along x and along y: push and pull both their components."""
+    n, reach = forces.model.n, forces.reach
+    found: list[FloatArray] = []
+    for hinge in range(-1 if pinned else 0, n - 1):
+        for axis in np.eye(2):
+            wrench = np.zeros((n, 3))
+            if hinge >= 0:
+                wrench[hinge] = *axis, _cross(reach[hinge], axis)
+            wrench[hinge + 1] = *-axis, _cross(reach[hinge + 1], axis)
+            found.append(wrench)
+    return found
+
+
+def _stop_wrenches(fold: Fold) -> list[FloatArray]:
+    """Return what stops can do: open their joints."""
+    found: list[FloatArray] = []
+    for joint, angle in enumerate(fold.joint_angles):
+        if fold.scene.contact and abs(angle) > 0.5 * math.pi - AT_STOP:
+            wrench = np.zeros((fold.scene.n, 3))
+            wrench[joint : joint + 2, 2] = np.copysign([1.0, -1.0], [angle, -angle])
+            found.append(wrench)
+    return found
+
+
+def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
+    """Return what casings that touch do to each other, and obstacles to them: push them apart.
+
+    These are the engine's rows. There casings overlap by `boxes.SHRINK` of the side before they
+    meet, so that contacts that only repeat stops never act; here those that lie flush touch.
+    """
+    if not fold.scene.contact:
+        return []
+    n, work = fold.scene.n, forces.work
+    whole = forces.model._replace(side=forces.model.side / (1.0 - boxes.SHRINK))
+    place_all(0, whole, np.concatenate([fold.angles, fold.base]), work.pose)
+    boxes.place_boxes(0, whole, work.pose, work)
+    count = int(jacobian.collect_contacts(0, whole, work, 0))
+    if count < 0:
+        raise ValueError("fold: touches itself in more places than there is room for")
+    found: list[FloatArray] = []
+    for box, other, corner in work.rows.id[:count, :3].tolist():
+        ux, uy, _, _ = boxes.corner_offset(work, box, other, corner)
+        c, s = work.boxes.c[box], work.boxes.s[box]
+        normal = np.array([c * ux - s * uy, s * ux + c * uy])
+        arm = np.array(boxes.corner(work, other, corner))
+        centre = np.stack([work.boxes.x, work.boxes.y], axis=1)
+        wrench = np.zeros((n, 3))
+        if other < n:
+            wrench[other] = *normal, _cross(arm, normal)
+        if box < n:
+            wrench[box] = *-normal, -_cross(centre[other] + arm - centre[box], normal)
+        found.append(wrench)
+    return found
+
+
+def _settings() -> Any:
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = EXACT
+    return settings
