@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from magfold_env.designer import Design, design
     from magfold_env.ensembles import Ensemble, ensemble
     from magfold_env.fold import Fold, FoldStatus, Trajectory
+    from magfold_env.limit_loads import Holding, holding
     from magfold_env.minimiser import Landscape, descend, ground_state, minimise, sequence_of
     from magfold_env.scene import (
         Bumps,
@@ -54,6 +55,7 @@ __all__ = [
     "Fold",
     "FoldStatus",
     "Gravity",
+    "Holding",
     "Landscape",
     "Magnets",
     "Rectangle",
@@ -73,6 +75,7 @@ __all__ = [
     "forces",
     "funnel",
     "ground_state",
+    "holding",
     "load_scene",
     "minimise",
     "save_scene",
@@ -87,6 +90,7 @@ _NAMES = {
     "designer": "Design design",
     "ensembles": "Ensemble ensemble",
     "fold": "Fold FoldStatus Trajectory",
+    "limit_loads": "Holding holding",
     "minimiser": "Landscape descend ground_state minimise sequence_of",
     "scene": "Bumps Casing Feed Field FixedMagnet Gravity Magnets Rectangle Scene SceneError "
     "Solver Spreads chamber channel funnel load_scene save_scene scene_names",

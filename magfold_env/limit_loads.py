@@ -9,6 +9,7 @@ contacts are frictionless: a fold gives way if and only if the load is larger.
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 from dataclasses import dataclass
@@ -16,11 +17,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import clarabel
 import numpy as np
 import numpy.typing as npt
 from pydantic_core import from_json, to_json
-from scipy import sparse
 
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.contact import boxes, jacobian
@@ -29,19 +28,26 @@ from magfold_env.engine.workspace import new_work
 from magfold_env.files import write_text
 from magfold_env.fold import Fold, FoldStatus, loaded
 from magfold_env.scene import Problem, errors
-from magfold_env.shapes import BoolArray, FloatArray
+from magfold_env.shapes import BoolArray, FloatArray, IntArray
 from magfold_env.simulation.pack import pack, pack_obstacles
+
+# Neither comes with types.
+clarabel: Any = importlib.import_module("clarabel")
+sparse: Any = importlib.import_module("scipy.sparse")
 
 AT_REST = (FoldStatus.FOLDED, FoldStatus.MISFOLDED, FoldStatus.HELD)
 DIRECTIONS = 24
 """Directions of the pull where none are given, evenly all around."""
 
-AT_STOP = 1e-6  # [rad] a joint this near to ±90° rests on its stop
+# [rad], and share of the side: what is nearer touches. The engine lets casings overlap by
+# `boxes.SHRINK`, so that contacts that only repeat stops never act, and may hold a joint as far off
+# its stop; here both stops and contacts act.
+NEAR = 3.0 * boxes.SHRINK
 STEP = 5e-4  # [rad] of the differences that stiffnesses are
-UNBALANCED = 1e-3  # of the largest force: what may be left over in a fold at rest
+UNBALANCED = 1e-5  # of the largest force: what may be left over in a fold at rest
 EXACT = 1e-10  # of the solver, in units of the largest force and of the casing's side
 LARGEST = 1e6  # and the largest load that is finite
-FOUND = ("Solved", "AlmostSolved")
+FOUND, BOUNDLESS = ("Solved", "AlmostSolved"), ("DualInfeasible", "AlmostDualInfeasible")
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +138,7 @@ def holding(
         where the mount holds component 1.
     held
         Number of the component that something holds as it lies; 0 is none. By default the chain's
-        end that is not pulled, or none where the mount holds that end.
+        end that is not pulled, or none where the tube holds that one.
 
     Raises
     ------
@@ -148,10 +154,10 @@ def holding(
         pulled = n if mounted else 1
     if held is None:
         end = 1 if pulled == n else n
-        held = 0 if n == 1 or (mounted if end == 1 else fixed[-1]) else end
-    angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
-    if directions is not None:
-        angles = np.asarray(directions, dtype=np.float64)
+        held = 0 if n == 1 or fixed[end - 1] else end
+    if directions is None:
+        directions = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
+    angles: FloatArray = np.array(directions, dtype=np.float64)
     errors.refuse(_misfits(n, angles, pulled, held))
     forces = _Forces(fold)
     balance, opening = _Balance(fold, forces, fixed), np.empty((n - 1, 2))
@@ -235,7 +241,7 @@ def _stiffnesses(forces: _Forces, fold: Fold, *, from_first: bool) -> FloatArray
     """
     found = np.empty(fold.scene.n - 1)
     for joint, angle in enumerate(fold.joint_angles):
-        if fold.scene.contact and abs(angle) > 0.5 * math.pi - AT_STOP:
+        if fold.scene.contact and abs(angle) > 0.5 * math.pi - NEAR:
             # From the stop on: a difference of second order to one side.
             step = -math.copysign(STEP, angle)
             turns, weights = (0.0, step, 2.0 * step), np.array([-1.5, 2.0, -0.5]) / step
@@ -253,7 +259,7 @@ def _moment(forces: _Forces, fold: Fold, joint: int, turn: float, from_first: bo
     # The hinge stays where it is.
     gone = np.exp(1j * fold.angles[: joint + 1]) - np.exp(1j * angles[: joint + 1])
     shift = fold.scene.casing.diagonal * complex(gone.sum())
-    force = forces.at(angles, fold.base + [shift.real, shift.imag])
+    force = forces.at(angles, fold.base + np.array([shift.real, shift.imag]))
     arm = forces.centres - (forces.centres + forces.reach)[joint]
     moments = force[:, 2] + _cross(arm, force[:, :2])
     return float(moments[beyond].sum() if from_first else -moments[~beyond].sum())
@@ -277,23 +283,35 @@ class _Balance:
 
     def __init__(self, fold: Fold, forces: _Forces, fixed: BoolArray) -> None:
         acting = forces.at(fold.angles, fold.base)
-        scene, moves = fold.scene, np.flatnonzero(~fixed)
-        self._moves, self._lengths = moves, np.array([1.0, 1.0, scene.casing.side])
-        rubs = [i for i in moves if forces.grip[i] > 0.0]
+        self._moves, self._lengths = ~fixed, np.array([1.0, 1.0, fold.scene.casing.side])
         largest = max(np.abs(acting / self._lengths).max(), forces.grip.max())
         self._unit = float(largest) if largest > 0.0 else 1.0
-        either_way = _hinge_wrenches(forces, pinned=scene.mount == "pinned")
+        either_way = _hinge_wrenches(forces, pinned=fold.scene.mount == "pinned")
         pushing = [*_stop_wrenches(fold), *_contact_wrenches(fold, forces)]
-        rubbing = np.zeros((len(rubs), 3, scene.n, 3))
-        for k, i in enumerate(rubs):
-            rubbing[k, range(3), i, range(3)] = 1.0, 1.0, forces.model.arm
-        self._pushing, self._rubbing = len(pushing), len(rubs)
-        wrenches = [*either_way, *pushing, *rubbing.reshape(-1, scene.n, 3)]
-        columns = [self._scaled(wrench) for wrench in wrenches]
-        self._unknowns = sparse.csc_array(np.array(columns).reshape(-1, 3 * len(moves)).T)
-        self._bound(forces.grip[rubs])
-        self._acting = self._scaled(acting) / self._unit
-        self._acting += self._left_over()
+        rubs = np.flatnonzero(self._moves & (forces.grip > 0.0))
+        rubbing = _friction_wrenches(forces, rubs)
+        columns = [self._scaled(wrench) for wrench in (*either_way, *pushing, *rubbing)]
+        size = 3 * int(self._moves.sum())
+        self._cones = [
+            clarabel.ZeroConeT(size),
+            clarabel.NonnegativeConeT(len(pushing)),
+            *[clarabel.SecondOrderConeT(4)] * len(rubs),
+        ]
+        # Balance, then pushes, then for each component the largest size of its friction and it.
+        matrix = np.zeros((size + len(pushing) + 4 * len(rubs), len(columns)))
+        matrix[:size] = np.array(columns).reshape(-1, size).T
+        push = np.arange(len(pushing))
+        matrix[size + push, len(either_way) + push] = -1.0
+        rub = np.arange(3 * len(rubs))
+        matrix[
+            size + len(pushing) + 4 * (rub // 3) + 1 + rub % 3, len(columns) - rub.size + rub
+        ] = -1.0
+        self._matrix = sparse.csc_matrix(matrix)
+        self._right = np.zeros(len(matrix))
+        self._right[:size] = -self._scaled(acting) / self._unit
+        self._right[size + len(pushing) :: 4] = forces.grip[rubs] / self._unit
+        self._size = size
+        self._right[:size] -= self._left_over()
 
     def _scaled(self, wrench: FloatArray) -> FloatArray:
         return (wrench / self._lengths)[self._moves].ravel()
@@ -306,9 +324,7 @@ class _Balance:
         SceneError
             If it is more.
         """
-        size = len(self._acting)
-        every_gap = sparse.eye_array(size, format="csc")
-        _, gap = self._solve(every_gap, np.ones(size), np.zeros(size))
+        _, gap = self._solve(-np.eye(self._size), np.ones(self._size), np.zeros(self._size))
         most = float(np.abs(gap).max(initial=0.0))
         if not most <= UNBALANCED:
             allowed = "must be 0 at rest: nothing balances as much of the forces on it [N]"
@@ -324,54 +340,35 @@ class _Balance:
         size = float(np.abs(column).max(initial=0.0))
         if size == 0.0:
             return math.inf
-        added = sparse.csc_array(column / size)
-        solved, largest = self._solve(added, np.zeros(1), -np.ones(1))
+        solved, largest = self._solve(column / size, np.zeros(1), -np.ones(1))
         if not solved or largest[0] > LARGEST:
             return math.inf
         return max(float(largest[0]), 0.0) * self._unit / size
 
     def _solve(
-        self, added: sparse.csc_array, quadratic: FloatArray, linear: FloatArray
+        self, added: FloatArray, quadratic: FloatArray, linear: FloatArray
     ) -> tuple[bool, FloatArray]:
-        """Minimise x² · quadratic / 2 + x · linear for what is added (k) to the balance.
+        """Minimise x² · quadratic / 2 + x · linear for what is added (size, k) to the balance.
 
         Returns whether there is a minimum, and x there.
         """
-        extra, (size, unknowns) = len(linear), self._unknowns.shape
-        none = np.zeros(unknowns)
-        matrix = sparse.vstack(
-            [
-                sparse.hstack([added, self._unknowns]),
-                sparse.hstack([sparse.csc_array((len(self._bounds), extra)), self._bounded]),
-            ],
-            format="csc",
-        )
-        problem = (
-            sparse.diags_array(np.concatenate([quadratic, none]), format="csc"),
+        below = np.zeros((len(self._right) - self._size, len(linear)))
+        none = np.zeros(self._matrix.shape[1])
+        settings = clarabel.DefaultSettings()
+        settings.verbose = False
+        settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = EXACT
+        solution = clarabel.DefaultSolver(
+            sparse.diags(np.concatenate([quadratic, none]), format="csc"),
             np.concatenate([linear, none]),
-            matrix,
-            np.concatenate([-self._acting, self._bounds]),
-            [
-                clarabel.ZeroConeT(size),
-                clarabel.NonnegativeConeT(self._pushing),
-                *[clarabel.SecondOrderConeT(4)] * self._rubbing,
-            ],
-        )
-        solution = clarabel.DefaultSolver(*problem, _settings()).solve()
-        return str(solution.status) in FOUND, np.array(solution.x[:extra])
-
-    def _bound(self, grip: FloatArray) -> None:
-        """State that pushes push, and that friction stays within its ellipsoids."""
-        pushing, rubbing, unknowns = self._pushing, self._rubbing, self._unknowns.shape[1]
-        push = sparse.eye_array(pushing, unknowns, k=unknowns - pushing - 3 * rubbing)
-        rub = np.arange(3 * rubbing)
-        # A component's three follow the size that they may have.
-        places = 4 * (rub // 3) + 1 + rub % 3, unknowns - 3 * rubbing + rub
-        ball = sparse.csc_array((np.ones(rub.size), places), shape=(4 * rubbing, unknowns))
-        sizes = np.zeros((rubbing, 4))
-        sizes[:, 0] = grip / self._unit
-        self._bounded = -sparse.vstack([push, ball], format="csc")
-        self._bounds = np.concatenate([np.zeros(pushing), sizes.ravel()])
+            sparse.hstack([np.concatenate([added, below]), self._matrix], format="csc"),
+            self._right,
+            self._cones,
+            settings,
+        ).solve()
+        status = str(solution.status)
+        if status not in FOUND + BOUNDLESS:
+            raise ArithmeticError(f"no limit load was found: {status}")
+        return status in FOUND, np.array(solution.x[: len(linear)])
 
 
 def _hinge_wrenches(forces: _Forces, *, pinned: bool) -> list[FloatArray]:
@@ -388,11 +385,22 @@ def _hinge_wrenches(forces: _Forces, *, pinned: bool) -> list[FloatArray]:
     return found
 
 
+def _friction_wrenches(forces: _Forces, components: IntArray) -> list[FloatArray]:
+    """Return what the floor can do to components: along x, along y and about the centre."""
+    found: list[FloatArray] = []
+    for i in components:
+        for row in np.diag([1.0, 1.0, forces.model.arm]):
+            wrench = np.zeros((forces.model.n, 3))
+            wrench[i] = row
+            found.append(wrench)
+    return found
+
+
 def _stop_wrenches(fold: Fold) -> list[FloatArray]:
     """Return what stops can do: open their joints."""
     found: list[FloatArray] = []
     for joint, angle in enumerate(fold.joint_angles):
-        if fold.scene.contact and abs(angle) > 0.5 * math.pi - AT_STOP:
+        if fold.scene.contact and abs(angle) > 0.5 * math.pi - NEAR:
             wrench = np.zeros((fold.scene.n, 3))
             wrench[joint : joint + 2, 2] = np.copysign([1.0, -1.0], [angle, -angle])
             found.append(wrench)
@@ -402,21 +410,26 @@ def _stop_wrenches(fold: Fold) -> list[FloatArray]:
 def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
     """Return what casings that touch do to each other, and obstacles to them: push them apart.
 
-    These are the engine's rows. There casings overlap by `boxes.SHRINK` of the side before they
-    meet, so that contacts that only repeat stops never act; here those that lie flush touch.
+    These are the engine's rows, for casings that are larger than they are by what counts as near.
     """
     if not fold.scene.contact:
         return []
-    n, work = fold.scene.n, forces.work
-    whole = forces.model._replace(side=forces.model.side / (1.0 - boxes.SHRINK))
-    place_all(0, whole, np.concatenate([fold.angles, fold.base]), work.pose)
-    boxes.place_boxes(0, whole, work.pose, work)
-    count = int(jacobian.collect_contacts(0, whole, work, 0))
+    n, work, side = fold.scene.n, forces.work, forces.model.side
+    large = forces.model._replace(
+        side=side * (1.0 + NEAR) / (1.0 - boxes.SHRINK),
+        rounding=max(forces.model.rounding, 2.0 * NEAR * side),
+    )
+    place_all(0, large, np.concatenate([fold.angles, fold.base]), work.pose)
+    boxes.place_boxes(0, large, work.pose, work)
+    count = int(jacobian.collect_contacts(0, large, work, 0))
     if count < 0:
         raise ValueError("fold: touches itself in more places than there is room for")
     found: list[FloatArray] = []
     for box, other, corner in work.rows.id[:count, :3].tolist():
-        ux, uy, _, _ = boxes.corner_offset(work, box, other, corner)
+        ux, uy, distance, _ = boxes.corner_offset(work, box, other, corner)
+        # A corner next to the end of a face is pushed as one on it.
+        if min(abs(ux), abs(uy)) * distance < NEAR * side:
+            ux, uy = (round(ux), 0.0) if abs(ux) > abs(uy) else (0.0, round(uy))
         c, s = work.boxes.c[box], work.boxes.s[box]
         normal = np.array([c * ux - s * uy, s * ux + c * uy])
         arm = np.array(boxes.corner(work, other, corner))
@@ -428,10 +441,3 @@ def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
             wrench[box] = *-normal, -_cross(centre[other] + arm - centre[box], normal)
         found.append(wrench)
     return found
-
-
-def _settings() -> Any:
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = EXACT
-    return settings

@@ -9,16 +9,23 @@ overlaps (about 1e-3 of the side) and its creep (below ``SLOW``) are its price.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from magfold_env.scene import Scene
-from magfold_env.shapes import angles_to_word
+from magfold_env.shapes import angles_to_word, centres
 from tests.reference.simulation_kernels import run
+from tests.reference.simulation_kernels import step as advance
 
-NODES = 8  # a pole face
+NODES, FINE = 8, 16  # a pole face, the latter where forces count and not where they lead
 NORMALS = np.radians([45.0, 135.0, -135.0, -45.0])
+# Where loads rise slowly: friction is smooth below so many m/s, its law met in so many rounds a
+# step [s]; squares are smaller by this share, springs so many times as hard. A level of the load
+# lasts so long [s], and what turned by so many radians gave way.
+CREEP, ROUNDS, TIGHT, HARD = 1e-9, 10, 2e-5, 1000.0
+STEP, DWELL, MOVED = 1e-4, 0.06, 1e-4
 
 
 @dataclass(frozen=True)
@@ -32,7 +39,7 @@ class Run:
     """Largest speed of a component at the end [m/s]."""
 
 
-def casing_nodes(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+def casing_nodes(scene: Scene, nodes: int = NODES) -> tuple[np.ndarray, np.ndarray]:
     """Nodes of a casing (m, 2) [m] and, for each letter being N, their charges [A m], (4, m)."""
     magnets = scene.magnets
     assert magnets is not None
@@ -41,7 +48,7 @@ def casing_nodes(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         float(np.max(value))
         for value in (magnets.charge, magnets.width, magnets.thickness, magnets.inset)
     )
-    offsets, shares = np.polynomial.legendre.leggauss(NODES)
+    offsets, shares = np.polynomial.legendre.leggauss(nodes)
     outer = scene.casing.side / 2 - inset
     places, charges = [], []
     for face, angle in enumerate(NORMALS):
@@ -49,20 +56,29 @@ def casing_nodes(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         along = np.array([-normal[1], normal[0]])
         for distance, sign in ((outer, 1.0), (outer - thickness, -1.0)):
             places.append(distance * normal + np.outer(offsets * width / 2, along))
-            charge = np.zeros((4, NODES))
+            charge = np.zeros((4, nodes))
             charge[face] = sign * shares / 2 * strength
             charges.append(charge)
     return np.concatenate(places), np.concatenate(charges, axis=1)
+
+
+def magnets_of(scene: Scene, nodes: int = NODES) -> tuple[np.ndarray, np.ndarray, float]:
+    """Nodes of a casing (m, 2) [m], every component's charges (n, m) [A m], and a height [m]."""
+    if scene.magnets is None:
+        return np.zeros((1, 2)), np.zeros((scene.n, 1)), 1.0
+    letters = np.array([[1.0 if c == "N" else -1.0 for c in faces] for faces in scene.sequence])
+    places, shares = casing_nodes(scene, nodes)
+    return places, letters @ shares, float(np.max(scene.magnets.height))
 
 
 def simulate(scene: Scene, *, step: float = 1e-5, after: float = 0.6, walls: bool = True) -> Run:
     """Simulate a concrete scene with `strips` magnets, to ``after`` seconds beyond the release."""
     forward = scene.mount == "tube" and scene.feed.direction == "forward"
     n = scene.n
-    letters = np.array([[1.0 if c == "N" else -1.0 for c in faces] for faces in scene.sequence])
+    nodes, charges, height = magnets_of(scene)
     masses, inertias = scene.masses, scene.inertias
     if forward:  # counted from the held end
-        letters = letters[::-1, [2, 3, 0, 1]]
+        nodes, charges = -nodes, charges[::-1]
         masses, inertias = masses[::-1].copy(), inertias[::-1].copy()
     tube, tip = scene.mount == "tube", 0.0
     if tube:
@@ -72,11 +88,6 @@ def simulate(scene: Scene, *, step: float = 1e-5, after: float = 0.6, walls: boo
     else:
         assert scene.start_angles is not None
         headings = np.concatenate([[0.0], np.cumsum(scene.start_angles)])
-    if scene.magnets is None:
-        nodes, charges, height = np.zeros((1, 2)), np.zeros((n, 1)), 1.0
-    else:
-        nodes, shares = casing_nodes(scene)
-        charges, height = letters @ shares, scene.magnets.height
     speed = scene.speeds[0] if tube else 0.0
     times, angles, left = run(
         np.concatenate([headings, [0.0, tip]]), n if tube else 0, speed, masses, inertias,
@@ -87,3 +98,62 @@ def simulate(scene: Scene, *, step: float = 1e-5, after: float = 0.6, walls: boo
     if forward:
         angles = angles[:, ::-1] + np.pi
     return Run(times, angles, angles_to_word(np.diff(angles[-1])), left)
+
+
+class Loading:
+    """A chain at rest, with `strips` magnets or none, and loads on it that rise slowly.
+
+    Friction is all but sharp here, joints and casings are all but rigid.
+
+    Parameters
+    ----------
+    scene, angles, base
+        The chain, all out of its tube if it has one, and how it lies; it settles to where it does
+        not creep, with its springs pressed: then ``angles`` and ``base`` say where it is.
+    """
+
+    def __init__(self, scene: Scene, angles: np.ndarray, base: np.ndarray) -> None:
+        self._scene, self._n = scene, scene.n
+        self._magnets = magnets_of(scene, FINE)
+        self._q, self._v = np.concatenate([angles, base]), np.zeros(scene.n + 2)
+        for grip in (*np.geomspace(100.0, 1.0, 30), 1.0, 1.0):
+            self._stand(0.0, 0.0, np.zeros((scene.n, 3)), grip=grip, seconds=0.1 * DWELL)
+        self.angles, self.base = self._q[: scene.n].copy(), self._q[scene.n :].copy()
+
+    def yields_between(
+        self, load: np.ndarray, levels: Sequence[float], held: int = 0
+    ) -> tuple[float, float]:
+        """Load the chain more and more; return the levels that it last bore, and that moved it.
+
+        Level 1 of a load is forces [N] and torques [N m] on the components, shape (n, 3). The
+        component of number ``held`` is held as it lies, 0 is none.
+        """
+        self._q[:], self._v[:] = np.concatenate([self.angles, self.base]), 0.0
+        scale, before = np.array([1.0] * self._n + [self._scene.casing.diagonal] * 2), 0.0
+        for level in levels:
+            self._stand(before, level, load, held)
+            if (np.abs(self._q - [*self.angles, *self.base]) / scale).max() > MOVED:
+                return before, level
+            before = level
+        return before, np.inf
+
+    def _stand(
+        self, before: float, level: float, load: np.ndarray, held: int = 0,
+        grip: float = 1.0, seconds: float = DWELL,
+    ) -> None:  # fmt: skip
+        """Come from one level to another, and stay there as long."""
+        scene, steps = self._scene, round(seconds / STEP)
+        if held:
+            middle = centres(self.angles, side=scene.casing.side, base=self.base)[held - 1]
+            place = np.append(middle, self.angles[held - 1])
+        else:
+            place = np.zeros(3)
+        for k in range(steps):
+            now = before + (level - before) * min(1.0, 2.0 * (k + 1) / steps)
+            advance(
+                self._q, self._v, 0, self._n + (0 if scene.mount == "pinned" else 2), STEP,
+                scene.masses, scene.inertias, scene.casing.side, *self._magnets,
+                grip * scene.friction * scene.gravity.normal, 0.3826 * scene.casing.side,
+                scene.bore / 2 if scene.mount == "tube" else 1.0, scene.feed.wall,
+                CREEP, ROUNDS, TIGHT, scene.casing.corner_radius, HARD, now * load, held - 1, place,
+            )  # fmt: skip

@@ -94,8 +94,24 @@ def _inside(cx, cy, c, s, a, b, px, py):
 
 
 @njit(cache=True)
-def _rows(q, n, lo, d, side, x, y, half_bore, wall, rows, depth, kind):
-    """Rows of everything that touches; returns their number."""
+def _near(cx, cy, c, s, a, b, px, py, reach):
+    """Depth of a point within reach of a box, and the direction from the box's nearest point."""
+    u = c * (px - cx) + s * (py - cy)
+    w = -s * (px - cx) + c * (py - cy)
+    du, dw = u - min(max(u, -a), a), w - min(max(w, -b), b)
+    away = np.sqrt(du * du + dw * dw)
+    if away == 0.0 or away >= reach:
+        return 0.0, 0.0, 0.0
+    return reach - away, (c * du - s * dw) / away, (s * du + c * dw) / away
+
+
+@njit(cache=True)
+def _rows(q, n, lo, d, side, x, y, half_bore, wall, shrink, radius, rows, depth, kind):
+    """Rows of everything that touches; returns their number.
+
+    Squares are by the share ``shrink`` smaller, and their corners are rounded where they meet
+    each other.
+    """
     count = 0
     for k in range(max(lo, 1), n):
         angle = q[k] - q[k - 1]
@@ -108,7 +124,8 @@ def _rows(q, n, lo, d, side, x, y, half_bore, wall, rows, depth, kind):
                 rows[count, k - 1] = e
             depth[count], kind[count] = over, 0
             count += 1
-    half = side / 2 * (1.0 - SHRINK)
+    half = side / 2 * (1.0 - shrink)
+    core = half - radius
     for i in range(max(lo - 1, 0), n):
         ci, si = np.cos(q[i] + np.pi / 4), np.sin(q[i] + np.pi / 4)
         for j in range(max(lo - 1, 0), n):
@@ -116,9 +133,12 @@ def _rows(q, n, lo, d, side, x, y, half_bore, wall, rows, depth, kind):
                 continue
             for corner in range(4):  # of j in i
                 a = q[j] + corner * np.pi / 2
-                px = x[j] + half * np.sqrt(2.0) * np.cos(a)
-                py = y[j] + half * np.sqrt(2.0) * np.sin(a)
-                over, nx, ny = _inside(x[i], y[i], ci, si, half, half, px, py)
+                px = x[j] + core * np.sqrt(2.0) * np.cos(a)
+                py = y[j] + core * np.sqrt(2.0) * np.sin(a)
+                if radius > 0.0:
+                    over, nx, ny = _near(x[i], y[i], ci, si, core, core, px, py, 2.0 * radius)
+                else:
+                    over, nx, ny = _inside(x[i], y[i], ci, si, half, half, px, py)
                 if over > 0.0 and count < rows.shape[0]:
                     rows[count, :] = 0.0
                     _point_row(rows[count], q, n, lo, d, x, y, j, px, py, nx, ny)
@@ -153,82 +173,115 @@ def _rows(q, n, lo, d, side, x, y, half_bore, wall, rows, depth, kind):
 
 
 @njit(cache=True)
+def step(
+    q, v, lo, last, h, masses, inertias, side, nodes, charges, height, grip, arm, half_bore, wall,
+    slow, rounds, shrink, radius, hard, load, held, place,
+):  # fmt: skip
+    """Advance q and v by h; returns the largest speed before.
+
+    Coordinates from ``last`` on keep their rates. Friction is linear about the velocities before,
+    or, in more ``rounds``, about those of the round before. All springs are so many times as
+    ``hard``. A load, forces and torques (n, 3), acts on the components, and a spring keeps
+    component ``held`` (−1: none) at a place (x, y, heading).
+    """
+    stiffness, damping = hard * STIFFNESS, hard * DAMPING
+    n = masses.size
+    d = side * np.sqrt(2.0)
+    rows, depth, kind = np.zeros((64, n + 2)), np.zeros(64), np.zeros(64, dtype=np.int64)
+    jx, jy = np.zeros((n, n + 2)), np.zeros((n, n + 2))
+    x, y = _centres(q, n, lo, d)
+    force = _magnet_forces(q, x, y, nodes, charges, height) + load
+    mass, rhs = np.zeros((n + 2, n + 2)), np.zeros(n + 2)
+    ax, ay = 0.0, 0.0
+    fastest = 0.0
+    for i in range(lo, n):
+        _point_row(jx[i], q, n, lo, d, x, y, i, x[i], y[i], 1.0, 0.0)
+        _point_row(jy[i], q, n, lo, d, x, y, i, x[i], y[i], 0.0, 1.0)
+        w2 = v[i] * v[i]
+        cx, cy = np.cos(q[i]) * d * w2, np.sin(q[i]) * d * w2
+        fx = force[i, 0] - masses[i] * (ax - cx / 2)
+        fy = force[i, 1] - masses[i] * (ay - cy / 2)
+        ax -= cx
+        ay -= cy
+        rhs += h * (fx * jx[i] + fy * jy[i])
+        rhs[i] += h * force[i, 2]
+        mass += masses[i] * (np.outer(jx[i], jx[i]) + np.outer(jy[i], jy[i]))
+        mass[i, i] += inertias[i]
+    rhs += np.dot(mass, v)
+    if held >= 0:
+        spin = np.zeros(n + 2)
+        spin[held] = d / 2
+        away = (place[0] - x[held], place[1] - y[held], d / 2 * (place[2] - q[held]))
+        for row, gap in zip((jx[held], jy[held], spin), away):  # noqa: B905 - numba
+            k, c = 4 * stiffness / (d * d), 4 * damping / (d * d)
+            mass += h * (c + h * k) * np.outer(row, row)
+            rhs += h * k * gap * row
+    count = _rows(q, n, lo, d, side, x, y, half_bore, wall, shrink, radius, rows, depth, kind)
+    active = np.zeros(count, dtype=np.bool_)
+    new = v.copy()
+    for turn in range(rounds):
+        damp = np.zeros((n + 2, n + 2))
+        for i in range(lo, n):
+            vx, vy = np.dot(jx[i], new), np.dot(jy[i], new)
+            s = np.sqrt(vx * vx + vy * vy + (arm * new[i]) ** 2)
+            if turn == 0:
+                fastest = max(fastest, s)
+            k = grip * masses[i] / np.sqrt(s * s + slow * slow)
+            damp += h * k * (np.outer(jx[i], jx[i]) + np.outer(jy[i], jy[i]))
+            damp[i, i] += h * k * arm * arm
+        if last == lo:
+            break
+        active[:] = True
+        for _ in range(10):
+            matrix, right = mass + damp, rhs.copy()
+            for r in range(count):
+                if active[r]:
+                    scale = 1.0 if kind[r] == 0 else 4.0 / (d * d)
+                    k, c = stiffness * scale, damping * scale
+                    matrix += h * (c + h * k) * np.outer(rows[r], rows[r])
+                    right += h * k * depth[r] * rows[r]
+            for k in range(last, n + 2):
+                right -= matrix[:, k] * v[k]
+            new[lo:last] = np.linalg.solve(
+                np.ascontiguousarray(matrix[lo:last, lo:last]), right[lo:last]
+            )
+            dropped = False
+            for r in range(count):
+                push = stiffness * depth[r]
+                push -= (damping + h * stiffness) * np.dot(rows[r], new)
+                if active[r] and push < 0.0:
+                    active[r] = False
+                    dropped = True
+            if not dropped:
+                break
+    v[:] = new
+    for k in range(lo, n + 2):
+        q[k] += h * v[k]
+    return fastest
+
+
+@njit(cache=True)
 def run(
     q, lo, speed, masses, inertias, side, nodes, charges, height, grip, arm, half_bore, wall,
-    step, after,
+    longest, after,
 ):  # fmt: skip
     """Frames' times and headings, and the largest speed at the end; arguments as `simulate` has."""
     n = masses.size
     d = side * np.sqrt(2.0)
     v = np.zeros(n + 2)
     v[n] = speed
-    rows, depth, kind = np.zeros((64, n + 2)), np.zeros(64), np.zeros(64, dtype=np.int64)
-    jx, jy = np.zeros((n, n + 2)), np.zeros((n, n + 2))
+    none, nowhere = np.zeros((n, 3)), np.zeros(3)
     times, angles = [0.0], [q[:n].copy()]
     t, released, next_frame, fastest = 0.0, 0.0, 0.0, 0.0
     while lo > 0 or t < released + after:
-        h = step
+        h = longest
         if lo > 0:
             h = min(h, max((d * np.cos(q[lo - 1]) - q[n]) / speed, 1e-12))
-        x, y = _centres(q, n, lo, d)
-        force = _magnet_forces(q, x, y, nodes, charges, height)
-        mass, rhs = np.zeros((n + 2, n + 2)), np.zeros(n + 2)
-        damp = np.zeros((n + 2, n + 2))
-        ax, ay = 0.0, 0.0
-        fastest = 0.0
-        for i in range(lo, n):
-            jx[i, :], jy[i, :] = 0.0, 0.0
-            _point_row(jx[i], q, n, lo, d, x, y, i, x[i], y[i], 1.0, 0.0)
-            _point_row(jy[i], q, n, lo, d, x, y, i, x[i], y[i], 0.0, 1.0)
-            w2 = v[i] * v[i]
-            cx, cy = np.cos(q[i]) * d * w2, np.sin(q[i]) * d * w2
-            fx = force[i, 0] - masses[i] * (ax - cx / 2)
-            fy = force[i, 1] - masses[i] * (ay - cy / 2)
-            ax -= cx
-            ay -= cy
-            vx, vy = np.dot(jx[i], v), np.dot(jy[i], v)
-            s = np.sqrt(vx * vx + vy * vy + (arm * v[i]) ** 2)
-            fastest = max(fastest, s)
-            k = grip * masses[i] / np.sqrt(s * s + SLOW * SLOW)
-            rhs += h * (fx * jx[i] + fy * jy[i])
-            rhs[i] += h * force[i, 2]
-            outer = np.outer(jx[i], jx[i]) + np.outer(jy[i], jy[i])
-            mass += masses[i] * outer
-            mass[i, i] += inertias[i]
-            damp += h * k * outer
-            damp[i, i] += h * k * arm * arm
-        rhs += np.dot(mass, v)
-        count = _rows(q, n, lo, d, side, x, y, half_bore, wall, rows, depth, kind)
-        active = np.ones(count, dtype=np.bool_)
         # While the tube feeds the base has its own law.
-        first, last = lo, (n if lo > 0 else n + 2)
-        new = v.copy()
-        if last > first:
-            for _ in range(10):
-                matrix, right = mass + damp, rhs.copy()
-                for r in range(count):
-                    if active[r]:
-                        scale = 1.0 if kind[r] == 0 else 4.0 / (d * d)
-                        k, c = STIFFNESS * scale, DAMPING * scale
-                        matrix += h * (c + h * k) * np.outer(rows[r], rows[r])
-                        right += h * k * depth[r] * rows[r]
-                for k in range(last, n + 2):
-                    right -= matrix[:, k] * v[k]
-                new[first:last] = np.linalg.solve(
-                    np.ascontiguousarray(matrix[first:last, first:last]), right[first:last]
-                )
-                dropped = False
-                for r in range(count):
-                    push = STIFFNESS * depth[r]
-                    push -= (DAMPING + h * STIFFNESS) * np.dot(rows[r], new)
-                    if active[r] and push < 0.0:
-                        active[r] = False
-                        dropped = True
-                if not dropped:
-                    break
-        v[:] = new
-        for k in range(lo, n + 2):
-            q[k] += h * v[k]
+        fastest = step(
+            q, v, lo, n if lo > 0 else n + 2, h, masses, inertias, side, nodes, charges, height,
+            grip, arm, half_bore, wall, SLOW, 1, SHRINK, 0.0, 1.0, none, -1, nowhere,
+        )  # fmt: skip
         t += h
         if lo > 0 and q[n] >= d * np.cos(q[lo - 1]) - 1e-13:
             lo -= 1
