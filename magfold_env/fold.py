@@ -1,6 +1,7 @@
 """Fold: what a simulation ends with; Trajectory: how it got there, and what moved on the way."""
 
 import json
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -11,10 +12,12 @@ import numpy as np
 import numpy.typing as npt
 from pydantic_core import from_json, to_json
 
-from magfold_env.files import write_text
+from magfold_env.files import reading_json, write_text
 from magfold_env.replay import Recording, write_html
 from magfold_env.scene import Scene
-from magfold_env.shapes import BoolArray, FloatArray, IntArray, centres
+from magfold_env.shapes import BoolArray, FloatArray, IntArray, centres, parse_word
+
+FORMAT = "magfold_env fold 1"
 
 
 class FoldStatus(StrEnum):
@@ -125,6 +128,7 @@ class Fold:
     def to_dict(self) -> dict[str, Any]:
         """Return the fold as plain values that JSON can hold; numbers that broke down are None."""
         data: dict[str, Any] = {
+            "format": FORMAT,
             "status": self.status.value,
             "message": self.message,
             "word": self.word,
@@ -147,6 +151,35 @@ class Fold:
     def to_json(self, path: str | Path) -> None:
         """Write `to_dict` to a file, under a temporary name first."""
         write_text(path, json.dumps(self.to_dict(), indent=2, allow_nan=False) + "\n")
+
+    @classmethod
+    def from_json(cls, path: str | Path) -> Self:
+        """Read a fold that `to_json` wrote, without its trajectory.
+
+        Raises
+        ------
+        ValueError
+            If the file is no fold.
+        """
+        with reading_json(path, "a fold", FORMAT) as data:
+            scene = Scene(**data["scene"])
+            angles, base = (np.array(data[key], dtype=np.float64) for key in ("angles", "base"))
+            if angles.shape != (scene.n,) or base.shape != (2,):
+                raise ValueError(f"angles and base must have shapes ({scene.n},) and (2,)")
+            return cls(
+                scene=scene,
+                status=FoldStatus(data["status"]),
+                message=str(data["message"]),
+                word=parse_word(data["word"]),
+                angles=angles,
+                base=base,
+                energy=math.nan if data["energy"] is None else float(data["energy"]),
+                time=float(data["time"]),
+                steps=int(data["steps"]),
+                evaluations=int(data["evaluations"]),
+                push_peak=float(data["push_peak"]),
+                in_tube=int(data["in_tube"]),
+            )
 
     def to_html(self, path: str | Path) -> None:
         """Write a page that plays the fold: see `magfold_env.replay.write_html`.

@@ -91,15 +91,14 @@ class Holding:
     def __str__(self) -> str:
         """Return the weakest joint and the least pull in words."""
         words: list[str] = []
-        if self.opens.size:
+        if np.isfinite(self.opens).any():
             joint = int(np.argmin(self.opens))
-            words.append(f"joint {joint + 1} opens at {1e3 * self.opens[joint]:.4g} mN·m")
+            words.append(f"joint {joint + 1} opens at {1e3 * self.opens[joint]:.3g} mN·m")
         force, direction = self.least_pull
-        by = f"component {self.held} held" if self.held else "held by mount and floor"
-        words.append(
-            f"component {self.pulled} gives way at {force:.4g} N towards "
-            f"{math.degrees(direction):.0f}° ({by})"
-        )
+        by = f"component {self.held} held" if self.held else "the mount and the floor hold"
+        towards = f"at {force:.3g} N towards {math.degrees(direction):.0f}°"
+        where = towards if math.isfinite(force) else "at no pull"
+        words.append(f"component {self.pulled} gives way {where} ({by})")
         return "; ".join(words)
 
     def to_dict(self) -> dict[str, Any]:
@@ -284,52 +283,59 @@ class _Balance:
     def __init__(self, fold: Fold, forces: _Forces, fixed: BoolArray) -> None:
         acting = forces.at(fold.angles, fold.base)
         self._moves, self._lengths = ~fixed, np.array([1.0, 1.0, fold.scene.casing.side])
-        largest = max(np.abs(acting / self._lengths).max(), forces.grip.max())
-        self._unit = float(largest) if largest > 0.0 else 1.0
+        largest = float(max(np.abs(acting / self._lengths).max(), forces.grip.max()))
+        self._unit = largest if largest > 0.0 else 1.0
         either_way = _hinge_wrenches(forces, pinned=fold.scene.mount == "pinned")
         pushing = [*_stop_wrenches(fold), *_contact_wrenches(fold, forces)]
         rubs = np.flatnonzero(self._moves & (forces.grip > 0.0))
         rubbing = _friction_wrenches(forces, rubs)
         columns = [self._scaled(wrench) for wrench in (*either_way, *pushing, *rubbing)]
-        size = 3 * int(self._moves.sum())
+        self._size, self._grip = 3 * int(self._moves.sum()), forces.grip[rubs] / self._unit
+        self._pushing = len(either_way) + np.arange(len(pushing))
+        self._rubbing = len(either_way) + len(pushing) + np.arange(3 * len(rubs))
         self._cones = [
-            clarabel.ZeroConeT(size),
+            clarabel.ZeroConeT(self._size),
             clarabel.NonnegativeConeT(len(pushing)),
             *[clarabel.SecondOrderConeT(4)] * len(rubs),
         ]
         # Balance, then pushes, then for each component the largest size of its friction and it.
-        matrix = np.zeros((size + len(pushing) + 4 * len(rubs), len(columns)))
-        matrix[:size] = np.array(columns).reshape(-1, size).T
-        push = np.arange(len(pushing))
-        matrix[size + push, len(either_way) + push] = -1.0
+        below = self._size + len(pushing)
+        matrix = np.zeros((below + 4 * len(rubs), len(columns)))
+        matrix[: self._size] = np.array(columns).reshape(-1, self._size).T
+        matrix[self._size + np.arange(len(pushing)), self._pushing] = -1.0
         rub = np.arange(3 * len(rubs))
-        matrix[
-            size + len(pushing) + 4 * (rub // 3) + 1 + rub % 3, len(columns) - rub.size + rub
-        ] = -1.0
-        self._matrix = sparse.csc_matrix(matrix)
-        self._right = np.zeros(len(matrix))
-        self._right[:size] = -self._scaled(acting) / self._unit
-        self._right[size + len(pushing) :: 4] = forces.grip[rubs] / self._unit
-        self._size = size
-        self._right[:size] -= self._left_over()
+        matrix[below + 4 * (rub // 3) + 1 + rub % 3, self._rubbing] = -1.0
+        self._matrix, self._right = sparse.csc_matrix(matrix), np.zeros(len(matrix))
+        self._right[: self._size] = -self._scaled(acting) / self._unit
+        self._right[below::4] = self._grip
+        if largest > 0.0:
+            self._make_exact()
 
     def _scaled(self, wrench: FloatArray) -> FloatArray:
         return (wrench / self._lengths)[self._moves].ravel()
 
-    def _left_over(self) -> FloatArray:
-        """Return what the fold's balance lacks as it lies: next to nothing, if it is at rest.
+    def _make_exact(self) -> None:
+        """Take off what the fold's balance lacks as it lies: next to nothing, if it is at rest.
 
         Raises
         ------
         SceneError
             If it is more.
         """
-        _, gap = self._solve(-np.eye(self._size), np.ones(self._size), np.zeros(self._size))
-        most = float(np.abs(gap).max(initial=0.0))
-        if not most <= UNBALANCED:
+        size = self._size
+        found = self._solve(-np.eye(size), np.ones(size), np.zeros(size))
+        assert found is not None  # any gap can be filled
+        found = found[size:]
+        found[self._pushing] = np.maximum(found[self._pushing], 0.0)
+        friction = found[self._rubbing].reshape(-1, 3)
+        sizes = np.maximum(np.linalg.norm(friction, axis=1), self._grip)
+        found[self._rubbing] = (friction * (self._grip / sizes)[:, None]).ravel()
+        balanced = (self._matrix @ found)[:size]
+        gap = float(np.abs(balanced - self._right[:size]).max(initial=0.0))
+        if gap > UNBALANCED:
             allowed = "must be 0 at rest: nothing balances as much of the forces on it [N]"
-            errors.refuse([Problem("fold", most * self._unit, allowed)])
-        return gap
+            errors.refuse([Problem("fold", gap * self._unit, allowed)])
+        self._right[:size] = balanced
 
     def limit(self, load: FloatArray) -> float:
         """Return how many times a load, a wrench, can act before no balance is left.
@@ -340,17 +346,17 @@ class _Balance:
         size = float(np.abs(column).max(initial=0.0))
         if size == 0.0:
             return math.inf
-        solved, largest = self._solve(column / size, np.zeros(1), -np.ones(1))
-        if not solved or largest[0] > LARGEST:
+        found = self._solve(column / size, np.zeros(1), -np.ones(1))
+        if found is None or found[0] > LARGEST:
             return math.inf
-        return max(float(largest[0]), 0.0) * self._unit / size
+        return max(float(found[0]), 0.0) * self._unit / size
 
     def _solve(
         self, added: FloatArray, quadratic: FloatArray, linear: FloatArray
-    ) -> tuple[bool, FloatArray]:
+    ) -> FloatArray | None:
         """Minimise x² · quadratic / 2 + x · linear for what is added (size, k) to the balance.
 
-        Returns whether there is a minimum, and x there.
+        Returns x (k) and the unknowns there, or None if there is no minimum.
         """
         below = np.zeros((len(self._right) - self._size, len(linear)))
         none = np.zeros(self._matrix.shape[1])
@@ -366,9 +372,11 @@ class _Balance:
             settings,
         ).solve()
         status = str(solution.status)
-        if status not in FOUND + BOUNDLESS:
+        if status in BOUNDLESS:
+            return None
+        if status not in FOUND:
             raise ArithmeticError(f"no limit load was found: {status}")
-        return status in FOUND, np.array(solution.x[: len(linear)])
+        return np.array(solution.x)
 
 
 def _hinge_wrenches(forces: _Forces, *, pinned: bool) -> list[FloatArray]:

@@ -1,6 +1,8 @@
 """Folds: geometry and files."""
 
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +67,33 @@ def test_json_holds_the_scene_and_the_trajectory(tmp_path: Path) -> None:
     assert mf.Scene(**data["scene"]) == fold.scene
     np.testing.assert_array_equal(data["angles"], fold.angles)
     assert [entry.name for entry in tmp_path.iterdir()] == ["fold.json"]
+
+
+def test_a_fold_is_read_back(tmp_path: Path) -> None:
+    fold = replace(_fold("LR", energy=np.nan), in_tube=1)
+    fold.to_json(tmp_path / "fold.json")
+    read = mf.Fold.from_json(tmp_path / "fold.json")
+    assert read.angles.tobytes() == fold.angles.tobytes()
+    assert read.base.tobytes() == fold.base.tobytes()
+    assert np.isnan(read.energy)
+    same = ("scene", "status", "message", "word", "time", "steps", "evaluations", "in_tube")
+    assert [getattr(read, name) for name in same] == [getattr(fold, name) for name in same]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"format": "x"}, "format: 'x' is not allowed; must be 'magfold_env fold 1'"),
+        ({"angles": [0.0]}, "angles and base must have shapes (3,) and (2,)"),
+        ({"status": "gone"}, "'gone' is not a valid FoldStatus"),
+        ({"word": "LX"}, "word: 'LX' is not allowed"),
+    ],
+)
+def test_what_is_no_fold_is_told(change: dict[str, object], message: str, tmp_path: Path) -> None:
+    path = tmp_path / "fold.json"
+    path.write_text(json.dumps(_fold("LR").to_dict() | change), encoding="utf-8")
+    with pytest.raises(ValueError, match=re.escape(f"{path}: is not a fold; {message}")):
+        mf.Fold.from_json(path)
 
 
 def test_a_motion_is_finite_up_to_where_numbers_broke_down() -> None:

@@ -9,6 +9,7 @@ from magfold_env.cli import (
     design,
     ensemble,
     fold,
+    hold,
     minimise,
     options,
     paper,
@@ -25,7 +26,14 @@ app = typer.Typer(
     rich_markup_mode=None,  # plain messages, so that a wrong option is told in one line
     pretty_exceptions_enable=False,
 )
-for _command in (fold.fold, minimise.minimise, ensemble.ensemble, sweep.sweep, design.design):
+for _command in (
+    fold.fold,
+    hold.hold,
+    minimise.minimise,
+    ensemble.ensemble,
+    sweep.sweep,
+    design.design,
+):
     app.command()(_command)
 
 

@@ -10,7 +10,7 @@ import typer
 from magfold_env.cli import options
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.replay.data import feed_text
-from magfold_env.scene import load_scene
+from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.simulate import energy, simulate
 
 FRAME_RATE = 240.0  # the paper's camera [1/s]
@@ -19,8 +19,8 @@ FRAME_RATE = 240.0  # the paper's camera [1/s]
 def fold(  # noqa: PLR0913 - one parameter an option
     scene: options.SceneName,
     *,
-    mount: Annotated[str | None, typer.Option(help="pinned, free or tube.")] = None,
-    direction: Annotated[str | None, typer.Option(help="forward or backward.")] = None,
+    mount: options.Mount = None,
+    direction: options.Direction = None,
     speed: options.Speed = None,
     friction: options.Friction = None,
     seed: options.Seed = 0,
@@ -38,14 +38,7 @@ def fold(  # noqa: PLR0913 - one parameter an option
     files = {"--gif": gif, "--png": png, "--html": html, "--sheet": sheet, "--json": json}
     with options.errors_in_one_line(), options.busy("simulating"):
         options.check_outputs(files)
-        feed = {"direction": direction, "speed": speed}
-        changes = {
-            "mount": mount,
-            "friction": friction,
-            "feed": {key: value for key, value in feed.items() if value is not None} or None,
-        }
-        given = {key: value for key, value in changes.items() if value is not None}
-        changed = load_scene(scene).replace(**given)
+        changed = changed_scene(scene, mount, direction, speed, friction)
         if gif or png or sheet:
             options.need_render(charts=sheet is not None)
         if sheet is not None:
@@ -72,6 +65,24 @@ def fold(  # noqa: PLR0913 - one parameter an option
     options.say_written(*files.values())
     if result.status is FoldStatus.FAILED:
         raise typer.Exit(1)
+
+
+def changed_scene(
+    name: str,
+    mount: str | None,
+    direction: str | None,
+    speed: float | None,
+    friction: float | None,
+) -> Scene:
+    """Return a scene, by its name or path, with what the options change; None changes nothing."""
+    feed = {"direction": direction, "speed": speed}
+    changes = {
+        "mount": mount,
+        "friction": friction,
+        "feed": {key: value for key, value in feed.items() if value is not None} or None,
+    }
+    given = {key: value for key, value in changes.items() if value is not None}
+    return load_scene(name).replace(**given)
 
 
 def check_sheet(path: Path) -> None:

@@ -21,6 +21,8 @@ Widths = Annotated[
     list[str] | None,
     typer.Option("--spread", help="NAME=WIDTH: start_angles [rad], or one of the scene's spreads."),
 ]
+Mount = Annotated[str | None, typer.Option(help="pinned, free or tube.")]
+Direction = Annotated[str | None, typer.Option(help="Of the feed, forward or backward.")]
 Speed = Annotated[float | None, typer.Option(help="Feed speed [m/s].")]
 Friction = Annotated[float | None, typer.Option(help="Friction coefficient.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]

@@ -61,6 +61,7 @@ def work() -> dict[str, Callable[[], Any]]:
         mf.design(WORD, free, "free", objective="ground", budget=20, runs=2, workers=1),
         mf.design(WORD, tube, search="annealing", budget=20, runs=2, workers=1),
     ]
+    found["limit loads"] = lambda: mf.holding(mf.simulate(free))
     found["accelerations"] = lambda: mf.accelerations(
         scenes["swings"], np.zeros((2, free.n)), np.zeros((2, free.n))
     )

@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from magfold_env.fold import Fold
+from magfold_env.limit_loads import holding
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.render import parts, style
 from magfold_env.render.chain import FACE_NORMALS, magnet_block, square
 from magfold_env.render.sheets import MARGIN, Axis, Block, check_suffix, save_pages, text
 from magfold_env.reporting.plotting import GRID, INK, patch
-from magfold_env.scene import FACES, Scene
+from magfold_env.scene import FACES, Scene, SceneError
 from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
 LONGEST = 24
@@ -72,6 +73,8 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
     names = [kind.name for kind in found]
     blocks = [Block(10.0, partial(_title, title=title)), *_facts(scene, fold, found)]
     blocks.append(Block(_PICTURE + 24.0, partial(_folds, scene=scene, expected=expected)))
+    withstands = _wrapped(holding_text(fold), _LETTERS)
+    blocks += [Block(_LINE, partial(_lines, lines=[line])) for line in withstands]
     blocks.append(Block(2.0 * _LINE + 1.0, partial(_lines, lines=_legend(scene), faint=True)))
     for first in range(0, scene.n, _COLUMNS):
         labels: dict[int, list[str]] = {}
@@ -89,6 +92,22 @@ def simulated(fold: Fold) -> Outcome:
         fold.word or "(one component)",
         f"{fold.status}: {fold.message}",
         fold.joint_angles if sound else None,
+    )
+
+
+def holding_text(fold: Fold) -> str:
+    """Return what the simulated fold withstands in words, nothing if it is not at rest."""
+    try:
+        found = holding(fold)
+    except SceneError:
+        return ""
+    if not found.opens.size:
+        return ""
+    moments = ", ".join(f"{1e3 * moment:.3g}" for moment in found.opens)
+    by = f" while component {found.held} is held" if found.held else ""
+    return (
+        f"Joints open at {moments} mN·m; the fold gives way to a pull of {found.pull.min():.3g} N "
+        f"on component {found.pulled}{by}, in the direction that takes least."
     )
 
 

@@ -1,0 +1,99 @@
+"""`magfold hold`: what a fold withstands before its joints open, or a pull takes it apart."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from magfold_env import limit_loads
+from magfold_env.cli import options
+from magfold_env.cli.fold import changed_scene
+from magfold_env.fold import Fold
+from magfold_env.scene import Problem, SceneError
+from magfold_env.simulation.simulate import simulate
+
+_ENDLESS = "none"
+
+
+def hold(  # noqa: PLR0913 - one parameter an option
+    scene: Annotated[
+        str, typer.Argument(help="Shipped scene, YAML file, or JSON file of a fold, at rest.")
+    ],
+    *,
+    angle: Annotated[
+        list[float] | None,
+        typer.Option(help="Direction of the pull [degrees]; 24 all around if left out."),
+    ] = None,
+    pulled: Annotated[
+        int | None, typer.Option(help="Component that is pulled; the free end if left out.")
+    ] = None,
+    held: Annotated[
+        int | None,
+        typer.Option(help="Component that is held, 0 for none; the other end if left out."),
+    ] = None,
+    mount: options.Mount = None,
+    direction: options.Direction = None,
+    speed: options.Speed = None,
+    friction: options.Friction = None,
+    seed: options.Seed = 0,
+    png: options.Png = None,
+    json: options.Json = None,
+) -> None:
+    """Find the moments that open a fold's joints, and the pull at which it gives way."""
+    with options.errors_in_one_line(), options.busy("simulating"):
+        options.check_outputs({"--png": png, "--json": json})
+        if png is not None:
+            options.need_render()
+        changes = (mount, direction, speed, friction)
+        fold = read_fold(scene, changes) or simulate(changed_scene(scene, *changes), seed)
+        directions = None if angle is None else np.radians(angle)
+        found = limit_loads.holding(fold, directions=directions, pulled=pulled, held=held)
+    show(found)
+    with options.errors_in_one_line(), options.busy("drawing"):
+        if png is not None:
+            from magfold_env.render import draw_holding  # noqa: PLC0415 - an extra
+
+            draw_holding(found, png)
+        if json is not None:
+            found.to_json(json)
+    options.say_written(png, json)
+
+
+def read_fold(name: str, changes: tuple[object, ...]) -> Fold | None:
+    """Return the fold in a JSON file, None if the name is not one.
+
+    Raises
+    ------
+    SceneError
+        If its scene is to be changed.
+    """
+    path = Path(name)
+    if path.suffix.lower() != ".json":
+        return None
+    if any(change is not None for change in changes):
+        allowed = "a fold from a file is what it is; leave out --mount, --direction, --speed "
+        raise SceneError([Problem("SCENE", name, f"{allowed}and --friction")])
+    return Fold.from_json(path)
+
+
+def show(found: limit_loads.Holding) -> None:
+    """Print the moments joint by joint, and the pull by its direction."""
+    columns = {"joint": True, "letter": False, "left, mN·m": True, "right, mN·m": True}
+    joints = options.table(
+        f"Moments that open the joints of {found.fold.word or '(one component)'}",
+        columns | {"stiffness, mN·m/rad": True},
+    )
+    for joint, (letter, ways) in enumerate(zip(found.fold.word, found.opening, strict=True), 1):
+        slope = f"{1e3 * found.stiffness[joint - 1]:.4g}"
+        joints.add_row(str(joint), letter, *(_milli(moment) for moment in ways), slope)
+    by = f"component {found.held} held" if found.held else "the mount and the floor hold"
+    pulls = options.table(f"Pull on component {found.pulled}, {by}", {"towards": True, "N": True})
+    for towards, force in zip(np.degrees(found.directions), found.pull, strict=True):
+        pulls.add_row(f"{towards:.4g}°", f"{force:.4g}" if np.isfinite(force) else _ENDLESS)
+    options.show(joints, pulls)
+    typer.echo(f"{found}.")
+
+
+def _milli(moment: float) -> str:
+    return f"{1e3 * moment:.4g}" if np.isfinite(moment) else _ENDLESS
