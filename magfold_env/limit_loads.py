@@ -39,10 +39,12 @@ AT_REST = (FoldStatus.FOLDED, FoldStatus.MISFOLDED, FoldStatus.HELD)
 DIRECTIONS = 24
 """Directions of the pull where none are given, evenly all around."""
 
-# [rad], and share of the side: what is nearer touches. The engine lets casings overlap by
-# `boxes.SHRINK`, so that contacts that only repeat stops never act, and may hold a joint as far off
-# its stop; here both stops and contacts act.
-NEAR = 3.0 * boxes.SHRINK
+# The engine lets casings overlap by `boxes.SHRINK` of the side, so that contacts that only repeat
+# stops never act, and may hold a joint as far off its stop. Here both act: joints nearer to ±90°
+# [rad] are at their stops, and faces that lie flush touch if they are nearer than this, others if
+# they would at their full size.
+NEAR, TOUCH = 3.0 * boxes.SHRINK, boxes.SHRINK + jacobian.TOUCH
+FLUSH = 1e-3  # [rad] between faces that lie on one another
 STEP = 5e-4  # [rad] of the differences that stiffnesses are
 UNBALANCED = 1e-5  # of the largest force: what may be left over in a fold at rest
 EXACT = 1e-10  # of the solver, in units of the largest force and of the casing's side
@@ -418,14 +420,14 @@ def _stop_wrenches(fold: Fold) -> list[FloatArray]:
 def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
     """Return what casings that touch do to each other, and obstacles to them: push them apart.
 
-    These are the engine's rows, for casings that are larger than they are by what counts as near.
+    These are the engine's rows, for casings whose rounded edges reach a little farther.
     """
     if not fold.scene.contact:
         return []
-    n, work, side = fold.scene.n, forces.work, forces.model.side
-    large = forces.model._replace(
-        side=side * (1.0 + NEAR) / (1.0 - boxes.SHRINK),
-        rounding=max(forces.model.rounding, 2.0 * NEAR * side),
+    n, work, model = fold.scene.n, forces.work, forces.model
+    near = NEAR * model.side
+    large = model._replace(
+        side=model.side + 2.0 * near / (1.0 - boxes.SHRINK), rounding=model.rounding + near
     )
     place_all(0, large, np.concatenate([fold.angles, fold.base]), work.pose)
     boxes.place_boxes(0, large, work.pose, work)
@@ -435,10 +437,16 @@ def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
     found: list[FloatArray] = []
     for box, other, corner in work.rows.id[:count, :3].tolist():
         ux, uy, distance, _ = boxes.corner_offset(work, box, other, corner)
-        # A corner next to the end of a face is pushed as one on it.
-        if min(abs(ux), abs(uy)) * distance < NEAR * side:
-            ux, uy = (round(ux), 0.0) if abs(ux) > abs(uy) else (0.0, round(uy))
         c, s = work.boxes.c[box], work.boxes.s[box]
+        cos = c * work.boxes.c[other] + s * work.boxes.s[other]
+        sin = c * work.boxes.s[other] - s * work.boxes.c[other]
+        flush = abs(cos * sin) < FLUSH
+        gap = distance - boxes.clearance(model, box, other)
+        if gap > (NEAR if flush else TOUCH) * model.side:
+            continue
+        # Of faces that lie flush a corner just beyond the other's end is pushed as one on it.
+        if flush and min(abs(ux), abs(uy)) * distance < near:
+            ux, uy = (round(ux), 0.0) if abs(ux) > abs(uy) else (0.0, round(uy))
         normal = np.array([c * ux - s * uy, s * ux + c * uy])
         arm = np.array(boxes.corner(work, other, corner))
         centre = np.stack([work.boxes.x, work.boxes.y], axis=1)

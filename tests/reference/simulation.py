@@ -24,8 +24,8 @@ NORMALS = np.radians([45.0, 135.0, -135.0, -45.0])
 # Where loads rise slowly: friction is smooth below so many m/s, its law met in so many rounds a
 # step [s]; squares are smaller by this share, springs so many times as hard. A level of the load
 # lasts so long [s], and what turned by so many radians gave way.
-CREEP, ROUNDS, TIGHT, HARD = 1e-9, 10, 2e-5, 1000.0
-STEP, DWELL, MOVED = 1e-4, 0.06, 1e-4
+CREEP, ROUNDS, TIGHT, HARD = 1e-9, 10, 2e-6, 1000.0
+STEP, DWELL, MOVED = 1e-4, 0.06, 3e-5
 
 
 @dataclass(frozen=True)
@@ -148,6 +148,8 @@ class Loading:
             place = np.append(middle, self.angles[held - 1])
         else:
             place = np.zeros(3)
+        # In the engine squares are smaller by 1e-4, and so are the centres of their corners nearer.
+        radius = scene.casing.corner_radius + 0.5 * (1e-4 - TIGHT) * scene.casing.side
         for k in range(steps):
             now = before + (level - before) * min(1.0, 2.0 * (k + 1) / steps)
             advance(
@@ -155,5 +157,5 @@ class Loading:
                 scene.masses, scene.inertias, scene.casing.side, *self._magnets,
                 grip * scene.friction * scene.gravity.normal, 0.3826 * scene.casing.side,
                 scene.bore / 2 if scene.mount == "tube" else 1.0, scene.feed.wall,
-                CREEP, ROUNDS, TIGHT, scene.casing.corner_radius, HARD, now * load, held - 1, place,
+                CREEP, ROUNDS, TIGHT, radius, HARD, now * load, held - 1, place,
             )  # fmt: skip
