@@ -24,7 +24,7 @@ from pydantic_core import from_json, to_json
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.stepping.dynamics import smooth_accelerations
-from magfold_env.engine.workspace import new_work
+from magfold_env.engine.workspace import MOST_CONSTRAINED, new_work
 from magfold_env.files import write_text
 from magfold_env.fold import Fold, FoldStatus, loaded
 from magfold_env.scene import Problem, errors
@@ -147,8 +147,11 @@ def holding(
         If the fold is not at rest, if nothing balances the forces on it, or an argument is not
         allowed.
     """
-    status = errors.unless_one_of("fold.status", fold.status.value, [s.value for s in AT_REST])
-    errors.refuse(status)
+    problems = errors.unless_one_of("fold.status", fold.status.value, [s.value for s in AT_REST])
+    if fold.scene.n > MOST_CONSTRAINED:
+        allowed = f"must have at most {MOST_CONSTRAINED} components"
+        problems.append(Problem("fold.scene.n", fold.scene.n, allowed))
+    errors.refuse(problems)
     n, fixed = fold.scene.n, in_tube(fold)
     mounted = bool(fixed[0]) or fold.scene.mount == "pinned"
     if pulled is None:
