@@ -232,7 +232,7 @@ def _still(fold: Fold) -> Trajectory:
         angles=fold.angles[None],
         base=fold.base[None],
         rates=np.zeros_like(fold.angles)[None],
-        released=np.array([fold.scene.n]),
+        released=np.array([fold.scene.n - fold.in_tube]),
         base_velocity=np.zeros_like(fold.base)[None],
         push=np.zeros(1),
     )

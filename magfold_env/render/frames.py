@@ -79,8 +79,7 @@ def save_png(
     """
     if not (np.isfinite(fold.angles).all() and np.isfinite(fold.base).all()):
         raise ValueError(f"fold: angles {fold.angles.tolist()} cannot be drawn; must be finite")
-    n = fold.scene.n
-    released = n if fold.trajectory is None else int(fold.trajectory.released[-1])
+    released = fold.scene.n - fold.in_tube
     view = chain_view(fold.scene, fold.angles, fold.base, released)
     caption = f"{fold.word or '(one component)'}  {fold.status}"
     image = picture(fold.scene, fold.angles, fold.base, released, view, target, caption, size)

@@ -45,9 +45,7 @@ def _chain_picture(found: Holding, size: Size, text: float) -> Image.Image:
     side, released = scene.casing.side, scene.n - fold.in_tube
     view = chain_view(scene, angles, base, released)
     canvas = Canvas(view._replace(top=view.top + 0.15 * (view.top - view.bottom)), size)
-    chain.draw_field(canvas, scene, text)
-    if scene.mount == "tube":
-        chain.draw_tube(canvas, scene, angles, base)
+    chain.draw_surroundings(canvas, scene, angles, base, text)
     chain.draw_chain(canvas, scene, angles, base, with_magnets(scene, angles, base, released))
     middles = centres(angles, side=side, base=base)
     for number, colour in ((found.held, style.HELD), (found.pulled, style.MARKED)):

@@ -50,8 +50,9 @@ class Schedule(Part):
         if (self.time is None) == (self.advance is None):
             allowed = "must be given, or time, but not both"
             problems.append(Problem("advance", self.advance, allowed))
-        if self.time is not None and not any(speed != 0.0 for _, speed in self.time):
-            problems.append(Problem("time", self.time, "must have a leg with a speed other than 0"))
+        if self.time is not None and not any(speed > 0.0 for _, speed in self.time):
+            allowed = "must have a leg with a speed above 0; the feed begins at its stop"
+            problems.append(Problem("time", self.time, allowed))
         if self.advance is not None:
             goals = (0.0, *(goal for goal, _ in self.advance))
             if len(goals) == 1 or any(a == b for a, b in pairwise(goals)):

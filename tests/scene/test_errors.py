@@ -137,6 +137,21 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"friction": "0.3"}, "friction: '0.3' is not allowed; must be a valid number"),
     ({"contact": 1}, "contact: 1 is not allowed; must be a valid boolean"),
     ({"spreads": {"mass": 1.0}}, "spreads.mass: 1.0 is not allowed; must be less than 1"),
+    (
+        {"feed": {"schedule": {"time": [[1.0, 0.0], [1.0, -0.1]]}}},
+        "feed.schedule.time: ((1.0, 0.0), (1.0, -0.1)) is not allowed; must have a leg with a speed",
+    ),
+    (
+        {"feed": {"schedule": {"advance": [[2.0, 0.1], [2.0, 0.2]]}}},
+        "feed.schedule.advance: ((2.0, 0.1), (2.0, 0.2)) is not allowed; every leg must lead",
+    ),
+    ({"feed": {"force_limit": 0}}, "feed.force_limit: 0 is not allowed; must be greater than 0"),
+    (
+        {"mount": "tube", "obstacles": [{"position": [-0.02, 0.0], "size": [0.01, 0.01]}]},
+        "obstacles[0].position: (-0.02, 0.0) is not allowed; must leave free the tube's bore",
+    ),
+    ({"bumps": {"rate": 0, "speed": 1}}, "bumps.rate: 0 is not allowed; must be greater than 0"),
+    ({"spreads": {"inset": 0.9}}, "spreads.inset: 0.9 is not allowed; a scene at its end: magnets"),
     ({"solver": {"method": "paper"}}, "solver.method: 'paper' is not allowed; the paper's solver"),
 ]
 

@@ -136,7 +136,7 @@ def _draws_anything(scene: Scene) -> bool:
 
 
 LATER_SPREADS = ("feed_jitter", "magnet", "side", "inset")
-PHYSICS_VERSION = "8"
+PHYSICS_VERSION = "9"
 """Changes whenever the same scene may fold differently, which makes older baselines void."""
 
 _log = logging.getLogger(__name__)
