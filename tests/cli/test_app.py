@@ -112,7 +112,7 @@ def test_what_is_not_an_option_is_no_traceback_either() -> None:
 @pytest.mark.parametrize(
     ("number", "forward", "backward"), [(1, "S1A", "S1C"), (2, "S2B", "S2B"), (3, "S3A", "S3A")]
 )
-@pytest.mark.parametrize("kind", ["", "-literal"])
+@pytest.mark.parametrize("kind", ["", "-literal", "-strong"])
 def test_minimise_shows_table_1(number: int, forward: str, backward: str, kind: str) -> None:
     result = run("minimise", f"paper/sequence-{number}{kind}")
     assert result.exit_code == 0

@@ -37,6 +37,8 @@ def test_paper_scenes(number: int) -> None:
     assert literal.magnets == mf.Magnets(model="points", nodes=3, pole_charge=8.5946)
     assert literal.solver.method == "paper"
     assert built.friction == literal.friction == 0.35
+    strong = mf.load_scene(f"paper/sequence-{number}-strong")
+    assert strong == built.replace(magnets={"remanence": 1.2}, friction=0.1)
 
 
 def test_pendulum_scene_has_nothing_but_gravity() -> None:
