@@ -4,7 +4,7 @@ They are released as if by hand; random sequences, which the paper has not, as t
 """
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -39,9 +39,13 @@ def by_hand(scene: Scene, mode: Mode) -> Scene:
     return release(varied, mode, SPEED)
 
 
-def paper_scene(sequence: int, mode: Mode) -> Scene:
+Kind = Literal["", "-strong"]
+"""What the name of a paper's scene ends in: of the device as given, or with strong magnets."""
+
+
+def paper_scene(sequence: int, mode: Mode, kind: Kind = "") -> Scene:
     """Return one of the paper's sequences, as it is released by hand."""
-    return by_hand(load_scene(f"paper/sequence-{sequence}"), mode)
+    return by_hand(load_scene(f"paper/sequence-{sequence}{kind}"), mode)
 
 
 def random_scenes(count: int, mode: Mode) -> Iterator[Scene]:
@@ -73,13 +77,13 @@ PAPER: dict[tuple[int, Mode], str] = {
 _COLUMNS = ("sequence", "releases", "share", "word", "status", "minimiser", "in the paper")
 
 
-def run(quick: bool, progress: Progress) -> Measurement:
+def run(quick: bool, progress: Progress, kind: Kind = "") -> Measurement:
     """Release the paper's sequences as it did, and count where they end."""
     rows: list[Row] = []
     table: list[Row] = []
     cases: list[tuple[int, Mode]] = [(sequence, mode) for sequence in SEQUENCES for mode in MODES]
     for (sequence, mode), _ in each_case(progress, cases, lambda c: f"sequence {c[0]}, {c[1]}"):
-        scene = paper_scene(sequence, mode)
+        scene = paper_scene(sequence, mode, kind)
         made = ensemble(scene, QUICK_RUNS if quick else RUNS[mode])
         found = bars(made)
         rows += [

@@ -192,6 +192,7 @@ FIGURE_11 = Reproduction(
     tables=lambda measured: _tables(measured, "Δt [ms]"),
     claims=steps_claims,
     plots=steps_plots,
+    inputs=motions.INPUTS,
 )
 
 
@@ -319,4 +320,5 @@ FIGURE_12 = Reproduction(
     tables=points_tables,
     claims=points_claims,
     plots=points_plots,
+    inputs=motions.INPUTS,
 )

@@ -270,4 +270,5 @@ FIGURES_13_14 = Reproduction(
     tables=tables,
     claims=claims,
     plots=plots,
+    inputs=motions.INPUTS,
 )

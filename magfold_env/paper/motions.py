@@ -21,6 +21,10 @@ from magfold_env.simulation.simulate import energy, simulate
 
 SEQUENCE = 3
 UNTIL = 0.4  # [s] that are looked at
+INPUTS = (
+    "charge of a pole face (B_r), friction, assumed masses and sizes, reconstructed sequence "
+    f"{SEQUENCE}; the start is the straight chain, without spread."
+)
 EXACT = 1e-8  # tolerance of this project's solver [rad]
 HALF, WHOLE = "half charge", "whole charge"
 

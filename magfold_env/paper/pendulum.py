@@ -208,6 +208,7 @@ FIGURE_15 = Reproduction(
     tables=drift_tables,
     claims=drift_claims,
     plots=drift_plots,
+    inputs="assumed masses, sizes and start; no magnets, friction or sequence.",
 )
 
 
@@ -299,4 +300,5 @@ FIGURE_16 = Reproduction(
     tables=times_tables,
     claims=times_claims,
     plots=times_plots,
+    inputs="processor and libraries; no magnets, friction or sequence.",
 )

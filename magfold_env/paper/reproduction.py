@@ -36,6 +36,8 @@ class Claim(NamedTuple):
     """The reason, if one is known."""
     built_in: bool = False
     """Whether the sequences were reconstructed so that it holds."""
+    inputs: str = ""
+    """What the verdict hangs on: what is assumed, or reconstructed, with its value."""
 
     @classmethod
     def unless(cls, stated: str, found: str, holds: bool, why_not: str) -> Self:
@@ -54,7 +56,8 @@ class Claim(NamedTuple):
     def to_verdict(self) -> Verdict:
         """Return the claim as a block of a page."""
         why = BUILT_IN if self.outcome == "agrees by construction" else self.why
-        more = [f"Here: {self.found}", *([f"Why: {why}"] if why else [])]
+        texts = {"Here": self.found, "Why": why, "Hangs on": self.inputs}
+        more = [f"{name}: {text}" for name, text in texts.items() if text]
         tone = _TONES.get(self.outcome, "plain")
         return Verdict(self.outcome.capitalize(), f"The paper: {self.stated}", tone, more)
 
@@ -92,6 +95,13 @@ class Reproduction:
     tables: Callable[[Measured], list[Table]]
     claims: Callable[[Measured], list[Claim]]
     plots: Callable[[Measured], list[Plot]]
+    inputs: str = ""
+    """What those verdicts hang on that name nothing themselves."""
+
+    def verdicts(self, measured: Measured) -> list[Claim]:
+        """Return the claims, each with the inputs that it hangs on."""
+        made = self.claims(measured)
+        return [claim._replace(inputs=claim.inputs or self.inputs) for claim in made]
 
 
 def pivot(rows: list[Row], line: str, column: str, value: str, missing: str) -> list[Row]:

@@ -45,7 +45,7 @@ class Done(NamedTuple):
     @property
     def claims(self) -> list[Claim]:
         """What is compared."""
-        return self.part.claims(self.measured)
+        return self.part.verdicts(self.measured)
 
 
 def choose(only: Sequence[str]) -> list[Reproduction]:

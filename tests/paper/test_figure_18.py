@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from magfold_env.paper import figure_18
-from magfold_env.paper.reproduction import Measured
 from magfold_env.reporting.intervals import share
 from magfold_env.reporting.tables import Row
 from magfold_env.shapes import centres, headings, mirror, word_to_angles
@@ -25,12 +24,12 @@ AGREEING: Ends = {
     (3, "backward"): [("LRLLL", "folded", 100)],
 }
 SAID = (
-    "1 free", "1 forward", "2 free", "2 forward", "split 1", "split 2", "named", "only S3A",
-    "misfolds", "modes",
+    "1 free", "1 forward", "2 free", "2 forward", "split 1", "split 2", "named", "3 free",
+    "3 forward", "3 backward", "misfolds", "modes",
 )  # fmt: skip
 
 
-def measured(ends: Ends) -> Measured:
+def bars(ends: Ends) -> list[Row]:
     rows: list[Row] = []
     for (sequence, mode), outcome in ends.items():
         for word, status, count in outcome:
@@ -38,11 +37,11 @@ def measured(ends: Ends) -> Measured:
             row: Row = {"sequence": sequence, "mode": mode, "runs": 100, "word": word}
             row |= {"status": status, "probability": found.rate}
             rows.append(row | {"low": found.low, "high": found.high})
-    return {"bars": rows}
+    return rows
 
 
 def judged(ends: Ends) -> dict[str, str]:
-    return dict(zip(SAID, outcomes(figure_18.claims(measured(ends))), strict=True))
+    return dict(zip(SAID, outcomes(figure_18.judge(bars(ends), "")), strict=True))
 
 
 def test_the_papers_words_agree_with_themselves() -> None:
@@ -58,7 +57,8 @@ def test_the_papers_words_agree_with_themselves() -> None:
         ((1, "backward"), [("LRLLL", "folded", 90), ("LRLLR", "folded", 10)], "split 1"),
         ((1, "backward"), [("RRLLL", "folded", 50), ("RRLLR", "folded", 50)], "named"),
         ((2, "backward"), [("LRLLL", "folded", 100)], "split 2"),
-        ((3, "backward"), [("RRLLL", "folded", 100)], "only S3A"),
+        ((3, "backward"), [("RRLLL", "folded", 100)], "3 backward"),
+        ((3, "backward"), [("LRLLL", "folded", 40), ("LRLSS", "misfolded", 60)], "3 backward"),
     ],
 )
 def test_other_shares_disagree(
@@ -73,6 +73,25 @@ def test_where_and_when_sequence_3_misfolds() -> None:
     assert (never["misfolds"], never["modes"]) == ("cannot be compared", "disagrees")
     early = [("SRLLL", "misfolded", 90), ("LRLLL", "folded", 10)]
     assert judged({**AGREEING, (3, "free"): early})["misfolds"] == "disagrees"
+
+
+def test_a_chain_that_turned_away_from_s3a_is_no_misfold_of_component_5() -> None:
+    shut_in = {**AGREEING, (3, "forward"): [("LLLSL", "misfolded", 100)]}
+    assert judged(shut_in)["3 forward"] == judged(shut_in)["misfolds"] == "disagrees"
+    claims = figure_18.judge(bars(shut_in), "")
+    assert "LLLSL has turned joint 2 away from it" in claims[SAID.index("3 forward")].why
+
+
+def test_each_verdict_names_what_it_hangs_on() -> None:
+    claims = figure_18.claims({"bars": bars(AGREEING), "strong": bars(AGREEING)})
+    given, strong = claims[: len(SAID)], claims[len(SAID) :]
+    free, forward = (SAID.index(name) for name in ("1 free", "1 forward"))
+    assert "0.6 T, µ 0.35" in given[free].inputs
+    assert "1.2 T, µ 0.1" in strong[free].inputs
+    assert "feed" not in given[free].inputs
+    assert "feed 0.05 m/s" in given[forward].inputs
+    assert all("reconstructed sequence" in claim.inputs for claim in claims)
+    assert "Hangs on: B_r" in given[free].to_verdict().more[-1]
 
 
 def test_movement_is_that_of_the_shape() -> None:

@@ -32,6 +32,7 @@ def part(name: str, measure: Callable[[bool, Progress], Measured]) -> Reproducti
             Claim("three.", f"{measured['numbers'][0]['n']}.", measured["numbers"][0]["n"] == 3)
         ],
         plots=lambda measured: [],
+        inputs="what it hangs on",
     )
 
 
@@ -64,6 +65,8 @@ def test_a_run_writes_page_and_numbers(two: tuple[Counted, Counted], tmp_path: P
     assert "Figure a" in text
     data = json.loads((tmp_path / "out" / run.NUMBERS).read_text(encoding="utf-8"))
     assert data["parts"]["b"]["measured"] == {"numbers": [{"n": 4}]}
+    assert data["parts"]["b"]["claims"][0]["inputs"] == "what it hangs on"
+    assert "Hangs on: what it hangs on" in text
     assert (tmp_path / "out" / "a-numbers.csv").read_text(encoding="utf-8") == "n\n3\n"
 
 
@@ -113,6 +116,11 @@ def test_an_unknown_part_is_refused_before_anything_is_made(tmp_path: Path) -> N
 def test_parts_are_chosen_in_the_papers_order() -> None:
     assert [each.name for each in run.choose(["figure-18", "table-1"])] == ["table-1", "figure-18"]
     assert [each.name for each in run.choose([])] == list(PARTS)
+
+
+def test_every_part_names_what_its_verdicts_hang_on() -> None:
+    # Those of figure 18 name it one by one.
+    assert [name for name, each in PARTS.items() if not each.inputs] == ["figure-18"]
 
 
 def test_the_page_takes_nothing_from_elsewhere_and_says_all() -> None:

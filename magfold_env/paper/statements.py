@@ -1,0 +1,178 @@
+"""What the paper says of its sequences, statement by statement, as far as a sequence can meet it.
+
+Statements of energies hold or do not; those of releases hold to a degree, so that few releases can
+already tell better from worse.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping
+from typing import NamedTuple
+
+from magfold_env.ensembles import Ensemble
+from magfold_env.fold import FoldStatus
+from magfold_env.minimiser import Mode
+
+HOLDS = 0.5
+"""A statement holds to a degree above this."""
+RARE = 0.1
+"""What is said to occur occurs in this share of releases at least; what is said not to, at most."""
+
+_BOTH: tuple[Mode, Mode] = ("free", "forward")
+_EVERY: tuple[Mode, ...] = (*_BOTH, "backward")
+
+
+class Released(NamedTuple):
+    """A sequence's states, and where its releases end."""
+
+    names: Mapping[str, str]
+    """Words by the paper's names of states: S1A …, those of this sequence."""
+    stable: frozenset[str]
+    """Words that are stable."""
+    ends: Mapping[Mode, Ensemble]
+    """Releases by mode."""
+
+    def folded(self, mode: Mode) -> dict[str, float]:
+        """Return the share of releases that end in each full fold."""
+        outcomes = self.ends[mode].outcomes
+        return {w: found.rate for (w, status), found in outcomes.items() if _is_fold(status)}
+
+    def rate(self, mode: Mode, name: str) -> float:
+        """Return the share of releases that end in a state."""
+        return self.folded(mode).get(self.names.get(name, ""), 0.0)
+
+    def misfolded(self, mode: Mode) -> dict[str, float]:
+        """Return the share of releases that end in each word without folding."""
+        found = Counter[str]()
+        for (word, status), share in self.ends[mode].outcomes.items():
+            if not _is_fold(status):
+                found[word] += share.rate  # pyright: ignore[reportArgumentType]
+        return dict(found)
+
+
+def _is_fold(status: FoldStatus) -> bool:
+    return status is FoldStatus.FOLDED
+
+
+class Statement(NamedTuple):
+    """Something that the paper says of releases."""
+
+    name: str
+    said: str
+    """In our words."""
+    degree: Callable[[Released], float]
+    """From 0 to 1; it holds above `HOLDS`."""
+
+
+def on_the_way(word: str, goal: str, outer: Collection[int]) -> bool:
+    """Whether a word is a fold that only lacks some of the outer joints, numbered from 1."""
+    straight = [joint for joint, letter in enumerate(word, start=1) if letter == "S"]
+    turned = all(a in (b, "S") for a, b in zip(word, goal, strict=True))
+    return bool(straight) and turned and set(straight) <= set(outer)
+
+
+def prefers(mode: Mode, name: str) -> Callable[[Released], float]:
+    """Return how far full folds are of one state rather than of the most frequent other."""
+
+    def degree(made: Released) -> float:
+        often = made.rate(mode, name)
+        folds = made.folded(mode)
+        other = max((r for word, r in folds.items() if word != made.names.get(name)), default=0.0)
+        return often / (often + other) * min(1.0, often / RARE) if often else 0.0
+
+    return degree
+
+
+def _mostly(mode: Mode) -> Callable[[Released], float]:
+    return lambda made: made.rate(mode, "S3A")
+
+
+def _even(made: Released) -> float:
+    """S1A and S1C about equally often, and no other full fold more often."""
+    a, c = (made.rate("backward", name) for name in ("S1A", "S1C"))
+    most = max(made.folded("backward").values(), default=0.0)
+    return min(a, c) / most * min(1.0, min(a, c) / RARE) if most else 0.0
+
+
+def _several(made: Released) -> float:
+    """Return the share of the second full fold to that of the first."""
+    rates = sorted(made.folded("backward").values(), reverse=True)
+    return rates[1] / rates[0] * min(1.0, rates[1] / RARE) if len(rates) > 1 else 0.0
+
+
+def _rarer(made: Released) -> float:
+    forward, backward = (made.rate(mode, "S1B") for mode in ("forward", "backward"))
+    return max(0.0, 1.0 - backward / forward) if forward else 0.0
+
+
+def _only_stable(*exceptions: str) -> Callable[[Released], float]:
+    """Return how far full folds are stable ones, or exceptions, in all modes."""
+
+    def degree(made: Released) -> float:
+        allowed = made.stable | {made.names.get(name, "") for name in exceptions}
+        folds = [(word, r) for mode in _EVERY for word, r in made.folded(mode).items()]
+        total = sum(r for _, r in folds)
+        good = sum(r for word, r in folds if word in allowed)
+        return clear(good / total) if total else 0.0
+
+    return degree
+
+
+def clear(share: float) -> float:
+    """Return a degree that holds if no more than a rare part is missing."""
+    return 1.0 if share >= 1.0 - RARE else 0.5 * share
+
+
+def _dragged(made: Released) -> float:
+    """Return how many misfolds, free and forward, only lack the last two components."""
+    goal = made.names["S3A"]
+    misfolds = [each for mode in _BOTH for each in made.misfolded(mode).items()]
+    total = sum(rate for _, rate in misfolds)
+    there = sum(rate for word, rate in misfolds if on_the_way(word, goal, (4, 5)))
+    return there / total if total else 0.0
+
+
+def _modes_matter(made: Released) -> float:
+    stopped = [sum(made.misfolded(mode).values()) for mode in _EVERY]
+    more = max(stopped[:2]) - stopped[2]
+    return 0.6 + 0.4 * more if more > RARE else max(0.0, 0.5 * more / RARE)
+
+
+RELEASES: dict[int, tuple[Statement, ...]] = {
+    1: (
+        Statement("1 free", "most folds are S1C, the local minimum", prefers("free", "S1C")),
+        Statement("1 forward", "most folds are S1C", prefers("forward", "S1C")),
+        Statement("1 backward", "S1A and S1C about equally often", _even),
+        Statement("1 S1B", "S1B is much rarer backward than forward", _rarer),
+        Statement("1 folds", "full folds are stable, or S1E", _only_stable("S1E")),
+    ),
+    2: (
+        Statement("2 free", "most folds are S2B, the straight line", prefers("free", "S2B")),
+        Statement("2 forward", "most folds are S2B", prefers("forward", "S2B")),
+        Statement("2 backward", "several shapes about equally often", _several),
+        Statement("2 folds", "full folds are stable", _only_stable()),
+    ),
+    3: (
+        Statement("3 free", "most releases end in S3A", _mostly("free")),
+        Statement("3 forward", "most releases end in S3A", _mostly("forward")),
+        Statement("3 backward", "most releases end in S3A", _mostly("backward")),
+        Statement("3 folds", "full folds are S3A", _only_stable()),
+        Statement("3 misfolds", "misfolds lack the last two components only", _dragged),
+        Statement("3 modes", "misfolds are more frequent free or forward", _modes_matter),
+    ),
+}
+"""Sections 6.1 and 7, by sequence."""
+
+ENERGIES: dict[int, dict[str, str]] = {
+    1: {
+        "1 gap": "S1B lies less than a hundredth above S1A",
+        "1 five": "of the five lowest states four are stable",
+        "1 conflict": "S1E's conflict is between 4 and 5",
+        "1 movement": "of the stable states S1C moves least, or nearly so",
+    },
+    2: {"2 positive": "energies of S2A, S2B and S2C are positive"},
+    3: {},
+}
+"""What is said of energies beyond what every candidate meets."""
+
+CHAINS = {8: "chains of eight do not fold", 10: "chains of ten do not fold"}
+"""Section 2: more than six components do not fold, for friction."""
