@@ -9,7 +9,7 @@ from magfold_env.fold import FoldStatus
 from magfold_env.laws import experiment
 from magfold_env.laws.experiment import Kind
 from magfold_env.minimiser import Mode
-from magfold_env.paper import states
+from magfold_env.paper import maps, states
 from magfold_env.paper.quoted import SEQUENCES
 from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_env.paper.statements import on_the_way
@@ -31,15 +31,17 @@ KINDS: dict[str, Kind] = {"bars": "", "strong": "-strong"}
 def measure(quick: bool, progress: Progress) -> Measured:
     """Release as often as the paper: `magfold bench predict --only experiment`, and strong magnets.
 
-    All of it takes seconds, so quick does no less.
+    That takes seconds, so quick does no less; of the maps it does.
     """
+    made: Measured = {}
+    parts = len(KINDS) + 1
 
     def tell(share: float, what: str) -> None:
-        progress((len(made) + share) / len(KINDS), what)
+        progress((len(made) + share) / parts, what)
 
-    made: Measured = {}
     for name, kind in KINDS.items():
         made[name] = experiment.run(False, tell, kind).rows
+    made["maps"] = maps.measure(quick, tell)
     return made
 
 
@@ -76,7 +78,7 @@ def tables(measured: Measured) -> list[Table]:
                     shown.append(line | {"in the paper": stated})
                     stated = ""
         made.append(Table(f"Simulated releases, {device(kind)}", shown))
-    return made
+    return [*made, maps.best_table(measured["maps"])]
 
 
 def named(number: int, word: str) -> str:
@@ -295,10 +297,9 @@ def plots(measured: Measured) -> list[Plot]:
             f"{device(kind)}: shares of the releases with 95 % intervals; below each bar the chain "
             "of one release that ended so, component 1 filled."
         )
-        made.append(
-            Plot.of(f"figure-18{kind}", experiment.draw_experiment(measured[name]), caption)
-        )
-    return made
+        chart = experiment.draw_experiment(measured[name])
+        made.append(Plot.of(f"figure-18{kind}", chart, caption))
+    return [*made, *maps.plots(measured["maps"], "figure-18")]
 
 
 FIGURE_18 = Reproduction(
@@ -311,7 +312,9 @@ FIGURE_18 = Reproduction(
     "this project's solver and a spread as of a release by hand: start angles, friction, masses, "
     "magnets and feed differ a little from release to release. Twice: with 0.6 T and the friction "
     "that the text names, and with 1.2 T and little friction, for the text measures 0.6 T on the "
-    "surface and calls the floor one of low friction.",
+    "surface and calls the floor one of low friction. Then, as maps, over speed of feed and "
+    "friction: what a chain ends in depends on µ/B_r² and v/B_r alone, for with time in units that "
+    "shrink with B_r the equation of motion holds nothing else of the three.",
     missing="Neither the sequences, nor masses, nor spreads are in the text: they are "
     "reconstructed or assumed. The paper does not define least (lateral) movement; here it is that "
     "of the centres from a straight chain laid on the fold, root mean square, nearly equal ones "

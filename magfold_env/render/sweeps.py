@@ -1,6 +1,6 @@
 """Charts of sweeps: how often a chain ends in what, where. Needs matplotlib."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from magfold_env.reporting.plotting import (
     panels,
     save_figure,
 )
+from magfold_env.shapes import FloatArray
 from magfold_env.sweeps import Outcome, Sweep
 
 LINES = 6
@@ -106,32 +107,52 @@ def _log(values: Sequence[float]) -> bool:
 
 
 def _maps(sweep: Sweep, outcome: Outcome | None) -> Any:
-    (across, x), (up, y) = sweep.over.items()
+    across, up = sweep.over.items()
     shown = [*sweep.leading][:MAPS] if outcome is None else [outcome]
-    columns = min(len(shown), 2)
-    rows = -(-len(shown) // columns)
+    shares = {str(each): sweep.probability(*each) for each in shown}
+    found = [part for each in shares.values() for part in each]
+    rates = {
+        name: np.array([part.rate for part in each]).reshape(sweep.shape).T
+        for name, each in shares.items()
+    }
+    widest = max(max(part.rate - part.low, part.high - part.rate) for part in found)
+    title = f"{_title(sweep)}; 95 % intervals within ±{100 * widest:.0f} %"
+    return map_chart(rates, across, up, title)
+
+
+Axis = tuple[str, Sequence[float]]
+"""What an axis is of, and the values on it."""
+
+
+def map_chart(
+    rates: Mapping[str, FloatArray], across: Axis, up: Axis, title: str, columns: int = 2
+) -> Any:
+    """Return a figure with a map of shares for each title, so many side by side.
+
+    A map has shape (values up, values across).
+    """
+    (x_name, x), (y_name, y) = across, up
+    columns = min(len(rates), columns)
+    rows = -(-len(rates) // columns)
     width, height = (_CELL * min(max(len(values), 6), _TICKS) for values in (x, y))
     size = (columns * (width + 0.8) + 1.2, rows * (height + 0.8) + 0.9)
     figure = figure_class()(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    image, widest = None, 0.0
-    for axis, each in zip(axes, shown, strict=False):
-        shares = sweep.probability(*each)
-        widest = max(widest, *(max(part.rate - part.low, part.high - part.rate) for part in shares))
-        rates = np.array([part.rate for part in shares]).reshape(sweep.shape).T
-        image = axis.imshow(rates, vmin=0.0, vmax=1.0, cmap=_MAP, origin="lower", aspect="auto")
-        axis.set_title(str(each), fontsize=10, color=INK)
+    image = None
+    for axis, (name, shares) in zip(axes, rates.items(), strict=False):
+        image = axis.imshow(shares, vmin=0.0, vmax=1.0, cmap=_MAP, origin="lower", aspect="auto")
+        axis.set_title(name, fontsize=10, color=INK)
         _mark(axis.set_xticks, x)
         _mark(axis.set_yticks, y)
         axis.tick_params(length=0, labelsize=8)
         axis.spines[:].set_color(GRID)
-        if max(rates.shape) <= _TICKS:
-            _write_numbers(axis, rates)
-    for axis in axes[len(shown) :]:
+        if max(shares.shape) <= _TICKS:
+            _write_numbers(axis, shares)
+    for axis in axes[len(rates) :]:
         axis.set_axis_off()
-    figure.suptitle(f"{_title(sweep)}; 95 % intervals within ±{100 * widest:.0f} %", color=INK)
-    figure.supxlabel(across, fontsize=10, color=INK)
-    figure.supylabel(up, fontsize=10, color=INK)
+    figure.suptitle(title, color=INK)
+    figure.supxlabel(x_name, fontsize=10, color=INK)
+    figure.supylabel(y_name, fontsize=10, color=INK)
     bar = figure.colorbar(image, ax=axes.tolist(), fraction=0.05, aspect=30)
     bar.set_ticks([0.0, 0.5, 1.0], labels=["0", "50 %", "100 %"])
     bar.outline.set_edgecolor(GRID)

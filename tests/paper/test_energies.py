@@ -9,6 +9,7 @@ from magfold_env.paper import states
 from magfold_env.paper.energies import FIGURE_7, FIGURE_19, TABLE_1
 from magfold_env.paper.reproduction import Measured
 from magfold_env.reporting.page import PNG_START
+from magfold_env.reporting.tables import Row
 from tests.paper.measured import changed, outcomes
 
 
@@ -142,7 +143,9 @@ def of_figure_19(a: float, b: float, share: float) -> Measured:
         for name, score in (("S1A", a), ("S1B", b))
     ]
     releases = {"mode": "free", "releases": 9, "state": "S1B", "share": share}
-    return {"states": states_of, "releases": [releases | {"low": share / 2, "high": 2 * share}]}
+    mapped: Row = {"ends in": "S1B", "share": share}
+    releases |= {"low": share / 2, "high": 2 * share}
+    return {"states": states_of, "releases": [releases], "maps": [mapped]}
 
 
 def test_figure_19_agrees_with_the_printed_numbers_and_with_no_others() -> None:
