@@ -42,11 +42,9 @@ class Released(NamedTuple):
 
     def misfolded(self, mode: Mode) -> dict[str, float]:
         """Return the share of releases that end in each word without folding."""
-        found = Counter[str]()
-        for (word, status), share in self.ends[mode].outcomes.items():
-            if not _is_fold(status):
-                found[word] += share.rate  # pyright: ignore[reportArgumentType]
-        return dict(found)
+        made = self.ends[mode]
+        stopped = Counter[str](made.word[made.status != FoldStatus.FOLDED.value].tolist())
+        return {word: count / len(made) for word, count in stopped.items()}
 
 
 def _is_fold(status: FoldStatus) -> bool:
@@ -168,6 +166,7 @@ ENERGIES: dict[int, dict[str, str]] = {
         "1 five": "of the five lowest states four are stable",
         "1 conflict": "S1E's conflict is between 4 and 5",
         "1 movement": "of the stable states S1C moves least, or nearly so",
+        "1 line": "none of them is the straight line, which only sequence 2 is said to have",
     },
     2: {"2 positive": "energies of S2A, S2B and S2C are positive"},
     3: {},

@@ -1,0 +1,93 @@
+"""What the text says of releases: when a statement holds."""
+
+import numpy as np
+import pytest
+
+from magfold_env.ensembles import Ensemble, Run
+from magfold_env.minimiser import Mode
+from magfold_env.paper.statements import HOLDS, RELEASES, Released, clear, on_the_way
+from magfold_env.scene import load_scene
+
+SCENE = load_scene("paper/sequence-1")
+NAMES = {
+    1: {"S1A": "LRLLL", "S1B": "RRLLL", "S1C": "LRLLR", "S1E": "LRRRL"},
+    2: {"S2A": "LRLLL", "S2B": "LRLRL", "S2C": "LRRLL"},
+    3: {"S3A": "LRLLL"},
+}
+Ends = dict[Mode, dict[str, int]]
+
+FITTING: dict[int, Ends] = {
+    1: {
+        "free": {"LRLLR": 80, "LRLLL": 10, "LRSLL": 10},
+        "forward": {"LRLLR": 60, "LRLLL": 20, "RRLLL": 20},
+        "backward": {"LRLLR": 50, "LRLLL": 45, "RRLLL": 5},
+    },
+    2: {
+        "free": {"LRLRL": 100},
+        "forward": {"LRLRL": 60, "LRLLL": 40},
+        "backward": {"LRLRL": 35, "LRLLL": 33, "LRRLL": 32},
+    },
+    3: {
+        "free": {"LRLLL": 80, "LRLSS": 20},
+        "forward": {"LRLLL": 60, "LRLSL": 40},
+        "backward": {"LRLLL": 100},
+    },
+}
+
+
+def made_of(counts: dict[str, int]) -> Ensemble:
+    words = [word for word, count in counts.items() for _ in range(count)]
+    runs = [
+        Run(k, word, "misfolded" if "S" in word else "folded", 0.0, 0.0, (0.0,) * SCENE.n)
+        for k, word in enumerate(words)
+    ]
+    return Ensemble.of(SCENE, 0, runs)
+
+
+def holding(number: int, ends: Ends) -> dict[str, bool]:
+    stable = frozenset(word for name, word in NAMES[number].items() if name != "S1E")
+    made = Released(NAMES[number], stable, {mode: made_of(each) for mode, each in ends.items()})
+    return {each.name: each.degree(made) > HOLDS for each in RELEASES[number]}
+
+
+@pytest.mark.parametrize("number", NAMES)
+def test_what_the_text_says_meets_all(number: int) -> None:
+    assert all(holding(number, FITTING[number]).values())
+
+
+@pytest.mark.parametrize(
+    ("number", "mode", "counts", "broken"),
+    [
+        (1, "free", {"LRLLL": 60, "LRLLR": 40}, {"1 free"}),
+        (1, "free", {"LRSLR": 100}, {"1 free"}),
+        (1, "forward", {"RRLLL": 60, "LRLLR": 40}, {"1 forward"}),
+        (1, "forward", {"LRLLR": 100}, {"1 S1B"}),
+        (1, "backward", {"LRLLL": 80, "LRLLR": 20}, {"1 backward"}),
+        (1, "free", {"LRLLR": 60, "LLRLL": 40}, {"1 folds"}),
+        (2, "forward", {"LRRLL": 90, "LRLRL": 10}, {"2 forward"}),
+        (2, "backward", {"LRLLL": 100}, {"2 backward"}),
+        (3, "forward", {"LLLSL": 100}, {"3 forward", "3 misfolds"}),
+        (3, "backward", {"LRLLL": 55, "LRLSL": 45}, {"3 modes"}),
+    ],
+)
+def test_other_ends_break_what_they_contradict(
+    number: int, mode: Mode, counts: dict[str, int], broken: set[str]
+) -> None:
+    held = holding(number, {**FITTING[number], mode: counts})
+    assert {name for name, holds in held.items() if not holds} == broken
+
+
+def test_a_state_that_is_rare_is_not_preferred() -> None:
+    held = holding(1, {**FITTING[1], "free": {"LRLLR": 4, "LRSLR": 96}})
+    assert not held["1 free"]
+
+
+def test_on_the_way_turns_nothing_away() -> None:
+    assert on_the_way("LRLSS", "LRLLL", (4, 5))
+    assert not on_the_way("LLLSL", "LRLLL", (4, 5))
+    assert not on_the_way("SRLLL", "LRLLL", (4, 5))
+    assert not on_the_way("LRLLL", "LRLLL", (4, 5))
+
+
+def test_a_clear_share_holds_and_no_other() -> None:
+    assert [clear(share) > HOLDS for share in np.linspace(0.0, 1.0, 11)] == [False] * 9 + [True] * 2
