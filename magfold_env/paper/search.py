@@ -20,7 +20,6 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import typer
-from rich.console import Console
 from rich.progress import Progress
 
 from magfold_env.designer.suites import load_suite
@@ -31,7 +30,7 @@ from magfold_env.minimiser import Mode
 from magfold_env.paper.candidates import Candidate, Candidates
 from magfold_env.paper.statements import CHAINS, ENERGIES, HOLDS, RELEASES, Released, clear
 from magfold_env.parallel import Workers
-from magfold_env.reporting.tables import Row, Table, rich_table
+from magfold_env.reporting.tables import Row, to_csv
 from magfold_env.scene import Scene, load_scene
 
 NUMBERS = (1, 2, 3)
@@ -74,7 +73,7 @@ class Round(NamedTuple):
 
 
 FIRST = Round(0, 200, 2)
-ROUNDS = (Round(6, 20, 8), Round(3, 5, 16), Round(3, 4, 24), Round(4, 3, 100))
+ROUNDS = (Round(6, 16, 6), Round(3, 4, 12), Round(2, 4, 16), Round(3, 3, 100))
 CHAIN_WORDS, CHAIN_RUNS = 8, 4
 STALLING = (0.3, 1.0, 1.4, 2.0, 3.0, 5.0)
 """Friction over the square of the remanence at which longer chains are looked at [1/T²]."""
@@ -92,9 +91,9 @@ class Met(NamedTuple):
         return sum(degree > HOLDS for degree in self.degrees.values())
 
     @property
-    def rank(self) -> tuple[float, float]:
-        """What better ones have more of, for the few releases of a first look."""
-        return (sum(self.degrees.values()), float(self.holding))
+    def total(self) -> float:
+        """The sum of all degrees, which few releases tell better than how many hold."""
+        return sum(self.degrees.values())
 
 
 Entry = tuple[Point, Candidate]
@@ -200,21 +199,21 @@ class Found(NamedTuple):
         return sum(met.holding for met in self.parts)
 
     @property
-    def rank(self) -> tuple[float, ...]:
-        """What better points have more of."""
-        return tuple(np.sum([met.rank for met in self.parts], axis=0).tolist())
+    def total(self) -> float:
+        """The sum of all degrees."""
+        return sum(met.total for met in self.parts)
 
 
 Scores = dict[tuple[Point, int], list[tuple[Candidate, Met]]]
 
 
 def best_points(scores: Scores, longer: Mapping[Point, Met]) -> list[Found]:
-    """Return what is best at each point, the best points first."""
+    """Return what is best at each point."""
     made: list[Found] = []
     for point in dict.fromkeys(point for point, _ in scores):
         best = {number: scores[point, number][0] for number in NUMBERS}
         made.append(Found(point, best, longer[point]))
-    return sorted(made, key=lambda each: each.rank, reverse=True)
+    return made
 
 
 def search(state: Path, progress: Progress) -> list[list[Found]]:
@@ -262,9 +261,14 @@ def _round(
     scores: Scores = defaultdict(list)
     for (point, candidate), each in zip(entries, met, strict=True):
         scores[point, candidate.number].append((candidate, each))
+    last = number == len(ROUNDS)
+
+    def rank(each: Met | Found) -> tuple[float, float]:
+        return (each.holding, each.total) if last else (each.total, each.holding)
+
     for each in scores.values():
-        each.sort(key=lambda pair: pair[1].rank, reverse=True)
-    return best_points(scores, longer), scores
+        each.sort(key=lambda pair: rank(pair[1]), reverse=True)
+    return sorted(best_points(scores, longer), key=rank, reverse=True), scores
 
 
 def of_today(point: Point, state: Path | None, tell: Tell) -> Found:
@@ -319,31 +323,51 @@ def stalling() -> list[Row]:
         base = scene_at(point, "free")
         shipped = [base.replace(sequence=today(k)) for k in NUMBERS]
         for k, each in zip(NUMBERS, _released(shipped, 32, None, _quiet), strict=True):
-            (word, status), share = next(iter(each.outcomes.items()))
-            row[f"sequence {k}"] = f"{word} {status} {100 * share.rate:.0f} %"
+            word, share = next(iter(each.words.items()))
+            row[f"sequence {k}"] = f"{word} {100 * share.rate:.0f} %"
         made.append(row)
     return made
 
 
+def counted() -> list[Row]:
+    """Return how many sequences meet what is said of energies, with the shipped geometry."""
+    made: list[Row] = []
+    for number in NUMBERS:
+        found = candidates(SHIPPED.side, SHIPPED.inset, number)
+        named = ENERGIES[number]
+        made.append({"sequence": number, "meets": "table 1 and figure 7", "count": len(found)})
+        for name, text in named.items():
+            count = sum(each.energies[name] for each in found)
+            made.append({"sequence": number, "meets": text, "count": count})
+        count = sum(all(each.energies.values()) for each in found)
+        made.append({"sequence": number, "meets": "all", "count": count})
+    return made
+
+
+TABLES: dict[str, Callable[[], list[Row]]] = {"chains": stalling, "candidates": counted}
+
+
 def main(
     *,
-    chains_only: Annotated[
-        bool, typer.Option("--chains", help="Only show over friction what longer chains do.")
-    ] = False,
+    show: Annotated[
+        str | None,
+        typer.Option(help=f"Search nothing, show one of {', '.join(TABLES)}."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder; a killed run goes on in it.")] = Path(
         "runs/paper-search"
     ),
 ) -> None:
     """Search, and write what is best and what today's sequences meet to a file."""
-    if chains_only:
-        Console().print(rich_table(Table("Released free: what is folded", stalling())))
+    if show is not None:
+        if show not in TABLES:
+            raise typer.BadParameter(f"{show!r} is not allowed; must be one of {', '.join(TABLES)}")
+        typer.echo(to_csv(TABLES[show]()), nl=False)
         return
     with Progress() as progress:
         rounds = search(out / "state", progress)
-        last = sorted(rounds[-1], key=lambda each: each.holding, reverse=True)
         names = {"shipped": SHIPPED, "strong": STRONG}
         rows = {name: record(of_today(point, None, _quiet)) for name, point in names.items()}
-    rows |= {f"best {k}": record(each) for k, each in enumerate(last, start=1)}
+    rows |= {f"best {k}": record(each) for k, each in enumerate(rounds[-1], start=1)}
     summary = [[record(each) for each in found] for found in rounds]
     text = json.dumps({"statements": said(), "found": rows, "rounds": summary}, indent=1)
     write_text(out / "search.json", text + "\n")
