@@ -4,6 +4,7 @@ import json as jsons
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict
+from itertools import product
 from typing import Annotated, Any, cast
 
 import typer
@@ -107,8 +108,9 @@ def one_by_one_table(scene: Scene, feeds: Sequence[minimiser.Minimum]) -> Table:
     """
     from magfold_env.paper.quoted import TABLE_1  # noqa: PLC0415 - for this table only
 
-    numbers = (k for k in TABLE_1 if scene.sequence == load_scene(f"paper/sequence-{k}").sequence)
-    number = next(numbers, None)
+    known = product(("sequence", "alternative"), TABLE_1)
+    shipped = {load_scene(f"paper/{name}-{k}").sequence: k for name, k in known}
+    number = shipped.get(scene.sequence)
     title, columns = "Component-by-component search", ["direction", "word", "energy", "conflicts"]
     names: dict[str, str] = {}
     if number is not None:

@@ -53,6 +53,8 @@ SHIPPED = Point(0.0125, 0.0005, 0.35 / 0.6**2, 0.05 / 0.6)
 """`paper/sequence-k`, fed as in `laws.experiment`."""
 STRONG = Point(0.0125, 0.0005, 0.1 / 1.2**2, 0.05 / 1.2)
 """`paper/sequence-k-strong`, fed as in `laws.experiment`."""
+ALTERNATIVE = Point(0.0125, 0.0005, 0.35 / 0.8**2, 0.32 / 0.8)
+"""`paper/alternative-k`, with its own speed of feed."""
 
 GEOMETRIES = ((0.0125, 0.0005), (0.015, 0.0005))
 RATIOS = (0.05, 0.2, 0.7, 1.3)
@@ -126,9 +128,9 @@ def candidates(side: float, inset: float, number: int) -> list[Candidate]:
     return [found[k] for k in order]
 
 
-def today(number: int) -> tuple[str, ...]:
-    """Return the shipped sequence, or it with all poles swapped, so that the first face is N."""
-    sequence = load_scene(f"paper/sequence-{number}").sequence
+def today(number: int, name: str = "sequence") -> tuple[str, ...]:
+    """Return a shipped sequence, or it with all poles swapped, so that the first face is N."""
+    sequence = load_scene(f"paper/{name}-{number}").sequence
     swap = str.maketrans("NS", "SN")
     return sequence if sequence[0][0] == "N" else tuple(c.translate(swap) for c in sequence)
 
@@ -271,15 +273,37 @@ def _round(
     return sorted(best_points(scores, longer), key=rank, reverse=True), scores
 
 
-def of_today(point: Point, state: Path | None, tell: Tell) -> Found:
-    """Judge the shipped sequences at a point, as often as in the last round."""
+def of_shipped(point: Point, name: str = "sequence") -> Found:
+    """Judge shipped sequences at a point, as often as in the last round."""
     mine = [
-        next(c for c in candidates(point.side, point.inset, k) if c.sequence == today(k))
+        next(c for c in candidates(point.side, point.inset, k) if c.sequence == today(k, name))
         for k in NUMBERS
     ]
-    met = judge([(point, each) for each in mine], ROUNDS[-1].runs, state, tell)
+    met = judge([(point, each) for each in mine], ROUNDS[-1].runs, None, _quiet)
     best = {each.number: (each, its) for each, its in zip(mine, met, strict=True)}
-    return Found(point, best, chains([point], state, tell)[point])
+    return Found(point, best, chains([point], None, _quiet)[point])
+
+
+def shipped() -> dict[str, Found]:
+    """Judge all shipped sequences with what they are shipped with."""
+    return {
+        "sequence-k": of_shipped(SHIPPED),
+        "sequence-k-strong": of_shipped(STRONG),
+        "alternative-k": of_shipped(ALTERNATIVE, "alternative"),
+    }
+
+
+def compared() -> list[Row]:
+    """Return to which degree the shipped scenes meet each statement."""
+    rows = {name: record(found)["degrees"] for name, found in shipped().items()}
+    table: list[Row] = [
+        {"statement": key, "said": text, **{name: each[key] for name, each in rows.items()}}
+        for key, text in said().items()
+    ]
+    met: Row = {"statement": f"more than {HOLDS:g}", "said": "how many are met"}
+    for name, each in rows.items():
+        met[name] = sum(degree > HOLDS for degree in each.values())
+    return [*table, met]
 
 
 def _quiet(made: int, total: int) -> None:
@@ -344,7 +368,11 @@ def counted() -> list[Row]:
     return made
 
 
-TABLES: dict[str, Callable[[], list[Row]]] = {"chains": stalling, "candidates": counted}
+TABLES: dict[str, Callable[[], list[Row]]] = {
+    "chains": stalling,
+    "candidates": counted,
+    "shipped": compared,
+}
 
 
 def main(
@@ -365,8 +393,7 @@ def main(
         return
     with Progress() as progress:
         rounds = search(out / "state", progress)
-        names = {"shipped": SHIPPED, "strong": STRONG}
-        rows = {name: record(of_today(point, None, _quiet)) for name, point in names.items()}
+        rows = {name: record(found) for name, found in shipped().items()}
     rows |= {f"best {k}": record(each) for k, each in enumerate(rounds[-1], start=1)}
     summary = [[record(each) for each in found] for found in rounds]
     text = json.dumps({"statements": said(), "found": rows, "rounds": summary}, indent=1)

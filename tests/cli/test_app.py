@@ -112,9 +112,11 @@ def test_what_is_not_an_option_is_no_traceback_either() -> None:
 @pytest.mark.parametrize(
     ("number", "forward", "backward"), [(1, "S1A", "S1C"), (2, "S2B", "S2B"), (3, "S3A", "S3A")]
 )
-@pytest.mark.parametrize("kind", ["", "-literal", "-strong"])
-def test_minimise_shows_table_1(number: int, forward: str, backward: str, kind: str) -> None:
-    result = run("minimise", f"paper/sequence-{number}{kind}")
+@pytest.mark.parametrize(
+    "name", ["sequence-{}", "sequence-{}-literal", "sequence-{}-strong", "alternative-{}"]
+)
+def test_minimise_shows_table_1(number: int, forward: str, backward: str, name: str) -> None:
+    result = run("minimise", f"paper/{name.format(number)}")
     assert result.exit_code == 0
     found = {row[0]: row for row in rows(result.stdout)}
     assert found["forward"][-2:] == [forward, forward]

@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 from rich.progress import Progress
 
+from magfold_env.laws.experiment import SPEED
 from magfold_env.paper import search
 from magfold_env.paper.candidates import Candidate
-from magfold_env.paper.search import SHIPPED, STRONG, Round
+from magfold_env.paper.search import ALTERNATIVE, SHIPPED, STRONG, Round
 from magfold_env.paper.states import names
 from magfold_env.scene import load_scene
 
@@ -51,11 +52,20 @@ def test_rounds_keep_what_is_best_and_go_on(
     assert [search.record(each) for each in again[1]] == [row]
 
 
-@pytest.mark.parametrize(("point", "kind"), [(SHIPPED, ""), (STRONG, "-strong")])
-def test_points_are_those_of_the_shipped_scenes(point: search.Point, kind: str) -> None:
-    scene = load_scene(f"paper/sequence-1{kind}")
+@pytest.mark.parametrize(
+    ("point", "name", "speed"),
+    [
+        (SHIPPED, "sequence-1", SPEED),
+        (STRONG, "sequence-1-strong", SPEED),
+        (ALTERNATIVE, "alternative-1", 0.32),
+    ],
+)
+def test_points_are_those_of_the_shipped_scenes(
+    point: search.Point, name: str, speed: float
+) -> None:
+    scene = load_scene(f"paper/{name}")
     at = search.scene_at(point, "forward")
     assert scene.magnets is not None
     assert scene.magnets.remanence == pytest.approx((scene.friction / at.friction) ** 0.5)
-    assert at.feed.speed * (scene.friction / at.friction) ** 0.5 == pytest.approx(0.05)
+    assert at.feed.speed * (scene.friction / at.friction) ** 0.5 == pytest.approx(speed)
     assert at.casing == scene.casing

@@ -41,6 +41,15 @@ def test_paper_scenes(number: int) -> None:
     assert strong == built.replace(magnets={"remanence": 1.2}, friction=0.1)
 
 
+@pytest.mark.parametrize("number", PAPER)
+def test_alternatives_are_other_sequences_of_the_same_device(number: int) -> None:
+    built = mf.load_scene(f"paper/sequence-{number}")
+    other = mf.load_scene(f"paper/alternative-{number}")
+    assert other.sequence != built.sequence
+    changes = {"magnets": {"remanence": 0.8}, "feed": {"speed": 0.32}}
+    assert other == built.replace(sequence=other.sequence, **changes)
+
+
 def test_pendulum_scene_has_nothing_but_gravity() -> None:
     scene = mf.load_scene("pendulum-3")
     assert (scene.n, scene.magnets, scene.friction, scene.contact) == (3, None, 0.0, False)
