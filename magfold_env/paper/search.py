@@ -1,4 +1,4 @@
-"""What of the text can be met at once: ``python -m magfold_env.paper.search`` (a quarter of an hour).
+"""What of the text can be met at once: ``python -m magfold_env.paper.search``, in a quarter hour.
 
 Sequences that meet what is said of energies are released, over geometries, friction and speeds of
 feed, few times each at first; what meets most is released more often (successive halving). All is
