@@ -181,10 +181,9 @@ def _mostly_s3a(bars: list[Row], mode: str) -> Claim:
     others = [row for row in mine if (row["word"], row["status"]) != (goal, FOLDED)]
     listed = ", ".join(f"{_rated(row)} {row['status']}" for row in others)
     folds = {row["word"] for row in select(mine, status=FOLDED)}
-    wrong = [row for row in others if not _lacks_joints(str(row["word"]), goal)]
+    apart = {str(row["word"]): _first_apart(str(row["word"]), goal) for row in others}
     astray = ", ".join(
-        f"{row['word']} has turned joint {_first_apart(str(row['word']), goal)} away from it"
-        for row in wrong
+        f"{word} has turned joint {joint} away from it" for word, joint in apart.items() if joint
     )
     return Claim.unless(
         f"sequence 3, {mode}: most often S3A, else a misfold.",
@@ -198,13 +197,8 @@ def _rated(row: Row) -> str:
     return f"{row['word']} {_per_cent(float(row['probability']))}"
 
 
-def _lacks_joints(word: str, goal: str) -> bool:
-    """Whether a word turns no joint in another way than a goal."""
-    return on_the_way(word, goal, range(1, len(goal) + 1))
-
-
 def _first_apart(word: str, goal: str) -> int:
-    """Return the number of the first joint that is turned, and otherwise than in a goal."""
+    """Return the number of the first joint that is turned, and otherwise than in a goal; else 0."""
     pairs = enumerate(zip(word, goal, strict=True), start=1)
     return next((joint for joint, (a, b) in pairs if a not in ("S", b)), 0)
 
