@@ -75,6 +75,22 @@ def test_a_feed_against_a_wall_jams() -> None:
     assert np.abs(fold.joint_angles).max() < 1e-9
 
 
+def test_a_drive_that_never_gives_way_fails_where_nothing_else_can() -> None:
+    wall = mf.Rectangle(position=(3.0 * DIAGONAL, 0.0), size=(0.004, 0.1))
+    scene = mf.Scene(
+        sequence=("----",) * 4,
+        magnets=None,
+        mount="tube",
+        obstacles=(wall,),
+        start_angle_spread=0.0,
+    )
+    fold = mf.simulate(scene.replace(feed={"force_limit": None}))
+    assert fold.status is mf.FoldStatus.FAILED
+    assert "forces not found" in fold.message
+    assert fold.base[0] == pytest.approx(3.0 * DIAGONAL - 0.002, abs=2e-5)
+    assert np.isfinite(fold.push_peak)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_nothing_enters_a_chamber(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -541,13 +541,22 @@ def spread(
 @kernel
 def kinetic(lo: int, model: Model, state: State, work: Work) -> tuple[float, float]:
     """Kinetic energy of the chain [J], and its momentum along the tube [N·s]; finds the pose."""
-    bodies, centres, v = model.bodies, work.centres, state.v
-    place_all(lo, model, state.q, work.pose)
+    energy = kinetic_of(lo, model, work, state.q, state.v)
+    along = momentum_along(lo, model, work, state.v)
+    for i in range(lo):
+        along += model.bodies.mass[i] * state.v[model.n]
+    return energy, along
+
+
+@kernel
+def kinetic_of(lo: int, model: Model, work: Work, q: Array, v: Array) -> float:
+    """Kinetic energy of a chain in such a state [J]; finds the pose and the centres' velocities."""
+    bodies, centres = model.bodies, work.centres
+    place_all(lo, model, q, work.pose)
     articulated.centre_velocities(lo, bodies, work.pose, v, centres.vx, centres.vy)
-    energy, along = 0.0, 0.0
+    energy = 0.0
     for i in range(model.n):
         vx = centres.vx[i] if i >= lo else v[model.n]
         vy = centres.vy[i] if i >= lo else v[model.n + 1]
         energy += bodies.mass[i] * (vx * vx + vy * vy) + bodies.inertia[i] * v[i] * v[i]
-        along += bodies.mass[i] * vx
-    return 0.5 * energy, along
+    return 0.5 * energy

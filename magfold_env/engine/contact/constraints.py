@@ -79,7 +79,9 @@ def begin_step(model: Model, state: State, work: Work) -> int:
             copy(state.v, work.stages.new_v, 0)
         solved, impulse = collide(lo, rows, model, state, work)
         if driven and approaches(lo, rows, state.v, work, WEDGED * abs(speed) + SHUT):
-            # In line with what it meets a chain cannot give way: only the drive can.
+            # In line with what it meets a chain cannot give way: only the drive can, if it may.
+            if math.isinf(model.force_limit):
+                return UNSOLVED
             impulse = math.copysign(math.inf, speed)
         if driven and (not solved or feed.is_too_much(model, state, impulse)):
             # A drive that gives way: what it carries takes part in the impact.
