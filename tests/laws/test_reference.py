@@ -10,6 +10,7 @@ import pytest
 from magfold_env.scene import load_scene
 from magfold_env.simulation.simulate import simulate
 from tests.reference import simulation as reference
+from tests.reference.scenes import among_obstacles, there_and_back
 from tests.reference.simulation_kernels import SLOW, run
 
 pytestmark = pytest.mark.laws
@@ -19,12 +20,16 @@ def compare(number, direction, seed, step, after):
     scene = load_scene(f"paper/sequence-{number}")
     if direction != "free":
         scene = scene.replace(mount="tube", feed={"direction": direction, "speed": 0.05})
-    scene = scene.draw(np.random.default_rng(seed))
+    compare_scene(scene.draw(np.random.default_rng(seed)), step, after)
+
+
+def compare_scene(scene, step, after, hard=1.0):
     fold = simulate(scene, frame_rate=240.0)
-    slow = reference.simulate(scene, step=step, after=after)
-    assert slow.speed < SLOW  # at rest but for the creep
-    assert slow.word == fold.word
-    assert np.diff(slow.angles[-1]) == pytest.approx(fold.joint_angles, abs=0.01)
+    assert abs(fold.push_peak) < scene.feed.force_limit  # the reference's drive never slips
+    slow = reference.simulate(scene, step=step, after=after, hard=hard)
+    assert slow.speed < 3.0 * SLOW  # at rest but for the creep
+    assert (slow.word, slow.inside) == (fold.word, fold.in_tube)
+    assert np.diff(slow.angles[-1]) == pytest.approx(fold.joint_angles, abs=0.015)
     path = fold.trajectory
     assert path is not None
     joints = np.diff(slow.angles, axis=1).T
@@ -38,6 +43,11 @@ def test_a_free_fold_agrees(monkeypatch):
     # Its outermost loop takes longer to compile than Python takes to run it once.
     monkeypatch.setattr(reference, "run", getattr(run, "py_func", run))
     compare(2, "free", 0, 5e-5, 0.15)
+
+
+def test_a_fold_that_is_held_again_agrees(monkeypatch):
+    monkeypatch.setattr(reference, "run", getattr(run, "py_func", run))
+    compare_scene(there_and_back(100), 1e-4, 0.2)
 
 
 @pytest.mark.slow
@@ -56,3 +66,25 @@ def test_free_folds_agree(number, seed):
 def test_tube_feeds_agree(number, direction):
     """Sequence 2 in forward feed among them: both engines misfold it as LRRSL."""
     compare(number, direction, 0, 2e-5, 0.2)
+
+
+# Open: same word, but friction stops joint 3 at 0.771 here, at 0.723 to 0.693 rad in the reference
+# with steps of 40 and 20 µs. The cause is not found.
+APART = pytest.param(72, marks=pytest.mark.xfail(reason="joint 3 ends 0.05 to 0.08 rad apart"))
+
+
+# The first numbers in which the drive does not slip and, pulled back, something is held again. No
+# end of theirs hangs on 1e-6 rad.
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [0, 1, 2, 3, 13, 5, 6, 7, 8, 29])
+def test_folds_among_obstacles_agree(number):
+    """Number 5 ends with a casing wedged between two others, which needs the harder springs."""
+    compare_scene(among_obstacles(number), 4e-5, 0.3, hard=10.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [22, 39, APART, 93, 100, 105, 109, 148, 186, 207])
+def test_feeds_that_turn_back_agree(number):
+    compare_scene(there_and_back(number), 4e-5, 0.3, hard=10.0)

@@ -1,10 +1,11 @@
 """A second, slow simulator: other coordinates of the same physics, and none of the engine's code.
 
-Dense mass matrix; every pole face a fixed row of Gauss nodes; joint stops and squares as stiff
-springs with so much damping that nothing bounces; floor friction smoothed below a small speed. One
-linearly implicit Euler step a time: of first order, but stiffness costs it nothing. It has no
-events, no complementarity problem and no sticking, so it shares no weakness with the engine; its
-overlaps (about 1e-3 of the side) and its creep (below ``SLOW``) are its price.
+Dense mass matrix; every pole face a fixed row of Gauss nodes; joint stops, squares, obstacles and
+the tube's walls as stiff springs with so much damping that nothing bounces; floor friction smoothed
+below a small speed. One linearly implicit Euler step a time: of first order, but stiffness costs it
+nothing. It has no events, no complementarity problem and no sticking, so it shares no weakness with
+the engine; its overlaps (about 1e-3 of the side) and its creep (below ``SLOW``) are its price. The
+feed may turn back and hold components again, by the rules of docs/tube.md; its drive never slips.
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ class Run:
     time: np.ndarray
     angles: np.ndarray
     word: str
+    inside: int
+    """Components that the tube holds at the end."""
     speed: float
     """Largest speed of a component at the end [m/s]."""
 
@@ -71,8 +74,27 @@ def magnets_of(scene: Scene, nodes: int = NODES) -> tuple[np.ndarray, np.ndarray
     return places, letters @ shares, float(np.max(scene.magnets.height))
 
 
-def simulate(scene: Scene, *, step: float = 1e-5, after: float = 0.6, walls: bool = True) -> Run:
-    """Simulate a concrete scene with `strips` magnets, to ``after`` seconds beyond the release."""
+def solids_of(scene: Scene, *, walls: bool = True) -> np.ndarray:
+    """The obstacles and the tube's walls: centres, directions and half their sizes, (k, 6)."""
+    solids = [
+        (*each.position, np.cos(each.heading), np.sin(each.heading), *np.divide(each.size, 2.0))
+        for each in scene.obstacles
+    ]
+    if scene.mount == "tube" and walls:  # a metre long
+        middle = (scene.bore + scene.feed.wall) / 2
+        solids += [(-0.5, y, 1.0, 0.0, 0.5, scene.feed.wall / 2) for y in (-middle, middle)]
+    return np.array(solids).reshape(-1, 6)
+
+
+def simulate(
+    scene: Scene, *, step: float = 1e-5, after: float = 0.6, walls: bool = True, hard: float = 1.0
+) -> Run:  # fmt: skip
+    """Simulate a concrete scene with `strips` magnets.
+
+    It goes on to ``after`` seconds beyond the last release, or the end of the feed's schedule. A
+    schedule must have legs of time, and its drive never slips. Springs are so many
+    times as ``hard``.
+    """
     forward = scene.mount == "tube" and scene.feed.direction == "forward"
     n = scene.n
     nodes, charges, height = magnets_of(scene)
@@ -88,16 +110,19 @@ def simulate(scene: Scene, *, step: float = 1e-5, after: float = 0.6, walls: boo
     else:
         assert scene.start_angles is not None
         headings = np.concatenate([[0.0], np.cumsum(scene.start_angles)])
-    speed = scene.speeds[0] if tube else 0.0
-    times, angles, left = run(
-        np.concatenate([headings, [0.0, tip]]), n if tube else 0, speed, masses, inertias,
+    legs = np.array([[np.inf, scene.speeds[0]]])
+    if scene.feed.schedule is not None:
+        assert scene.feed.schedule.time is not None
+        legs = np.array(scene.feed.schedule.time)
+    times, angles, inside, left = run(
+        np.concatenate([headings, [0.0, tip]]), n if tube else 0, legs, masses, inertias,
         scene.casing.side, nodes, np.ascontiguousarray(charges), height,
         scene.friction * scene.gravity.normal, 0.3826 * scene.casing.side,
-        scene.bore / 2 if walls else 1.0, scene.feed.wall, step, after,
+        solids_of(scene, walls=walls), hard, step, after,
     )  # fmt: skip
     if forward:
         angles = angles[:, ::-1] + np.pi
-    return Run(times, angles, angles_to_word(np.diff(angles[-1])), left)
+    return Run(times, angles, angles_to_word(np.diff(angles[-1])), inside, left)
 
 
 class Loading:
@@ -156,6 +181,5 @@ class Loading:
                 self._q, self._v, 0, self._n + (0 if scene.mount == "pinned" else 2), STEP,
                 scene.masses, scene.inertias, scene.casing.side, *self._magnets,
                 grip * scene.friction * scene.gravity.normal, 0.3826 * scene.casing.side,
-                scene.bore / 2 if scene.mount == "tube" else 1.0, scene.feed.wall,
-                CREEP, ROUNDS, TIGHT, radius, HARD, now * load, held - 1, place,
+                solids_of(scene), CREEP, ROUNDS, TIGHT, radius, HARD, now * load, held - 1, place,
             )  # fmt: skip

@@ -12,6 +12,7 @@ from numba import njit
 SLOW = 1e-5  # [m/s] friction is smooth below it
 STIFFNESS = 50.0  # of a joint stop [N m/rad]
 DAMPING = 0.05  # of a joint stop [N m s/rad]
+STRAIGHT = 0.2  # [rad] of the heading of a component that is held again
 SHRINK = 5e-4  # squares are this share smaller, so that stops, not corners, hold a folded chain
 
 
@@ -106,11 +107,12 @@ def _near(cx, cy, c, s, a, b, px, py, reach):
 
 
 @njit(cache=True)
-def _rows(q, n, lo, d, side, x, y, half_bore, wall, shrink, radius, rows, depth, kind):
+def _rows(q, n, lo, d, side, x, y, solids, shrink, radius, rows, depth, kind):
     """Rows of everything that touches; returns their number.
 
     Squares are by the share ``shrink`` smaller, and their corners are rounded where they meet
-    each other.
+    each other. Free ones meet the rectangles that stand, ``solids`` (k, 6): the centre, the
+    direction's cosine and sine, and half the lengths along it and across.
     """
     count = 0
     for k in range(max(lo, 1), n):
@@ -145,24 +147,26 @@ def _rows(q, n, lo, d, side, x, y, half_bore, wall, shrink, radius, rows, depth,
                     _point_row(rows[count], q, n, lo, d, x, y, i, px, py, -nx, -ny)
                     depth[count], kind[count] = over, 1
                     count += 1
-        if half_bore > 0.5 or i < lo or x[i] > d:
+        if i < lo:
             continue
-        for e in (-1.0, 1.0):
-            wy = e * (half_bore + wall / 2)
-            for corner in range(4):
-                a = q[i] + corner * np.pi / 2
-                px = x[i] + half * np.sqrt(2.0) * np.cos(a)
-                py = y[i] + half * np.sqrt(2.0) * np.sin(a)
-                over, nx, ny = _inside(-0.5, wy, 1.0, 0.0, 0.5, wall / 2, px, py)
+        for k in range(len(solids)):
+            cx, cy, c, s = solids[k, 0], solids[k, 1], solids[k, 2], solids[k, 3]
+            a, b = solids[k, 4], solids[k, 5]
+            u, w = c * (x[i] - cx) + s * (y[i] - cy), c * (y[i] - cy) - s * (x[i] - cx)
+            if abs(u) > a + d or abs(w) > b + d:
+                continue
+            for corner in range(4):  # of i in the rectangle, and of the rectangle in i
+                turn = q[i] + corner * np.pi / 2
+                px = x[i] + half * np.sqrt(2.0) * np.cos(turn)
+                py = y[i] + half * np.sqrt(2.0) * np.sin(turn)
+                over, nx, ny = _inside(cx, cy, c, s, a, b, px, py)
                 if over > 0.0 and count < rows.shape[0]:
                     rows[count, :] = 0.0
                     _point_row(rows[count], q, n, lo, d, x, y, i, px, py, nx, ny)
                     depth[count], kind[count] = over, 1
                     count += 1
-                py = e * (half_bore + (wall if corner % 2 else 0.0))
-                px = 0.0
-                if corner > 1:
-                    continue
+                along, across = a if corner % 2 else -a, b if corner > 1 else -b
+                px, py = cx + c * along - s * across, cy + s * along + c * across
                 over, nx, ny = _inside(x[i], y[i], ci, si, half, half, px, py)
                 if over > 0.0 and count < rows.shape[0]:
                     rows[count, :] = 0.0
@@ -174,7 +178,7 @@ def _rows(q, n, lo, d, side, x, y, half_bore, wall, shrink, radius, rows, depth,
 
 @njit(cache=True)
 def step(
-    q, v, lo, last, h, masses, inertias, side, nodes, charges, height, grip, arm, half_bore, wall,
+    q, v, lo, last, h, masses, inertias, side, nodes, charges, height, grip, arm, solids,
     slow, rounds, shrink, radius, hard, load, held, place,
 ):  # fmt: skip
     """Advance q and v by h; returns the largest speed before.
@@ -216,7 +220,7 @@ def step(
             k, c = 4 * stiffness / (d * d), 4 * damping / (d * d)
             mass += h * (c + h * k) * np.outer(row, row)
             rhs += h * k * gap * row
-    count = _rows(q, n, lo, d, side, x, y, half_bore, wall, shrink, radius, rows, depth, kind)
+    count = _rows(q, n, lo, d, side, x, y, solids, shrink, radius, rows, depth, kind)
     active = np.zeros(count, dtype=np.bool_)
     new = v.copy()
     for turn in range(rounds):
@@ -261,34 +265,114 @@ def step(
 
 
 @njit(cache=True)
+def _velocities(q, v, lo, side):
+    """Velocities of the centres, (n,) and (n,) [m/s]; what is held goes along with the base."""
+    n = q.size - 2
+    d = side * np.sqrt(2.0)
+    x, y = _centres(q, n, lo, d)
+    vx, vy = np.full(n, v[n]), np.full(n, v[n + 1])
+    row = np.zeros(n + 2)
+    for i in range(lo, n):
+        row[:] = 0.0
+        _point_row(row, q, n, lo, d, x, y, i, x[i], y[i], 1.0, 0.0)
+        vx[i] = np.dot(row, v)
+        row[:] = 0.0
+        _point_row(row, q, n, lo, d, x, y, i, x[i], y[i], 0.0, 1.0)
+        vy[i] = np.dot(row, v)
+    return vx, vy
+
+
+@njit(cache=True)
+def _jolt(q, v, lo, masses, inertias, side, vx, vy):
+    """Let the free components turn so that their velocities are nearest to those before.
+
+    Those of the centres were ``vx`` and ``vy``, and ``v`` has the rates then and the base's
+    velocity now. A difference counts with the mass, that of a rate with the moment of inertia.
+    """
+    n = q.size - 2
+    d = side * np.sqrt(2.0)
+    x, y = _centres(q, n, lo, d)
+    mass, rhs = np.zeros((n + 2, n + 2)), np.zeros(n + 2)
+    for i in range(lo, n):
+        jx, jy = np.zeros(n + 2), np.zeros(n + 2)
+        _point_row(jx, q, n, lo, d, x, y, i, x[i], y[i], 1.0, 0.0)
+        _point_row(jy, q, n, lo, d, x, y, i, x[i], y[i], 0.0, 1.0)
+        mass += masses[i] * (np.outer(jx, jx) + np.outer(jy, jy))
+        mass[i, i] += inertias[i]
+        rhs += masses[i] * ((vx[i] - v[n]) * jx + (vy[i] - v[n + 1]) * jy)
+        rhs[i] += inertias[i] * v[i]
+    v[:lo] = 0.0
+    if lo < n:
+        v[lo:n] = np.linalg.solve(np.ascontiguousarray(mass[lo:n, lo:n]), rhs[lo:n])
+
+
+@njit(cache=True)
 def run(
-    q, lo, speed, masses, inertias, side, nodes, charges, height, grip, arm, half_bore, wall,
-    longest, after,
+    q, lo, legs, masses, inertias, side, nodes, charges, height, grip, arm, solids, hard, longest,
+    after,
 ):  # fmt: skip
-    """Frames' times and headings, and the largest speed at the end; arguments as `simulate` has."""
+    """Frames' times and headings, how many are held and the largest speed, at the end.
+
+    The feed's ``legs`` (k, 2) are times [s] and speeds [m/s]; else arguments as `simulate` has.
+    """
     n = masses.size
     d = side * np.sqrt(2.0)
     v = np.zeros(n + 2)
-    v[n] = speed
     none, nowhere = np.zeros((n, 3)), np.zeros(3)
     times, angles = [0.0], [q[:n].copy()]
-    t, released, next_frame, fastest = 0.0, 0.0, 0.0, 0.0
-    while lo > 0 or t < released + after:
-        h = longest
-        if lo > 0:
-            h = min(h, max((d * np.cos(q[lo - 1]) - q[n]) / speed, 1e-12))
+    t, gone, next_frame, fastest = 0.0, 0.0, 0.0, 0.0
+    leg, leg_end, end = -1, 0.0, after if lo == 0 else np.inf
+    while t < end:
+        if lo > 0 and t >= leg_end - 1e-12 and leg < len(legs):
+            leg += 1
+            speed = 0.0
+            if leg < len(legs):
+                speed = legs[leg, 1]
+                leg_end += legs[leg, 0]
+            else:
+                end = t + after
+            if speed < 0.0 and gone <= 1e-12:
+                speed = 0.0
+            vx, vy = _velocities(q, v, lo, side)
+            v[n] = speed
+            _jolt(q, v, lo, masses, inertias, side, vx, vy)
+        # To where something happens to the base: a release, a whole diagonal inside, the stop.
+        h = min(longest, end - t)
+        inside = 0
+        if lo > 0 and leg < len(legs):
+            h = min(h, leg_end - t)
+        if lo > 0 and v[n] > 0.0:
+            h = min(h, (d * np.cos(q[lo - 1]) - q[n]) / v[n])
+        if lo > 0 and v[n] < 0.0:
+            inside = max(1, int(np.floor((1e-12 - q[n]) / d)) + 1)
+            h = min(h, (q[n] + inside * d) / -v[n], gone / -v[n])
+        h = max(h, 1e-12)
         # While the tube feeds the base has its own law.
         fastest = step(
             q, v, lo, n if lo > 0 else n + 2, h, masses, inertias, side, nodes, charges, height,
-            grip, arm, half_bore, wall, SLOW, 1, SHRINK, 0.0, 1.0, none, -1, nowhere,
+            grip, arm, solids, SLOW, 1, SHRINK, 0.0, hard, none, -1, nowhere,
         )  # fmt: skip
         t += h
-        if lo > 0 and q[n] >= d * np.cos(q[lo - 1]) - 1e-13:
+        gone += h * v[n]
+        if lo > 0 and v[n] > 0.0 and q[n] >= d * np.cos(q[lo - 1]) - 1e-13:
             lo -= 1
             q[n] -= d * np.cos(q[lo])
             q[n + 1] -= d * np.sin(q[lo])
             v[lo] = 0.0
-            released = t
+            if lo == 0:
+                end = t + after
+        if lo > 0 and v[n] < 0.0:
+            arrived = q[n] <= -inside * d + 1e-12
+            while arrived and lo < n and q[n] <= -d + 1e-12 and abs(q[lo]) <= STRAIGHT:
+                vx, vy = _velocities(q, v, lo, side)
+                q[n] += d * np.cos(q[lo])
+                q[n + 1] += d * np.sin(q[lo])
+                lo += 1
+                _jolt(q, v, lo, masses, inertias, side, vx, vy)
+            if gone <= 1e-12:
+                vx, vy = _velocities(q, v, lo, side)
+                v[n] = 0.0
+                _jolt(q, v, lo, masses, inertias, side, vx, vy)
         if t >= next_frame:
             times.append(t)
             angles.append(q[:n].copy())
@@ -298,4 +382,4 @@ def run(
     stacked = np.zeros((len(angles), n))
     for f in range(len(angles)):
         stacked[f] = angles[f]
-    return np.array(times), stacked, fastest
+    return np.array(times), stacked, lo, fastest
