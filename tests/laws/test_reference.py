@@ -23,13 +23,13 @@ def compare(number, direction, seed, step, after):
     compare_scene(scene.draw(np.random.default_rng(seed)), step, after)
 
 
-def compare_scene(scene, step, after, hard=1.0):
+def compare_scene(scene, step, after, hard=1.0, within=0.01, creep=SLOW):
     fold = simulate(scene, frame_rate=240.0)
     assert abs(fold.push_peak) < scene.feed.force_limit  # the reference's drive never slips
     slow = reference.simulate(scene, step=step, after=after, hard=hard)
-    assert slow.speed < 3.0 * SLOW  # at rest but for the creep
+    assert slow.speed < creep  # at rest but for the creep
     assert (slow.word, slow.inside) == (fold.word, fold.in_tube)
-    assert np.diff(slow.angles[-1]) == pytest.approx(fold.joint_angles, abs=0.015)
+    assert np.diff(slow.angles[-1]) == pytest.approx(fold.joint_angles, abs=within)
     path = fold.trajectory
     assert path is not None
     joints = np.diff(slow.angles, axis=1).T
@@ -73,18 +73,15 @@ def test_tube_feeds_agree(number, direction):
 APART = pytest.param(72, marks=pytest.mark.xfail(reason="joint 3 ends 0.05 to 0.08 rad apart"))
 
 
-# The first numbers in which the drive does not slip and, pulled back, something is held again. No
-# end of theirs hangs on 1e-6 rad.
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 1, 2, 3, 13, 5, 6, 7, 8, 29])
 def test_folds_among_obstacles_agree(number):
     """Number 5 ends with a casing wedged between two others, which needs the harder springs."""
-    compare_scene(among_obstacles(number), 4e-5, 0.3, hard=10.0)
+    compare_scene(among_obstacles(number), 4e-5, 0.3, hard=10.0, within=0.015)
 
 
+# Numbers in which the drive does not slip and, pulled back, something is held again.
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [22, 39, APART, 93, 100, 105, 109, 148, 186, 207])
 def test_feeds_that_turn_back_agree(number):
-    compare_scene(there_and_back(number), 4e-5, 0.3, hard=10.0)
+    compare_scene(there_and_back(number), 4e-5, 0.3, hard=10.0, creep=3.0 * SLOW)
