@@ -78,8 +78,8 @@ def views(scene: Scene) -> dict[str, End]:
     """Return how a scene ends that is mirrored, turned, looked at from its other end."""
     image = end_of(mirrored(scene))
     ends = {"mirror": image._replace(joints=-image.joints)}
-    # A chain begins along +x, where obstacles that turn with the view may stand.
-    if scene.mount != "tube" and not scene.obstacles:
+    # A chain begins along +x, where what turns with the view may stand.
+    if scene.mount != "tube" and not scene.solids:
         ends["rotation"] = turned_end(scene)
     if scene.mount == "free":
         ends["other end"] = _reversed(end_of(seen_from_other_end(scene)))
