@@ -32,7 +32,6 @@ FOLDED_WITHIN = 0.05  # [rad] of a right angle
 AT_REST = 1e-3  # tolerances a second
 LEAST_SHARES, MOST_SHARES = 10.0, 100.0  # tolerances that energy may rise by, of its range
 A_STEP = 0.05  # of them; a step may use up 0.1
-ACCOUNT = 10.0  # times as much: what is taken off contacts that drift is in no account
 FLOOR = 1e-8  # of energy and momenta, at the tightest tolerances: what contacts leave
 PAIR = 1e-4  # of the energy of two full charges a side apart
 
@@ -130,7 +129,6 @@ def check_passivity(motion: Motion, verdict: Verdict) -> None:
     ranges = (float(np.ptp(each)) for each in (own, motion.work))
     extent = max(*ranges, moving, usual, least / allowed, 1e-300)
     verdict.bound("passivity", rise(own) / extent, allowed)
-    allowed *= ACCOUNT
     verdict.bound("energy account", rise(kept) / extent, allowed, "more went into impacts")
     if motion.scene.friction == 0.0:
         verdict.bound("energy account", rise(-kept) / extent, allowed, "less went into impacts")
