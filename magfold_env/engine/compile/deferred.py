@@ -10,7 +10,9 @@ down, but neither linked nor optimised. What Python calls links all lowered code
 optimises it together.
 """
 
-from functools import cache
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache, partial
 from typing import Any, ClassVar, cast
 
 import numba
@@ -53,7 +55,8 @@ class _LoweringOnly(NativeLowering):
         context = state.targetctx
         lowered = _LoweredCode(context.codegen(), state.func_id.func_qualname)
         state.library, state.flags.no_compile = lowered, True
-        super().run_pass(state)
+        with _spared(context):
+            super().run_pass(state)
         lowered.finalize()
         written = state["cr"]
         # Numba looks code up by the function that Python would call. This one has no address.
@@ -64,6 +67,25 @@ class _LoweringOnly(NativeLowering):
         context.insert_user_function(name, code, lowered.needed)
         state["cr"] = written._replace(cfunc=name)
         return True
+
+
+@cache
+def _size(context: Any, kind: Any) -> int:
+    return type(context).get_abi_sizeof(context, kind)
+
+
+@contextmanager
+def _spared(context: Any) -> Iterator[None]:
+    """Spare numba what it does anew for every call and every variable.
+
+    It looks for new declarations where it meets a function by its type, which has none, and has a
+    module parsed to learn the size of a number.
+    """
+    context.refresh, context.get_abi_sizeof = lambda: None, partial(_size, context)
+    try:
+        yield
+    finally:
+        del context.refresh, context.get_abi_sizeof
 
 
 class _Remembering:

@@ -1,7 +1,7 @@
 """A notice to whoever waits while kernels are compiled, which happens only at their first use.
 
-Meanwhile Python looks for cycles in memory less often: a compiler makes millions of objects, and
-would spend a tenth of its time on that.
+Meanwhile Python does not look for cycles in memory: a compiler makes millions of objects, and would
+spend a tenth of its time on that, to give back at most 300 MB.
 """
 
 import gc
@@ -18,7 +18,6 @@ _register = cast("Any", event).register
 
 PATIENCE = 1.0  # [s] what takes less goes without saying
 NOTICE = "; later uses load it from the disk, and `magfold warmup` compiles all that there is"
-SELDOM = (100_000, 50, 100)  # thresholds of the garbage collector
 
 _log = logging.getLogger("magfold_env")
 
@@ -45,7 +44,7 @@ class FirstUse(event.Listener):
         self._begun = 0.0
         self._quiet = multiprocessing.parent_process() is not None
         self._said = self._told = False
-        self._thresholds = gc.get_threshold()
+        self._collecting = gc.isenabled()
 
     def on_start(self, event: Any) -> None:
         """Note a function of this package that is begun, and those compiled within."""
@@ -70,8 +69,8 @@ class FirstUse(event.Listener):
             self._seen.add(event.data["dispatcher"])
             self._said = False
             self._begun = time.monotonic()
-            self._thresholds = gc.get_threshold()
-            gc.set_threshold(*SELDOM)
+            self._collecting = gc.isenabled()
+            gc.disable()
 
     def _say(self, text: str, *values: object) -> None:
         if not self._quiet:
@@ -82,7 +81,8 @@ class FirstUse(event.Listener):
         if self._depth > 0:
             self._depth -= 1
             if self._depth == 0:
-                gc.set_threshold(*self._thresholds)
+                if self._collecting:
+                    gc.enable()
                 if self._said:
                     self._say("compiled %s in %.0f s", self._name, time.monotonic() - self._begun)
                 self._compiled()

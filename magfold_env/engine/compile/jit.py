@@ -68,7 +68,7 @@ def _compile(
     flags = {**options, "parallel": parallel, "no_cfunc_wrapper": True}
     if _kernel_cache is not None:
         compiled = njit(**flags)(function)
-        _kernel_cache.keep(compiled)
+        _kernel_cache.keep(compiled, linked=parallel or _deferred is None)
     else:
         compiled = _kept_by_numba(function, flags)
     if not parallel and _deferred is not None:

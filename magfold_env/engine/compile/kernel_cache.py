@@ -24,6 +24,7 @@ from typing import Any, NamedTuple, cast
 
 import numba
 import platformdirs
+from llvmlite import binding  # pyright: ignore[reportMissingTypeStubs]
 
 PACKAGE = "magfold_env"
 FOLDER = Path(__file__).parents[2]
@@ -31,6 +32,7 @@ KEPT = 30.0 * 24.0 * 3600.0  # [s] kernels of other versions are removed when no
 
 # Numba's own modules know no types.
 _core = cast("Any", numba).core
+_llvm = cast("Any", binding)
 # What a module imports when it is loaded; an import within a function freezes nothing.
 _IMPORT = re.compile(
     rf"^(?:import +({PACKAGE}[\w.]*)|from +({PACKAGE}[\w.]*) +import +(\([^)]*\)|[^(\n]*))", re.M
@@ -191,10 +193,13 @@ class KernelCache:
         The function in Python.
     directory
         Where its files are.
+    linked
+        Whether the compiled function is linked into others, which takes its intermediate code too.
     """
 
-    def __init__(self, function: Any, directory: Path) -> None:
+    def __init__(self, function: Any, directory: Path, *, linked: bool) -> None:
         code = function.__code__
+        self._linked = linked
         self.cache_path = str(directory)
         name = f"{Path(code.co_filename).stem}.{function.__qualname__}-{code.co_firstlineno}"
         self._name = name.replace("<", "").replace(">", "")
@@ -217,7 +222,11 @@ class KernelCache:
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep what was compiled for a signature, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals and not data.lifted:
-            content = _core.serialize.dumps(data._reduce())
+            (name, kind, (machine_code, intermediate)), *rest = data._reduce()
+            if not self._linked:
+                intermediate = names_alone(intermediate)
+            library = name, kind, (machine_code, intermediate)
+            content = _core.serialize.dumps((library, *rest))
             path = self._path(sig, data.library.codegen)
             write(path, hashlib.sha256(content).digest() + content)
 
@@ -227,15 +236,34 @@ class KernelCache:
         return Path(self.cache_path) / f"{self._name}.{digest}.nbc"
 
 
-def keep(kernel: Any) -> None:
+def names_alone(intermediate: bytes) -> bytes:
+    """Return intermediate code that defines the same names, which is all that numba looks up in it.
+
+    Reading all of it takes half the time that a kernel takes to load.
+    """
+    module = _llvm.parse_bitcode(intermediate)
+    symbols = (*module.functions, *module.global_variables)
+    names = [each.name for each in symbols if not each.is_declaration]
+    stubs = "\n".join(f'define void @"{name}"() {{ ret void }}' for name in names)
+    return _llvm.parse_assembly(stubs).as_bitcode()
+
+
+def keep(kernel: Any, *, linked: bool) -> None:
     """Keep what is compiled of a kernel on disk, and load it from there.
 
     One that closes over variables is compiled anew in every process.
+
+    Parameters
+    ----------
+    kernel
+        A function compiled by numba.
+    linked
+        Whether it may be linked into others as it is compiled by itself.
     """
     function = kernel.py_func
     directory = cache_directory(function.__code__.co_filename)
     if directory is not None and function.__closure__ is None:
-        kernel._cache = KernelCache(function, directory)
+        kernel._cache = KernelCache(function, directory, linked=linked)
 
 
 def check() -> None:
@@ -247,7 +275,7 @@ def check() -> None:
     compiled = cast("Any", numba.njit)("float64(float64)")(double)
     (signature,) = compiled.overloads
     with tempfile.TemporaryDirectory() as folder:
-        kept = KernelCache(double, Path(folder))
+        kept = KernelCache(double, Path(folder), linked=False)
         kept.save_overload(signature, compiled.overloads[signature])
         found = kept.load_overload(signature, compiled.targetctx)
     if found is None or found.entry_point(0.5) != double(0.5):

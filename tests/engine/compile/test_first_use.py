@@ -65,16 +65,20 @@ def test_functions_of_others_are_not_spoken_of(clock, caplog, module):
     assert not caplog.messages
 
 
-def test_compilers_are_spared_the_search_for_cycles(clock):
-    before = gc.get_threshold()
-    kernel, listener = begun(Kernel("magfold_env.engine", "solve")), FirstUse(lambda: None)
-    listener.on_start(kernel)
-    assert gc.get_threshold() == first_use.SELDOM != before
-    listener.on_start(begun(Kernel("magfold_env.engine", "called")))
-    listener.on_end(kernel)
-    assert gc.get_threshold() == first_use.SELDOM
-    listener.on_end(kernel)
-    assert gc.get_threshold() == before
+@pytest.mark.parametrize("collects", [True, False])
+def test_compilers_are_spared_the_search_for_cycles(clock, collects):
+    (gc.enable if collects else gc.disable)()
+    try:
+        kernel, listener = begun(Kernel("magfold_env.engine", "solve")), FirstUse(lambda: None)
+        listener.on_start(kernel)
+        assert not gc.isenabled()
+        listener.on_start(begun(Kernel("magfold_env.engine", "called")))
+        listener.on_end(kernel)
+        assert not gc.isenabled()
+        listener.on_end(kernel)
+        assert gc.isenabled() == collects
+    finally:
+        gc.enable()
 
 
 def test_worker_processes_keep_quiet(clock, caplog, monkeypatch):
