@@ -202,7 +202,7 @@ def _getattr(context: Any, builder: ir.IRBuilder, typ: PackedType, value: Any, a
         loaded = _load(builder, value, begin, word)
         return builder.trunc(loaded, ir.IntType(1)) if field == types.boolean else loaded
     made = context.make_array(field)(context, builder)
-    item = field.dtype.bitwidth // 8
+    item = context.get_abi_sizeof(context.get_data_type(field.dtype))
     shape = [_load(builder, value, begin + 1 + k, ir.IntType(64)) for k in range(field.ndim)]
     strides: list[Any] = [ir.IntType(64)(item)]
     for extent in reversed(shape[1:]):
