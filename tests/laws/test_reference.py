@@ -68,11 +68,6 @@ def test_tube_feeds_agree(number, direction):
     compare(number, direction, 0, 2e-5, 0.2)
 
 
-# Open: same word, but friction stops joint 3 at 0.771 here, at 0.723 to 0.693 rad in the reference
-# with steps of 40 and 20 µs. The cause is not found.
-APART = pytest.param(72, marks=pytest.mark.xfail(reason="joint 3 ends 0.05 to 0.08 rad apart"))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 1, 2, 3, 13, 5, 6, 7, 8, 29])
 def test_folds_among_obstacles_agree(number):
@@ -80,8 +75,9 @@ def test_folds_among_obstacles_agree(number):
     compare_scene(among_obstacles(number), 4e-5, 0.3, hard=10.0, within=0.015)
 
 
-# Numbers in which the drive does not slip and, pulled back, something is held again.
+# Numbers in which the drive does not slip, something is held again, and 1 % more or less friction
+# changes little (with number 72 it makes another fold, and the reference's steps do too).
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [22, 39, APART, 93, 100, 105, 109, 148, 186, 207])
+@pytest.mark.parametrize("number", [22, 39, 93, 100, 105, 109, 148, 186, 207, 233, 244])
 def test_feeds_that_turn_back_agree(number):
     compare_scene(there_and_back(number), 4e-5, 0.3, hard=10.0, creep=3.0 * SLOW)
