@@ -32,6 +32,7 @@ FOLDED_WITHIN = 0.05  # [rad] of a right angle
 AT_REST = 1e-3  # tolerances a second
 LEAST_SHARES, MOST_SHARES = 10.0, 100.0  # tolerances that energy may rise by, of its range
 A_STEP = 0.05  # of them; a step may use up 0.1
+LEFT = 0.5  # of a larger error, at a tenth of the tolerance
 FLOOR = 1e-8  # of energy and momenta, at the tightest tolerances: what contacts leave
 PAIR = 1e-4  # of the energy of two full charges a side apart
 
@@ -116,22 +117,46 @@ def check_limits(motion: Motion, verdict: Verdict) -> None:
 def check_passivity(motion: Motion, verdict: Verdict) -> None:
     """Ask that energy comes from what works on the chain, and goes into friction and impacts.
 
+    A larger error than usual must be one of the steps: with a tenth of the tolerance little of it
+    may be left.
+    """
+    tolerance = motion.scene.solver.tolerance
+    many = min(max(LEAST_SHARES, A_STEP * len(motion.time)), MOST_SHARES)
+    allowed = max(many * tolerance, FLOOR)
+    errors = energy_errors(motion, allowed)
+    left: dict[tuple[str, str], float] = {}
+    if allowed < max(errors.values()) <= MOST_SHARES * tolerance:
+        finer, _ = follow(motion.scene.replace(solver={"tolerance": 0.1 * tolerance}))
+        left = energy_errors(finer, allowed)
+    for (law, words), error in errors.items():
+        if error > allowed and left:
+            told = f"{words} at a tenth of the tolerance".strip()
+            verdict.bound(law, left[law, words], LEFT * error, told)
+        else:
+            verdict.bound(law, error, allowed, words)
+
+
+def energy_errors(motion: Motion, least: float) -> dict[tuple[str, str], float]:
+    """Return how far energy rises that should not, and falls, by law and what is wrong.
+
     Relative to its range in the run, to the work, or to what was kinetic, whichever is most. Of
     slow motions it is known less exactly: rates are, to a share of what magnets can make of them.
+    Rounding counts for less than ``least``.
     """
     own, kept = motion.own, motion.own + motion.impacts
     terms = (motion.potential, motion.kinetic, motion.total, motion.work, motion.impacts)
-    least = ROUNDING * max(float(np.abs(term).max()) for term in terms)
-    many = min(max(LEAST_SHARES, A_STEP * len(motion.time)), MOST_SHARES)
-    allowed = max(many * motion.scene.solver.tolerance, FLOOR)
+    rounding = ROUNDING * max(float(np.abs(term).max()) for term in terms)
     moving = float(motion.kinetic.max())
     usual = math.sqrt(moving * pair_energy(motion.scene))
     ranges = (float(np.ptp(each)) for each in (own, motion.work))
-    extent = max(*ranges, moving, usual, least / allowed, 1e-300)
-    verdict.bound("passivity", rise(own) / extent, allowed)
-    verdict.bound("energy account", rise(kept) / extent, allowed, "more went into impacts")
+    extent = max(*ranges, moving, usual, rounding / least, 1e-300)
+    found = {
+        ("passivity", ""): rise(own) / extent,
+        ("energy account", "more went into impacts"): rise(kept) / extent,
+    }
     if motion.scene.friction == 0.0:
-        verdict.bound("energy account", rise(-kept) / extent, allowed, "less went into impacts")
+        found["energy account", "less went into impacts"] = rise(-kept) / extent
+    return found
 
 
 def rise(values: np.ndarray) -> float:

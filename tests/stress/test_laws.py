@@ -77,6 +77,16 @@ def test_energy_and_momentum_from_nowhere_are_found() -> None:
     assert "angular momentum" in limits(replace(motion, rates=motion.rates + 5.0))
 
 
+def test_an_error_of_energy_must_shrink_with_the_tolerance(monkeypatch: Any) -> None:
+    motion, session = follow(SLIDING)
+    potential = motion.potential.copy()
+    potential[-1] += 0.005 * np.ptp(potential)
+    wrong = replace(motion, potential=potential)
+    assert limits(wrong) == set()  # the finer run has none of it
+    monkeypatch.setattr(laws, "follow", lambda _: (wrong, session))
+    assert limits(wrong) == {"passivity", "energy account"}
+
+
 def test_untrue_statuses_are_found(ended: tuple[Motion, Fold]) -> None:
     motion, fold = ended
     other = {FoldStatus.FOLDED: FoldStatus.MISFOLDED, FoldStatus.MISFOLDED: FoldStatus.FOLDED}
