@@ -51,6 +51,9 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
     chain at rest relative to it is moved on to ``until`` at once.
     """
     while state.clock[at.TIME] < until:
+        if 0 < state.counter[at.LO] < model.n and state.counter[at.FEEDING] == 0:
+            # In the last step the drive gave way: it begins anew.
+            return outcomes.REACHED
         if outcomes.out_of_work(model, state):
             return outcomes.CAPPED
         if not has_room(record, state, LONGEST_STEP):
