@@ -107,6 +107,7 @@ def play(
         observation, reward, terminated, _, info = env.step(actions[-1])
         total += float(reward)
     scene = env.to_scene() if info["step"] == env.scene.n else None
+    judged = built_beforehand(env, scene, target) if built else None
     in_order = actions if env.scene.feed.direction == "forward" else actions[::-1]
     return Outcome(
         target=target,
@@ -119,7 +120,7 @@ def play(
         joints=tuple(env.state.joint_angles.tolist()),
         choice=None if scene is None else policies.OpenLoop.of_actions(env, in_order),
         scene=scene,
-        built=_folds_built(env, scene, target) if built else None,
+        built=None if judged is None else judged[0],
     )
 
 
@@ -152,17 +153,24 @@ def play_all(
 
 def _play(policy: str, settings: EnvSettings, target: str, seed: int, built: bool) -> Outcome:
     """Play one episode with this process's own policy and environment."""
-    return play(_own_policy(policy), own_env(settings), target, seed, built=built)
+    return play(own_policy(policy), own_env(settings), target, seed, built=built)
 
 
-def _folds_built(env: FoldEnv[Any], scene: mf.Scene | None, target: str) -> bool | None:
-    """Return whether the chain of an episode folds as wanted when it is built beforehand."""
+def built_beforehand(
+    env: FoldEnv[Any], scene: mf.Scene | None, target: str
+) -> tuple[bool, float] | None:
+    """Return success and score of the chain of an episode when it is built beforehand.
+
+    None without dynamics; without a `scene` the simulation broke down, which is worth nothing.
+    """
     if env.task.fidelity != "dynamics":
         return None
     if scene is None:
-        return False
+        return False, 0.0
     fold = mf.simulate(scene.replace(feed={"loading": "preloaded"}))
-    return goal_of(target, env.task.match).is_reached(fold.status, fold.joint_angles)
+    goal, end = goal_of(target, env.task.match), (fold.status, fold.joint_angles)
+    return goal.is_reached(*end), goal.score(*end)
 
 
-_own_policy = cache(policies.make_policy)
+own_policy = cache(policies.make_policy)
+"""Returns this process's own copy of the policy of some name, made once."""

@@ -18,10 +18,13 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.training.models import load_model
 from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.spaces.observation import MEASURED
 from magfold_env.files import write_text
 from magfold_env.scene import Problem, errors
 
 FORMAT = "magfold_env choices 1"
+BLIND = "blind:"
+"""What the name of a policy that is to see no motion begins with."""
 
 
 class Policy(Protocol):
@@ -96,6 +99,40 @@ class TrainedPolicy:
         return action
 
 
+class BlindPolicy:
+    """Plays another policy that is shown no motion, see `blind`."""
+
+    def __init__(self, policy: Policy) -> None:
+        self._policy = policy
+
+    def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
+        """Return what the policy does without seeing the chain."""
+        return self._policy.act(env, blind(env, observation), rng)
+
+
+def blind(env: FoldEnv[Any], observation: Any) -> Any:
+    """Return an observation of tube feed without motion.
+
+    What is known without looking stays: the target, the magnets and speeds asked for so far, and
+    which components are out, as many as there were steps. What a camera would have to measure
+    (joints, headings, rates, positions and velocities; the goal achieved) is 0. Forces, events and
+    time are not in it. Zero is what networks that count from the mouth see in place of components
+    that are not out, and no side is favoured by it.
+    """
+    if isinstance(observation, dict):
+        seen: dict[str, Any] = observation
+        unseen = np.zeros_like(seen["achieved_goal"])
+        return {**seen, "observation": _unmoved(env, seen["observation"]), "achieved_goal": unseen}
+    return _unmoved(env, observation)
+
+
+def _unmoved(env: FoldEnv[Any], entries: Any) -> Any:
+    entries = entries.copy()
+    for name in MEASURED:
+        entries[env.layout.slices[name]] = 0.0
+    return entries
+
+
 def make_policy(name: str) -> Policy:
     """Return the policy called `name`.
 
@@ -103,13 +140,16 @@ def make_policy(name: str) -> Policy:
     ----------
     name : str
         ``random``; ``minimiser``, the design that rewards are measured against; the path of
-        choices that `agents.baselines` wrote (``.json``), or of a checkpoint (``.zip``).
+        choices that `agents.baselines` wrote (``.json``), or of a checkpoint (``.zip``);
+        ``blind:`` and one of these, which is then shown no motion.
 
     Raises
     ------
     ValueError
         If it is none of these, or the file is damaged or not one that is understood.
     """
+    if name.startswith(BLIND):
+        return BlindPolicy(make_policy(name.removeprefix(BLIND)))
     if name == "random":
         return RandomPolicy()
     if name == "minimiser":

@@ -1,0 +1,200 @@
+"""What of a trained policy earns its score: ``python -m agents.ablate POLICY``.
+
+The policy plays tube feed as it is, and with parts of it taken away, see
+`agents.ablate.ablations`, on the same targets and draws. Intervals are 95 %, by the bootstrap over
+training seeds and targets together; those of differences are paired, by seed, target and draws.
+Killed, the command goes on where it was when called again; finished, it prints its table again.
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich import box, console, table
+
+from agents.ablate import FORMAT
+from agents.ablate.ablations import SEEING, Ablation, ablations, play
+from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
+from agents.evaluation import episodes, intervals
+from agents.evaluation.policies import make_policy
+from agents.evaluation.report import Method
+from agents.settings import EnvSettings, env_settings
+from agents.training.folder import file_digest, provenance
+from magfold_env.checkpoint import Checkpoint
+from magfold_env.envs.tasks.draws import evaluation_seeds
+from magfold_env.files import physics_digest, write_text
+from magfold_env.reporting.intervals import share
+
+
+@dataclass(frozen=True)
+class Row:
+    """How a policy does without a part of it."""
+
+    ablation: Ablation
+    """What was taken away, or the one speed [m/s]."""
+    success: intervals.Estimate
+    """Share of the episodes."""
+    score: float
+    """Mean over the episodes."""
+    difference: intervals.Estimate
+    """Success above that of the policy as it is."""
+
+    @property
+    def name(self) -> str:
+        """As shown."""
+        return self.ablation if isinstance(self.ablation, str) else f"{self.ablation:.3f} m/s"
+
+
+def measure(
+    method: Method, settings: EnvSettings, draws: int, processes: int, folder: Path
+) -> list[Row]:
+    """Play every ablation on every target with the same draws, none of which training sees.
+
+    Episodes are kept in `folder`, and those that are there are not played again. So many
+    `processes` play at a time.
+
+    Raises
+    ------
+    ValueError
+        If chains are chosen as a whole, with nothing to see on the way; if `folder` is of other
+        episodes; or if a policy cannot play these.
+    """
+    env = episodes.make_env(settings)
+    if env.actions.components > 1:
+        raise ValueError(
+            f"env.id: {settings.id!r} is not allowed; must be MagFold/TubeFeed-v0 or "
+            "MagFold/TubeFeedGoal-v0, where a policy may see what its choices have done"
+        )
+    tried, seeds = ablations(env), evaluation_seeds(draws)
+    shape = (len(tried), len(method.policies), len(env.targets), draws, 2)
+    jobs = [
+        (each, policy, settings, target, seed)
+        for each in tried
+        for policy in method.policies
+        for target in env.targets
+        for seed in seeds
+    ]
+    key: dict[str, Any] = {
+        "format": FORMAT,
+        "env": settings.model_dump(mode="json"),
+        "ablations": tried,
+        "policies": [file_digest(policy) or policy for policy in method.policies],
+        "targets": env.targets,
+        "seeds": seeds,
+        "physics": physics_digest(),
+    }
+    kept = Checkpoint(folder / "episodes", key)
+    ends = kept.read(lambda end: (bool(end[0]), float(end[1])))
+    todo = jobs[len(ends) :]
+    with progress_bar() as bar:
+        task = bar.add_task(method.name, total=len(jobs), completed=len(ends), note="")
+        played = episodes.spread_over(processes, play, todo)
+        for (ablation, *_), end in zip(todo, played, strict=True):
+            ends.append(end)
+            kept.add(end)
+            bar.update(task, advance=1, note=str(ablation))
+    kept.save()
+    return summarise(tried, np.array(ends, dtype=np.float64).reshape(shape), env.targets)
+
+
+def summarise(tried: list[Ablation], ends: intervals.Floats, targets: tuple[str, ...]) -> list[Row]:
+    """Return a row for each ablation, from success and score of episodes.
+
+    `ends` has shape (ablations, policies, targets, draws, 2).
+    """
+    shares = ends[..., 0].mean(axis=-1)
+    seeing = shares[tried.index(SEEING)]
+    return [
+        Row(
+            ablation=ablation,
+            success=intervals.estimate(each, targets),
+            score=float(end[..., 1].mean()),
+            difference=intervals.estimate(each - seeing, targets),
+        )
+        for ablation, end, each in zip(tried, ends, shares, strict=True)
+    ]
+
+
+def best_speed(rows: list[Row]) -> Row:
+    """Return the row of the best of the fixed speeds, by success, then score."""
+    fixed = [row for row in rows if isinstance(row.ablation, float)]
+    return max(fixed, key=lambda row: (row.success.value, row.score))
+
+
+def show(name: str, rows: list[Row], count: int) -> table.Table:
+    """Return the table; every row has so many episodes, `count`."""
+    shown = table.Table(
+        title=f"{name}, {count} episodes a row",
+        caption=f"Best of the speeds, chosen on these draws: {best_speed(rows).name}. Where all "
+        f"episodes end alike an interval has no width; Wilson's of {count} successes is "
+        f"{intervals.percent(share(count, count).low)}–100 %.",
+        caption_justify="left",
+        box=box.SIMPLE_HEAD,
+    )
+    shown.add_column("")
+    for column in ("success (95 %)", "score", f"points above {SEEING}"):
+        shown.add_column(column, justify="right")
+    for row in rows:
+        above = "" if row.ablation == SEEING else row.difference.points()
+        shown.add_row(row.name, str(row.success), f"{row.score:.3f}", above)
+    return shown
+
+
+def main(
+    policy: Annotated[
+        str,
+        typer.Argument(
+            help="A set of shipped policies, a checkpoint (.zip; load only your own), or "
+            "NAME=PATH,PATH,... for the seeds of one method."
+        ),
+    ],
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help="Of so many training seeds; all by default.")
+    ] = None,
+    config: EnvConfig = "ppo-tube-feed",
+    env: EnvChanges = None,
+    draws: Annotated[int, typer.Option(min=1, help="Episodes per target.")] = 20,
+    processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
+    output: Annotated[
+        Path | None, typer.Option(help="Folder of the results; runs/ablation-POLICY by default.")
+    ] = None,
+) -> None:
+    """Compare a trained policy with what is left of it when a part is taken away."""
+    with reported_errors(ValueError):
+        settings = env_settings(config, env or [])
+        parsed = Method.parse(policy)
+        method = Method(parsed.name, parsed.policies[:seeds])
+        for each in method.policies:
+            make_policy(each)
+        folder = output or Path("runs") / f"ablation-{method.name}"
+        episodes.warm_up(settings)
+        rows = measure(method, settings, draws, processes, folder)
+    content = {
+        "format": FORMAT,
+        "env": settings.model_dump(mode="json"),
+        "confidence": 0.95,
+        "seeds": evaluation_seeds(draws),
+        "provenance": provenance(),
+        "policies": [{"policy": each, "sha256": file_digest(each)} for each in method.policies],
+        "best speed": best_speed(rows).name,
+        "rows": {
+            row.name: {
+                "success": [float(part) for part in row.success],
+                "score": row.score,
+                "difference": [float(part) for part in row.difference],
+            }
+            for row in rows
+        },
+    }
+    write_text(folder / "ablation.json", json.dumps(content, indent=1) + "\n")
+    count = len(method.policies) * len(episodes.make_env(settings).targets) * draws
+    out = console.Console()
+    out.print(show(method.name, rows, count))
+    out.print(f"written: {folder / 'ablation.json'}")
+
+
+if __name__ == "__main__":
+    typer.run(main)
