@@ -1,7 +1,7 @@
 """Make shipped policies of training runs: ``python -m agents.ship policies NAME RUN ...``.
 
-``python -m agents.ship results NAME results.json ...`` then writes what `agents.evaluate NAME`
-found onto their card.
+``python -m agents.ship results NAME results.json ablation.json ...`` then writes what
+`agents.evaluate NAME` and `agents.ablate NAME` found onto their card.
 """
 
 import json
@@ -14,8 +14,17 @@ import yaml
 from rich.console import Console
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
+from agents.ablate import FORMAT as ABLATION
 from agents.commands import reported_errors
-from agents.evaluation.shipped import Card, CardError, CardResult, Training, policies_dir
+from agents.evaluation.shipped import (
+    AblationRow,
+    Card,
+    CardAblation,
+    CardError,
+    CardResult,
+    Training,
+    policies_dir,
+)
 from agents.settings import EnvSettings
 from agents.training.folder import RunInfo, file_digest
 from agents.training.models import load_model, save_policy
@@ -63,39 +72,57 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
 def with_results(card: Card, files: list[Path]) -> Card:
     """Return a card with the results of `agents.evaluate` in place of those that it had.
 
+    Those of `agents.ablate` replace its ablations likewise; what there is no file of stays.
+
     Raises
     ------
     CardError
         If a file has no results of these policies.
     """
-    return card.model_copy(update={"results": tuple(_result(card, file) for file in files)})
+    found: dict[str, list[CardResult | CardAblation]] = defaultdict(list)
+    for file in files:
+        try:
+            content = json.loads(file.read_text(encoding="utf-8"))
+            ablation = content.get("format") == ABLATION
+            env = EnvSettings.model_validate(content["env"])
+            shared = {
+                "env": env.model_dump(mode="json", exclude_defaults=True),
+                "seeds": content["seeds"],
+                "physics": content["provenance"]["physics"],
+            }
+            if ablation:
+                found["ablations"].append(CardAblation(**shared, **_ablation(card, content)))
+            else:
+                found["results"].append(CardResult(**shared, successes=_ends(card, content)))
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise CardError(f"{file}: has no results of all of {card.name}: {error!r}") from None
+    return card.model_copy(update={key: tuple(parts) for key, parts in found.items()})
 
 
-def _result(card: Card, file: Path) -> CardResult:
-    try:
-        content = json.loads(file.read_text(encoding="utf-8"))
-        runs = {
-            each["sha256"]: episodes
-            for method in content["methods"].values()
-            for each, episodes in zip(method["policies"], method["runs"], strict=True)
-        }
-        env = EnvSettings.model_validate(content["env"])
-        played = [runs[policy.sha256] for policy in card.policies]
-        successes: dict[str, list[str]] = defaultdict(list)
-        for episodes in played:
-            ends: dict[str, str] = defaultdict(str)
-            for episode in episodes:
-                ends[episode["target"]] += str(int(episode["success"]))
-            for target, letters in ends.items():
-                successes[target].append(letters)
-        return CardResult(
-            env=env.model_dump(mode="json", exclude_defaults=True),
-            seeds=content["seeds"],
-            physics=content["provenance"]["physics"],
-            successes={target: tuple(rows) for target, rows in successes.items()},
-        )
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise CardError(f"{file}: has no results of all of {card.name}: {error!r}") from None
+def _ends(card: Card, content: dict[str, Any]) -> dict[str, tuple[str, ...]]:
+    """Return which draws ended in each target, by policy of the card."""
+    runs = {
+        each["sha256"]: episodes
+        for method in content["methods"].values()
+        for each, episodes in zip(method["policies"], method["runs"], strict=True)
+    }
+    successes: dict[str, list[str]] = defaultdict(list)
+    for episodes in [runs[policy.sha256] for policy in card.policies]:
+        ends: dict[str, str] = defaultdict(str)
+        for episode in episodes:
+            ends[episode["target"]] += str(int(episode["success"]))
+        for target, letters in ends.items():
+            successes[target].append(letters)
+    return {target: tuple(rows) for target, rows in successes.items()}
+
+
+def _ablation(card: Card, content: dict[str, Any]) -> dict[str, Any]:
+    """Return the rows of an ablation, and which policies of the card played."""
+    seeds = {policy.sha256: policy.run.seed for policy in card.policies}
+    return {
+        "policies": [seeds[each["sha256"]] for each in content["policies"]],
+        "rows": {name: AblationRow(**row) for name, row in content["rows"].items()},
+    }
 
 
 Name = Annotated[str, typer.Argument(help="Name of the set.")]
@@ -116,7 +143,10 @@ def policies_command(
 @app.command("results")
 def results_command(
     name: Name,
-    files: Annotated[list[Path], typer.Argument(help="results.json of agents.evaluate.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(help="results.json of agents.evaluate, ablation.json of agents.ablate."),
+    ],
     folder: Folder = None,
 ) -> None:
     """Write results onto the card."""
@@ -128,7 +158,8 @@ def results_command(
 
 
 def _say(card: Card) -> None:
-    told = f"{card.name}: {len(card.policies)} policies, {len(card.results)} results"
+    counts = {"policies": card.policies, "results": card.results, "ablations": card.ablations}
+    told = f"{card.name}: {', '.join(f'{len(each)} {name}' for name, each in counts.items())}"
     Console(stderr=True).print(told)
 
 

@@ -47,6 +47,32 @@ class CardResult(_Part):
     """By target and policy which draws ended in it, a letter each: 1 or 0."""
 
 
+class AblationRow(_Part):
+    """What is left of the policies without a part of them."""
+
+    success: tuple[float, float, float]
+    """Share of the episodes, and its interval."""
+    score: float
+    """Mean over the episodes."""
+    difference: tuple[float, float, float]
+    """Success above that of the policies as they are, and its interval."""
+
+
+class CardAblation(_Part):
+    """What `agents.ablate` found in one environment."""
+
+    env: dict[str, Any]
+    """Settings of the environment that differ from its own."""
+    seeds: tuple[int, ...]
+    """Of the draws that every target was played on."""
+    physics: str
+    """Digest of the physics' sources."""
+    policies: tuple[int, ...]
+    """Training seeds of those that played."""
+    rows: dict[str, AblationRow]
+    """By what was taken away."""
+
+
 class Card(_Part):
     """What is known of a set of shipped policies."""
 
@@ -58,6 +84,8 @@ class Card(_Part):
     """One a seed."""
     results: tuple[CardResult, ...] = ()
     """What was measured."""
+    ablations: tuple[CardAblation, ...] = ()
+    """What is left of it without parts of the policies."""
 
     @classmethod
     def read(cls, path: Path) -> Self:
