@@ -7,6 +7,7 @@ import joblib
 import typer
 
 from agents.evaluate import compare
+from agents.evaluation.policies import BLIND
 from agents.evaluation.report import Method
 from agents.settings import env_settings, load_settings
 from agents.training.run import train
@@ -20,11 +21,15 @@ def main(
     draws: Annotated[int, typer.Option(min=1, help="Evaluation episodes per target.")] = 20,
     output: Annotated[Path, typer.Option(help="Folder of all results.")] = Path("runs/quickstart"),
 ) -> None:
-    """Train a policy briefly and compare it with random actions and the energy minimiser."""
+    """Train a policy briefly and compare it with random actions and the energy minimiser.
+
+    It also plays blind: what that costs is what it owes to seeing the chain.
+    """
     settings = load_settings(CONFIG, minutes=minutes)
     policy = train(settings, output, resume=False)
     method = Method.parse(str(policy))
-    compare([method], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
+    blind = Method(f"{method.name}, blind", (f"{BLIND}{policy}",))
+    compare([blind, method], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
 
 
 if __name__ == "__main__":
