@@ -4,8 +4,10 @@ import json
 from pathlib import Path
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
+from agents.ablate import __main__ as ablate
 from agents.evaluate import compare
 from agents.evaluation import shipped
 from agents.evaluation.report import Method
@@ -64,6 +66,26 @@ def test_the_card_takes_what_an_evaluation_found(card: Card, tmp_path: Path) -> 
         ends = "".join(row[number] for row in found.successes.values())
         assert ends == "".join(str(int(each.success)) for each in run)
     assert found.env == settings.model_dump(mode="json", exclude_defaults=True)
+
+
+def test_the_card_takes_what_an_ablation_found_and_keeps_the_rest(
+    card: Card, tmp_path: Path
+) -> None:
+    compare([Method.parse(NAME)], tiny().env, 1, 1, tmp_path / "out")
+    card = with_results(card, [tmp_path / "out" / "results.json"])
+    command = typer.Typer()
+    command.command()(ablate.main)
+    given = [NAME, "--draws", "1", "--processes", "1", "--seeds", "1", "--output", str(tmp_path)]
+    for change in ("fidelity=quasistatic", "components=3", "randomisation=null"):
+        given += ["--env", change]
+    done = CliRunner().invoke(command, given)
+    assert done.exit_code == 0, done.output
+    found = with_results(card, [tmp_path / "ablation.json"])
+    assert found.results == card.results
+    (ablation,) = found.ablations
+    assert (ablation.policies, ablation.env) == ((0,), card.results[0].env)
+    content = json.loads((tmp_path / "ablation.json").read_text(encoding="utf-8"))
+    assert ablation.model_dump(mode="json")["rows"] == content["rows"]
 
 
 def test_results_of_other_policies_are_refused(card: Card, tmp_path: Path) -> None:
