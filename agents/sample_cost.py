@@ -2,7 +2,7 @@
 
 With k physics calls a target each method freezes one candidate, sequence and speeds, chosen on
 those calls; it is scored on fresh draws. Without a call a search has what it would try first, and a
-trained policy plays as it does, choosing while it looks: to freeze what it chooses it must be
+trained policy plays as it does, choosing step by step: to freeze what it chooses it must be
 watched once, which is a call.
 """
 

@@ -100,7 +100,7 @@ class TrainedPolicy:
 
 
 class BlindPolicy:
-    """Plays another policy that is shown no motion, see `blind`."""
+    """Plays a policy, however it was trained, that is shown no motion; see `blind`."""
 
     def __init__(self, policy: Policy) -> None:
         self._policy = policy
