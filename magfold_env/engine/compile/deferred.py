@@ -10,8 +10,6 @@ down, but neither linked nor optimised. What Python calls links all lowered code
 optimises it together.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cache, partial
 from typing import Any, ClassVar, cast
 
@@ -55,8 +53,12 @@ class _LoweringOnly(NativeLowering):
         context = state.targetctx
         lowered = _LoweredCode(context.codegen(), state.func_id.func_qualname)
         state.library, state.flags.no_compile = lowered, True
-        with _spared(context):
+        # Numba has a module parsed to learn the size of a number, for every variable.
+        context.get_abi_sizeof = partial(_size, context)
+        try:
             super().run_pass(state)
+        finally:
+            del context.get_abi_sizeof
         lowered.finalize()
         written = state["cr"]
         # Numba looks code up by the function that Python would call. This one has no address.
@@ -72,20 +74,6 @@ class _LoweringOnly(NativeLowering):
 @cache
 def _size(context: Any, kind: Any) -> int:
     return type(context).get_abi_sizeof(context, kind)
-
-
-@contextmanager
-def _spared(context: Any) -> Iterator[None]:
-    """Spare numba what it does anew for every call and every variable.
-
-    It looks for new declarations where it meets a function by its type, which has none, and has a
-    module parsed to learn the size of a number.
-    """
-    context.refresh, context.get_abi_sizeof = lambda: None, partial(_size, context)
-    try:
-        yield
-    finally:
-        del context.refresh, context.get_abi_sizeof
 
 
 class _Remembering:
