@@ -15,7 +15,7 @@ from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, Shaping
 from magfold_env.envs.tasks.world import Fidelity
 from magfold_env.files import configs_dir, write_text
-from magfold_env.scene import Problem, SceneError, errors
+from magfold_env.scene import Problem, SceneError, errors, io
 
 MAX_TRAINING_SEED = 2**31 - 1
 """Training seeds are small numbers given by hand, up to this one; those of other purposes are in
@@ -443,14 +443,9 @@ def find_config(path: str | Path, kind: str) -> Path:
 def read_mapping(file: Path) -> dict[str, Any]:
     """Read a YAML file, which must hold keys and values."""
     try:
-        content = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        raise SettingsError(f"{file}: not YAML: {error}") from None
-    except (OSError, ValueError, RecursionError) as error:
-        raise SettingsError(f"{file}: cannot be read: {error}") from None
-    if not isinstance(content, dict):
-        raise SettingsError(f"{file}: {content!r} is not allowed; must be a mapping of keys")
-    return content
+        return io.read_mapping(file, "group of settings")
+    except SceneError as error:
+        raise SettingsError(str(error)) from None
 
 
 def parse_assignment(assignment: str) -> tuple[str, Any]:
@@ -459,9 +454,9 @@ def parse_assignment(assignment: str) -> tuple[str, Any]:
     if not separator:
         raise SettingsError(f"{assignment!r} is not allowed; must be a key and a value, key=value")
     try:
-        return key.strip(), yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise SettingsError(f"{assignment!r} is not allowed; not YAML: {error}") from None
+        return key.strip(), io.parse_yaml(text)
+    except SceneError as error:
+        raise SettingsError(f"{assignment!r} is not allowed; its value: {error}") from None
 
 
 def put(content: dict[str, Any], key: str, value: Any) -> None:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-import yaml
 from rich.console import Console
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
@@ -25,7 +24,7 @@ from agents.evaluation.shipped import (
     Training,
     policies_dir,
 )
-from agents.settings import EnvSettings
+from agents.settings import EnvSettings, load_settings
 from agents.training.folder import RunInfo, file_digest
 from agents.training.models import load_model, save_policy
 
@@ -52,8 +51,7 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
         info = RunInfo.read(run)
         if info is None or not info.finished:
             raise CardError(f"{run}: is not the folder of a finished training run")
-        own: dict[str, Any] = yaml.safe_load((run / "settings.yaml").read_text(encoding="utf-8"))
-        del own["seed"]
+        own = load_settings(run / "settings.yaml").model_dump(mode="json", exclude={"seed"})
         if settings not in (None, own):
             raise CardError(f"{run}: was trained with other settings than {runs[0]}")
         settings = own

@@ -17,7 +17,18 @@ _SUFFIXES = (".yaml", ".yml")
 
 
 class _Loader(yaml.SafeLoader):
-    """Safe YAML in which 1e-3 is a number and a key is text and given once."""
+    """Safe YAML in which 1e-3 is a number, a key is text and given once, and nothing is an alias.
+
+    Aliases of aliases let a file of a kilobyte stand for more than any memory holds.
+    """
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        own = cast("Any", self)
+        if own.check_event(yaml.AliasEvent):
+            event = own.peek_event()
+            told = f"the alias *{event.anchor} is not allowed; must be what it stands for, in full"
+            raise yaml.MarkedYAMLError(problem=told, problem_mark=event.start_mark)
+        return super().compose_node(parent, index)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen: set[str] = set()
@@ -110,24 +121,53 @@ def read_named(
         missing = f"no such {what if named else 'file'}; shipped: {', '.join(names)}"
         raise SceneError(f"{name_or_path}: {missing}")
     try:
-        return kind(**_mapping(path, what))
+        return kind(**read_mapping(path, what))
     except SceneError as error:
         if not error.problems:
             raise
         raise SceneError(error.problems, source=str(path)) from None
 
 
-def _mapping(path: Path, what: str) -> dict[str, Any]:
+def read_mapping(path: Path, what: str) -> dict[str, Any]:
+    """Read the keys and values in a YAML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    what
+        What it holds, for messages: "scene".
+
+    Raises
+    ------
+    SceneError
+        If it cannot be read, is not YAML, or holds no mapping.
+    """
     try:
-        data = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
-    except yaml.YAMLError as error:
-        raise SceneError(_describe(error), source=str(path)) from None
-    except (OSError, ValueError, RecursionError) as error:
-        raise SceneError(f"cannot be read: {error}", source=str(path)) from None
+        data = parse_yaml(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        told = str(error) if isinstance(error, SceneError) else f"cannot be read: {error}"
+        raise SceneError(told, source=str(path)) from None
     if not isinstance(data, dict):
         message = f"{data!r} is not a {what}; must be a mapping of keys"
         raise SceneError(message, source=str(path))
     return cast("dict[str, Any]", data)
+
+
+def parse_yaml(text: str) -> object:
+    """Return what YAML holds: the one way in which the package reads any.
+
+    Raises
+    ------
+    SceneError
+        If it is not YAML, or anything in it has an alias.
+    """
+    try:
+        return yaml.load(text, Loader=_Loader)
+    except yaml.YAMLError as error:
+        raise SceneError(_describe(error)) from None
+    except (ValueError, RecursionError) as error:
+        raise SceneError(f"cannot be read: {error}") from None
 
 
 def _describe(error: yaml.YAMLError) -> str:

@@ -97,8 +97,8 @@ def test_wrong_settings_name_key_value_and_remedy(tmp_path: Path, text: str, mes
     ("text", "message"),
     [
         ("timesteps: 5", "name: None is not allowed; must be given"),
-        ("- 1", r"\[1\] is not allowed; must be a mapping"),
-        ("name: [", "not YAML"),
+        ("- 1", r"\[1\] is not a group of settings; must be a mapping"),
+        ("name: [", "line 1, column 8: expected the node content"),
     ],
 )
 def test_what_is_no_settings_is_refused(tmp_path: Path, text: str, message: str) -> None:
@@ -144,7 +144,7 @@ def test_any_setting_can_be_assigned(tmp_path: Path) -> None:
     [
         ("seed", "'seed' is not allowed; must be a key and a value"),
         ("name.first=a", "name is not a group of settings"),
-        ("seed=[", "not YAML"),
+        ("seed=[", r"'seed=\[' is not allowed; its value: line 1, column 2: expected the node"),
         ("learner.beta=1", r"learner\.beta: 1 is not allowed; unknown key"),
     ],
 )

@@ -101,6 +101,7 @@ def test_a_missing_file_is_named(tmp_path: Path, kind: type) -> None:
         ("sequence: [NSNS]\nsequence: [SSSS]\n", r"line 2, column 1: the key 'sequence' is given"),
         ("sequence: [NSNS]\ncasing: {1: 2}\n", r"line 2, column 10: the key 1 is not text"),
         ("sequence: !!python/object:os.system {}\n", r"line 1, column 11: could not determine a"),
+        ("sequence: &a [NSNS]\nstart_angles: *a\n", r"line 2, column 15: the alias \*a is not al"),
         ("- NSNS\n", r"\['NSNS'\] is not a scene; must be a mapping"),
         ("", r"None is not a scene; must be a mapping"),
     ],

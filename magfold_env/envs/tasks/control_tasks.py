@@ -3,9 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, TypedDict, Unpack
-
-import yaml
+from typing import Any, Literal, TypedDict, Unpack, cast
 
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import ActionKind, SpeedTable
@@ -18,6 +16,7 @@ from magfold_env.envs.tasks.targets import is_target
 from magfold_env.envs.tasks.world import World
 from magfold_env.files import configs_dir
 from magfold_env.scene import Problem, Scene, SceneError, load_scene
+from magfold_env.scene.io import parse_yaml
 from magfold_env.scene.parts import Part
 
 FEED = (("feed", 5),)
@@ -55,7 +54,7 @@ def read_tasks(tasks: str | Sequence[ControlTask | Mapping[str, Any]]) -> tuple[
     given: Sequence[ControlTask | Mapping[str, Any]]
     if isinstance(tasks, str) and tasks in control_suite_names():
         path = configs_dir() / "control" / f"{tasks}.yaml"
-        given = yaml.safe_load(path.read_text(encoding="utf-8"))
+        given = cast("Any", parse_yaml(path.read_text(encoding="utf-8")))
     elif isinstance(tasks, (list, tuple)) and all(map(_is_task, tasks)):
         given = tasks
     else:
