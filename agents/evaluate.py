@@ -23,11 +23,13 @@ def evaluate(
     draws: int,
     processes: int = 2,
     built: bool = False,
+    trust_pickle: bool = False,
 ) -> report.Results:
     """Play every policy on every target with the same draws, none of which training sees.
 
     Each policy has so many `draws` on each target, so many `processes` play at a time, and every
     choice is folded once more `built` beforehand if wanted. The runs come by the methods' names.
+    What `trust_pickle` allows says `agents.training.policy_files.load`.
     """
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
@@ -39,7 +41,9 @@ def evaluate(
             played = successes = 0
             for policy in method.policies:
                 runs.append([])
-                for outcome in episodes.play_all(policy, settings, wanted, processes, built):
+                for outcome in episodes.play_all(
+                    policy, settings, wanted, processes, built, trust_pickle
+                ):
                     runs[-1].append(outcome)
                     played += 1
                     successes += outcome.success
@@ -55,6 +59,7 @@ def compare(
     processes: int,
     folder: Path,
     built: bool = False,
+    trust_pickle: bool = False,
 ) -> report.Results:
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
@@ -64,7 +69,7 @@ def compare(
     console = Console()
     folder.mkdir(parents=True, exist_ok=True)
     every = [*_usual(methods, settings, console), *methods]
-    results = evaluate(every, settings, draws, processes, built)
+    results = evaluate(every, settings, draws, processes, built, trust_pickle)
     summaries = report.summarise(results)
     console.print(report.targets_table(summaries), report.overall_table(summaries))
     seeds = evaluation_seeds(draws)
@@ -100,7 +105,7 @@ def main(
     agents: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Checkpoints (.zip; load only your own) or choices of agents.baselines (.json); "
+            help="Policies (.safetensors) or choices of agents.baselines (.json); "
             "NAME=PATH,PATH,... for the seeds of one method."
         ),
     ] = None,
@@ -112,6 +117,14 @@ def main(
         bool, typer.Option(help="Fold every choice once more, built beforehand (preloaded).")
     ] = True,
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
+    trust_pickle: Annotated[
+        bool,
+        typer.Option(
+            "--trust-pickle",
+            help="Read models as Stable-Baselines3 saves them (.zip), which can run any code: only "
+            "your own.",
+        ),
+    ] = False,
 ) -> None:
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
     with reported_errors(ValueError):
@@ -119,9 +132,9 @@ def main(
         methods = report.parse_methods(agents or [])
         for method in methods:
             for policy in method.policies:
-                policies.make_policy(policy)
+                policies.make_policy(policy, trust_pickle)
         episodes.warm_up(settings)
-        compare(methods, settings, draws, processes, output, built)
+        compare(methods, settings, draws, processes, output, built, trust_pickle)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """What a network sees of a tube-fed chain: everything counted from the mouth of the tube.
 
-Saved policies name this module: they load only while it is found here.
+The resume state of training runs names this module: it loads only while it is found here.
 """
 
 from collections.abc import Mapping

@@ -1,6 +1,6 @@
 """The learning rate over a run of several phases.
 
-Saved policies name this module: they load only while it is found here.
+The resume state of training runs names this module: it loads only while it is found here.
 """
 
 from dataclasses import dataclass

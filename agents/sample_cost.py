@@ -1,4 +1,4 @@
-"""What physics calls buy: ``python -m agents.sample_cost [SEARCH | NAME=CHECKPOINT,... ...]``.
+"""What physics calls buy: ``python -m agents.sample_cost [SEARCH | NAME=POLICY,... ...]``.
 
 With k physics calls a target each method freezes one candidate, sequence and speeds, chosen on
 those calls; it is scored on fresh draws. Without a call a search has what it would try first, and a
@@ -61,7 +61,7 @@ def measure(
 ) -> Curves:
     """Return what physics calls buy.
 
-    Methods are searches by name, or checkpoints; `budgets` are physics calls for each target,
+    Methods are searches by name, or files of policies; `budgets` are physics calls for each target,
     `draws` fresh ones that a choice is scored on, and `seed` is that of the searches and of their
     calls. So many `processes` each take a target.
     """
@@ -167,7 +167,7 @@ def draw(
 def main(
     methods: Annotated[
         list[str],
-        typer.Argument(help=f"Any of {', '.join(SEARCHES)}; checkpoints, NAME=PATH,PATH,..."),
+        typer.Argument(help=f"Any of {', '.join(SEARCHES)}; policies, NAME=PATH,PATH,..."),
     ],
     config: EnvConfig = "ppo-tube-feed",
     env: EnvChanges = None,

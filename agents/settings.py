@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar, get_args
 
 import pydantic
 import yaml
@@ -25,6 +25,11 @@ Count = Annotated[int, Field(ge=1)]
 Unit = Annotated[float, Field(ge=0, le=1)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
+Widths = Annotated[tuple[Count, ...], Field(max_length=16)]
+
+Algorithm = Literal["ppo", "maskable-ppo", "sac", "tqc"]
+ALGORITHMS = get_args(Algorithm)
+Features = Literal["chain", "mouth", "symmetric"]
 
 
 def word_or_other(value: Any) -> str:
@@ -155,9 +160,9 @@ class _Learner(Group, frozen=True):
     """Discount, of the agent and of the shaping."""
     batch_size: Annotated[int, Field(ge=2)] = 256
     """Steps in a minibatch."""
-    hidden: tuple[Count, ...] = (64, 64)
+    hidden: Widths = (64, 64)
     """Widths of the hidden layers of every network."""
-    features: Literal["chain", "mouth", "symmetric"] = "chain"
+    features: Features = "chain"
     """Whether networks see the chain from its first component to its last, or from the tube's mouth
     outward, see `agents.features.FromTheMouth`, or so and always from one side, see
     `agents.symmetry`; the latter two for tube feed alone, the last for PPO and MaskablePPO."""
@@ -229,9 +234,6 @@ class TQCSettings(SACSettings, frozen=True):
     """Truncated quantile critics."""
     top_quantiles_to_drop_per_net: Annotated[int, Field(ge=0)] = 2
     """Highest quantiles of each critic, of 25, that the target leaves out."""
-
-
-ALGORITHMS = ("ppo", "maskable-ppo", "sac", "tqc")
 
 
 def _branch(value: Any) -> str | None:

@@ -5,13 +5,13 @@
 """
 
 import json
+import shutil
 from collections import defaultdict
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from agents.ablate import FORMAT as ABLATION
 from agents.commands import reported_errors
@@ -25,8 +25,9 @@ from agents.evaluation.shipped import (
     policies_dir,
 )
 from agents.settings import EnvSettings, load_settings
+from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
-from agents.training.models import load_model, save_policy
+from magfold_env.files import replacing
 
 app = typer.Typer(help=__doc__, rich_markup_mode=None, no_args_is_help=True)
 """The command."""
@@ -34,8 +35,6 @@ app = typer.Typer(help=__doc__, rich_markup_mode=None, no_args_is_help=True)
 
 def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
     """Write the policies of training runs and a card without results to `folder`.
-
-    The optimisers' state, most of a checkpoint, is left out.
 
     The set is called `name`, and the runs, finished, differ in nothing but the seed.
 
@@ -55,12 +54,10 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
         if settings not in (None, own):
             raise CardError(f"{run}: was trained with other settings than {runs[0]}")
         settings = own
-        model = load_model(run / "policy.zip")
-        if not isinstance(model, OnPolicyAlgorithm):
-            raise CardError(f"{run}: only policies of ppo and maskable-ppo are small enough")
-        model.policy.optimizer.state.clear()
-        file = folder / f"{name}-{number}.zip"
-        save_policy(model, file)
+        policy_files.load(run / "policy.safetensors")
+        file = folder / f"{name}-{number}.safetensors"
+        with replacing(file) as temporary:
+            shutil.copyfile(run / "policy.safetensors", temporary)
         policies.append(Training(file=file.name, sha256=str(file_digest(str(file))), run=info))
     card = Card(name=name, settings=settings or {}, policies=tuple(policies))
     card.write(folder / f"{name}.json")
@@ -133,7 +130,7 @@ def policies_command(
     runs: Annotated[list[Path], typer.Argument(help="Folders of training runs, one a seed.")],
     folder: Folder = None,
 ) -> None:
-    """Write the policies of training runs, small, and a card."""
+    """Write the policies of training runs and a card."""
     with reported_errors(ValueError):
         _say(ship_policies(name, runs, folder or policies_dir()))
 

@@ -4,7 +4,7 @@ A chain in a mirror folds as its image does, and exchanging N and S everywhere c
 Of these four the network sees one, chosen by what is wanted and by what has left the tube, and
 its choice is turned back: what is learned of one holds for all, exactly.
 
-Saved policies name this module: they load only while it is found here.
+The resume state of training runs names this module: it loads only while it is found here.
 """
 
 from collections.abc import Mapping

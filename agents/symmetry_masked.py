@@ -1,7 +1,6 @@
 """The symmetric network of `agents.symmetry` for MaskablePPO.
 
-Saved policies name this module, by which they are told from PPO's: they load only while it is
-found here.
+The resume state of training runs names this module: it loads only while it is found here.
 """
 
 from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy

@@ -147,7 +147,7 @@ def main(
     policy: Annotated[
         str,
         typer.Argument(
-            help="A set of shipped policies, a checkpoint (.zip; load only your own), or "
+            help="A set of shipped policies, a policy (.safetensors), or "
             "NAME=PATH,PATH,... for the seeds of one method."
         ),
     ],

@@ -371,7 +371,7 @@ def frozen_by(
 ) -> policies.Chosen:
     """Return what a search, or a trained policy that is watched, chooses for a target.
 
-    The name is one of `SEARCHES`, or the path of a checkpoint, which needs a call at least; the
+    The name is one of `SEARCHES`, or the path of a policy, which needs a call at least; the
     rest is as for `choose`.
     """
     if name not in SEARCHES:

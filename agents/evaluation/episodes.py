@@ -141,19 +141,22 @@ def play_all(
     episodes: Sequence[tuple[str, int]],
     processes: int = 1,
     built: bool = False,
+    trust_pickle: bool = False,
 ) -> Iterator[Outcome]:
     """Play `episodes`, pairs of target and seed, and return their outcomes in that order.
 
-    `agents.evaluation.policies.make_policy` says what `policy` may be, and `play` what `built`
-    means.
+    `agents.evaluation.policies.make_policy` says what `policy` may be and `trust_pickle` allows,
+    and `play` what `built` means.
     """
-    jobs = ((policy, settings, target, seed, built) for target, seed in episodes)
+    jobs = ((policy, settings, target, seed, built, trust_pickle) for target, seed in episodes)
     return spread_over(processes, _play, jobs)
 
 
-def _play(policy: str, settings: EnvSettings, target: str, seed: int, built: bool) -> Outcome:
+def _play(
+    policy: str, settings: EnvSettings, target: str, seed: int, built: bool, trust_pickle: bool
+) -> Outcome:
     """Play one episode with this process's own policy and environment."""
-    return play(own_policy(policy), own_env(settings), target, seed, built=built)
+    return play(own_policy(policy, trust_pickle), own_env(settings), target, seed, built=built)
 
 
 def built_beforehand(

@@ -11,12 +11,10 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
-import sb3_contrib
 import torch
 from pydantic import TypeAdapter, ValidationError
-from stable_baselines3.common.base_class import BaseAlgorithm
 
-from agents.training.models import load_model
+from agents.training import policy_files
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.spaces.observation import MEASURED
 from magfold_env.files import write_text
@@ -68,25 +66,25 @@ class DesignPolicy:
 class TrainedPolicy:
     """A trained policy, which plays the most probable action, or draws it as in training."""
 
-    def __init__(self, model: BaseAlgorithm, sampled: bool = False) -> None:
-        self._model = model
+    def __init__(self, saved: policy_files.SavedPolicy, sampled: bool = False) -> None:
+        self._saved = saved
         self._sampled = sampled
-        self._masked = isinstance(model, sb3_contrib.MaskablePPO)
 
     @classmethod
-    def load(cls, path: str | Path, sampled: bool = False) -> Self:
-        """Read a checkpoint that `agents.train` wrote, see `agents.training.models.load_model`."""
+    def load(cls, path: str | Path, sampled: bool = False, trust_pickle: bool = False) -> Self:
+        """Read a policy that `agents.train` wrote, see `agents.training.policy_files.load`."""
         torch.set_num_threads(1)
-        return cls(load_model(path), sampled)
+        return cls(policy_files.load(path, trust_pickle), sampled)
 
     @property
     def training_steps(self) -> int:
         """Environment steps that it was trained for."""
-        return self._model.num_timesteps
+        return self._saved.steps
 
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
         """Return the policy's action."""
-        own = (self._model.observation_space, self._model.action_space)
+        policy: Any = self._saved.policy
+        own = (policy.observation_space, policy.action_space)
         if own != (env.observation_space, env.action_space):
             raise ValueError(
                 f"policy: its spaces {own} are not the environment's, "
@@ -94,8 +92,8 @@ class TrainedPolicy:
             )
         if self._sampled:
             torch.manual_seed(int(rng.integers(2**31)))
-        masks: Mapping[str, Any] = {"action_masks": env.action_masks()} if self._masked else {}
-        action, _ = self._model.predict(observation, deterministic=not self._sampled, **masks)
+        masks = {"action_masks": env.action_masks()} if self._saved.masked else {}
+        action, _ = policy.predict(observation, deterministic=not self._sampled, **masks)
         return action
 
 
@@ -133,15 +131,17 @@ def _unmoved(env: FoldEnv[Any], entries: Any) -> Any:
     return entries
 
 
-def make_policy(name: str) -> Policy:
+def make_policy(name: str, trust_pickle: bool = False) -> Policy:
     """Return the policy called `name`.
 
     Parameters
     ----------
     name : str
         ``random``; ``minimiser``, the design that rewards are measured against; the path of
-        choices that `agents.baselines` wrote (``.json``), or of a checkpoint (``.zip``);
+        choices that `agents.baselines` wrote (``.json``), or of a policy (``.safetensors``);
         ``blind:`` and one of these, which is then shown no motion.
+    trust_pickle : bool
+        Whether it may be a model as Stable-Baselines3 saves it, which can run any code.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def make_policy(name: str) -> Policy:
         If it is none of these, or the file is damaged or not one that is understood.
     """
     if name.startswith(BLIND):
-        return BlindPolicy(make_policy(name.removeprefix(BLIND)))
+        return BlindPolicy(make_policy(name.removeprefix(BLIND), trust_pickle))
     if name == "random":
         return RandomPolicy()
     if name == "minimiser":
@@ -158,9 +158,11 @@ def make_policy(name: str) -> Policy:
     if not path.is_file():
         raise ValueError(
             f"{name}: no such file; must be random, minimiser, choices (.json) "
-            "or a checkpoint (.zip)"
+            "or a policy (.safetensors)"
         )
-    return FrozenPolicy(read_choices(path)) if path.suffix == ".json" else TrainedPolicy.load(path)
+    if path.suffix == ".json":
+        return FrozenPolicy(read_choices(path))
+    return TrainedPolicy.load(path, trust_pickle=trust_pickle)
 
 
 class OpenLoop(NamedTuple):

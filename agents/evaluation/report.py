@@ -53,8 +53,8 @@ class Method:
         """Return the method that ``NAME=PATH,PATH,...``, or a policy alone, stands for.
 
         A file's name without its ending is what it is called then, with its folder's for
-        ``policy.zip``, the name that every training gives. The name of a set of shipped policies
-        stands for the paths of all its seeds.
+        ``policy.safetensors``, the name that every training gives. The name of a set of shipped
+        policies stands for the paths of all its seeds.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class Method:
 
 def _short(policies: Sequence[str]) -> str:
     path = Path(policies[0])
-    return path.parent.name if path.name == "policy.zip" and path.parent.name else path.stem
+    return path.parent.name if path.stem == "policy" and path.parent.name else path.stem
 
 
 def parse_methods(texts: Sequence[str]) -> list[Method]:

@@ -114,8 +114,8 @@ class RunFolder:
     def __init__(self, path: Path, settings: TrainSettings) -> None:
         self.path = path
         self.settings = settings
-        self.policy = path / "policy.zip"
-        self.best = path / "best.zip"
+        self.policy = path / "policy.safetensors"
+        self.best = path / "best.safetensors"
         self.state = path / "resume.zip"
         self.checkpoints = path / "checkpoints"
         self._settings_file = path / "settings.yaml"
@@ -142,7 +142,7 @@ class RunFolder:
         SettingsError
             If another run lies here, or none where one is to be taken up.
         """
-        for partial in self.path.glob(".*.zip"):
+        for partial in (*self.path.glob(".*.zip"), *self.path.glob(".*.safetensors")):
             # What a kill has left of a file that was being written.
             partial.unlink()
         if resume is not False and self._settings_file.is_file():
@@ -155,7 +155,7 @@ class RunFolder:
         if resume:
             raise SettingsError(f"{self.path}: there is no checkpoint to resume from")
         earlier = [self.policy, self.best, self.state, self.path / FILE]
-        for file in (*earlier, *self.path.glob(EVENTS), *self.checkpoints.glob("policy-*.zip")):
+        for file in (*earlier, *self.path.glob(EVENTS), *self.checkpoints.glob("policy-*")):
             file.unlink(missing_ok=True)
         self.checkpoints.mkdir(parents=True, exist_ok=True)
         save_settings(self.settings, self._settings_file)

@@ -1,4 +1,4 @@
-"""The models of Stable-Baselines3 and sb3-contrib: made, read from files, and taken up again.
+"""The models of Stable-Baselines3 and sb3-contrib: made and taken up again.
 
 Everything that decides how a training run goes on lies in a file that holds it whole or not at all,
 and is of one run only.
@@ -23,10 +23,23 @@ import numpy as np
 import torch
 from sb3_contrib import TQC, MaskablePPO
 from stable_baselines3 import PPO, SAC, HerReplayBuffer
-from stable_baselines3.common import base_class, logger, off_policy_algorithm, vec_env
+from stable_baselines3.common import (
+    base_class,
+    logger,
+    off_policy_algorithm,
+    torch_layers,
+    vec_env,
+)
 
 from agents import features, learning_rate, symmetry, symmetry_masked
-from agents.settings import LearnerSettings, SACSettings, StopSettings, TrainSettings
+from agents.settings import (
+    Algorithm,
+    Features,
+    LearnerSettings,
+    SACSettings,
+    StopSettings,
+    TrainSettings,
+)
 from agents.training.envs import EnvsState, envs_state, set_envs_state
 from magfold_env.checkpoint import CheckpointError, difference
 from magfold_env.files import replacing
@@ -40,15 +53,13 @@ CLASSES: dict[str, type[base_class.BaseAlgorithm]] = {
 }
 """The class of each algorithm."""
 
-_BY_POLICY: dict[str, type[base_class.BaseAlgorithm]] = {
-    "stable_baselines3.common.policies": PPO,
-    "agents.symmetry": PPO,
-    "agents.symmetry_masked": MaskablePPO,
-    "sb3_contrib.common.maskable.policies": MaskablePPO,
-    "stable_baselines3.sac.policies": SAC,
-    "sb3_contrib.tqc.policies": TQC,
+FEATURES = {
+    torch_layers.FlattenExtractor: "chain",
+    torch_layers.CombinedExtractor: "chain",
+    features.FromTheMouth: "mouth",
+    symmetry.FromOneSide: "symmetric",
 }
-"""The class that wrote a model, by the module of its policy."""
+"""What networks see, by the class that shows it."""
 
 UNREADABLE = (
     OSError,
@@ -85,73 +96,47 @@ def make_model(
     if isinstance(settings, SACSettings) and settings.hindsight is not None:
         options["replay_buffer_class"] = HerReplayBuffer
         options["replay_buffer_kwargs"] = settings.hindsight.model_dump()
-    policy: dict[str, Any] = {"net_arch": list(settings.hidden)}
     dictionary = isinstance(env.observation_space, gymnasium.spaces.Dict)
-    kind: Any = "MultiInputPolicy" if dictionary else "MlpPolicy"
+    backward = False
     if settings.features != "chain":
         scene: Scene = env.get_attr("scene")[0]
-        policy["features_extractor_class"] = features.FromTheMouth
-        policy["features_extractor_kwargs"] = {"backward": scene.feed.direction == "backward"}
-        if settings.features == "symmetric":
-            if not symmetry.is_symmetric(scene):
-                raise ValueError(
-                    "learner.features: 'symmetric' is not allowed for a scene with a field, a "
-                    "slope or magnets that differ from left to right; must be chain or mouth"
-                )
-            masked = settings.algorithm == "maskable-ppo"
-            kind = symmetry_masked.MaskableSymmetricPolicy if masked else symmetry.SymmetricPolicy
-            policy["features_extractor_class"] = symmetry.FromOneSide
+        backward = scene.feed.direction == "backward"
+        if settings.features == "symmetric" and not symmetry.is_symmetric(scene):
+            raise ValueError(
+                "learner.features: 'symmetric' is not allowed for a scene with a field, a "
+                "slope or magnets that differ from left to right; must be chain or mouth"
+            )
+    kind, policy = network(settings.algorithm, settings.features, dictionary, backward)
     return CLASSES[settings.algorithm](
         kind,
         env,
         learning_rate=learning_rate.LearningRate(settings.learning_rate, settings.anneal),
-        policy_kwargs=policy,
+        policy_kwargs=policy | {"net_arch": list(settings.hidden)},
         seed=seed,
         device=device,
         **options,
     )
 
 
-def save_policy(model: base_class.BaseAlgorithm, path: Path) -> None:
-    """Write `model` to `path` (``.zip``) under a temporary name and move it into place."""
-    with replacing(path) as temporary:
-        model.save(temporary)
+def network(
+    algorithm: Algorithm, seen: Features, dictionary: bool, backward: bool
+) -> tuple[Any, dict[str, Any]]:
+    """Return the class of a policy, and the options that decide what it sees.
 
-
-def load_model(path: str | Path, device: str = "cpu") -> base_class.BaseAlgorithm:
-    """Read a model of any of the algorithms, to choose actions with.
-
-    Such files hold pickles, which can run code: load only your own.
-
-    Raises
-    ------
-    ValueError
-        If there is no such file, or it is damaged or no model of an algorithm that is known.
+    Its observations are a `dictionary` or not, and the last component leaves the tube first or not.
     """
-    written_by = _class_of(Path(path))
-    # A replay buffer is large, and hindsight's wants an environment.
-    without: dict[str, Any] = {}
-    if issubclass(written_by, off_policy_algorithm.OffPolicyAlgorithm):
-        without = {"buffer_size": 1, "replay_buffer_class": None, "replay_buffer_kwargs": {}}
-    try:
-        return written_by.load(path, device=device, **without)
-    except (*UNREADABLE, AssertionError, ImportError, pickle.UnpicklingError) as error:
-        raise ValueError(f"{path}: is not a model, or is damaged: {error}") from None
-
-
-def _class_of(path: Path) -> type[base_class.BaseAlgorithm]:
-    """Return the class that wrote a model, without unpickling anything."""
-    if not path.is_file():
-        raise ValueError(f"{path}: no such file; must be a model (.zip)")
-    try:
-        with zipfile.ZipFile(path) as archive:
-            module = json.loads(archive.read("data"))["policy_class"]["__module__"]
-    except UNREADABLE as error:
-        raise ValueError(f"{path}: is not a model, or is damaged: {error}") from None
-    if module not in _BY_POLICY:
-        known = ", ".join(CLASSES)
-        raise ValueError(f"{path}: its policy is from {module!r}; must be of one of {known}")
-    return _BY_POLICY[module]
+    kind: Any = CLASSES[algorithm].policy_aliases["MultiInputPolicy" if dictionary else "MlpPolicy"]
+    if seen == "chain":
+        return kind, {}
+    extractor = features.FromTheMouth
+    if seen == "symmetric":
+        masked = algorithm == "maskable-ppo"
+        kind = symmetry_masked.MaskableSymmetricPolicy if masked else symmetry.SymmetricPolicy
+        extractor = symmetry.FromOneSide
+    return kind, {
+        "features_extractor_class": extractor,
+        "features_extractor_kwargs": {"backward": backward},
+    }
 
 
 def enter(model: base_class.BaseAlgorithm, envs: vec_env.VecEnv) -> None:

@@ -17,10 +17,9 @@ from agents.commands import progress_bar
 from agents.evaluation.episodes import warm_up
 from agents.settings import EnvSettings, Phase, TrainSettings
 from agents.training import folder as run_folder
-from agents.training import models
+from agents.training import models, policy_files
 from agents.training.envs import make_env, make_training_envs
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.files import replacing
 
 EPISODES_PER_RECORD = 60
 """How often learners that learn all the time write their numbers."""
@@ -165,10 +164,10 @@ class TrainingRun:
 
     - ``settings.yaml`` and ``run.json``: everything it was made from and with, and its status;
     - TensorBoard's files;
-    - ``checkpoints/``: the policies on the way; ``best.zip``: the one that validated best;
+    - ``checkpoints/``: the policies on the way; ``best.safetensors``: the one that validated best;
     - ``resume.zip``: where it goes on after an interruption; it holds pickles, so take up only
       your own runs;
-    - at the end ``policy.zip``.
+    - at the end ``policy.safetensors``.
 
     It goes on from the state in `parts`, if there is one.
     """
@@ -206,7 +205,7 @@ class TrainingRun:
         try:
             self._learn_all()
             if self._model is not None:
-                models.save_policy(self._model, self._folder.policy)
+                policy_files.save(self._model, self._folder.policy)
             self._info.finished = True
         finally:
             self._note()
@@ -304,7 +303,7 @@ class TrainingRun:
         own.dump(model.num_timesteps)
         self._progress.validated_at = model.num_timesteps
         if self._progress.note(result, phase.stop):
-            models.save_policy(model, self._folder.best)
+            policy_files.save(model, self._folder.best)
         if self._watch is not None and self._progress.phase == len(self._settings.phases) - 1:
             self._watch(self._progress.validations, result)
 
@@ -312,9 +311,8 @@ class TrainingRun:
         """Write a checkpoint to go on from, and the policy as it is."""
         parts = models.pack(model, envs, self._progress, run_folder.event_sizes(self._folder.path))
         models.write_archive(self._folder.state, self._key, parts)
-        policy = self._folder.checkpoints / f"policy-{model.num_timesteps:09d}.zip"
-        with replacing(policy) as temporary:
-            temporary.write_bytes(parts[models.MODEL])
+        name = f"policy-{model.num_timesteps:09d}.safetensors"
+        policy_files.save(model, self._folder.checkpoints / name)
         self._note()
 
     def _note(self) -> None:

@@ -26,9 +26,13 @@ def outcome(target: str, status: str, *joints: float, success: bool = False) -> 
     [
         ("random", "random", ("random",)),
         ("runs/robust.json", "robust", ("runs/robust.json",)),
-        ("runs/ppo/policy.zip", "ppo", ("runs/ppo/policy.zip",)),
-        ("policy.zip", "policy", ("policy.zip",)),
-        ("PPO=a/policy.zip,b/policy.zip", "PPO", ("a/policy.zip", "b/policy.zip")),
+        ("runs/ppo/policy.safetensors", "ppo", ("runs/ppo/policy.safetensors",)),
+        ("policy.safetensors", "policy", ("policy.safetensors",)),
+        (
+            "PPO=a/p.safetensors,b/p.safetensors",
+            "PPO",
+            ("a/p.safetensors", "b/p.safetensors"),
+        ),
     ],
 )
 def test_a_method_has_a_name_and_a_policy_a_seed(
@@ -45,7 +49,7 @@ def test_a_wrong_method_is_refused(text: str) -> None:
 
 def test_two_methods_of_one_name_are_refused() -> None:
     with pytest.raises(ValueError, match="policy: two methods have this name"):
-        parse_methods(["policy.zip", "policy=other.zip"])
+        parse_methods(["policy.safetensors", "policy=other.zip"])
 
 
 def test_scores_are_put_in_a_table_of_runs_and_targets() -> None:

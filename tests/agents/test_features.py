@@ -6,8 +6,9 @@ import torch
 from gymnasium import spaces
 
 from agents.features import WIDTHS, FromTheMouth
+from agents.training import policy_files
 from agents.training.envs import make_training_envs
-from agents.training.models import load_model, make_model
+from agents.training.models import make_model
 from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
@@ -102,14 +103,14 @@ def test_a_policy_that_sees_from_the_mouth_is_saved_and_plays(
     learner = {"algorithm": "ppo", "features": "mouth", "hidden": [16], **LEARNERS["ppo"]}
     settings = tiny(learner=learner, env=options)
     model = make_model(settings.learner, make_training_envs(settings, 0), 0)
-    model.save(tmp_path / "policy.zip")
-    loaded = load_model(tmp_path / "policy.zip")
+    policy_files.save(model, tmp_path / "policy.safetensors")
+    loaded = policy_files.load(tmp_path / "policy.safetensors").policy
     env: Any = TubeFeedEnv(**options)
     observation, _ = env.reset(seed=0)
     for _ in range(2):
         action, _ = model.predict(observation, deterministic=True)
         assert np.array_equal(action, loaded.predict(observation, deterministic=True)[0])
         observation, *_ = env.step(action)
-    order: Any = loaded.policy.get_submodule("features_extractor").get_buffer("_order")
+    order: Any = loaded.get_submodule("features_extractor").get_buffer("_order")
     mirrored = FromTheMouth(env.observation_space, direction == "backward")
     assert torch.equal(order, mirrored.get_buffer("_order"))

@@ -57,14 +57,14 @@ def test_the_command_trains_plays_and_goes_on(tmp_path: Path) -> None:
     arguments += ["--processes", "1", "--against", "random", "--output", str(tmp_path / "runs")]
     first = CliRunner().invoke(app, arguments)
     assert first.exit_code == 0, first.output
-    trained = (tmp_path / "runs" / "fold-1" / "policy.zip").stat().st_mtime_ns
+    trained = (tmp_path / "runs" / "fold-1" / "policy.safetensors").stat().st_mtime_ns
     content = json.loads((tmp_path / "runs" / "generalise.json").read_text(encoding="utf-8"))
     held = [word for fold in content["folds"] for word in fold["held"]]
     assert sorted(held) == sorted(folded_words(4))
     assert set(content["other"]) == set(held)
     again = CliRunner().invoke(app, arguments)
     assert again.exit_code == 0, again.output
-    assert (tmp_path / "runs" / "fold-1" / "policy.zip").stat().st_mtime_ns == trained
+    assert (tmp_path / "runs" / "fold-1" / "policy.safetensors").stat().st_mtime_ns == trained
 
 
 def test_bad_settings_are_told(tmp_path: Path) -> None:

@@ -1,5 +1,3 @@
-import json
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +16,7 @@ from agents.evaluation.policies import (
     TrainedPolicy,
     make_policy,
 )
+from agents.training import policy_files
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
 
@@ -39,16 +38,15 @@ def trained(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     kind = "MultiInputPolicy" if env_class is TubeFeedGoalEnv else "MlpPolicy"
     buffer: dict[str, Any] = {} if "PPO" in request.param else {"buffer_size": 10}
     small: dict[str, Any] = {"policy_kwargs": {"net_arch": [8]}, "device": "cpu", "seed": 0}
-    path = tmp_path_factory.mktemp("policy") / f"{request.param}.zip"
-    algorithm(kind, env, **small, **buffer).save(path)
+    path = tmp_path_factory.mktemp("policy") / f"{request.param}.safetensors"
+    policy_files.save(algorithm(kind, env, **small, **buffer), path)
     return algorithm, env, path
 
 
-def test_a_checkpoint_of_any_algorithm_is_loaded_and_plays(trained: Any) -> None:
+def test_a_policy_of_any_algorithm_is_loaded_and_plays(trained: Any) -> None:
     algorithm, env, path = trained
     policy = make_policy(str(path))
     assert isinstance(policy, TrainedPolicy)
-    assert type(policy._model) is algorithm  # pyright: ignore[reportPrivateUsage]
     outcomes = [play(policy, env, TARGET, 0) for _ in range(2)]
     assert outcomes[0] == outcomes[1]
     if algorithm is sb3_contrib.MaskablePPO:
@@ -78,18 +76,9 @@ def test_random_actions_lie_in_any_space() -> None:
 def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="nothing: no such file; must be random, minimiser"):
         make_policy("nothing")
-    path = tmp_path / "policy.zip"
-    path.write_bytes(b"no archive")
-    with pytest.raises(ValueError, match=r"policy\.zip: is not a model, or is damaged"):
-        make_policy(str(path))
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("data", json.dumps({"policy_class": {"__module__": "somewhere.else"}}))
-    with pytest.raises(ValueError, match=r"'somewhere\.else'; must be of one of ppo, maskable-ppo"):
-        make_policy(str(path))
-    with zipfile.ZipFile(path, "w") as archive:
-        module = "stable_baselines3.common.policies"
-        archive.writestr("data", json.dumps({"policy_class": {"__module__": module}}))
-    with pytest.raises(ValueError, match=r"policy\.zip: is not a model, or is damaged"):
+    path = tmp_path / "policy.safetensors"
+    path.write_bytes(b"no policy")
+    with pytest.raises(ValueError, match=r"policy\.safetensors: is not a policy, or is damaged"):
         make_policy(str(path))
 
 

@@ -19,5 +19,5 @@ def test_the_main_job_trains_and_compares(tmp_path: Path, monkeypatch: pytest.Mo
         f"{tmp_path.name}, blind",
     }
     assert results["env"]["reward"] is None
-    for file in ("policy.zip", "report.html", "folds.gif"):
+    for file in ("policy.safetensors", "report.html", "folds.gif"):
         assert (tmp_path / file).is_file()

@@ -11,6 +11,7 @@ from agents.evaluation.policies import FrozenPolicy, TrainedPolicy
 from agents.evaluation.report import Method
 from agents.sample_cost import main, measure, success
 from agents.settings import EnvSettings
+from agents.training import policy_files
 from magfold_env.envs.tasks.draws import evaluation_seeds
 
 SETTINGS = EnvSettings(targets=("LRLLL",))
@@ -19,8 +20,9 @@ BUDGETS = (0, 1, 4)
 
 @pytest.fixture(scope="module")
 def policy(tmp_path_factory: pytest.TempPathFactory) -> str:
-    path = tmp_path_factory.mktemp("policy") / "ppo.zip"
-    PPO("MlpPolicy", make_env(SETTINGS), policy_kwargs={"net_arch": [8]}, seed=0).save(path)
+    path = tmp_path_factory.mktemp("policy") / "ppo.safetensors"
+    model = PPO("MlpPolicy", make_env(SETTINGS), policy_kwargs={"net_arch": [8]}, seed=0)
+    policy_files.save(model, path)
     return str(path)
 
 

@@ -6,8 +6,9 @@ import torch
 from gymnasium import spaces
 
 from agents.symmetry import VIEWS, FromOneSide, SymmetricPolicy, is_symmetric
+from agents.training import policy_files
 from agents.training.envs import make_training_envs
-from agents.training.models import load_model, make_model
+from agents.training.models import make_model
 from magfold_env.envs.spaces.actions import SIGNS
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
@@ -147,9 +148,9 @@ def test_a_symmetric_policy_learns_is_saved_and_plays(
     before = [each.clone() for each in model.policy.parameters()]
     model.learn(100)
     assert not any(map(torch.equal, before, model.policy.parameters()))
-    model.save(tmp_path / "policy.zip")
-    loaded: Any = load_model(tmp_path / "policy.zip")
-    assert type(loaded) is type(model)
+    policy_files.save(model, tmp_path / "policy.safetensors")
+    loaded: Any = policy_files.load(tmp_path / "policy.safetensors").policy
+    assert type(loaded) is type(model.policy)
     observations: Any = envs.reset()
     assert np.array_equal(
         model.predict(observations, deterministic=True)[0],

@@ -8,7 +8,7 @@ from stable_baselines3 import PPO
 from agents.evaluation.episodes import make_env, play, play_all, warm_up
 from agents.evaluation.policies import DesignPolicy, RandomPolicy, TrainedPolicy
 from agents.settings import TrainSettings
-from agents.training.models import save_policy
+from agents.training import policy_files
 from agents.training.run import train
 from magfold_env.envs.tasks.draws import episode_seeds
 
@@ -40,23 +40,21 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_run_leaves_policy_checkpoints_settings_and_logs(run: Path) -> None:
-    assert (run / "policy.zip").is_file()
+    assert (run / "policy.safetensors").is_file()
     assert (run / "settings.yaml").is_file()
     names = {file.name for file in (run / "checkpoints").iterdir()}
-    assert names == {"policy-000000048.zip", "policy-000000096.zip"}
+    assert names == {"policy-000000048.safetensors", "policy-000000096.safetensors"}
     assert list(run.glob("events.out.tfevents.*"))
 
 
 def test_the_same_seed_trains_the_same_policy(run: Path, tmp_path: Path) -> None:
-    again = PPO.load(train(SETTINGS, tmp_path), device="cpu")
-    before = PPO.load(run / "policy.zip", device="cpu")
-    for name, weights in before.policy.state_dict().items():
-        np.testing.assert_array_equal(weights.numpy(), again.policy.state_dict()[name].numpy())
+    again = train(SETTINGS, tmp_path)
+    assert again.read_bytes() == (run / "policy.safetensors").read_bytes()
 
 
 def test_a_trained_policy_plays_the_same_in_any_number_of_processes(run: Path) -> None:
     episodes = [(t, s) for t in ("LRLLL", "RLRRR") for s in episode_seeds("evaluation", 1)]
-    policy = str(run / "policy.zip")
+    policy = str(run / "policy.safetensors")
     alone = list(play_all(policy, SETTINGS.env, episodes))
     shared = list(play_all(policy, SETTINGS.env, episodes, processes=2))
     assert alone == shared
@@ -65,7 +63,7 @@ def test_a_trained_policy_plays_the_same_in_any_number_of_processes(run: Path) -
 
 def test_a_policy_for_other_spaces_is_refused(run: Path) -> None:
     env = make_env(SETTINGS.env.model_copy(update={"speeds": 4}))
-    policy = TrainedPolicy.load(run / "policy.zip")
+    policy = TrainedPolicy.load(run / "policy.safetensors")
     with pytest.raises(ValueError, match=r"policy: its spaces .* are not the environment's"):
         play(policy, env, "LRLLL", 0)
 
@@ -86,18 +84,21 @@ def test_random_play_depends_on_the_seed_alone() -> None:
     assert outcomes[0] == outcomes[2] != outcomes[1]
 
 
-def test_an_interrupted_save_leaves_the_old_policy(run: Path, tmp_path: Path) -> None:
-    path = tmp_path / "policy.zip"
-    path.write_bytes((run / "policy.zip").read_bytes())
+def test_an_interrupted_save_leaves_the_old_policy(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "policy.safetensors"
+    path.write_bytes((run / "policy.safetensors").read_bytes())
     before = path.read_bytes()
 
-    class Broken:
-        def save(self, target: Path) -> None:
-            target.write_bytes(b"half")
-            raise OSError("no space left")
+    def broken(target: Path, content: bytes) -> None:
+        target.write_text("half")
+        raise OSError("no space left")
 
+    model = PPO("MlpPolicy", make_env(SETTINGS.env), device="cpu")
+    monkeypatch.setattr(Path, "write_bytes", broken)
     with pytest.raises(OSError, match="no space"):
-        save_policy(Broken(), path)  # pyright: ignore[reportArgumentType]
+        policy_files.save(model, path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
 

@@ -1,6 +1,7 @@
 """Every learner learns in the environments that it can take."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,9 +9,10 @@ import torch
 
 from agents.learning_rate import LearningRate
 from agents.settings import EnvSettings, StopSettings, TrainSettings, load_settings
+from agents.training import policy_files
 from agents.training.envs import check_envs, make_env, make_training_envs
 from agents.training.folder import RunInfo
-from agents.training.models import Progress, due, load_model, make_model
+from agents.training.models import Progress, due, make_model
 from agents.training.run import Validation, train
 from magfold_env.files import configs_dir
 from tests.agents.training import LEARNERS, records, tiny, weights
@@ -38,7 +40,7 @@ def test_a_run_changes_the_networks_and_leaves_its_files(
     trained = weights(policy)
     assert trained.keys() == untrained.keys()
     assert any(not torch.equal(trained[name], untrained[name]) for name in trained)
-    assert (tmp_path / "best.zip").is_file()
+    assert (tmp_path / "best.safetensors").is_file()
     assert load_settings(tmp_path / "settings.yaml") == settings
     info = RunInfo.read(tmp_path)
     assert info is not None
@@ -51,12 +53,12 @@ def test_a_run_changes_the_networks_and_leaves_its_files(
 @pytest.mark.train
 def test_a_masked_policy_takes_what_can_be_built(tmp_path: Path) -> None:
     settings = tiny("maskable-ppo")
-    model = load_model(train(settings, tmp_path))
+    policy: Any = policy_files.load(train(settings, tmp_path)).policy
     env = make_env(settings.env)
     masks = env.get_wrapper_attr("action_masks")()
     observation, _ = env.reset(seed=0)
     for _ in range(50):
-        action, _ = model.predict(observation, action_masks=masks)  # pyright: ignore[reportCallIssue]
+        action, _ = policy.predict(observation, action_masks=masks)
         assert masks[int(action[0])]
 
 
@@ -143,13 +145,6 @@ def test_validation_plays_the_same_draws_every_time() -> None:
     result = validation(model)
     assert set(result) == {"success_rate", "score"}
     assert result == validation(model) == Validation(settings.env, 4)(model)
-
-
-def test_a_file_that_is_no_model_is_named(tmp_path: Path) -> None:
-    file = tmp_path / "policy.zip"
-    file.write_bytes(b"nothing")
-    with pytest.raises(ValueError, match=r"policy\.zip: is not a model"):
-        load_model(file)
 
 
 def test_every_learner_is_tried() -> None:

@@ -84,7 +84,7 @@ def test_a_damaged_checkpoint_is_refused(
     (folder / "resume.zip").write_bytes(damage(whole, tmp_path))
     with pytest.raises(CheckpointError, match=r"resume\.zip: is damaged"):
         train(tiny(), folder)
-    assert not (folder / "policy.zip").exists()
+    assert not (folder / "policy.safetensors").exists()
 
 
 def test_a_foreign_checkpoint_is_refused(whole: bytes, tmp_path: Path) -> None:

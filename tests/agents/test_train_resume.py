@@ -78,8 +78,8 @@ def test_a_killed_run_goes_on_bit_for_bit(settings: TrainSettings, tmp_path: Pat
     train(settings, whole)
     # In the random actions at the start, in the middle, and twice from one checkpoint.
     broken_off(settings, killed, [28, 35, 40, 3])
-    assert same_weights(whole / "policy.zip", killed / "policy.zip")
-    assert same_weights(whole / "best.zip", killed / "best.zip")
+    assert same_weights(whole / "policy.safetensors", killed / "policy.safetensors")
+    assert same_weights(whole / "best.safetensors", killed / "best.safetensors")
     written = records(killed)
     for steps in ([step for step, _ in series] for series in written.values()):
         assert steps == sorted(set(steps))
@@ -94,14 +94,18 @@ def test_a_killed_run_goes_on_bit_for_bit(settings: TrainSettings, tmp_path: Pat
 def test_how_environments_are_stepped_changes_nothing(tmp_path: Path) -> None:
     for stepping in ("native", "serial"):
         train(tiny("ppo", stepping=stepping), tmp_path / stepping)
-    assert same_weights(tmp_path / "native" / "policy.zip", tmp_path / "serial" / "policy.zip")
+    assert same_weights(
+        tmp_path / "native" / "policy.safetensors", tmp_path / "serial" / "policy.safetensors"
+    )
     assert records(tmp_path / "native") == records(tmp_path / "serial")
 
 
 def test_a_run_killed_before_its_first_checkpoint_begins_again(tmp_path: Path) -> None:
     broken_off(tiny(), tmp_path / "killed", [10])
     train(tiny(), tmp_path / "whole")
-    assert same_weights(tmp_path / "whole" / "policy.zip", tmp_path / "killed" / "policy.zip")
+    assert same_weights(
+        tmp_path / "whole" / "policy.safetensors", tmp_path / "killed" / "policy.safetensors"
+    )
     assert records(tmp_path / "whole") == records(tmp_path / "killed")
 
 
@@ -129,7 +133,7 @@ def test_sigkill_at_any_moment_changes_nothing(tmp_path: Path) -> None:
         os.killpg(process.pid, signal.SIGKILL)
         assert process.wait() == -signal.SIGKILL, "the run was over before it was killed"
     train(settings, killed)
-    assert same_weights(tmp_path / "whole" / "policy.zip", killed / "policy.zip")
+    assert same_weights(tmp_path / "whole" / "policy.safetensors", killed / "policy.safetensors")
     assert records(tmp_path / "whole") == records(killed)
 
 

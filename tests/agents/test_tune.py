@@ -99,7 +99,7 @@ def test_the_best_settings_train_the_same_policy_again(file: Path, tmp_path: Pat
     assert settings.learner.learning_rate == best.params["learner.learning_rate"]
     assert str(list(settings.learner.hidden)) == best.params["learner.hidden"]
     policy = train(settings, tmp_path / "again")
-    assert same_weights(policy, folder / f"trial-{best.number:04d}" / "policy.zip")
+    assert same_weights(policy, folder / f"trial-{best.number:04d}" / "policy.safetensors")
 
 
 class Scripted:
@@ -156,7 +156,7 @@ def test_a_run_that_is_broken_off_can_be_trained_to_its_end(file: Path, tmp_path
     assert not info.finished
     train(settings, tmp_path / "whole")
     policy = train(settings, tmp_path / "broken")
-    assert same_weights(policy, tmp_path / "whole" / "policy.zip")
+    assert same_weights(policy, tmp_path / "whole" / "policy.safetensors")
 
 
 def test_an_interrupted_trial_is_taken_up_in_its_folder(
@@ -201,7 +201,7 @@ def test_a_killed_trial_goes_on_at_its_checkpoint(
     assert run is not None
     assert run.resumed_at
     whole = train(load_settings(trial.folder / "settings.yaml"), tmp_path / "whole")
-    assert same_weights(whole, folder / "trial-0000" / "policy.zip")
+    assert same_weights(whole, folder / "trial-0000" / "policy.safetensors")
 
 
 def test_searches_may_begin_at_once(file: Path, tmp_path: Path) -> None:

@@ -94,7 +94,7 @@ def test_a_lost_trial_goes_on_from_its_own_checkpoint(
     assert run.finished
     assert run.resumed_at
     whole = train(load_settings(trial.folder / "settings.yaml"), tmp_path / "whole")
-    assert same_weights(whole, trial.folder / "policy.zip")
+    assert same_weights(whole, trial.folder / "policy.safetensors")
 
 
 def test_another_search_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ import torch
 from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
 
 from agents.settings import TrainSettings
-from agents.training.models import load_model
+from agents.training import policy_files
 
 LEARNERS: dict[str, dict[str, Any]] = {
     "ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2},
@@ -43,7 +43,7 @@ def tiny(algorithm: str = "ppo", hindsight: bool = False, **changes: Any) -> Tra
 
 def weights(policy: Path) -> dict[str, torch.Tensor]:
     """Return the network weights of a saved policy."""
-    return load_model(policy).policy.state_dict()
+    return policy_files.load(policy).policy.state_dict()
 
 
 def same_weights(one: Path, other: Path) -> bool:

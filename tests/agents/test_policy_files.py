@@ -1,0 +1,212 @@
+"""Files of policies bring back the same networks, and run no code whatever they hold."""
+
+import base64
+import json
+import pickle
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import stable_baselines3
+import torch
+import typer
+from typer.testing import CliRunner
+
+from agents import evaluate
+from agents.evaluation.policies import make_policy
+from agents.training import policy_files
+from agents.training.envs import make_training_envs
+from agents.training.models import make_model
+from magfold_env.envs.tube_feed import TubeFeedEnv
+from tests.agents.training import LEARNERS, tiny
+from tests.fuzz.readers import resigned
+
+GOAL = "MagFold/TubeFeedGoal-v0"
+CASES = [
+    *[(algorithm, features, "MagFold/TubeFeed-v0") for algorithm in LEARNERS
+      for features in ("chain", "mouth")],
+    *[(algorithm, "symmetric", "MagFold/TubeFeed-v0") for algorithm in ("ppo", "maskable-ppo")],
+    ("ppo", "symmetric", GOAL), ("sac", "mouth", GOAL), ("tqc", "chain", GOAL),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def model() -> stable_baselines3.PPO:
+    env = TubeFeedEnv(components=3, fidelity="quasistatic")
+    options = {"net_arch": {"pi": [6, 5], "vf": [4]}, "activation_fn": torch.nn.ReLU}
+    return stable_baselines3.PPO("MlpPolicy", env, policy_kwargs=options, device="cpu", seed=0)
+
+
+@pytest.fixture
+def file(model: stable_baselines3.PPO, tmp_path: Path) -> Path:
+    policy_files.save(model, tmp_path / "policy.safetensors")
+    return tmp_path / "policy.safetensors"
+
+
+@pytest.mark.parametrize(("algorithm", "features", "env_id"), CASES)
+def test_every_algorithm_acts_as_before(
+    algorithm: str, features: str, env_id: str, tmp_path: Path
+) -> None:
+    learner = {"algorithm": algorithm, "features": features, "hidden": [16], **LEARNERS[algorithm]}
+    actions = {"actions": "box"} if algorithm in ("sac", "tqc") else {}
+    env = {"id": env_id, "components": 3, "fidelity": "quasistatic", **actions}
+    settings = tiny(learner=learner, env=env)
+    envs = make_training_envs(settings, 0)
+    policy: Any = make_model(settings.learner, envs, 0)
+    policy_files.save(policy, tmp_path / "policy.safetensors")
+    saved: Any = policy_files.load(tmp_path / "policy.safetensors")
+    assert saved.masked == (algorithm == "maskable-ppo")
+    assert type(saved.policy) is type(policy.policy)
+    own, others = policy.policy.state_dict(), saved.policy.state_dict()
+    assert own.keys() == others.keys()
+    assert all(torch.equal(own[name], others[name]) for name in own)
+    observations: Any = envs.reset()
+    for _ in range(20):
+        torch.manual_seed(1)
+        drawn, _ = policy.predict(observations)
+        torch.manual_seed(1)
+        assert np.array_equal(drawn, saved.policy.predict(observations)[0])
+        best, _ = policy.predict(observations, deterministic=True)
+        assert np.array_equal(best, saved.policy.predict(observations, deterministic=True)[0])
+        observations, *_ = envs.step(drawn)
+    envs.close()
+
+
+def test_networks_of_other_shapes_come_back(model: Any, file: Path) -> None:
+    observation = np.linspace(-1.0, 1.0, model.observation_space.shape[0], dtype=np.float32)
+    values = torch.as_tensor(observation[None])
+    saved: Any = policy_files.load(file).policy
+    assert torch.equal(saved.predict_values(values), model.policy.predict_values(values))
+
+
+class Evil:
+    """Writes a file when it is unpickled."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Path.touch, (self.path,)
+
+
+@pytest.fixture
+def evil(model: Any, tmp_path: Path) -> tuple[Path, Path]:
+    """Return a model of Stable-Baselines3 that writes a file when it is read, and this file."""
+    sound, path, written = (tmp_path / name for name in ("sound.zip", "evil.zip", "written"))
+    model.save(sound)
+    with zipfile.ZipFile(sound) as source, zipfile.ZipFile(path, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            if name == "data":
+                data = json.loads(content)
+                code = base64.b64encode(pickle.dumps(Evil(written))).decode()
+                data["lr_schedule"] = {":type:": "<class 'function'>", ":serialized:": code}
+                content = json.dumps(data).encode()
+            target.writestr(name, content)
+    return path, written
+
+
+def test_what_is_not_trusted_runs_no_code(evil: tuple[Path, Path], tmp_path: Path) -> None:
+    path, written = evil
+    renamed = tmp_path / "evil.safetensors"
+    renamed.write_bytes(path.read_bytes())
+    for each in (path, renamed):
+        with pytest.raises(ValueError, match=r"evil\..*: is a zip file.* or.* --trust-pickle"):
+            make_policy(str(each))
+    app = typer.Typer()
+    app.command()(evaluate.main)
+    refused = CliRunner().invoke(app, [str(path), "--output", str(tmp_path / "out")])
+    assert refused.exit_code == 1
+    assert "--trust-pickle" in refused.stderr
+    assert not written.exists()
+    make_policy(str(path), trust_pickle=True)
+    assert written.exists()
+
+
+def test_a_trusted_model_acts_as_before(model: Any, tmp_path: Path) -> None:
+    model.save(tmp_path / "own.zip")
+    saved = policy_files.load(tmp_path / "own.zip", trust_pickle=True)
+    own = model.policy.state_dict()
+    assert all(torch.equal(own[name], each) for name, each in saved.policy.state_dict().items())
+    with zipfile.ZipFile(tmp_path / "other.zip", "w") as archive:
+        archive.writestr("data", json.dumps({"policy_class": {"__module__": "somewhere.else"}}))
+    with pytest.raises(ValueError, match=r"'somewhere\.else'; must be of one of ppo, maskable-ppo"):
+        policy_files.load(tmp_path / "other.zip", trust_pickle=True)
+
+
+def changed(file: Path, settings: dict[str, Any], **weights: Any) -> None:
+    """Change settings or entries of weights in the header of a file; the checksum fits again."""
+    content = file.read_bytes()
+    start = 8 + int.from_bytes(content[:8], "little")
+    header = json.loads(content[8:start])
+    metadata = header["__metadata__"]
+    metadata["settings"] = json.dumps(json.loads(metadata["settings"]) | settings)
+    head = json.dumps(header | weights).encode()
+    file.write_bytes(resigned(len(head).to_bytes(8, "little") + head + content[start:]))
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"algorithm": "os.system"}, "algorithm: 'os.system' is not allowed; must be 'ppo'"),
+        ({"features": "os.path"}, "features: 'os.path' is not allowed; must be 'chain'"),
+        ({"activation": "Hardtanh"}, "activation: 'Hardtanh' is not allowed; must be 'tanh'"),
+        ({"policy": "os.system"}, "policy: 'os.system' is not allowed; unknown key"),
+        ({"actor": [0]}, r"actor\[0\]: 0 is not allowed; must be greater than or equal to 1"),
+        ({"actor": [10**9]}, "actor, critic: .* is not allowed; must be those of the weights"),
+        ({"critic": [1] * 17}, "critic: .* is not allowed"),
+        ({"actor": [6]}, r"weights: mlp_extractor\.\S+: is not one of the network's"),
+        ({"actor": [6, 6]}, r"weights: mlp_extractor\.\S+2\.weight: .* F32 numbers, \[6, 6"),
+        ({"observations": {"low": [0]}}, "observations.high: None is not allowed; must be given"),
+        ({"observations": {"low": [0], "high": [1, 2]}}, "observations.high: 2 is not allowed"),
+        ({"actions": {"boxes": {}}}, "actions: .* is not allowed; must be a box"),
+        ({"actions": {"n": 10**8}}, "actor, critic: .* must be those of the weights"),
+        ({"algorithm": "sac"}, "actions: .* is not allowed; must be a box with sac"),
+        ({"features": "symmetric", "actions": {"n": 3}}, "its networks cannot be made: action_sp"),
+        ({"steps": None}, "steps: None is not allowed"),
+    ],
+)  # fmt: skip
+def test_wrong_settings_name_file_and_key(file: Path, settings: Any, message: str) -> None:
+    changed(file, settings)
+    with pytest.raises(ValueError, match=rf"policy\.safetensors: {message}") as caught:
+        policy_files.load(file)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ({"dtype": "F64"}, "must be F32 numbers"),
+        ({"data_offsets": [10**9, 10**9 + 16]}, "must be F32 numbers"),
+        ({"data_offsets": [-8, 8]}, "must be F32 numbers"),
+        ({"shape": [10**9]}, "must be F32 numbers"),
+        (None, "must be F32 numbers"),
+    ],
+)
+def test_wrong_places_of_weights_name_file_and_key(file: Path, entry: Any, message: str) -> None:
+    content = file.read_bytes()
+    header = json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")])
+    name = "mlp_extractor.value_net.0.bias"
+    changed(file, {}, **{name: entry and header[name] | entry})
+    with pytest.raises(ValueError, match=rf"policy\.safetensors: weights: {name}: .*{message}"):
+        policy_files.load(file)
+
+
+def test_damage_is_told(file: Path) -> None:
+    whole = file.read_bytes()
+    file.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+    with pytest.raises(ValueError, match=r"policy\.safetensors: is not a policy.*: sha256: the we"):
+        policy_files.load(file)
+    file.write_bytes(resigned(whole[:-4] + np.float32(np.nan).tobytes()))
+    with pytest.raises(ValueError, match=r"weights: \S+: has numbers that are not finite"):
+        policy_files.load(file)
+
+
+def test_a_policy_that_would_not_come_back_is_not_written(tmp_path: Path) -> None:
+    env = TubeFeedEnv(components=3, fidelity="quasistatic", actions="box")
+    model = stable_baselines3.PPO("MlpPolicy", env, use_sde=True, device="cpu")
+    with pytest.raises(ValueError, match=r"policy: ActorCriticPolicy .* cannot be written"):
+        policy_files.save(model, tmp_path / "policy.safetensors")
+    assert not list(tmp_path.iterdir())
