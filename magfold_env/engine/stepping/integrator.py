@@ -276,11 +276,9 @@ def keep_touching(model: Model, state: State, work: Work) -> float:
     if not constraints.keep_contacts(model, state, work, stages.new_q, stages.new_v):
         return -1.0
     lo = state.counter[at.LO]
-    if 0 < lo < model.n:
-        # In line with what guides it a chain may lose by this what the drive put in.
-        before = feed.kinetic_of(lo, model, work, stages.new_q, stages.v)
-        after = feed.kinetic_of(lo, model, work, stages.new_q, stages.new_v)
-        state.account[at.IMPACTS] += before - after
+    before = feed.kinetic_of(lo, model, work, stages.new_q, stages.v)
+    after = feed.kinetic_of(lo, model, work, stages.new_q, stages.new_v)
+    state.account[at.IMPACTS] += before - after
     for k in range(state.q.size):
         stages.q[k] -= stages.new_q[k]
         stages.v[k] -= stages.new_v[k]
