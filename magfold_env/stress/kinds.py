@@ -220,7 +220,13 @@ def crowded(source: Source, n: int) -> Changes:
         )
         for side in (source.pick((-1.0, 1.0)) for _ in range(count))
     ]
-    obstacles = [post for post in posts if abs(post.corners[:, 1]).min() > beside]
+    # A wide bore must be free as far as a casing's length before the mouth.
+    widest = max(beside, 0.5 * bore)
+    obstacles = [
+        post
+        for post in posts
+        if abs(post.corners[:, 1]).min() > (beside if post.corners[:, 0].min() > pitch else widest)
+    ]
     wide = 2.0 * beside + logarithmic(source, 1e-3, 0.1)
     start, end = (1.1 * pitch, 0.0), ((n + 1.0) * pitch, 0.0)
     closed = chamber(
