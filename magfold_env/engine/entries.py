@@ -27,9 +27,6 @@ IMPULSE, FED, BUMPED, LOADED, IMPACTS, PEAK = range(6)
 # not [kg], and its force then; what else pulls at what the tube holds [N].
 CARRIED, DRIVE, PULL = range(3)
 
-# `Moreau.taken`: what impacts took within the step [J], and the drive's impulse [N·s].
-LOST, DRIVEN = range(2)
-
 # `Rows.counts`: where joint stops, contacts and all rows end; contacts just let go; how many rows
 # the last accelerations were found with.
 JOINT_STOPS, CONTACTS, ALL_ROWS, LET_GO, SOLVED = range(5)

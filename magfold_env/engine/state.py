@@ -419,7 +419,7 @@ class Moreau(NamedTuple):
     middle_smooth: Coordinates  # accelerations without constraints, in the middle
     new_q: Coordinates
     new_v: Coordinates
-    taken: Annotated[Array, 2]  # see `engine.entries`
+    force: Coordinates  # of all but inertia and constraints, in the middle
 
 
 @by_pointer

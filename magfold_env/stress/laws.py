@@ -91,11 +91,18 @@ def check_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
         words = f"squares overlap by {deep:.3g} at the start"
         verdict.require("refusal", refused or deep < SURELY, words)
         verdict.require("refusal", not refused or deep > HARDLY, words)
-    # Without contact, which the paper's solver has none of, poles meet: forces have no bounds.
-    solid = scene.contact and scene.solver.method == "adaptive"
-    if not refused and (solid or scene.magnets is None):
+    if not refused and not poles_meet(scene):
         gave_up = fold.status is FoldStatus.FAILED
         verdict.require("no breakdown", not gave_up, fold.message)
+
+
+def poles_meet(scene: Scene) -> bool:
+    """Whether poles may run through each other, where forces have no bounds.
+
+    Nothing keeps them apart without contact, of which the paper's solver knows none.
+    """
+    solid = scene.contact and scene.solver.method == "adaptive"
+    return scene.magnets is not None and not solid
 
 
 def check_limits(motion: Motion, verdict: Verdict) -> None:
@@ -108,7 +115,10 @@ def check_limits(motion: Motion, verdict: Verdict) -> None:
         # What is held again lies where contacts left it.
         allowed = WITHIN if scene.feed.schedule is None else DEEPEST
         verdict.bound("held within the bore", motion.beyond_bore, allowed)
-    check_passivity(motion, verdict)
+    if poles_meet(scene):
+        verdict.notes.append("poles that meet")
+    else:
+        check_passivity(motion, verdict)
     alone = not scene.solids and scene.bumps is None
     if scene.mount == "free" and scene.friction == 0.0 and alone:
         check_momentum(motion, verdict)

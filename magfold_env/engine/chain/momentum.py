@@ -7,9 +7,17 @@ from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Array, Model, State, Work
 
 
+@inlined
+def drop_inertia(lo: int, model: Model, work: Work) -> None:
+    """Leave the forces themselves in the loads, after `smooth_accelerations`."""
+    for i in range(lo, model.n):
+        work.loads.fx[i] += model.bodies.mass[i] * work.centres.ax[i]
+        work.loads.fy[i] += model.bodies.mass[i] * work.centres.ay[i]
+
+
 @kernel
 def outer_force(lo: int, model: Model, work: Work) -> tuple[float, float, float]:
-    """Friction and gravity on the whole chain, after `smooth_accelerations`.
+    """Friction and gravity on the whole chain, of loads without inertial forces.
 
     Returns their sum [N] and their torque about the centre of mass [N·m]; what the magnets do to
     each other cancels in both.
@@ -17,9 +25,7 @@ def outer_force(lo: int, model: Model, work: Work) -> tuple[float, float, float]
     x, y, twist = 0.0, 0.0, 0.0
     centre_x, centre_y, _ = centre_of_mass(lo, model, work)
     for i in range(lo, model.n):
-        # The loads include inertial forces, which are none.
-        fx = work.loads.fx[i] + model.bodies.mass[i] * work.centres.ax[i]
-        fy = work.loads.fy[i] + model.bodies.mass[i] * work.centres.ay[i]
+        fx, fy = work.loads.fx[i], work.loads.fy[i]
         x += fx
         y += fy
         twist += (work.pose.x[i] - centre_x) * fy - (work.pose.y[i] - centre_y) * fx

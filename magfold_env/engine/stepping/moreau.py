@@ -15,7 +15,12 @@ from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import articulated, feed
 from magfold_env.engine.chain.feed import is_free, place_all
-from magfold_env.engine.chain.momentum import held_or_walled, keep_momentum, outer_force
+from magfold_env.engine.chain.momentum import (
+    drop_inertia,
+    held_or_walled,
+    keep_momentum,
+    outer_force,
+)
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.complementarity import solve_nonnegative
 from magfold_env.engine.contact.constraints import collect_within, hold_joints, open_joints
@@ -89,18 +94,21 @@ def moreau_step(
         if moved <= SHARE * model.tolerance or h <= finest:
             break
         h = max(min(max(shorter, 0.1), 0.8) * h, finest)
-    if drive_gives_way(model, state, work, h):
-        return outcomes.TOUCHED
-    state.clock[at.STEP] = min(shorter / GROWTH, 1.0) * h
     for k in range(n + 2):
         moreau.new_q[k] = moreau.middle_q[k]
         if k >= lo:
             old = 0.0 if rattles else 0.25
             moreau.new_q[k] += 0.5 * h * (moreau.new_v[k] + old * (state.v[k] - moreau.new_v[k]))
-    state.account[at.IMPACTS] += work.moreau.taken[at.LOST]
-    record_line(record, state, h, moreau.new_q, moreau.new_v, moreau.taken[at.DRIVEN])
+    impulse, lost = take_account(model, state, work, h)
+    too_much = abs(impulse) > model.force_limit * max(h, feed.AT_ONCE)
+    if too_much and feed.drives(model, state):
+        feed.slip(model, state, work, impulse)
+        return outcomes.TOUCHED
+    state.clock[at.STEP] = min(shorter / GROWTH, 1.0) * h
+    state.account[at.IMPACTS] += lost
+    record_line(record, state, h, moreau.new_q, moreau.new_v, impulse)
     if 0 < lo < n:
-        feed.note_step(state, work, moreau.taken[at.DRIVEN], moreau.new_q[n] - state.q[n])
+        feed.note_step(state, work, impulse, moreau.new_q[n] - state.q[n])
     copy(moreau.new_q, state.q, lo)
     copy(moreau.new_v, state.v, lo)
     state.clock[at.TIME] = until if last else state.clock[at.TIME] + h
@@ -111,17 +119,6 @@ def moreau_step(
             state.v[i] = 0.0
     hold_joints(lo, model, state.lock, state.q, state.v)
     return outcomes.TOUCHED
-
-
-@inlined
-def drive_gives_way(model: Model, state: State, work: Work, h: float) -> bool:
-    """Whether a step takes more than the drive can do; it then slips."""
-    impulse = float(work.moreau.taken[at.DRIVEN])
-    too_much = abs(impulse) > model.force_limit * max(h, feed.AT_ONCE)
-    if too_much and feed.drives(model, state):
-        feed.slip(model, state, work, impulse)
-        return True
-    return False
 
 
 @kernel
@@ -169,10 +166,11 @@ def velocity_after(model: Model, state: State, work: Work, h: float, old: float)
     state.counter[at.EVALUATIONS] += 1
     middle = moreau.middle_smooth
     dynamics.smooth_accelerations(lo, model, moreau.middle_q, moreau.middle_v, work, middle)
+    drop_inertia(lo, model, work)
     push_x, push_y, twist = outer_force(lo, model, work)
+    articulated.generalise(lo, model.bodies, work.pose, work.loads, moreau.force)
     if not constrain(model, state, moreau.middle_q, middle, work, h, 0.5 * h):
         return False
-    take_account(model, state, work, h)
     if is_free(lo, model) and not held_or_walled(model, work):
         end = moreau.new_q
         for k in range(n + 2):
@@ -234,26 +232,32 @@ def constrain(
 
 
 @kernel
-def take_account(model: Model, state: State, work: Work, h: float) -> None:
-    """Find the drive's impulse [N·s] and the energy that impacts take [J] within a step."""
-    lo, n, rows, v = state.counter[at.LO], model.n, work.rows, work.moreau.new_v
-    lost = 0.0
-    for r in range(rows.counts[at.CONTACTS]):
-        if rows.multiplier[r] != 0.0:
-            both = dynamics.rate_of(lo, work, r, state.v) + dynamics.rate_of(lo, work, r, v)
-            lost -= 0.5 * rows.multiplier[r] * both
-    work.moreau.taken[at.LOST] = lost
-    work.moreau.taken[at.DRIVEN] = 0.0
+def take_account(model: Model, state: State, work: Work, h: float) -> tuple[float, float]:
+    """Find the drive's impulse [N·s] and the energy that contacts took [J] in a step that is found.
+
+    By the balance of momentum and that of energy between its ends. Where velocities jump, sums of
+    impulses times rates would leave an error of first order: masses are those of the middle.
+    """
+    lo, n, rows, moreau = state.counter[at.LO], model.n, work.rows, work.moreau
+    lost = feed.kinetic_of(lo, model, work, state.q, state.v)
+    along = feed.momentum_along(lo, model, work, state.v)
+    lost -= feed.kinetic_of(lo, model, work, moreau.new_q, moreau.new_v)
+    along = feed.momentum_along(lo, model, work, moreau.new_v) - along
+    mean = moreau.middle_v
+    for k in range(lo, n + 2):
+        mean[k] = (moreau.new_q[k] - state.q[k]) / h
+        lost += h * moreau.force[k] * mean[k]
+    for r in range(rows.counts[at.CONTACTS], rows.counts[at.SOLVED]):
+        lost += rows.multiplier[r] * dynamics.rate_of(lo, work, r, mean)
     if not 0 < lo < n:
-        return
+        return 0.0, lost
+    pull = h * work.chain.base[at.PULL]
     impulse = h * work.chain.base[at.DRIVE]
     if state.counter[at.SLIPPING] == 0:
-        impulse = feed.momentum_along(lo, model, work, v)
-        impulse -= feed.momentum_along(lo, model, work, state.v)
-        impulse -= h * (work.chain.force[n] + work.chain.base[at.PULL])
+        impulse = along - h * moreau.force[n] - pull
         for r in range(rows.counts[at.JOINT_STOPS], rows.counts[at.SOLVED]):
             impulse -= rows.multiplier[r] * rows.jacobian[r, n]
-    work.moreau.taken[at.DRIVEN] = impulse
+    return impulse, lost + (impulse + pull) * mean[n]
 
 
 @inlined
