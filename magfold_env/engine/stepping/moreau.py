@@ -94,15 +94,9 @@ def moreau_step(
         if moved <= SHARE * model.tolerance or h <= finest:
             break
         h = max(min(max(shorter, 0.1), 0.8) * h, finest)
-    for k in range(n + 2):
-        moreau.new_q[k] = moreau.middle_q[k]
-        if k >= lo:
-            old = 0.0 if rattles else 0.25
-            moreau.new_q[k] += 0.5 * h * (moreau.new_v[k] + old * (state.v[k] - moreau.new_v[k]))
+    go_to_end(model, state, work, h, 0.0 if rattles else 0.25)
     impulse, lost = take_account(model, state, work, h)
-    too_much = abs(impulse) > model.force_limit * max(h, feed.AT_ONCE)
-    if too_much and feed.drives(model, state):
-        feed.slip(model, state, work, impulse)
+    if drive_gives_way(model, state, work, h, impulse):
         return outcomes.TOUCHED
     state.clock[at.STEP] = min(shorter / GROWTH, 1.0) * h
     state.account[at.IMPACTS] += lost
@@ -119,6 +113,25 @@ def moreau_step(
             state.v[i] = 0.0
     hold_joints(lo, model, state.lock, state.q, state.v)
     return outcomes.TOUCHED
+
+
+@inlined
+def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> None:
+    """Find the end of a step whose second half is at the new velocity but for a share ``old``."""
+    moreau = work.moreau
+    copy(moreau.middle_q, moreau.new_q, 0)
+    for k in range(state.counter[at.LO], model.n + 2):
+        moreau.new_q[k] += 0.5 * h * (moreau.new_v[k] + old * (state.v[k] - moreau.new_v[k]))
+
+
+@inlined
+def drive_gives_way(model: Model, state: State, work: Work, h: float, impulse: float) -> bool:
+    """Whether an impulse within a step is more than the drive can give [N·s]; it then slips."""
+    too_much = abs(impulse) > model.force_limit * max(h, feed.AT_ONCE)
+    if too_much and feed.drives(model, state):
+        feed.slip(model, state, work, impulse)
+        return True
+    return False
 
 
 @kernel
