@@ -34,6 +34,7 @@ LEAST_SHARES, MOST_SHARES = 10.0, 100.0  # tolerances that energy may rise by, o
 A_STEP = 0.05  # of them; a step may use up 0.1
 LEFT = 0.5  # of a larger error, at a tenth of the tolerance
 FLOOR = 1e-8  # of energy and momenta, at the tightest tolerances: what contacts leave
+FLOOR_A_STEP = 1e-11  # of energy: joints within 1e-9 rad of a stop are put there
 PAIR = 1e-4  # of the energy of two full charges a side apart
 
 
@@ -132,7 +133,7 @@ def check_passivity(motion: Motion, verdict: Verdict) -> None:
     """
     tolerance = motion.scene.solver.tolerance
     many = min(max(LEAST_SHARES, A_STEP * len(motion.time)), MOST_SHARES)
-    allowed = max(many * tolerance, FLOOR)
+    allowed = max(many * tolerance, FLOOR, FLOOR_A_STEP * len(motion.time))
     errors = energy_errors(motion, allowed)
     left: dict[tuple[str, str], float] = {}
     if allowed < max(errors.values()) <= MOST_SHARES * tolerance:

@@ -227,6 +227,19 @@ def collect_stops(lo: int, model: Model, state: State, work: Work) -> None:
 
 
 @kernel
+def strikes_stop(model: Model, state: State) -> bool:
+    """Whether a joint at its stop turns towards it."""
+    lo = state.counter[at.LO]
+    for k in range(first_joint(lo), model.n):
+        angle = state.q[k] - state.q[k - 1]
+        rate = joint_rate(lo, state.v, k)
+        inward = rate if angle > 0.0 else -rate
+        if inward > OPENING and abs(angle) >= jacobian.HALF_PI - AT_STOP:
+            return True
+    return False
+
+
+@kernel
 def prepare(lo: int, model: Model, v: Array, work: Work) -> None:
     """Jacobians of all rows at the current pose and velocity."""
     articulated.centre_motion(lo, model.bodies, work.pose, v, work.centres)

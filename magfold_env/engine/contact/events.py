@@ -143,15 +143,20 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
                 feed.note_impulse(model, state, impulse, float(state.v[model.n]))
             else:
                 copy(work.stages.new_v, state.v, 0)
-    if solved:
-        state.account[at.IMPACTS] += lost(lo, rows, work, state.v)
-    else:
+    if not solved:
         for k in range(model.n):
             if work.rows.hopping[k] == 1:
                 state.lock[k] = 0
-        constraints.collect_rows(lo, model, state, work)
+        if constraints.strikes_stop(model, state):
+            # What an impact elsewhere drives back to its stop has another one.
+            constraints.begin_step(model, state, work)
+        else:
+            constraints.collect_rows(lo, model, state, work)
+            constraints.leave(lo, model, state, work)
+        return constraints.UNSOLVED
+    state.account[at.IMPACTS] += lost(lo, rows, work, state.v)
     constraints.leave(lo, model, state, work)
-    return constraints.IMPACT if solved else constraints.UNSOLVED
+    return constraints.IMPACT
 
 
 @kernel

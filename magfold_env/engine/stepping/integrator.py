@@ -268,7 +268,8 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
 def keep_touching(model: Model, state: State, work: Work) -> float:
     """Undo what the step drifted off its contacts; by how much, over the error that it may have.
 
-    Negative if something happened within the step.
+    Negative if something happened within the step, or if a contact that hardly says how the chain
+    lies, its force all but through a hinge, asks for far more than drift.
     """
     stages = work.stages
     copy(stages.new_q, stages.q, 0)
@@ -278,10 +279,13 @@ def keep_touching(model: Model, state: State, work: Work) -> float:
     lo = state.counter[at.LO]
     before = feed.kinetic_of(lo, model, work, stages.new_q, stages.v)
     after = feed.kinetic_of(lo, model, work, stages.new_q, stages.new_v)
-    state.account[at.IMPACTS] += before - after
     for k in range(state.q.size):
         stages.q[k] -= stages.new_q[k]
         stages.v[k] -= stages.new_v[k]
+        scale = 1.0 if k < model.n else model.side
+        if not abs(stages.q[k]) <= FARTHEST * model.tolerance * scale:
+            return -1.0
+    state.account[at.IMPACTS] += before - after
     return step_error(model, state, work)
 
 
@@ -386,6 +390,7 @@ OTHERS = 4  # explicit steps to be taken after a Chebyshev step that was no bett
 CAUTION = 0.8  # times the longest step that its error allows
 LARGEST_GROWTH = 5.0
 STALE = 0.1  # allowed errors by which a step may be moved without new accelerations
+FARTHEST = 10.0  # tolerances by which contacts may move it at all
 LEAST_GROWTH = 0.2  # after a step that was good enough, however hard it was to find
 
 
