@@ -180,6 +180,8 @@ class Spreads(Part):
 
     friction: Fraction = 0.0
     """Of the friction coefficient, one factor a scene."""
+    friction_decades: Fraction = 0.0
+    """Of its logarithm to base ten; both factors come of one number."""
     mass: Fraction = 0.0
     """Of the masses (and of inertias that are given), one factor a component."""
     remanence: Fraction = 0.0
@@ -194,6 +196,12 @@ class Spreads(Part):
     """Of the casings' side, one factor a scene: all come out of one mould."""
     inset: Fraction = 0.0
     """Of the magnets' inset, one factor a scene."""
+
+    def friction_factor(self, unit: Array) -> Array:
+        """Return factors of the friction coefficient for numbers drawn evenly from [−1, 1)."""
+        # Rounded, so that machines whose powers differ in the last bit draw the same.
+        decades = np.round(10.0 ** (self.friction_decades * unit), 12)
+        return (1.0 + self.friction * unit) * decades
 
     @property
     def any(self) -> bool:

@@ -343,7 +343,7 @@ class Scene(base.Part):
         n, spreads = self.n, self.spreads
         tube = self.mount == "tube"
         unit = 2.0 * rng.random(2 * n + (4 if tube else 2)) - 1.0
-        friction = 1.0 + spreads.friction * unit[0]
+        friction = self.friction * float(spreads.friction_factor(unit[:1])[0])
         masses = 1.0 + spreads.mass * unit[1 : n + 1]
         strength = np.asarray(1.0 + spreads.remanence * unit[n + 1])
         speed = np.asarray(1.0 + spreads.feed_speed * unit[n + 2])
@@ -353,7 +353,7 @@ class Scene(base.Part):
                 speed = speed * (1.0 + spreads.feed_jitter * each[0])
             if spreads.magnet > 0.0:
                 strength = strength * (1.0 + spreads.magnet * each[1:].reshape(n, 4))
-        changes: dict[str, Any] = {"friction": self.friction * friction, "spreads": parts.Spreads()}
+        changes: dict[str, Any] = {"friction": friction, "spreads": parts.Spreads()}
         if spreads.mass > 0.0:
             casing: dict[str, Any] = {"mass": self.masses * masses}
             if self.casing.inertia is not None:

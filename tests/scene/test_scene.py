@@ -76,6 +76,15 @@ def test_draws_are_seeded_and_inside_their_widths(scene: mf.Scene) -> None:
         assert max(map(abs, drawn.start_angles)) <= 0.03
 
 
+def test_friction_can_be_drawn_evenly_on_a_scale_of_powers(scene: mf.Scene) -> None:
+    wide = scene.replace(friction=1.0, spreads={"friction_decades": 0.5})
+    drawn = [wide.draw(np.random.default_rng(seed)).friction for seed in range(300)]
+    decades = np.sort(np.log10(drawn))
+    even = np.linspace(-0.5, 0.5, len(drawn))
+    # Kolmogorov's bound at 1e-6, as a share of the width.
+    assert np.abs(decades - even).max() < 2.7 / math.sqrt(len(drawn))
+
+
 def test_switching_a_spread_on_leaves_the_other_draws_alone(scene: mf.Scene) -> None:
     few = scene.draw(np.random.default_rng(4))
     many = scene.replace(spreads=SPREADS).draw(np.random.default_rng(4))

@@ -53,7 +53,7 @@ class DrawnChains:
         fed = {"speed": (REFERENCE_SPEED,) * templates[0].n, "schedule": None}
         self.templates = [template.replace(feed=fed) for template in templates]
         template = self.templates[0]
-        self.flips = [reversed_inside(each) for each in templates]
+        self.flips = np.array([reversed_inside(each) for each in templates])
         self.built = template.feed.loading == "preloaded"
         n, spreads = template.n, template.spreads
         packed = [pack(_nothing_drawn(each)) for each in self.templates]
@@ -73,7 +73,7 @@ class DrawnChains:
 
     def flip(self, row: int) -> bool:
         """Return whether the engine counts a chain's components from its end."""
-        return self.flips[int(self.chains.kind[row])]
+        return bool(self.flips[self.chains.kind[row]])
 
     def draw(self, rows: Ints, rngs: Sequence[np.random.Generator], kind: int = 0) -> None:
         """Draw anew for some chains of a template, each from its own source, and begin."""
@@ -97,9 +97,10 @@ class DrawnChains:
             self.chains.charge[rows] = charges
 
     def set_speeds(self, rows: Ints, speeds: Floats) -> None:
-        """Choose a feed speed [m/s] for each of some chains of one template, (rows,)."""
+        """Choose a feed speed [m/s] for each of some chains, (rows,)."""
         factors = speeds[:, None] * self.factors[rows]
-        self.chains.speeds[rows] = factors[:, ::-1] if self.flip(rows[0]) else factors
+        flips = self.flips[self.chains.kind[rows]]
+        self.chains.speeds[rows] = np.where(flips[:, None], factors[:, ::-1], factors)
 
     def contents(self) -> tuple[Any, ...]:
         """Return all that decides how the chains go on."""
@@ -126,7 +127,7 @@ class DrawnChains:
         n, spreads = scene.n, scene.spreads
         unit = 2.0 * self._numbers[rows] - 1.0
         each = unit[:, self._first :].reshape(len(rows), self._rest, n)
-        friction = scene.friction * (1.0 + spreads.friction * unit[:, 0])
+        friction = scene.friction * spreads.friction_factor(unit[:, 0])
         mass = np.broadcast_to(scene.masses, (len(rows), n))
         if spreads.mass > 0.0:
             factors = 1.0 + spreads.mass * unit[:, 1 : n + 1]

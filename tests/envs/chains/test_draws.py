@@ -12,6 +12,7 @@ from magfold_env.simulation.session import Session
 
 EVERY = {
     "friction": 0.2,
+    "friction_decades": 0.5,
     "mass": 0.3,
     "remanence": 0.1,
     "feed_speed": 0.1,
