@@ -9,8 +9,8 @@
                       one speed
 ``TubeFeedGoal-v0``   as ``TubeFeed``            ``Dict``: 14 n − 1,  −1, or 0 where the  n steps
                                                  and goals of n       goal is achieved
-``FeedControl-v0``    feed speed, 0 included,    ``Box``, 20 n − 2    score, at the end   250 steps
-                      for the next 20 ms                                                  (5 s)
+``UnknownFloor-v0``   feed speed, forth or       ``Box``, 12 n + 2    score at the end,   250 steps
+                      back, for the next 20 ms                        less 0.02 a second  (5 s)
 ===================== ========================== ==================== =================== =========
 
 n is the number of components, 6 by default; b what the energy minimiser's own design scores. The
@@ -29,7 +29,7 @@ ENTRY_POINTS = {
     "MagFold/TubeFeed-v0": "magfold_env.envs.tube_feed:TubeFeedEnv",
     "MagFold/SequenceDesign-v0": "magfold_env.envs.sequence_design:SequenceDesignEnv",
     "MagFold/TubeFeedGoal-v0": "magfold_env.envs.tube_feed_goal:TubeFeedGoalEnv",
-    "MagFold/FeedControl-v0": "magfold_env.envs.feed_control:FeedControlEnv",
+    "MagFold/UnknownFloor-v0": "magfold_env.envs.unknown_floor:UnknownFloorEnv",
 }
 
 
@@ -37,7 +37,7 @@ VECTOR_ENTRY_POINTS = {
     "MagFold/TubeFeed-v0": "magfold_env.envs.tube_feed:TubeFeedVectorEnv",
     "MagFold/SequenceDesign-v0": "magfold_env.envs.sequence_design:SequenceDesignVectorEnv",
     "MagFold/TubeFeedGoal-v0": "magfold_env.envs.tube_feed_goal:TubeFeedGoalVectorEnv",
-    "MagFold/FeedControl-v0": "magfold_env.envs.feed_control:FeedControlVectorEnv",
+    "MagFold/UnknownFloor-v0": "magfold_env.envs.unknown_floor:UnknownFloorVectorEnv",
 }
 
 

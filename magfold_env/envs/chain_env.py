@@ -8,7 +8,7 @@ import numpy as np
 
 from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
 from magfold_env.envs.pictures.viewer import RENDER_MODES, Viewer
-from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.spaces.observation import Layout
 from magfold_env.envs.tasks.world import World
 from magfold_env.scene import Scene
 from magfold_env.simulation.view import ChainState
@@ -57,7 +57,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         return self.world.scene
 
     @property
-    def layout(self) -> ObservationLayout:
+    def layout(self) -> Layout:
         """Where each group of entries lies in an observation."""
         return self.world.layout
 
@@ -106,13 +106,12 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
             Before the first reset and after the end of an episode.
         """
         episodes = self._running()
-        if episodes.is_over(0):
+        if episodes.terminated[0]:
             raise gymnasium.error.ResetNeeded("the episode is over; call reset() first")
         rewards, ends = episodes.step(_ROW, self.world.actions.read_one(action))
         self._show()
-        terminated, truncated = bool(ends), bool(episodes.truncated[0])
         observation, info = self._observation(), self._info(ends)
-        return observation, float(rewards[0]), terminated, truncated, info
+        return observation, float(rewards[0]), bool(ends), False, info
 
     def get_state(self) -> EpisodesState:
         """Return everything that decides how the environment goes on.

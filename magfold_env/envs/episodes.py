@@ -14,6 +14,7 @@ import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
 
+from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.chains.arrays import STATUSES, Bools, ChainArrays, Floats, Ints, write_words
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.tasks.checks import given_for_each
@@ -89,10 +90,13 @@ class Episodes(Generic[ObsType]):
         self.rows: Ints = np.arange(count)
         self._begun: Bools = np.zeros(count, dtype=np.bool_)
         self._all_begun = False
-        self._never: Bools = np.zeros(count, dtype=np.bool_)
         self.numbers: Ints = np.zeros(count, dtype=np.int64)
         self._potentials: Floats = np.zeros(count)
         self.goals = Goals(world.words, world.match, count)
+        self._baselines: list[Baseline | None] = [None] * len(world.words)
+        self.baseline: Floats = np.zeros(count)
+        """Scores of the baselines, (m,); 0 where the reward asks for none."""
+        self._flagged: Bools = np.zeros(count, dtype=np.bool_)
         self.chains: Any = self._make_chains(threads, frame_rate)
 
     # --- what differs from environment to environment --------------------------------------
@@ -116,6 +120,10 @@ class Episodes(Generic[ObsType]):
     @abstractmethod
     def lattice(self, row: int) -> LatticeFeed:
         """Return what energy minimisation needs to know of a chain."""
+
+    @abstractmethod
+    def find_baseline(self, number: int) -> Baseline:
+        """Return the baseline of a target, or task; flagged where there is none."""
 
     @abstractmethod
     def told(self, rows: Ints) -> Columns:
@@ -142,22 +150,8 @@ class Episodes(Generic[ObsType]):
 
     @property
     def terminated(self) -> Bools:
-        """Which episodes have ended by themselves, (m,)."""
+        """Which episodes have ended, (m,); a limit of time that is a task's own ends them too."""
         return self.arrays.status > 0
-
-    @property
-    def truncated(self) -> Bools:
-        """Which episodes were ended by a limit of time, (m,)."""
-        return self._never
-
-    @property
-    def over(self) -> Bools:
-        """Which episodes have ended, (m,)."""
-        return self.terminated | self.truncated
-
-    def is_over(self, row: int) -> bool:
-        """Return whether an episode has ended."""
-        return bool(self.arrays.status[row] > 0 or self.truncated[row])
 
     def given(self, options: Mapping[str, Any], others: Sequence[str] = ()) -> Sequence[int] | None:
         """Return the targets, or tasks, of all episodes that options of `reset` ask for, by number.
@@ -234,8 +228,7 @@ class Episodes(Generic[ObsType]):
 
     def _end_rewards(self, ends: Columns) -> Floats:
         """Return what the last steps of episodes are worth besides."""
-        baseline = ends.get("baseline", 0.0)
-        return self.world.rule.end(ends["score"], ends["is_success"], baseline)
+        return self.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
 
     def potential(self, rows: Ints) -> Floats:
         """Return Φ of the shaping for chains as they are, 0 at their ends."""
@@ -268,7 +261,17 @@ class Episodes(Generic[ObsType]):
             "energy": self.chains.energies(rows),
             "score": score,
             "is_success": success == 1.0,
+            "baseline": self.baseline[rows],
+            "baseline_flagged": self._flagged[rows],
         }
+
+    def baseline_at(self, row: int) -> Baseline:
+        """Return the baseline of an episode."""
+        number = int(self.numbers[row])
+        found = self._baselines[number]
+        if found is None:
+            found = self._baselines[number] = self.find_baseline(number)
+        return found
 
     def forecast(self, row: int) -> Forecast | None:
         """Return what energy minimisation says of the components of a chain that have magnets.
@@ -364,8 +367,11 @@ class Episodes(Generic[ObsType]):
         self._want(self.rows)
 
     def _want(self, rows: Ints) -> None:
-        """Set what episodes want, by their `numbers`."""
+        """Set what episodes want, by their `numbers`, and what that is measured against."""
         self.goals.want(rows, self.numbers[rows])
+        for row in rows.tolist():
+            found = self.baseline_at(row)
+            self.baseline[row], self._flagged[row] = found.score, found.flagged
 
     def check_begun(self) -> None:
         """Refuse episodes that have not begun.

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.chain_env import ChainEnv
-from magfold_env.envs.chains.arrays import Floats, Ints
+from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
@@ -29,15 +29,6 @@ class FoldEpisodes(Episodes[ObsType]):
     world: FoldTask
     chains: DynamicChains | QuasistaticChains
 
-    def __init__(
-        self, world: FoldTask, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
-        self._baselines: list[Baseline | None] = [None] * len(world.words)
-        self.baseline: Floats = np.zeros(count)
-        """Scores of the targets' baselines, (m,)."""
-        self._flagged = np.zeros(count, dtype=np.bool_)
-
     def _make_chains(
         self, threads: int, frame_rate: float | None
     ) -> DynamicChains | QuasistaticChains:
@@ -45,13 +36,9 @@ class FoldEpisodes(Episodes[ObsType]):
             return QuasistaticChains(self.world.lattice, self.count)
         return DynamicChains(DrawnChains((self.world.scene,), self.count, threads, frame_rate))
 
-    def baseline_at(self, row: int) -> Baseline:
-        """Return the energy minimiser's result for the target of an episode."""
-        number = int(self.numbers[row])
-        found = self._baselines[number]
-        if found is None:
-            found = self._baselines[number] = self.world.baseline_of(self.world.words[number])
-        return found
+    def find_baseline(self, number: int) -> Baseline:
+        """Return the energy minimiser's result for a target."""
+        return self.world.baseline_of(self.world.words[number])
 
     def scene(self, row: int) -> Scene:
         """Return the drawn scene of a chain, with the magnets and speeds of components fed."""
@@ -73,11 +60,6 @@ class FoldEpisodes(Episodes[ObsType]):
             "step": self.arrays.fed[rows],
         }
 
-    def told_at_end(self, rows: Ints) -> Columns:
-        """Return what is told besides of episodes that have terminated."""
-        baselines = {"baseline": self.baseline[rows], "baseline_flagged": self._flagged[rows]}
-        return super().told_at_end(rows) | baselines
-
     def _shown(self, row: int) -> tuple[str, Lines, Lines]:
         arrays, fed = self.arrays, int(self.arrays.fed[row])
         done: Lines = []
@@ -89,12 +71,6 @@ class FoldEpisodes(Episodes[ObsType]):
 
     def _load(self, rows: Ints) -> None:
         self.chains.begin(rows, self.rngs)
-
-    def _want(self, rows: Ints) -> None:
-        super()._want(rows)
-        for row in rows.tolist():
-            found = self.baseline_at(row)
-            self.baseline[row], self._flagged[row] = found.score, found.flagged
 
     def _act(self, rows: Ints, choice: Choice) -> None:
         self.chains.feed(rows, *choice)

@@ -125,7 +125,7 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         episodes = self.episodes
         choice = self.template.world.actions.read(actions, self.num_envs)
         episodes.check_begun()
-        over = episodes.over
+        over = episodes.terminated
         if self.autoreset_mode == AutoresetMode.DISABLED and over.any():
             raise gymnasium.error.ResetNeeded(
                 f"the episodes of environments {np.flatnonzero(over).tolist()} are over; "
@@ -137,18 +137,17 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
             choice = tuple(part[rows] for part in choice)
         rewards = np.zeros(self.num_envs)
         rewards[rows], ends = episodes.step(rows, choice)
-        terminated, truncated = episodes.terminated & ~over, episodes.truncated & ~over
+        terminated = episodes.terminated & ~over
         infos: Infos = {}
-        ended = terminated | truncated
-        if self.autoreset_mode == AutoresetMode.SAME_STEP and ended.any():
-            infos = self._final(terminated, ended, ends)
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and terminated.any():
+            infos = self._final(terminated, ends)
             ends = {}
-            episodes.begin(np.flatnonzero(ended))
+            episodes.begin(np.flatnonzero(terminated))
         elif over.any():
             episodes.begin(np.flatnonzero(over))
         infos |= self._spread(episodes.rows, episodes.told(episodes.rows))
         infos |= self._spread(np.flatnonzero(terminated), ends)
-        return episodes.observe(), rewards, terminated, truncated, infos
+        return episodes.observe(), rewards, terminated, np.zeros_like(terminated), infos
 
     def get_state(self) -> EpisodesState:
         """Return everything that decides how the environments go on.
@@ -181,7 +180,7 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         self.episodes.close()
         self.template.close()
 
-    def _final(self, terminated: Bools, ended: Bools, ends: Columns) -> Infos:
+    def _final(self, ended: Bools, ends: Columns) -> Infos:
         """Return what is told of episodes that are followed by others in the same step."""
         final = np.full(self.num_envs, None, dtype=object)
         observations = list(iterate(cast("Any", self).observation_space, self.episodes.observe()))
@@ -189,7 +188,7 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         for row in rows.tolist():
             final[row] = observations[row]
         told = self._spread(rows, self.episodes.told(rows))
-        told |= self._spread(np.flatnonzero(terminated), ends)
+        told |= self._spread(rows, ends)
         return {
             "final_obs": final,
             "_final_obs": ended.copy(),

@@ -15,7 +15,6 @@ from magfold_env.engine.stepping import runs
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Trajectory
 from magfold_env.simulation.frames import Frames
-from magfold_env.simulation.push_force import push_force
 from magfold_env.simulation.stack import Stack
 from magfold_env.simulation.view import Orientation
 from magfold_env.simulation.work_queue import WorkQueue
@@ -56,7 +55,6 @@ class Chains:
         self._models: Stack[Model] = Stack(models, count, OWN)
         self._states: Stack[State] = Stack(states, count)
         self._works: Stack[Work] = Stack(works, count)
-        self._probe = works[0]
         self._frame_rate = frame_rate if count == 1 else None
         self._frames = Frames(models[0], self._states.row(0), self._frame_rate)
         chain = models[0], states[0], works[0]
@@ -72,6 +70,10 @@ class Chains:
         self.q, self.v, self.stuck = (self._states[name] for name in ("q", "v", "stuck"))
         self.counters: IntArray = self._states["counter"]
         self.clocks: Array = self._states["clock"]
+        self.depths: Array = self._states["feed"][:, at.DEPTH]
+        """How long the chains are in the tube at first [m]."""
+        self.impulses: Array = self._states["account"][:, at.IMPULSE]
+        """Of the drives so far [N·s]."""
         self.waiting: Array = self._states["waiting"]
         """Charges that components get when they are fed [A·m]."""
         self.speeds: Array = self._states["speed"]
@@ -141,21 +143,6 @@ class Chains:
     def find_energies(self, rows: IntArray) -> None:
         """Fill `energies` in for some chains as they are."""
         runs.energies_of(self._code, *self._references, rows, self.energies)
-
-    def push_force(self, row: int) -> float:
-        """Return the force that the feed of a chain needs at this moment [N]."""
-        model = self._models.row(row, int(self.kind[row]))._replace(
-            rate_scale=float(self.rate_scale[row]), light_rate=float(self.light_rate[row])
-        )
-        return push_force(model, self._states.row(row), self._probe)
-
-    def progress_of_next(self, row: int) -> float:
-        """Return how far the component in the mouth is out, 0 to 1; 1 if none is left inside."""
-        model, q, lo = self.models[0], self.q[row], int(self.counters[row, at.LO])
-        if lo == 0:
-            return 1.0
-        link = model.bodies.length[lo - 1] * math.cos(q[lo - 1])
-        return min(max(float(q[model.n] / link), 0.0), 1.0)
 
     def motion(self, view: Orientation) -> Trajectory | None:
         """Return the frames of the single chain; None if nothing is recorded."""

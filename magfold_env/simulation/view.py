@@ -131,6 +131,23 @@ def public_states(
             )  # fmt: skip
 
 
+@kernel
+def advances(length: Array, counters: IntArray, q: Array, depth: Array, out: Array) -> None:
+    """Fill in how far the feeds of some chains have gone [m], (m,).
+
+    That of a chain that is all out has gone its whole length. ``depth`` (m,) is how long the chains
+    are in the tube at first; see `public_states` for the others.
+    """
+    for k in range(out.size):
+        held = counters[k, at.LO]
+        x = depth[k] + q[k, length.size]
+        for i in range(held):
+            x -= length[i] * math.cos(q[k, i])
+        if held == 0:
+            x = length.sum()
+        out[k] = x if x > 0.0 else 0.0  # nor where numbers broke down
+
+
 @dataclass(frozen=True)
 class ChainState:
     """What is known of a chain's motion, component 1 first."""

@@ -10,7 +10,8 @@ the package, or computed once and kept on disk for the user.
 import hashlib
 import json
 import logging
-from collections.abc import Iterable
+from abc import abstractmethod
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -51,6 +52,8 @@ class Baseline:
         b, its mean score; 0 without a design.
     success : float
         Share of the draws that ended in success; 0 without a design.
+    direction : str or None
+        Direction of feed of a chain that is given, of which only the speed is free.
     """
 
     target: str
@@ -58,11 +61,24 @@ class Baseline:
     speed: float | None
     score: float
     success: float
+    direction: str | None = None
+
+    @property
+    def name(self) -> str:
+        """What it is kept under: the target, and the chain if that is given."""
+        if self.direction is None or self.sequence is None:
+            return self.target
+        return chain_name(self.sequence, self.direction, self.target)
 
     @property
     def flagged(self) -> bool:
         """Whether b is 0 for want of a design."""
         return self.sequence is None
+
+
+def chain_name(sequence: Iterable[str], direction: str, target: str) -> str:
+    """Return what the baseline of a chain that is given is kept under."""
+    return f"{direction}-{'-'.join(sequence)}-{target}"
 
 
 def unknown_baseline(target: str) -> Baseline:
@@ -142,8 +158,43 @@ PHYSICS_VERSION = "9"
 _log = logging.getLogger(__name__)
 
 
-class BaselineStore:
-    """Looks up the baselines of one scene; computes and caches those that are missing.
+class Store:
+    """Looks up baselines; computes and caches those that are missing.
+
+    Parameters
+    ----------
+    key : str
+        A hash of everything that they depend on besides their names.
+    """
+
+    def __init__(self, key: str) -> None:
+        self._key = key
+        self._known: dict[str, Baseline] = dict(_shipped().get(key, {}))
+
+    def get(self, name: str) -> Baseline:
+        """Return the baseline of a target, or task; may take some seconds the first time."""
+        if name not in self._known:
+            self._known[name] = self._cached(name)
+        return self._known[name]
+
+    @abstractmethod
+    def compute(self, name: str) -> Baseline:
+        """Return the baseline of a target, or task, computed anew."""
+
+    def _cached(self, name: str) -> Baseline:
+        """Return the baseline from the user's cache, computed and put there if need be."""
+        path = cache_folder() / self._key / f"{name}.json"
+        if path.is_file():
+            return _from_dict(json.loads(path.read_text(encoding="utf-8")))
+        _log.info("computing the baseline of %s", name)
+        baseline = self.compute(name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, json.dumps(asdict(baseline)) + "\n")
+        return baseline
+
+
+class BaselineStore(Store):
+    """The baselines of one scene's targets.
 
     Parameters
     ----------
@@ -154,36 +205,30 @@ class BaselineStore:
     """
 
     def __init__(self, scene: Scene, match: Match = "word") -> None:
+        super().__init__(baseline_key(scene, match))
         self._scene = scene
         self._match: Match = match
-        self._key = baseline_key(scene, match)
-        self._known: dict[str, Baseline] = dict(_shipped().get(self._key, {}))
-
-    def get(self, target: str) -> Baseline:
-        """Return the baseline of `target`; may take some seconds the first time."""
-        if target not in self._known:
-            self._known[target] = self._cached(target)
-        return self._known[target]
 
     @cached_property
     def _designs(self) -> dict[str, tuple[str, ...] | None]:
         """The design for every target; one search finds them all."""
         return designs(self._scene)
 
-    def _cached(self, target: str) -> Baseline:
-        """Return the baseline from the user's cache, computed and put there if need be."""
-        path = cache_folder() / self._key / f"{target}.json"
-        if path.is_file():
-            return _from_dict(json.loads(path.read_text(encoding="utf-8")))
-        _log.info("computing the baseline of %s", target)
-        baseline = evaluate_design(self._scene, target, self._designs[target], self._match)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(path, json.dumps(asdict(baseline)) + "\n")
-        return baseline
+    def compute(self, name: str) -> Baseline:
+        """Return the baseline of a target, computed anew."""
+        return evaluate_design(self._scene, name, self._designs[name], self._match)
 
 
-def baseline_key(scene: Scene, match: Match = "word") -> str:
-    """Return a hash of everything that a baseline depends on besides its target."""
+DESIGN_PROTOCOL = (CANDIDATE_SPEEDS, SELECTION_DRAWS, SCORING_DRAWS)
+
+
+def baseline_key(
+    scene: Scene, match: Match = "word", protocol: Sequence[Any] = DESIGN_PROTOCOL
+) -> str:
+    """Return a hash of everything that a baseline depends on besides its name.
+
+    The ``protocol`` is how it is computed.
+    """
     content = scene.model_dump(mode="json")
     if match != "word":
         content["match"] = match
@@ -199,7 +244,7 @@ def baseline_key(scene: Scene, match: Match = "word") -> str:
     content |= {
         "components": scene.n,
         "physics": PHYSICS_VERSION,
-        "protocol": [CANDIDATE_SPEEDS, SELECTION_DRAWS, SCORING_DRAWS],
+        "protocol": protocol,
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
 
@@ -214,12 +259,12 @@ def shipped_folder() -> Path:
     return configs_dir() / "baselines"
 
 
-def save_shipped(name: str, scene: Scene, baselines: Iterable[Baseline]) -> Path:
-    """Write the baselines of `scene` to the shipped file `name` and return its path."""
+def save_shipped(name: str, key: str, baselines: Iterable[Baseline]) -> Path:
+    """Write baselines of a key to the shipped file `name` and return its path."""
     path = shipped_folder() / f"{name}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     rows = ",\n  ".join(json.dumps(asdict(baseline)) for baseline in baselines)
-    text = f'{{\n "key": "{baseline_key(scene)}",\n "baselines": [\n  {rows}\n ]\n}}\n'
+    text = f'{{\n "key": "{key}",\n "baselines": [\n  {rows}\n ]\n}}\n'
     write_text(path, text)
     _shipped.cache_clear()
     return path
@@ -232,7 +277,7 @@ def _shipped() -> dict[str, dict[str, Baseline]]:
     for path in sorted(shipped_folder().glob("*.json")):
         content = json.loads(path.read_text(encoding="utf-8"))
         rows = [_from_dict(row) for row in content["baselines"]]
-        found[content["key"]] = {baseline.target: baseline for baseline in rows}
+        found[content["key"]] = {baseline.name: baseline for baseline in rows}
     return found
 
 

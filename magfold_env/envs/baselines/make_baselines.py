@@ -6,7 +6,13 @@ from multiprocessing import get_context
 import typer
 from rich.progress import Progress
 
-from magfold_env.envs.baselines.baseline import Baseline, designs, evaluate_design, save_shipped
+from magfold_env.envs.baselines.baseline import (
+    Baseline,
+    baseline_key,
+    designs,
+    evaluate_design,
+    save_shipped,
+)
 from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.targets import resolve_targets
 from magfold_env.scene import load_scene
@@ -38,7 +44,7 @@ def main(workers: int = 2) -> None:
             for job in jobs:
                 baselines.append(job.result())
                 progress.advance(task)
-            path = save_shipped(f"{name}-{randomisation}", scene, baselines)
+            path = save_shipped(f"{name}-{randomisation}", baseline_key(scene), baselines)
             mean = sum(baseline.score for baseline in baselines) / len(baselines)
             progress.console.print(f"{path}: mean b {mean:.3f}")
 

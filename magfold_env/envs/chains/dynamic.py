@@ -12,6 +12,7 @@ from magfold_env.engine.compile.jit import kernel
 from magfold_env.envs.chains.arrays import (
     FAILED,
     STATUSES,
+    UNSETTLED,
     Bools,
     ChainArrays,
     Floats,
@@ -19,12 +20,12 @@ from magfold_env.envs.chains.arrays import (
     component,
 )
 from magfold_env.envs.chains.draws import DrawnChains
-from magfold_env.envs.spaces.actions import SIGNS, SLOWEST, letters_of, scaled_speed
+from magfold_env.envs.spaces.actions import SIGNS, letters_of
 from magfold_env.fold import Trajectory
 from magfold_env.scene import Scene
 from magfold_env.simulation.endings import ending, work_cap
 from magfold_env.simulation.pack import TURNED
-from magfold_env.simulation.view import Orientation, public_states
+from magfold_env.simulation.view import Orientation, advances, public_states
 
 _TURNED = tuple(TURNED)
 
@@ -44,17 +45,14 @@ class DynamicChains:
         self._length = self._chains.models[0].bodies.length
         self._flip: Bools = np.zeros(count, dtype=np.bool_)
         self._messages = [""] * count
-        self.force: Floats = np.zeros(count)
-        """The force that the feed of a chain that is pushed needs [N], (m,)."""
         self.arrays = ChainArrays.empty(count, n)
         self._seen = pointer(self.arrays)
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator], kind: int = 0) -> None:
         """Put chains into their tubes; all that is random is drawn here, row k from ``rngs[k]``."""
         self.drawn.draw(rows, rngs, kind)
-        self._flip[rows] = flip = self.drawn.flips[kind]
+        self._flip[rows] = flip = bool(self.drawn.flips[kind])
         self.arrays.clear(rows, forward=flip)
-        self.force[rows] = 0.0
         self._take_in(rows)
 
     def feed(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
@@ -87,31 +85,37 @@ class DynamicChains:
         self.arrays.fed[rows] = signs.shape[1]
         self.drawn.magnetise(rows, signs)
 
-    def push(self, rows: Ints, speeds: Floats, seconds: float) -> None:
-        """Feed chains at some speeds for a time, and measure the force that it takes in the end.
+    def push(self, rows: Ints, speeds: Floats, seconds: float) -> Floats:
+        """Feed chains at some speeds [m/s], below 0 back, for a time [s].
 
-        Parameters
-        ----------
-        speeds : array, shape (rows,)
-            Speeds [m/s], 0 or more. Components that leave the tube are noted with them.
-        seconds : float
-            For how long [s].
+        Returns
+        -------
+        array, shape (rows,)
+            The force of the drive [N], its mean over that time.
         """
         chains = self._chains
-        before = chains.released[rows]
-        for k in range(len(rows)):
-            self.drawn.set_speeds(rows[k : k + 1], speeds[k : k + 1])
+        self.drawn.set_speeds(rows, speeds)
+        before = chains.impulses[rows]
         chains.push(rows, seconds)
         self._take_in(rows)
-        after = chains.released[rows]
-        for k in np.flatnonzero(after > before).tolist():
-            row = int(rows[k])
-            # A speed below the scale is at its lower end.
-            scaled = scaled_speed(max(float(speeds[k]), SLOWEST))
-            self.arrays.speeds[row, self.arrays.order(row)[before[k] : after[k]]] = scaled
+        force = (chains.impulses[rows] - before) / seconds
+        return np.where(self.arrays.status[rows] == FAILED, 0.0, force)
+
+    def advances(self) -> Floats:
+        """Return how far the feeds have gone [m], (m,): the whole chain's length if it is out."""
+        chains, out = self._chains, np.empty(self._flip.size)
+        advances(self._length, chains.counters, chains.q, chains.depths, out)
+        return out
+
+    def acting(self, row: int) -> int:
+        """Return how many components of a chain have magnets that act now."""
+        return int(self._chains.charge[row].any(axis=1).sum())
+
+    def give_up(self, rows: Ints, message: str) -> None:
+        """End some chains as they are, unsettled."""
+        self.arrays.status[rows] = UNSETTLED
         for row in rows.tolist():
-            if self.arrays.status[row] == 0:
-                self.force[row] = chains.push_force(row)
+            self._messages[row] = message
 
     def energies(self, rows: Ints) -> Floats:
         """Return the magnetic energies [J]; no number where a simulation failed."""
@@ -124,10 +128,6 @@ class DynamicChains:
     def message(self, row: int) -> str:
         """Return how a fold ended, in words."""
         return self._messages[row]
-
-    def progress_of_next(self, row: int) -> float:
-        """Return how far the component in the mouth is out, from 0 to 1; 1 if none is inside."""
-        return self._chains.progress_of_next(row)
 
     def held(self, row: int) -> NDArray[np.bool_]:
         """Return which components of a chain friction holds, (n,), component 1 first."""
@@ -155,11 +155,11 @@ class DynamicChains:
     def contents(self) -> tuple[Any, ...]:
         """Return all that decides how the chains go on."""
         arrays = [array.copy() for array in self.arrays]
-        return arrays, list(self._messages), self.force.copy(), self.drawn.contents()
+        return arrays, list(self._messages), self.drawn.contents()
 
     def refill(self, contents: tuple[Any, ...]) -> None:
         """Go back to what `contents` returned; the motion before is forgotten."""
-        arrays, messages, self.force[:], drawn = contents
+        arrays, messages, drawn = contents
         self.drawn.refill(drawn)
         for array, values in zip(self.arrays, arrays, strict=True):
             array[:] = values
@@ -223,5 +223,5 @@ def _release(rows: Ints, counts: Ints, arrays: ChainArrays) -> None:
     n = arrays.angles.shape[1]
     for j in range(rows.size):
         k: int = rows[j]
-        for place in range(counts[k]):
-            arrays.released[k, component(arrays.forward[k], place, n)] = True
+        for place in range(n):
+            arrays.released[k, component(arrays.forward[k], place, n)] = place < counts[k]

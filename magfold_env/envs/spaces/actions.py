@@ -17,7 +17,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from magfold_env.envs.tasks.checks import one_of
+from magfold_env.envs.tasks.checks import one_of, whole
 from magfold_env.scene import SIGNS as SIGN_OF
 
 SLOWEST = 0.01
@@ -25,6 +25,9 @@ SLOWEST = 0.01
 
 FASTEST = 0.6
 """Highest feed speed on offer [m/s]."""
+
+DEAD_BAND = 0.03
+"""Lowest feed speed that a drive which goes both ways keeps [m/s]; slower it stands still."""
 
 PATTERNS: tuple[str, ...] = tuple("".join(faces) for faces in product("NS", repeat=4))
 """The 16 magnet patterns. Read an index as four bits, front-left first, front-right last, N = 0
@@ -60,11 +63,9 @@ def speed_levels(levels: int) -> NDArray[np.float64]:
     Raises
     ------
     ValueError
-        If there are fewer than two.
+        If that is not a whole number, 2 or more.
     """
-    if levels <= 1:
-        raise ValueError(f"speeds: {levels} is not allowed; must be 2 or more")
-    return speeds_at(np.linspace(-1.0, 1.0, levels))
+    return speeds_at(np.linspace(-1.0, 1.0, whole("speeds", levels, 2)))
 
 
 def speed_at(scaled: float) -> float:
@@ -390,37 +391,39 @@ class ActionTable(_Actions):
 
 @dataclass(frozen=True)
 class SpeedTable(_Actions):
-    """How a feed speed alone is written, standstill included.
+    """How the speed of a feed that goes both ways is written, standstill included.
 
     Attributes
     ----------
     levels : int
-        Number of speed levels besides standstill, log-spaced from 0.01 to 0.6 m/s.
-    kind : {"discrete", "multidiscrete", "box", "dict"}
-        ``discrete``: 0 is standstill, k the k-th level. ``multidiscrete``: the same as a list of
-        one. ``box``: one number x from −1 to 1, for the speed 0.6 m/s · ((x + 1)/2)². ``dict``:
-        ``speed``, as in ``box``.
+        Number of speed levels each way, log-spaced from `DEAD_BAND` to `FASTEST`.
+    kind : {"box", "discrete", "multidiscrete", "dict"}
+        ``box``: one number x from −1 to 1, for the speed 0.6 m/s · x |x|, or standstill where that
+        is slower than `DEAD_BAND`. ``discrete``: a number among the speeds of the table, ascending
+        from −0.6 m/s; ``levels`` is standstill. ``multidiscrete``: the same as a list of one.
+        ``dict``: ``speed``, as in ``box``.
     """
 
     levels: int
-    kind: ActionKind = "discrete"
+    kind: ActionKind = "box"
 
     def __post_init__(self) -> None:
-        speed_levels(self.levels)
+        whole("speeds", self.levels, 2)
         one_of("actions", self.kind, ActionKind)
 
     @cached_property
     def speeds(self) -> NDArray[np.float64]:
-        """Standstill and the levels [m/s], shape (levels + 1,), ascending."""
-        return np.concatenate([[0.0], speed_levels(self.levels)])
+        """The levels back, standstill and the levels ahead [m/s], (2 levels + 1,), ascending."""
+        ahead = np.round(np.geomspace(DEAD_BAND, FASTEST, self.levels), 12)
+        return np.concatenate([-ahead[::-1], [0.0], ahead])
 
     @cached_property
     def space(self) -> spaces.Space[Any]:
         """Gymnasium's description of the actions."""
         if self.kind == "discrete":
-            return spaces.Discrete(self.levels + 1)
+            return spaces.Discrete(2 * self.levels + 1)
         if self.kind == "multidiscrete":
-            return spaces.MultiDiscrete([self.levels + 1])
+            return spaces.MultiDiscrete([2 * self.levels + 1])
         box = spaces.Box(-1.0, 1.0, shape=(1,), dtype=np.float32)
         return box if self.kind == "box" else spaces.Dict(speed=box)
 
@@ -434,6 +437,17 @@ class SpeedTable(_Actions):
         """
         return float(self.read_one(action)[0][0])
 
+    def encode(self, speed: float) -> Any:
+        """Return the action nearest to a speed [m/s]."""
+        level = int(np.argmin(np.abs(self.speeds - speed)))
+        if self.kind == "discrete":
+            return np.int64(level)
+        if self.kind == "multidiscrete":
+            return np.array([level])
+        share = np.clip(speed / FASTEST, -1.0, 1.0)
+        number = np.array([np.sign(share) * np.sqrt(np.abs(share))], dtype=np.float32)
+        return number if self.kind == "box" else {"speed": number}
+
     def read(self, actions: Any, count: int) -> tuple[Floats]:
         """Return the speeds [m/s] that `count` actions ask for, as Gymnasium batches them.
 
@@ -443,16 +457,17 @@ class SpeedTable(_Actions):
             If one of `actions` is not in the space, or there are not `count`.
         """
         if self.kind in ("discrete", "multidiscrete"):
-            levels = self._digits(actions, (self.levels + 1,), count).reshape(count)
+            levels = self._digits(actions, (2 * self.levels + 1,), count).reshape(count)
             return (self.speeds[levels],)
         values = self._parts(actions, {"speed"})["speed"] if self.kind == "dict" else actions
-        shares = 0.5 * (self._numbers(values, 1, count)[:, 0] + 1.0)
-        return (np.array([FASTEST * share**2 for share in shares.tolist()]),)
+        shares = self._numbers(values, 1, count)[:, 0]
+        speeds = FASTEST * shares * np.abs(shares)
+        return (np.where(np.abs(speeds) < DEAD_BAND, 0.0, speeds),)
 
     @property
     def _allowed(self) -> str:
         """What an action must be, in words."""
-        level, number = f"an integer, 0..{self.levels}", "one number from -1 to 1"
+        level, number = f"an integer, 0..{2 * self.levels}", "one number from -1 to 1"
         return {
             "discrete": level,
             "multidiscrete": f"a list of {level}",

@@ -1,7 +1,9 @@
-"""The flat observation of a chain that is being fed: its layout and how it is filled."""
+"""The flat observations of a chain that is being fed: their layouts and how they are filled."""
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from gymnasium import spaces
@@ -9,7 +11,7 @@ from numpy.typing import NDArray
 
 from magfold_env.engine.compile.by_pointer import pointer
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.envs.chains.arrays import ChainArrays
+from magfold_env.envs.chains.arrays import ChainArrays, Floats, Ints
 
 Singles = NDArray[np.float32]
 
@@ -19,12 +21,15 @@ VELOCITY_SCALE = 1.0
 RATE_SCALE = 100.0
 """Angular rate that is shown as one half [rad/s]."""
 
-MEASURED = ("joint", "heading", "rate", "position", "velocity")
-"""Groups that a camera would have to measure; the others are known."""
+POSITION_NOISE = 3e-4
+"""Standard deviation of a position in a frame, along x and along y [m]."""
+
+HEADING_NOISE = np.pi / 180.0
+"""Standard deviation of a heading in a frame [rad]."""
 
 
 @dataclass(frozen=True)
-class ObservationLayout:
+class Layout:
     """Where each group of entries lies in the observation of a chain of `n` components.
 
     Attributes
@@ -33,37 +38,26 @@ class ObservationLayout:
         Number of components.
     side : float
         Edge length of a casing [m].
-    words : tuple of str
-        Groups of 3 (n − 1) entries that come first, each a word, one-hot over L, S, R.
-    extra : tuple of (str, int)
-        Groups that come last, and their sizes.
     """
 
     n: int
     side: float
-    words: tuple[str, ...] = ("target",)
-    extra: tuple[tuple[str, int], ...] = ()
+
+    measured: ClassVar[tuple[str, ...]]
+    """Groups that have to be measured; the others are known."""
+
+    @property
+    @abstractmethod
+    def sizes(self) -> dict[str, int]:
+        """Number of entries of each group, by name, in the order in which they lie."""
 
     @cached_property
     def slices(self) -> dict[str, slice]:
         """Slice of each group, by name, in the order in which they lie."""
-        n = self.n
-        sizes = {
-            **dict.fromkeys(self.words, 3 * (n - 1)),
-            "released": n,
-            "magnets": 4 * n,
-            "speed": n,
-            "joint": n - 1,
-            "heading": 2 * n,
-            "rate": n,
-            "position": 2 * n,
-            "velocity": 2 * n,
-            **dict(self.extra),
-        }
-        ends = np.cumsum(list(sizes.values())).tolist()
+        ends = np.cumsum(list(self.sizes.values())).tolist()
         return {
             name: slice(end - size, end)
-            for (name, size), end in zip(sizes.items(), ends, strict=True)
+            for (name, size), end in zip(self.sizes.items(), ends, strict=True)
         }
 
     @cached_property
@@ -76,8 +70,39 @@ class ObservationLayout:
         """The observation space: every entry lies in [−1, 1]."""
         return spaces.Box(-1.0, 1.0, shape=(self.size,), dtype=np.float32)
 
+
+@dataclass(frozen=True)
+class ObservationLayout(Layout):
+    """That of a chain whose components are chosen, of which all is seen.
+
+    Attributes
+    ----------
+    words : tuple of str
+        Groups of 3 (n − 1) entries that come first, each a word, one-hot over L, S, R.
+    """
+
+    words: tuple[str, ...] = ("target",)
+
+    measured: ClassVar[tuple[str, ...]] = ("joint", "heading", "rate", "position", "velocity")
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Number of entries of each group, by name, in the order in which they lie."""
+        n = self.n
+        return {
+            **dict.fromkeys(self.words, 3 * (n - 1)),
+            "released": n,
+            "magnets": 4 * n,
+            "speed": n,
+            "joint": n - 1,
+            "heading": 2 * n,
+            "rate": n,
+            "position": 2 * n,
+            "velocity": 2 * n,
+        }
+
     def fill(self, arrays: ChainArrays, words: Singles, out: Singles) -> None:
-        """Fill in observations, but for the extra groups.
+        """Fill in observations.
 
         Parameters
         ----------
@@ -89,6 +114,82 @@ class ObservationLayout:
             The observations.
         """
         _fill(self.side, pointer(arrays), words, out)
+
+
+class CameraLayout(Layout):
+    """That of a chain that is given, of which a camera sees what is outside the tube."""
+
+    measured: ClassVar[tuple[str, ...]] = ("seen", "heading", "position", "force")
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Number of entries of each group, by name, in the order in which they lie."""
+        n = self.n
+        return {
+            "target": 3 * (n - 1),
+            "magnets": 4 * n,
+            "direction": 1,
+            **self.frame_sizes,
+            "advance": 1,
+            "speed": 1,
+            "force": 1,
+            "time": 1,
+        }
+
+    @property
+    def frame_sizes(self) -> dict[str, int]:
+        """Those groups that a frame of the camera holds."""
+        return {"seen": self.n, "heading": 2 * self.n, "position": 2 * self.n}
+
+    @property
+    def frame(self) -> slice:
+        """Where a frame lies."""
+        return slice(self.slices["seen"].start, self.slices["position"].stop)
+
+    def take(self, rows: Ints, arrays: ChainArrays, noise: Floats, frames: Floats) -> None:
+        """Take frames of some chains.
+
+        Parameters
+        ----------
+        rows : array of int
+            Which.
+        arrays : ChainArrays
+            The chains.
+        noise : array, shape (rows, 3 n)
+            Standard normal numbers: for each component its heading, x and y.
+        frames : array, shape (m, 5 n)
+            Frames of all chains, those of `rows` to be filled in.
+        """
+        _take(self.side, rows, pointer(arrays), noise, frames)
+
+
+@kernel
+def _take(side: float, rows: Ints, arrays: ChainArrays, noise: Floats, frames: Floats) -> None:
+    n = arrays.angles.shape[1]
+    pitch = np.sqrt(2.0) * side
+    length = n * pitch
+    for j in range(rows.size):
+        k: int = rows[j]
+        frame = frames[k]
+        x, y = arrays.base[k, 0], arrays.base[k, 1]
+        for i in range(n):
+            angle = arrays.angles[k, i]
+            across, up = pitch * np.cos(angle), pitch * np.sin(angle)
+            # A casing that was drawn in again is out of sight, held or not.
+            if arrays.released[k, i] and x + 0.5 * across > 0.0:
+                angle += HEADING_NOISE * noise[j, 3 * i]
+                frame[i] = 1.0
+                frame[n + 2 * i], frame[n + 2 * i + 1] = np.sin(angle), np.cos(angle)
+                seen_x = x + 0.5 * across + POSITION_NOISE * noise[j, 3 * i + 1]
+                seen_y = y + 0.5 * up + POSITION_NOISE * noise[j, 3 * i + 2]
+                frame[3 * n + 2 * i] = squash(seen_x / length)
+                frame[3 * n + 2 * i + 1] = squash(seen_y / length)
+            else:
+                frame[i] = 0.0
+                frame[n + 2 * i] = frame[n + 2 * i + 1] = 0.0
+                frame[3 * n + 2 * i] = frame[3 * n + 2 * i + 1] = 0.0
+            x += across
+            y += up
 
 
 @kernel

@@ -26,6 +26,20 @@ def one_of(key: str, value: T, kind: Any) -> T:
     return value
 
 
+def whole(key: str, value: int, least: int, also: str = ", a whole number") -> int:
+    """Return `value` if it is a whole number, `least` or more; `also` is added to what is allowed.
+
+    Raises
+    ------
+    ValueError
+        If it is not.
+    """
+    given: Any = value
+    if isinstance(given, bool) or not isinstance(given, (int, np.integer)) or given < least:
+        raise ValueError(f"{key}: {value!r} is not allowed; must be {least} or more{also}")
+    return int(given)
+
+
 def share_of(key: str, value: float) -> float:
     """Return `value` if it is above 0 and at most 1.
 
@@ -34,7 +48,7 @@ def share_of(key: str, value: float) -> float:
     ValueError
         If it is not.
     """
-    if not 0.0 < value <= 1.0:
+    if not isinstance(value, (int, float)) or not 0.0 < value <= 1.0:
         raise ValueError(f"{key}: {value!r} is not allowed; must be above 0 and at most 1")
     return value
 
@@ -78,8 +92,7 @@ def check_count(num_envs: int, render_mode: str | None) -> None:
     ValueError
         If there is nothing to step, or many would be shown in windows.
     """
-    if num_envs < 1:
-        raise ValueError(f"num_envs: {num_envs!r} is not allowed; must be 1 or more")
+    whole("num_envs", num_envs, 1)
     if render_mode == "human":
         raise ValueError(
             "render_mode: 'human' is not allowed with many environments; must be None, "
@@ -98,9 +111,7 @@ def threads_of(threads: int | None) -> int:
     if threads is None:
         usable = getattr(os, "sched_getaffinity", None)
         return len(usable(0)) if usable else os.cpu_count() or 1
-    if threads < 1:
-        raise ValueError(f"threads: {threads!r} is not allowed; must be 1 or more, or None")
-    return threads
+    return whole("threads", threads, 1, ", or None")
 
 
 def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:
@@ -176,7 +187,7 @@ def given_for_each(
     if keys[0] not in options:
         return None
     given = options[keys[0]]
-    if isinstance(given, kind):
+    if isinstance(given, kind) or not hasattr(given, "__len__"):
         return [given] * count
     found: list[Any] = list(given)
     if len(found) != count:

@@ -10,7 +10,7 @@ from magfold_env.envs.baselines.baseline import Baseline, BaselineStore, unknown
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import ActionTable, read_catalogue
 from magfold_env.envs.spaces.observation import ObservationLayout
-from magfold_env.envs.tasks.checks import one_of, refuse_unknown
+from magfold_env.envs.tasks.checks import one_of, refuse_unknown, whole
 from magfold_env.envs.tasks.draws import randomised
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardRule
@@ -119,12 +119,10 @@ def lengthened(scene: Scene, components: int | None) -> Scene:
     Raises
     ------
     ValueError
-        If there are fewer than two.
+        If that is not a whole number, 2 or more.
     """
-    if components is None or components == scene.n:
+    if components is None or whole("components", components, 2) == scene.n:
         return scene
-    if components <= 1:
-        raise ValueError(f"components: {components!r} is not allowed; must be 2 or more")
     sequence = tuple(islice(cycle(scene.sequence), components))
     return scene.replace(sequence=sequence, start_angles=None)
 

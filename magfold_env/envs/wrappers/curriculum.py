@@ -11,8 +11,8 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
-from magfold_env.envs.spaces.observation import ObservationLayout
-from magfold_env.envs.tasks.checks import share_of
+from magfold_env.envs.spaces.observation import Layout
+from magfold_env.envs.tasks.checks import share_of, whole
 
 
 class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
@@ -55,8 +55,7 @@ class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             raise ValueError(f"env: {env} is not allowed; must be made by gymnasium.make")
         if not stages:
             raise ValueError("stages: [] is not allowed; must have one stage or more")
-        if window < 1:
-            raise ValueError(f"window: {window!r} is not allowed; must be 1 or more")
+        whole("window", window, 1)
         easier = [gymnasium.make(spec.id, **{**spec.kwargs, **stage}) for stage in stages]
         self._envs = [*easier, env]
         for number, each in enumerate(easier):
@@ -78,7 +77,7 @@ class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             self.env = present
 
     @property
-    def layout(self) -> ObservationLayout:
+    def layout(self) -> Layout:
         """Where each group of entries lies in an observation."""
         return _layout(self._envs[-1])
 
@@ -134,8 +133,8 @@ class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         return spread
 
 
-def _layout(env: gymnasium.Env[Any, Any]) -> ObservationLayout:
-    return cast("ObservationLayout", env.get_wrapper_attr("layout"))
+def _layout(env: gymnasium.Env[Any, Any]) -> Layout:
+    return cast("Layout", env.get_wrapper_attr("layout"))
 
 
 def _check_spaces(number: int, env: gymnasium.Env[Any, Any], last: gymnasium.Env[Any, Any]) -> None:

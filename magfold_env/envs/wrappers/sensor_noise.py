@@ -7,11 +7,11 @@ import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
-from magfold_env.envs.spaces.observation import MEASURED, ObservationLayout
+from magfold_env.envs.spaces.observation import Layout
 
 
 class SensorNoise(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):
-    """Add noise to the measured entries of the observation: ``joint`` to ``velocity``.
+    """Add noise to the measured entries of the observation, see `Layout.measured`.
 
     What the agent knows (target, magnets, speeds, which components are out) stays as it is. So do
     the goals of ``MagFold/TubeFeedGoal-v0``, which rewards are computed from. The noise is drawn
@@ -37,9 +37,9 @@ class SensorNoise(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructor
         if not spread >= 0.0:
             raise ValueError(f"spread: {spread!r} is not allowed; must be 0 or more")
         self._spread = spread
-        layout = cast("ObservationLayout", env.get_wrapper_attr("layout"))
+        layout = cast("Layout", env.get_wrapper_attr("layout"))
         self._measured = np.zeros(layout.size, dtype=np.bool_)
-        for name in MEASURED:
+        for name in layout.measured:
             self._measured[layout.slices[name]] = True
 
     def observation(self, observation: Any) -> Any:

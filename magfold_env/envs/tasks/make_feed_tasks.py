@@ -1,4 +1,4 @@
-"""Find the shipped tasks of feed control: ``python -m magfold_env.envs.tasks.make_control_tasks``.
+"""Find the shipped tasks of a chain's feed: ``python -m magfold_env.envs.tasks.make_feed_tasks``.
 
 Random chains are fed out at constant speeds. Kept are those that fold into one word at one speed
 and into another at another, each in at least three of four draws of the nominal physics: the feed
@@ -8,7 +8,6 @@ share of all runs, over the speeds on offer, that end in the target: the easiest
 
 from collections import Counter
 from collections.abc import Mapping
-from itertools import permutations
 
 import numpy as np
 import typer
@@ -25,11 +24,11 @@ from magfold_env.simulation.simulate import simulate
 DRAWS = 8
 RELIABLE = 0.75
 
-Task = tuple[float, tuple[str, ...], str, str, str]
+Task = tuple[float, tuple[str, ...], str, str]
 
 
 def main(chains: int = 20, seed: int = 0) -> None:
-    """Write ``configs/control/two-folds-6.yaml`` with two tasks for each of some chains."""
+    """Write ``configs/tasks/two-folds-6.yaml`` with two tasks for each of some chains."""
     rng = np.random.default_rng(seed)
     scene = load_scene("tube-built")
     tasks: list[Task] = []
@@ -44,15 +43,15 @@ def main(chains: int = 20, seed: int = 0) -> None:
     tasks.sort(key=lambda task: -task[0])
     lines = [
         f"- {{sequence: [{', '.join(sequence)}], direction: {direction}, "
-        f"target: {target}, avoid: {avoid}}} # {share:.2f}"
-        for share, sequence, direction, target, avoid in tasks
+        f"target: {target}}} # {share:.2f}"
+        for share, sequence, direction, target in tasks
     ]
     head = (
         "# Chains with two folds, of which the feed speed decides, the easiest first. At the\n"
         "# end of each line: the share of runs at constant speeds that end in the target.\n"
-        "# Made by `python -m magfold_env.envs.tasks.make_control_tasks`.\n"
+        "# Made by `python -m magfold_env.envs.tasks.make_feed_tasks`.\n"
     )
-    path = configs_dir() / "control" / "two-folds-6.yaml"
+    path = configs_dir() / "tasks" / "two-folds-6.yaml"
     write_text(path, head + "\n".join(lines) + "\n")
 
 
@@ -68,12 +67,12 @@ def _tasks(scene: Scene) -> list[Task]:
     reliable = [word for word in words if _is_reliable(counts, word)]
     if len(reliable) <= 1:
         return []
-    return [_task(scene, counts, *pair) for pair in permutations(reliable[:2])]
+    return [_task(scene, counts, word) for word in reliable[:2]]
 
 
-def _task(scene: Scene, counts: Mapping[float, Counter[str]], target: str, avoid: str) -> Task:
+def _task(scene: Scene, counts: Mapping[float, Counter[str]], target: str) -> Task:
     share = sum(count[target] for count in counts.values()) / (DRAWS * len(counts))
-    return share, scene.sequence, scene.feed.direction, target, avoid
+    return share, scene.sequence, scene.feed.direction, target
 
 
 def _is_reliable(counts: Mapping[float, Counter[str]], word: str) -> bool:

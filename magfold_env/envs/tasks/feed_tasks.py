@@ -1,4 +1,4 @@
-"""Chains with two folds, of which the feed speed decides: the tasks of feed control."""
+"""Chains that are given, and the folds that their feed is to bring about."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,11 +7,11 @@ from typing import Any, Literal, TypedDict, Unpack, cast
 
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import ActionKind, SpeedTable
-from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.spaces.observation import CameraLayout
 from magfold_env.envs.tasks.checks import one_of, refuse_unknown, share_of
 from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.goals import Match
-from magfold_env.envs.tasks.reward import RewardRule, Shaping
+from magfold_env.envs.tasks.reward import RewardKind, RewardRule, Shaping
 from magfold_env.envs.tasks.targets import is_target
 from magfold_env.envs.tasks.world import World
 from magfold_env.files import configs_dir
@@ -19,12 +19,9 @@ from magfold_env.scene import Problem, Scene, SceneError, load_scene
 from magfold_env.scene.io import parse_yaml
 from magfold_env.scene.parts import Part
 
-FEED = (("feed", 5),)
-"""The group of an observation that only feed control shows; see `FeedControlEnv`."""
 
-
-class ControlTask(Part):
-    """A chain, how it is fed, the fold to reach and the one to avoid."""
+class FeedTask(Part):
+    """A chain, how it is fed and the fold to reach."""
 
     sequence: tuple[str, ...]
     """The components, component 1 first."""
@@ -32,16 +29,14 @@ class ControlTask(Part):
     """Direction of feed."""
     target: str
     """Word to reach."""
-    avoid: str
-    """Word that is worth nothing."""
 
 
-def control_suite_names() -> list[str]:
+def task_list_names() -> list[str]:
     """Return the names of the shipped lists of tasks, sorted."""
-    return sorted(path.stem for path in (configs_dir() / "control").glob("*.yaml"))
+    return sorted(path.stem for path in (configs_dir() / "tasks").glob("*.yaml"))
 
 
-def read_tasks(tasks: str | Sequence[ControlTask | Mapping[str, Any]]) -> tuple[ControlTask, ...]:
+def read_tasks(tasks: str | Sequence[FeedTask | Mapping[str, Any]]) -> tuple[FeedTask, ...]:
     """Return the tasks of a shipped list, the easiest first, or those given.
 
     Raises
@@ -51,18 +46,18 @@ def read_tasks(tasks: str | Sequence[ControlTask | Mapping[str, Any]]) -> tuple[
     SceneError
         If a task is not valid; one line per problem.
     """
-    given: Sequence[ControlTask | Mapping[str, Any]]
-    if isinstance(tasks, str) and tasks in control_suite_names():
-        path = configs_dir() / "control" / f"{tasks}.yaml"
+    given: Sequence[FeedTask | Mapping[str, Any]]
+    if isinstance(tasks, str) and tasks in task_list_names():
+        path = configs_dir() / "tasks" / f"{tasks}.yaml"
         given = cast("Any", parse_yaml(path.read_text(encoding="utf-8")))
     elif isinstance(tasks, (list, tuple)) and all(map(_is_task, tasks)):
         given = tasks
     else:
         raise ValueError(
             f"tasks: {tasks!r} is not allowed; must be a list of tasks or one of "
-            f"{', '.join(control_suite_names())}"
+            f"{', '.join(task_list_names())}"
         )
-    found = tuple(each if isinstance(each, ControlTask) else ControlTask(**each) for each in given)
+    found = tuple(each if isinstance(each, FeedTask) else FeedTask(**each) for each in given)
     lengths = sorted({len(task.sequence) for task in found})
     if len(lengths) != 1:
         raise ValueError(
@@ -70,29 +65,20 @@ def read_tasks(tasks: str | Sequence[ControlTask | Mapping[str, Any]]) -> tuple[
             "of one length"
         )
     for task in found:
-        _check_words(task)
+        if not is_target(task.target, lengths[0]):
+            allowed = f"must be a fully folded word of {lengths[0]} components without overlap"
+            raise SceneError([Problem("tasks.target", task.target, allowed)])
     return found
 
 
 def _is_task(value: object) -> bool:
-    return isinstance(value, (ControlTask, Mapping))
+    return isinstance(value, (FeedTask, Mapping))
 
 
-def _check_words(task: ControlTask) -> None:
-    """Refuse words that the chain of a task cannot fold into."""
-    n = len(task.sequence)
-    wrong = [key for key in ("target", "avoid") if not is_target(getattr(task, key), n)]
-    if wrong:
-        allowed = f"must be a fully folded word of {n} components without overlap"
-        raise SceneError([Problem(f"tasks.{key}", getattr(task, key), allowed) for key in wrong])
-    if task.target == task.avoid:
-        raise SceneError([Problem("tasks.avoid", task.avoid, "must differ from the target")])
+class FeedOptions(TypedDict, total=False):
+    """Options where the speed of the feed is all that is free; every one may be left out."""
 
-
-class ControlOptions(TypedDict, total=False):
-    """Keyword arguments of feed control; every one may be left out."""
-
-    tasks: str | Sequence[ControlTask | Mapping[str, Any]]
+    tasks: str | Sequence[FeedTask | Mapping[str, Any]]
     """Name of a shipped list of tasks, ``two-folds-6`` by default, or the tasks."""
     match: Match
     """Whether a fold must be the target (``word``), or cover its cells (``outline``)."""
@@ -101,24 +87,22 @@ class ControlOptions(TypedDict, total=False):
     fidelity: Literal["dynamics"]
     """Energy minimisation knows of no speed."""
     randomisation: Randomisation
-    """Physics drawn at reset, as in `magfold_env.envs.tasks.world.ChainOptions`."""
+    """Physics drawn at reset, as in `magfold_env.envs.tasks.world.ChainOptions`, but ``scene`` by
+    default."""
     speeds: int
-    """Number of speed levels besides standstill, 9 by default."""
+    """Number of speed levels each way besides standstill, 5 by default."""
     actions: ActionKind
-    """How actions are written: ``discrete`` (default), ``multidiscrete``, ``box`` or ``dict``; see
+    """How actions are written: ``box`` (default), ``discrete``, ``multidiscrete`` or ``dict``; see
     `magfold_env.envs.spaces.actions.SpeedTable`."""
-    push_limit: float | None
-    """The scene's ``feed.force_limit`` [N], 1 by default; None for any. The floor's drag on a whole
-    chain of the default scene takes 0.08 N."""
-    reward: Literal["score", "sparse"]
-    """The reward at termination, ``score`` by default."""
+    reward: RewardKind
+    """``score`` (default), ``relative`` or ``sparse``; see `magfold_env.envs.tasks.reward`."""
     shaping: bool | Shaping
     """As in `magfold_env.envs.tasks.world.FoldOptions`."""
     gamma: float
     """As in `FoldOptions`."""
 
 
-class ControlSetup(World):
+class FeedWorld(World):
     """Tasks and the world they are set in.
 
     Parameters
@@ -126,7 +110,7 @@ class ControlSetup(World):
     scene : str, Path or Scene
         A tube scene; sequence, direction and speeds come from the tasks and the agent.
     **options
-        See `ControlOptions`.
+        See `FeedOptions`.
 
     Raises
     ------
@@ -136,10 +120,15 @@ class ControlSetup(World):
 
     option = ("task", int)
     fidelity = "dynamics"
+    layout: CameraLayout
 
-    def __init__(self, scene: str | Path | Scene, **options: Unpack[ControlOptions]) -> None:
-        refuse_unknown(options, ControlOptions)
-        _refuse_misplaced(options)
+    def __init__(self, scene: str | Path | Scene, **options: Unpack[FeedOptions]) -> None:
+        refuse_unknown(options, FeedOptions)
+        if options.get("fidelity", "dynamics") != "dynamics":
+            raise ValueError(
+                f"fidelity: {options.get('fidelity')!r} is not allowed; must be 'dynamics', "
+                "energy minimisation knows of no speed"
+            )
         scene = scene if isinstance(scene, Scene) else load_scene(scene)
         if scene.mount != "tube":
             raise ValueError(f"scene.mount: {scene.mount!r} is not allowed; must be 'tube'")
@@ -148,23 +137,17 @@ class ControlSetup(World):
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
         self.words = tuple(task.target for task in self.tasks)
         self.scene = randomised(
-            scene.replace(
-                sequence=found[0].sequence,
-                start_angles=None,
-                feed={"force_limit": options.get("push_limit", 1.0)},
-            ),
-            options.get("randomisation", "nominal"),
+            scene.replace(sequence=found[0].sequence, start_angles=None),
+            options.get("randomisation", "scene"),
         )
         self.match = one_of("match", options.get("match", "word"), Match)
-        self.actions = SpeedTable(options.get("speeds", 9), options.get("actions", "discrete"))
+        self.actions = SpeedTable(options.get("speeds", 5), options.get("actions", "box"))
         self.rule = RewardRule.of(
             options.get("reward", "score"),
             options.get("shaping", False),
             options.get("gamma", 1.0),
         )
-        self.layout = ObservationLayout(
-            self.scene.n, scene.casing.side, words=("target", "avoid"), extra=FEED
-        )
+        self.layout = CameraLayout(self.scene.n, scene.casing.side)
         directions = dict.fromkeys(task.direction for task in self.tasks)
         self.templates: tuple[Scene, ...] = tuple(
             self.scene.replace(feed={"direction": direction}) for direction in directions
@@ -183,11 +166,7 @@ class ControlSetup(World):
             raise ValueError(
                 f"options['task']: {value!r} is not allowed; must be 0..{len(self.tasks) - 1}"
             )
-        return value
-
-    def scene_of(self, number: int, drawn: Scene) -> Scene:
-        """Return a drawn scene with the chain of a task."""
-        return drawn.replace(sequence=self.tasks[number].sequence)
+        return int(value)
 
     def lattice(self, number: int) -> LatticeFeed:
         """Return what energy minimisation needs to know of the chain of a task."""
@@ -195,20 +174,3 @@ class ControlSetup(World):
         if kind not in self._lattices:
             self._lattices[kind] = LatticeFeed(self.templates[kind])
         return self._lattices[kind]
-
-
-def _refuse_misplaced(options: Mapping[str, Any]) -> None:
-    """Refuse what the other environments have and this one cannot have."""
-    if options.get("fidelity", "dynamics") != "dynamics":
-        raise ValueError(
-            f"fidelity: {options['fidelity']!r} is not allowed; must be 'dynamics', "
-            "energy minimisation knows of no speed"
-        )
-    if options.get("reward") == "relative":
-        raise ValueError(
-            "reward: 'relative' is not allowed; must be score or sparse, "
-            "there is no baseline for a chain that is given"
-        )
-    limit = options.get("push_limit")
-    if limit is not None and not limit > 0.0:
-        raise ValueError(f"push_limit: {limit!r} is not allowed; must be above 0, or None for none")

@@ -1,0 +1,75 @@
+"""The best constant speed of a chain that is given: b where nothing but the speed is free.
+
+Of `SPEEDS` the one that scores best on the draws of the stream ``selection`` is taken, the slowest
+of equally good ones, and b is its mean score on those of the stream ``scoring``. Neither are draws
+that results are reported on, nor such that anything is trained on.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.utils import seeding
+
+from magfold_env.envs.baselines.baseline import Baseline, Store, baseline_key, chain_name
+from magfold_env.envs.spaces.actions import DEAD_BAND, FASTEST
+from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.envs.tasks.feed_tasks import FeedTask, FeedWorld
+
+SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(DEAD_BAND, FASTEST, 13), 12).tolist())
+"""The speeds that are tried [m/s]."""
+
+SELECTION_DRAWS = 64
+SCORING_DRAWS = 128
+
+
+class ConstantSpeedStore(Store):
+    """The baselines of a world's tasks.
+
+    Parameters
+    ----------
+    make_episodes : callable
+        Makes so many episodes of the world.
+    world : FeedWorld
+        What they share; tasks are told apart by name.
+    protocol : sequence
+        What else the episodes depend on.
+    """
+
+    def __init__(
+        self, make_episodes: Callable[..., Any], world: FeedWorld, protocol: Sequence[Any]
+    ) -> None:
+        protocol = (SPEEDS, SELECTION_DRAWS, SCORING_DRAWS, *protocol)
+        super().__init__(baseline_key(world.scene, world.match, protocol))
+        self.key = baseline_key(world.scene, world.match, protocol)
+        self._make, self._world = make_episodes, world
+        self._numbers = {_name(task): number for number, task in enumerate(world.tasks)}
+
+    def of(self, number: int) -> Baseline:
+        """Return the baseline of a task; may take some seconds the first time."""
+        return self.get(_name(self._world.tasks[number]))
+
+    def compute(self, name: str) -> Baseline:
+        """Return the baseline of a task, computed anew."""
+        number = self._numbers[name]
+        means = [self._trial(number, speed, "selection", SELECTION_DRAWS)[0] for speed in SPEEDS]
+        speed = SPEEDS[int(np.argmax(means))]
+        mean, success = self._trial(number, speed, "scoring", SCORING_DRAWS)
+        task = self._world.tasks[number]
+        return Baseline(task.target, task.sequence, speed, mean, success, task.direction)
+
+    def _trial(self, number: int, speed: float, stream: str, draws: int) -> tuple[float, float]:
+        """Return mean score and share of successes of a speed [m/s] on draws of a stream."""
+        episodes = self._make(self._world, draws)
+        episodes.rngs = [seeding.np_random(seed)[0] for seed in episode_seeds(stream, draws)]
+        rows = episodes.rows
+        episodes.begin(rows, [number] * draws)
+        while len(rows):
+            episodes.step(rows, (np.full(len(rows), speed),))
+            rows = np.flatnonzero(~episodes.terminated)
+        ends = episodes.told_at_end(episodes.rows)
+        return float(ends["score"].mean()), float(ends["is_success"].mean())
+
+
+def _name(task: FeedTask) -> str:
+    return chain_name(task.sequence, task.direction, task.target)
