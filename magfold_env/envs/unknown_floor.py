@@ -188,7 +188,7 @@ class UnknownFloorEnv(ChainEnv[NDArray[np.float32]]):
     them terminate the episode: the time is the task's own.
 
     **Action**: ``Box(−1, 1, (1,))``: x asks for the speed 0.6 m/s · x |x|, negative back, and for
-    standstill below 0.03 m/s. The drive changes its speed by 0.2 m/s a step at most.
+    standstill below 0.025 m/s. The drive changes its speed by 0.2 m/s a step at most.
     `magfold_env.envs.spaces.actions.SpeedTable` has the other ways, a table of speeds among them.
 
     **Observation**: a flat ``Box(−1, 1)`` of ``12 n + 2`` entries, component 1 first. Frames are

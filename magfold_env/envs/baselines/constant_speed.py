@@ -12,11 +12,11 @@ import numpy as np
 from gymnasium.utils import seeding
 
 from magfold_env.envs.baselines.baseline import Baseline, Store, baseline_key, chain_name
-from magfold_env.envs.spaces.actions import DEAD_BAND, FASTEST
+from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import FeedTask, FeedWorld
 
-SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(DEAD_BAND, FASTEST, 13), 12).tolist())
+SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 13), 12).tolist())
 """The speeds that are tried [m/s]."""
 
 SELECTION_DRAWS = 64

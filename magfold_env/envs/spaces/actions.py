@@ -26,8 +26,11 @@ SLOWEST = 0.01
 FASTEST = 0.6
 """Highest feed speed on offer [m/s]."""
 
-DEAD_BAND = 0.03
-"""Lowest feed speed that a drive which goes both ways keeps [m/s]; slower it stands still."""
+DEAD_BAND = 0.025
+"""Feed speed below which a drive that goes both ways stands still [m/s]."""
+
+SLOWEST_LEVEL = 0.03
+"""Lowest feed speed in a table of both ways [m/s]."""
 
 PATTERNS: tuple[str, ...] = tuple("".join(faces) for faces in product("NS", repeat=4))
 """The 16 magnet patterns. Read an index as four bits, front-left first, front-right last, N = 0
@@ -396,7 +399,7 @@ class SpeedTable(_Actions):
     Attributes
     ----------
     levels : int
-        Number of speed levels each way, log-spaced from `DEAD_BAND` to `FASTEST`.
+        Number of speed levels each way, log-spaced from `SLOWEST_LEVEL` to `FASTEST`.
     kind : {"box", "discrete", "multidiscrete", "dict"}
         ``box``: one number x from −1 to 1, for the speed 0.6 m/s · x |x|, or standstill where that
         is slower than `DEAD_BAND`. ``discrete``: a number among the speeds of the table, ascending
@@ -414,7 +417,7 @@ class SpeedTable(_Actions):
     @cached_property
     def speeds(self) -> NDArray[np.float64]:
         """The levels back, standstill and the levels ahead [m/s], (2 levels + 1,), ascending."""
-        ahead = np.round(np.geomspace(DEAD_BAND, FASTEST, self.levels), 12)
+        ahead = np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, self.levels), 12)
         return np.concatenate([-ahead[::-1], [0.0], ahead])
 
     @cached_property
