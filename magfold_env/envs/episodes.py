@@ -5,6 +5,8 @@ fed, seen and rewarded by the same lines.
 """
 
 import copy
+import pickle
+import zlib
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -52,6 +54,15 @@ class EpisodesState:
     rngs: Sequence[Mapping[str, Any]]
     chains: tuple[Any, ...]
     arrays: Mapping[str, Any]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what pickles hold: most of a state is scratch space, and most of that zeros."""
+        content = pickle.dumps((self.rngs, self.chains, self.arrays))
+        return _unpacked, (zlib.compress(content, level=1),)
+
+
+def _unpacked(content: bytes) -> EpisodesState:
+    return EpisodesState(*pickle.loads(zlib.decompress(content)))
 
 
 class Episodes(Generic[ObsType]):
