@@ -69,11 +69,11 @@ EnvId = Literal[
     "MagFold/TubeFeed-v0",
     "MagFold/SequenceDesign-v0",
     "MagFold/TubeFeedGoal-v0",
-    "MagFold/FeedControl-v0",
+    "MagFold/UnknownFloor-v0",
 ]
 TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
-CONTROL_ENV: EnvId = "MagFold/FeedControl-v0"
+FLOOR_ENV: EnvId = "MagFold/UnknownFloor-v0"
 
 Targets = Annotated[
     Annotated[str, Tag("<word>")] | Annotated[tuple[str, ...], Tag("<other>")],
@@ -108,7 +108,7 @@ class EnvOptions(Group, frozen=True):
     baseline: bool | None = None
     """False: nothing is subtracted from the score."""
     tasks: str | None = None
-    """Name of a list of feed control's tasks."""
+    """Name of a list of chains that are given, with the folds they are to reach."""
 
 
 class EnvSettings(EnvOptions, frozen=True):
@@ -398,7 +398,7 @@ def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
     """
     own = ["reward=null", "shaping=null"]
     settings = load_settings(config, [f"env.{change}" for change in own + list(changes)]).env
-    if settings.id == CONTROL_ENV:
+    if settings.id == FLOOR_ENV:
         raise ValueError(
             f"env.id: {settings.id!r} is not allowed; must be one in which magnets are chosen"
         )

@@ -72,12 +72,13 @@ class FoldVecEnv(VecEnv):
         """Begin new episodes, with the seeds and options given before, if any."""
         options = self._options[0]
         if any(each != options for each in self._options):
-            if any(each.keys() != {"target"} for each in self._options):
+            key = self.vector.template.world.option[0]
+            if any(each.keys() != {key} for each in self._options):
                 raise ValueError(
                     f"options: {self._options!r} are not allowed; must be the same for all "
-                    "environments, or a 'target' for each"
+                    f"environments, or a {key!r} for each"
                 )
-            options = {"target": [each["target"] for each in self._options]}
+            options = {key: [each[key] for each in self._options]}
         observation, infos = self.vector.reset(seed=self._seeds, options=options)
         self.reset_infos = _each(infos, self.num_envs)
         self._reset_seeds()

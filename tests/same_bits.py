@@ -42,14 +42,14 @@ FOLD_VARIANTS: tuple[dict[str, Any], ...] = (
     {"components": 8, "targets": "n8", "difficulty": 0.2, "baseline": None},
     {"randomisation": "none", "speeds": 3, "reward": "sparse"},
 )
-CONTROL_VARIANTS: tuple[dict[str, Any], ...] = (
+FLOOR_VARIANTS: tuple[dict[str, Any], ...] = (
     {},
     {"actions": "multidiscrete"},
-    {"actions": "box", "randomisation": "strong"},
+    {"actions": "discrete", "randomisation": "strong"},
     {"actions": "dict", "match": "outline"},
-    {"shaping": "similarity", "push_limit": None},
+    {"shaping": "similarity", "scene": "tube-built"},
     {"shaping": "energy", "gamma": 0.9},
-    {"reward": "sparse", "push_limit": 0.05, "difficulty": 0.2},
+    {"reward": "sparse", "scene": "tube-feed", "difficulty": 0.2},
 )
 NOT_OF_GOALS = ("reward", "shaping", "gamma", "baseline")
 
@@ -197,8 +197,8 @@ def energy_digests() -> Iterator[tuple[str, str]]:
 
 def variants(env_id: str) -> tuple[dict[str, Any], ...]:
     """Return the options under which an environment is tried."""
-    if "FeedControl" in env_id:
-        return CONTROL_VARIANTS
+    if "UnknownFloor" in env_id:
+        return FLOOR_VARIANTS
     if "Goal" in env_id:
         return tuple(
             {key: value for key, value in each.items() if key not in NOT_OF_GOALS}
@@ -262,7 +262,7 @@ PARTS: dict[str, Callable[[], Iterator[tuple[str, str]]]] = {
     "TubeFeed": lambda: episode_digests("MagFold/TubeFeed-v0"),
     "SequenceDesign": lambda: episode_digests("MagFold/SequenceDesign-v0"),
     "TubeFeedGoal": lambda: episode_digests("MagFold/TubeFeedGoal-v0"),
-    "FeedControl": lambda: episode_digests("MagFold/FeedControl-v0"),
+    "UnknownFloor": lambda: episode_digests("MagFold/UnknownFloor-v0"),
 }
 
 

@@ -14,20 +14,20 @@ from stable_baselines3 import PPO, SAC, HerReplayBuffer
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import DummyVecEnv
 
-from magfold_env.envs.feed_control import FeedControlEnv
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
+from magfold_env.envs.unknown_floor import UnknownFloorEnv
 from magfold_env.sb3 import FoldVecEnv, make_sb3_vec
 from tests.envs.vectors import same
 
 QUICK: dict[str, Any] = {"fidelity": "quasistatic", "components": 3}
 FEED, GOAL = "MagFold/TubeFeed-v0", "MagFold/TubeFeedGoal-v0"
-CONTROL = "MagFold/FeedControl-v0"
+FLOOR = "MagFold/UnknownFloor-v0"
 
 
 @pytest.mark.parametrize(
     ("env_id", "single", "options"),
-    [(FEED, TubeFeedEnv, QUICK), (GOAL, TubeFeedGoalEnv, QUICK), (CONTROL, FeedControlEnv, {})],
+    [(FEED, TubeFeedEnv, QUICK), (GOAL, TubeFeedGoalEnv, QUICK), (FLOOR, UnknownFloorEnv, {})],
 )
 def test_it_says_what_stable_baselines_own_say(env_id: str, single: Any, options: Any) -> None:
     native = make_sb3_vec(env_id, 3, **options)
@@ -62,6 +62,12 @@ def test_targets_are_given_as_options() -> None:
     env.set_options([{"target": "LR"}, {"target": "RR"}])
     env.reset()
     assert [info["target"] for info in env.venv.reset_infos] == ["LR", "RR"]
+    floor = make_sb3_vec(FLOOR, 2)
+    floor.set_options([{"task": 3}, {"task": 5}])
+    floor.reset()
+    tasks = floor.get_attr("tasks")[0]
+    wanted = [tasks[number].target for number in (3, 5)]
+    assert [info["target"] for info in floor.venv.reset_infos] == wanted
     env.set_options([{"target": "LR"}, {}])
     with pytest.raises(ValueError, match="must be the same for all environments, or a 'target'"):
         env.reset()

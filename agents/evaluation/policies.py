@@ -16,7 +16,6 @@ from pydantic import TypeAdapter, ValidationError
 
 from agents.training import policy_files
 from magfold_env.envs.fold_env import FoldEnv
-from magfold_env.envs.spaces.observation import MEASURED
 from magfold_env.files import write_text
 from magfold_env.scene import Problem, errors
 
@@ -126,7 +125,7 @@ def blind(env: FoldEnv[Any], observation: Any) -> Any:
 
 def _unmoved(env: FoldEnv[Any], entries: Any) -> Any:
     entries = entries.copy()
-    for name in MEASURED:
+    for name in env.layout.measured:
         entries[env.layout.slices[name]] = 0.0
     return entries
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMonitor
 
-from agents import settings as train_settings
 from agents.settings import CurriculumSettings, EnvSettings, SettingsError, TrainSettings
 from magfold_env.envs.episodes import EpisodesState
 from magfold_env.envs.vector_env import ChainVectorEnv
@@ -99,11 +98,10 @@ def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
 
 def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
     """Return how the environments of a phase are stepped together, if they can be as wanted."""
-    possible = env.id != train_settings.CONTROL_ENV and settings.curriculum is None
+    possible = settings.curriculum is None
     if settings.stepping == "native" and not possible:
         raise SettingsError(
-            f"stepping: 'native' is not allowed for {train_settings.CONTROL_ENV} and with a "
-            "curriculum; must be 'processes' or 'serial'"
+            "stepping: 'native' is not allowed with a curriculum; must be 'processes' or 'serial'"
         )
     if settings.stepping is not None:
         return settings.stepping

@@ -112,7 +112,8 @@ class FloorEpisodes(Episodes[NDArray[np.float32]]):
             "target": self.goals.one_hot,
             "magnets": arrays.signs.reshape(self.count, -1),
             "direction": np.where(arrays.forward, 1.0, -1.0)[:, None],
-            "advance": np.minimum(self.chains.advances() / length, 1.0)[:, None],
+            # Rounded, or last bits would tell how the chain lay at first.
+            "advance": np.round(self.chains.advances() / length, 9)[:, None],
             "speed": self._speeds(self.rows)[:, None] / FASTEST,
             "force": [[squash(force / FORCE_SCALE)] for force in self._force.tolist()],
             "time": self.steps[:, None] / HORIZON,

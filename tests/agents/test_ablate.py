@@ -16,7 +16,6 @@ from agents.ablate.ablations import play as play_ablated
 from agents.evaluation import episodes, policies
 from agents.evaluation.report import Method
 from agents.settings import EnvSettings
-from magfold_env.envs.spaces.observation import MEASURED
 from tests.agents.test_intervals import WORDS
 from tests.killed import run_until_killed
 
@@ -28,7 +27,7 @@ RANDOM = Method("random", ("random",))
 def seen(env: Any, observation: Any) -> Any:
     """Return the entries of an observation that a camera would have to measure."""
     entries = observation["observation"] if isinstance(observation, dict) else observation
-    return np.concatenate([entries[env.layout.slices[name]] for name in MEASURED])
+    return np.concatenate([entries[env.layout.slices[name]] for name in env.layout.measured])
 
 
 class Reading:
@@ -92,7 +91,7 @@ def known(env: Any, one: Any, whole: Any) -> None:
         assert not one["achieved_goal"].any()
         np.testing.assert_array_equal(one["desired_goal"], whole["desired_goal"])
         one, whole = one["observation"], whole["observation"]
-    for name in env.layout.slices.keys() - set(MEASURED):
+    for name in env.layout.slices.keys() - set(env.layout.measured):
         part = env.layout.slices[name]
         np.testing.assert_array_equal(one[part], whole[part])
         assert one[part].any()

@@ -137,8 +137,8 @@ def test_rewards_are_the_environments_own() -> None:
         ("randomisation=wild", "env.randomisation: 'wild' is not allowed"),
         ("speeds=1", "env.speeds: 1 is not allowed"),
         (
-            "id=MagFold/FeedControl-v0",
-            "env.id: 'MagFold/FeedControl-v0' is not allowed",
+            "id=MagFold/UnknownFloor-v0",
+            "env.id: 'MagFold/UnknownFloor-v0' is not allowed",
         ),
         ("colour=red", "env.colour: 'red' is not allowed; unknown key"),
     ],

@@ -73,8 +73,8 @@ def test_an_override_of_none_leaves_the_file_alone() -> None:
             r"env\.id: 'MagFold/TubeFeed-v0' is not .*must be 'MagFold/TubeFeedGoal-v0'",
         ),
         (
-            "env: {id: MagFold/FeedControl-v0}\nlearner: {algorithm: ppo, features: mouth}",
-            r"env\.id: 'MagFold/FeedControl-v0' is not .*must be 'MagFold/TubeFeed-v0'",
+            "env: {id: MagFold/UnknownFloor-v0}\nlearner: {algorithm: ppo, features: mouth}",
+            r"env\.id: 'MagFold/UnknownFloor-v0' is not .*must be 'MagFold/TubeFeed-v0'",
         ),
         (
             "curriculum: {stages: [{}]}\nlearner: {algorithm: ppo, features: mouth}",
@@ -116,8 +116,8 @@ def test_what_is_no_settings_is_refused(tmp_path: Path, text: str, message: str)
             r"^pretraining\[0\]\.env: its observation_space .* must be that of the main phase",
         ),
         (
-            {"stepping": "native", "env": {"id": "MagFold/FeedControl-v0"}},
-            "^stepping: 'native' is not allowed for MagFold/FeedControl-v0",
+            {"stepping": "native", "curriculum": {"stages": [{"difficulty": 0.5}]}},
+            "^stepping: 'native' is not allowed with a curriculum; must be",
         ),
         (
             {"pretraining": [{"timesteps": 1, "env": {"scene": "nowhere"}}]},

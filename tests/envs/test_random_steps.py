@@ -17,7 +17,7 @@ WORLDS = [
     world
     for world in product(ENTRY_POINTS, ("dynamics", "quasistatic"), get_args(ActionKind))
     # Energy minimisation knows of no speed; a whole sequence has too many discrete actions.
-    if world[:2] != ("MagFold/FeedControl-v0", "quasistatic")
+    if world[:2] != ("MagFold/UnknownFloor-v0", "quasistatic")
     and world[::2] != ("MagFold/SequenceDesign-v0", "discrete")
 ]
 # A million in all: most where steps are cheap.
@@ -57,8 +57,8 @@ def random_steps(env_id: str, fidelity: str, actions: str, steps: int) -> None:
 
 @pytest.mark.parametrize(("env_id", "fidelity", "actions"), WORLDS)
 def test_some_random_steps(env_id: str, fidelity: str, actions: str) -> None:
-    # Feed control ends after 250 steps at the latest, a sequence is folded in one.
-    steps = {"FeedControl": 251, "SequenceDesign": 25}.get(env_id[8:-3], 150)
+    # The time on an unknown floor is over after 250 steps, a sequence is folded in one.
+    steps = {"UnknownFloor": 251, "SequenceDesign": 25}.get(env_id[8:-3], 150)
     random_steps(env_id, fidelity, actions, 750 if fidelity == "quasistatic" else steps)
 
 

@@ -16,7 +16,7 @@ from tests.envs.vectors import alike, pair, play, same
 
 QUICK: dict[str, Any] = {"components": 3, "baseline": None}
 NEXT, SAME, NEVER = AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP, AutoresetMode.DISABLED
-FEED = "MagFold/TubeFeed-v0"
+FEED, FLOOR = "MagFold/TubeFeed-v0", "MagFold/UnknownFloor-v0"
 LONG = {"fidelity": "quasistatic", "components": 16, "targets": ["LRLRLRLRLRLRLRL"]}
 ANY = {"spreads": {"friction": 0.2, "mass": 0.3, "remanence": 0.1, "feed_speed": 0.1}}
 BACKWARD = mf.load_scene("tube-feed").replace(feed={"direction": "backward"}, **ANY)
@@ -26,13 +26,13 @@ FIDELITIES = [
     pytest.param(env_id, fidelity, id=f"{env_id.split('/')[1]}-{fidelity}")
     for env_id in VECTOR_ENTRY_POINTS
     for fidelity in ("dynamics", "quasistatic")
-    if (env_id, fidelity) != ("MagFold/FeedControl-v0", "quasistatic")
+    if (env_id, fidelity) != (FLOOR, "quasistatic")
 ]
 
 
 def options_of(env_id: str, fidelity: str) -> dict[str, Any]:
     """Short chains without a baseline, where there is a choice."""
-    if "Control" in env_id:
+    if env_id == FLOOR:
         return {}
     quick = {"components": 3} if "Goal" in env_id else QUICK
     return quick | {"fidelity": fidelity}
@@ -151,21 +151,46 @@ def test_what_was_told_does_not_change() -> None:
 
 
 @pytest.mark.parametrize("mode", AutoresetMode)
-def test_feed_control_truncates_alike(mode: AutoresetMode) -> None:
-    """A chain that is never fed lasts to the horizon."""
-    native, single = pair("MagFold/FeedControl-v0", 2, mode)
+def test_time_is_over_for_both_alike(mode: AutoresetMode) -> None:
+    """A chain that is never fed lasts to the horizon, which ends the episode."""
+    native, single = pair(FLOOR, 2, mode)
     for env in (native, single):
         env.reset(seed=1)
     for step in range(252 if mode == NEXT else 250):
-        actions = np.array([0, 0]) if step < 250 else np.array([9, 9])
+        actions = np.full((2, 1), 0.0 if step < 250 else 1.0, dtype=np.float32)
         told, expected = native.step(actions), single.step(actions)
         assert same(told, expected)
-        assert told[3].all() == (step == 249)
+        assert told[2].all() == (step == 249)
+        assert not told[3].any()
     native.close()
 
 
+@pytest.mark.parametrize("kind", ["discrete", "dict"])
+def test_chains_that_go_forth_and_back_are_alike(kind: str) -> None:
+    options = {"actions": kind, "shaping": "energy", "gamma": 0.9, "randomisation": "strong"}
+    assert alike(FLOOR, 3, SAME, 200, **options)
+    assert alike(FLOOR, 2, NEXT, 120, scene="tube-feed", shaping="energy")
+
+
+def test_tasks_can_be_given() -> None:
+    env: Any = gymnasium.make_vec(FLOOR, num_envs=3)
+    tasks = env.unwrapped.template.tasks
+    for given in ([4, 0, 7], np.array([4, 0, 7]), (4, 0, 7)):
+        told = env.reset(seed=2, options={"task": given})
+        assert told[1]["target"].tolist() == [tasks[number].target for number in (4, 0, 7)]
+    for k, number in enumerate((4, 0, 7)):
+        single: Any = gymnasium.make(FLOOR)
+        first, _ = single.reset(seed=2 + k, options={"task": np.int64(number)})
+        np.testing.assert_array_equal(told[0][k], first)
+    assert set(env.reset(options={"task": np.int64(5)})[1]["target"]) == {tasks[5].target}
+    with pytest.raises(ValueError, match=r"options\['task'\]: 2 numbers are not allowed"):
+        env.reset(options={"task": [1, 2]})
+    with pytest.raises(ValueError, match=r"options\['task'\]: 2.5 is not allowed; must be 0..39"):
+        env.reset(options={"task": 2.5})
+
+
 def test_a_wrong_action_is_named_with_its_environment() -> None:
-    env = gymnasium.make_vec("MagFold/FeedControl-v0", num_envs=3, threads=2)
+    env = gymnasium.make_vec(FLOOR, num_envs=3, threads=2, actions="discrete")
     env.reset(seed=0)
     with pytest.raises(ValueError, match=r"actions\[1\]: .* is not allowed"):
         env.step(np.array([1, 12, 3]))

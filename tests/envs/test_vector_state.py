@@ -9,7 +9,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
-from magfold_env.envs.fold_env import FoldVectorEnv
+from magfold_env.envs.vector_env import ChainVectorEnv
 
 QUICK: dict[str, Any] = {"fidelity": "quasistatic", "shaping": "similarity"}
 CASES = [
@@ -18,13 +18,14 @@ CASES = [
     pytest.param("MagFold/TubeFeed-v0", {"actions": "box", "randomisation": "strong"}, id="box"),
     pytest.param("MagFold/TubeFeedGoal-v0", {}, id="goals"),
     pytest.param("MagFold/SequenceDesign-v0", {}, id="whole chains"),
+    pytest.param("MagFold/UnknownFloor-v0", {}, id="unknown floor"),
 ]
 
 
 def made(env_id: str, options: dict[str, Any], count: int = 5) -> Any:
     mode = AutoresetMode.SAME_STEP
     env = gymnasium.make_vec(env_id, num_envs=count, autoreset_mode=mode, **options).unwrapped
-    assert isinstance(env, FoldVectorEnv)
+    assert isinstance(env, ChainVectorEnv)
     return env
 
 
@@ -62,6 +63,17 @@ def test_a_target_that_was_given_is_kept() -> None:
     env.reset()
     env.set_state(state)
     assert env.episodes.goals.names.tolist() == ["LRLLL", "LRLLL"]
+
+
+@pytest.mark.parametrize("env_id", ["MagFold/TubeFeed-v0", "MagFold/UnknownFloor-v0"])
+def test_pickled_states_are_small(env_id: str) -> None:
+    single, many = gymnasium.make(env_id), made(env_id, {}, 4)
+    for env, count in ((single.unwrapped, 1), (many, 4)):
+        env.action_space.seed(0)
+        env.reset(seed=0)
+        for _ in range(3):
+            env.step(env.action_space.sample())
+        assert len(pickle.dumps(env.get_state())) < 40_000 * count
 
 
 def test_there_is_no_state_before_the_first_reset() -> None:

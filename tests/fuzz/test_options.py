@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import magfold_env as mf
 from magfold_env.cli import app
-from magfold_env.envs.tasks.control_tasks import read_tasks
+from magfold_env.envs.tasks.feed_tasks import read_tasks
 from magfold_env.envs.tasks.targets import resolve_targets
 from tests.fuzz.mutations import VALUES
 

@@ -7,8 +7,8 @@ others. On one core processor time counts, with threads the clock's.
 
 Steps without dynamics, and those of other tasks of Gymnasium, are taken with random actions,
 beginning anew included, on one core and in turns. A step is not the same thing everywhere: one of
-tube feed moves a whole component out of the tube, one of feed control simulates 20 ms, Acrobot's
-200 ms, Swimmer's 40 ms and HalfCheetah's 50 ms.
+tube feed moves a whole component out of the tube, one on an unknown floor simulates 20 ms,
+Acrobot's 200 ms, Swimmer's 40 ms and HalfCheetah's 50 ms.
 """
 
 import importlib
@@ -213,7 +213,7 @@ class Contender(NamedTuple):
 CONTENDERS = (
     Contender("tube feed, dynamics", TUBE_FEED, 384),
     Contender("tube feed, quasistatic", TUBE_FEED, 6000, "quasistatic"),
-    Contender("feed control", "MagFold/FeedControl-v0", 4000),
+    Contender("unknown floor", "MagFold/UnknownFloor-v0", 4000),
     Contender("Acrobot-v1", "Acrobot-v1", 2000),
     Contender("Swimmer-v5", "Swimmer-v5", 2000),
     Contender("HalfCheetah-v5", "HalfCheetah-v5", 2000),

@@ -6,6 +6,7 @@ that results are reported on, nor such that anything is trained on.
 """
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from magfold_env.envs.baselines.baseline import Baseline, Store, baseline_key, c
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import FeedTask, FeedWorld
+from magfold_env.envs.tasks.reward import RewardRule
 
 SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 13), 12).tolist())
 """The speeds that are tried [m/s]."""
@@ -41,8 +43,8 @@ class ConstantSpeedStore(Store):
     ) -> None:
         protocol = (SPEEDS, SELECTION_DRAWS, SCORING_DRAWS, *protocol)
         super().__init__(baseline_key(world.scene, world.match, protocol))
-        self.key = baseline_key(world.scene, world.match, protocol)
-        self._make, self._world = make_episodes, world
+        self._make, self._world = make_episodes, copy(world)
+        self._world.rule = RewardRule("score")  # or trials would ask for what they find
         self._numbers = {_name(task): number for number, task in enumerate(world.tasks)}
 
     def of(self, number: int) -> Baseline:

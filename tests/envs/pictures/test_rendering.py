@@ -31,7 +31,7 @@ VARIANTS = [
     pytest.param("MagFold/TubeFeed-v0", QUICK | {"fidelity": "quasistatic"}, id="quasistatic"),
     pytest.param("MagFold/SequenceDesign-v0", QUICK, id="sequence-design"),
     pytest.param("MagFold/TubeFeedGoal-v0", {"components": 3}, id="tube-feed-goal"),
-    pytest.param("MagFold/FeedControl-v0", {}, id="feed-control"),
+    pytest.param("MagFold/UnknownFloor-v0", {}, id="unknown-floor"),
 ]
 every_variant = pytest.mark.parametrize(("env_id", "options"), VARIANTS)
 
@@ -81,7 +81,7 @@ def test_a_picture_changes_with_the_chain_and_only_then(env_id: str, options: di
         assert picture.dtype == np.uint8
     np.testing.assert_array_equal(before, again)
     env.action_space.seed(1)
-    moving = [env.action_space.sample() for _ in range(2)] if "Control" not in env_id else [9] * 5
+    moving = [env.action_space.sample() for _ in range(2)] if "Floor" not in env_id else [[1.0]] * 5
     for action in moving[: 1 if "Design" in env_id else None]:
         env.step(action)
     # Of the part that shows the chain, left of the panel.
@@ -165,7 +165,7 @@ def test_text_names_the_target_and_every_component(env_id: str, options: dict) -
 @every_variant
 def test_a_window_changes_nothing(env_id: str, options: dict) -> None:
     shown, hidden = made(env_id, "human", options), made(env_id, None, options)
-    if "Control" in env_id:
+    if "Floor" in env_id:
         shown.viewer._fps = 1e6
     for one, other in zip(episode(shown), episode(hidden), strict=True):
         np.testing.assert_equal(one, other)

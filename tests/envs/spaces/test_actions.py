@@ -3,6 +3,7 @@ import pytest
 
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
 from magfold_env.envs.spaces.actions import (
+    DEAD_BAND,
     FASTEST,
     PATTERNS,
     SIGNS,
@@ -145,15 +146,32 @@ def test_a_wrong_catalogue_is_named(catalogue: list[str]) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_feed_speed_reaches_from_standstill_to_the_fastest(kind: ActionKind) -> None:
-    table = SpeedTable(9, kind)
+def test_the_feed_speed_reaches_as_far_back_as_ahead(kind: ActionKind) -> None:
+    table = SpeedTable(5, kind)
     lowest = {"discrete": 0, "multidiscrete": [0], "box": [-1.0], "dict": {"speed": [-1.0]}}[kind]
-    highest = {"discrete": 9, "multidiscrete": [9], "box": [1.0], "dict": {"speed": [1.0]}}[kind]
-    assert table.decode(lowest) == 0.0
-    assert table.decode(highest) == pytest.approx(FASTEST)
+    highest = {"discrete": 10, "multidiscrete": [10], "box": [1.0], "dict": {"speed": [1.0]}}[kind]
+    assert table.decode(lowest) == -FASTEST
+    assert table.decode(highest) == FASTEST
     table.space.seed(0)
     for _ in range(50):
-        assert 0.0 <= table.decode(table.space.sample()) <= FASTEST * (1 + 1e-9)
-    for wrong in (10, -1, [2.0], {"speed": [1.5]}, None, "fast"):
+        speed = abs(table.decode(table.space.sample()))
+        assert speed == 0.0 or DEAD_BAND <= speed <= FASTEST
+    for wrong in (11, -1, [2.0], {"speed": [1.5]}, None, "fast"):
         with pytest.raises(ValueError, match=r"action: .* is not allowed; must be"):
             table.decode(wrong)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_speeds_of_the_table_are_what_their_actions_ask_for(kind: ActionKind) -> None:
+    table = SpeedTable(4, kind)
+    for speed in table.speeds.tolist():
+        assert table.decode(table.encode(speed)) == pytest.approx(speed, rel=1e-6)
+    np.testing.assert_array_equal(table.speeds, -table.speeds[::-1])
+
+
+def test_a_feed_that_hardly_moves_stands_still() -> None:
+    table = SpeedTable(5)
+    edge = np.sqrt(DEAD_BAND / FASTEST)
+    for sign in (-1.0, 1.0):
+        assert table.decode([sign * (edge - 1e-6)]) == 0.0
+        assert table.decode([sign * (edge + 1e-6)]) == pytest.approx(sign * DEAD_BAND, rel=1e-4)

@@ -1,11 +1,13 @@
+from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 
 from magfold_env.envs.chains.arrays import ChainArrays
 from magfold_env.envs.spaces.actions import scaled_speed, signs_of
-from magfold_env.envs.spaces.observation import ObservationLayout, squash
+from magfold_env.envs.spaces.observation import CameraLayout, ObservationLayout, squash
 from magfold_env.envs.tasks.goals import Goals
 from magfold_env.simulation.view import ChainState
 
@@ -24,7 +26,7 @@ def random_state(rng: np.random.Generator, n: int, scale: float = 1.0) -> ChainS
 def seen(
     layout: ObservationLayout, state: ChainState, arrays: ChainArrays, *words: str
 ) -> np.ndarray:
-    """Return the observation of a chain in a state, with no extra group."""
+    """Return the observation of a chain in a state."""
     for name, values in vars(state).items():
         getattr(arrays, name)[0] = values
     hots = []
@@ -108,17 +110,51 @@ def test_positions_and_velocities_are_those_of_the_centres() -> None:
         np.testing.assert_allclose(observation[layout.slices[name]], expected.ravel(), atol=1e-6)
 
 
-def test_words_and_extra_groups_go_around_the_chain() -> None:
-    layout = ObservationLayout(3, SIDE, words=("target", "avoid"), extra=(("feed", 2),))
-    names = list(layout.slices)
-    assert names[:2] == ["target", "avoid"]
-    assert names[-1] == "feed"
-    state = random_state(np.random.default_rng(3), 3)
-    observation = seen(layout, state, ChainArrays.empty(1, 3), "LR", "SL")
-    assert observation[layout.slices["target"]].tolist() == [1, 0, 0, 0, 0, 1]
-    assert observation[layout.slices["avoid"]].tolist() == [0, 1, 0, 1, 0, 0]
-    assert np.isfinite(observation[:-2]).all()
-    assert np.isnan(observation[-2:]).all()
+def framed(layout: CameraLayout, state: ChainState, arrays: ChainArrays, noise: Any) -> dict:
+    """Return the groups of a frame of a chain in a state."""
+    for name, values in vars(state).items():
+        getattr(arrays, name)[0] = values
+    frames = np.full((1, 5 * layout.n), np.nan)
+    layout.take(np.array([0]), arrays, np.asarray(noise)[None], frames)
+    first = layout.frame.start
+    return {
+        name: frames[0, layout.slices[name].start - first : layout.slices[name].stop - first]
+        for name in layout.frame_sizes
+    }
+
+
+def test_a_camera_sees_what_is_free_and_outside() -> None:
+    layout, arrays = CameraLayout(4, SIDE), ChainArrays.empty(1, 4)
+    pitch = np.sqrt(2.0) * SIDE
+    # Fed backward: component 4 leads, component 1 is held, 2 was drawn in again and is free.
+    state = ChainState(
+        np.array([0.0, 0.1, 0.5, -0.5]), np.ones(4), np.array([-2.2 * pitch, 0.0]), np.ones(2)
+    )
+    arrays.forward[0] = False
+    arrays.released[0, 1:] = True
+    noise = np.random.default_rng(0).normal(size=12)
+    seen = framed(layout, state, arrays, noise)
+    assert seen["seen"].tolist() == [0.0, 0.0, 1.0, 1.0]
+    assert not seen["heading"][:4].any()
+    assert not seen["position"][:4].any()
+    headings = state.angles + np.radians(1.0) * noise[::3]
+    sines = np.stack([np.sin(headings), np.cos(headings)], axis=1)
+    np.testing.assert_allclose(seen["heading"][4:], sines[2:].ravel())
+    centres = state.centres(SIDE) + 3e-4 * noise.reshape(4, 3)[:, 1:]
+    shown = centres / (4 * pitch) / (1.0 + np.abs(centres / (4 * pitch)))
+    np.testing.assert_allclose(seen["position"][4:], shown[2:].ravel())
+
+
+def test_a_camera_sees_no_motion() -> None:
+    layout = CameraLayout(3, SIDE)
+    assert layout.size == 12 * 3 + 2
+    rng, noise = np.random.default_rng(1), np.zeros(9)
+    still = ChainState(rng.normal(size=3), np.zeros(3), np.array([0.1, 0.0]), np.zeros(2))
+    moving = replace(still, rates=rng.normal(size=3), base_velocity=rng.normal(size=2))
+    arrays = ChainArrays.empty(1, 3)
+    arrays.released[:] = True
+    one, other = (framed(layout, state, arrays, noise) for state in (still, moving))
+    np.testing.assert_equal(one, other)
 
 
 def test_squashing_keeps_order_and_can_be_undone() -> None:
