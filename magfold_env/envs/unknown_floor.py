@@ -81,12 +81,8 @@ class FloorEpisodes(Episodes[NDArray[np.float32]]):
         """Return what the best constant speed makes of a task, if the reward asks for it."""
         if self.world.rule.kind != "relative":
             return unknown_baseline(self.world.words[number])
-        return self.constant_speed(number)
-
-    def constant_speed(self, number: int) -> Baseline:
-        """Return what the best constant speed makes of a task."""
-        protocol = (INTERVAL, HORIZON, STEEPEST)
-        return ConstantSpeedStore(type(self), self.world, protocol).of(number)
+        store = constant_speeds(self.world)
+        return store.get(store.names[number])
 
     def told(self, rows: Ints) -> Columns:
         """Return the info of some episodes: the little there is on their way."""
@@ -174,6 +170,11 @@ class FloorEpisodes(Episodes[NDArray[np.float32]]):
         self._frames[0, rows] = self._frames[1, rows]
         self.world.layout.take(rows, self.arrays, noise[:, 1:], self._frames[1])
         self._force[rows] = force + FORCE_NOISE * noise[:, 0]
+
+
+def constant_speeds(world: FeedWorld) -> ConstantSpeedStore:
+    """Return what the best constant speeds make of the tasks of a world."""
+    return ConstantSpeedStore(FloorEpisodes, world, (INTERVAL, HORIZON, STEEPEST))
 
 
 class UnknownFloorEnv(ChainEnv[NDArray[np.float32]]):
@@ -278,7 +279,8 @@ class UnknownFloorEnv(ChainEnv[NDArray[np.float32]]):
 
         May take some seconds where neither the package nor the disk cache has it.
         """
-        return FloorEpisodes(self.world, 1).constant_speed(self.world.number_of(task))
+        store = constant_speeds(self.world)
+        return store.get(store.names[self.world.number_of(task)])
 
     @property
     def history(self) -> tuple[float, ...]:

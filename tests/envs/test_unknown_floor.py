@@ -72,7 +72,7 @@ def test_a_chain_that_stays_in_its_tube_is_late(speed: float) -> None:
         assert terminated == (step == HORIZON)
         assert info["time"] == pytest.approx(0.02 * step)
         assert observation[env.layout.slices["advance"]] == 0.0
-        assert not observation[env.layout.frame].any()
+        assert not observation[env.world.layout.frame].any()
     info = said[-1][-1]
     assert (info["status"], info["score"], info["is_success"]) == ("unsettled", 0.0, False)
     assert info["message"] == "late: not at rest and all out after 5 s"
@@ -186,7 +186,7 @@ def test_an_observation_tells_nothing_of_what_is_drawn() -> None:
     for observation in first:
         assert observation[force] != 0.0
         observation[force] = 0.0
-    np.testing.assert_array_equal(*first)
+    np.testing.assert_array_equal(first[0], first[1])
 
 
 def test_noise_leaves_the_physics_of_a_seed_alone() -> None:
@@ -202,9 +202,9 @@ def test_noise_leaves_the_physics_of_a_seed_alone() -> None:
 
 
 def test_friction_and_strengths_are_drawn_as_widely_as_said() -> None:
-    env = gymnasium.make_vec("MagFold/UnknownFloor-v0", num_envs=300)
+    env: Any = gymnasium.make_vec("MagFold/UnknownFloor-v0", num_envs=300)
     env.reset(seed=0)
-    episodes: Any = env.unwrapped.episodes
+    episodes = env.unwrapped.episodes
     scenes = [episodes.scene(row) for row in range(300)]
     decades = np.log10([scene.friction for scene in scenes])
     assert decades.min() == pytest.approx(np.log10(0.05), abs=0.03)
@@ -282,6 +282,7 @@ def test_the_baseline_is_what_the_best_constant_speed_scores() -> None:
         return float(np.mean([info["score"] for info in ends]))
 
     means = [mean("selection", 4, speed) for speed in (0.1, 0.3)]
+    assert found.speed is not None
     assert found.speed == (0.1, 0.3)[int(np.argmax(means))]
     assert found.score == pytest.approx(mean("scoring", 6, found.speed))
     *_, (_, reward, _, _, info) = play(env, [0.3], task=1)

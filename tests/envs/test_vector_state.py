@@ -67,8 +67,8 @@ def test_a_target_that_was_given_is_kept() -> None:
 
 @pytest.mark.parametrize("env_id", ["MagFold/TubeFeed-v0", "MagFold/UnknownFloor-v0"])
 def test_pickled_states_are_small(env_id: str) -> None:
-    single, many = gymnasium.make(env_id), made(env_id, {}, 4)
-    for env, count in ((single.unwrapped, 1), (many, 4)):
+    single: Any = gymnasium.make(env_id).unwrapped
+    for env, count in ((single, 1), (made(env_id, {}, 4), 4)):
         env.action_space.seed(0)
         env.reset(seed=0)
         for _ in range(3):

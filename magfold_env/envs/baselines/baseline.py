@@ -38,14 +38,14 @@ SCORING_DRAWS = 64
 
 @dataclass(frozen=True)
 class Baseline:
-    """The energy minimiser's result for one target.
+    """The energy minimiser's result for one target, or that of one speed for a chain that is given.
 
     Attributes
     ----------
     target : str
         The word.
     sequence : tuple of str or None
-        The design; None where there is none.
+        The design, or the chain; None where there is none.
     speed : float or None
         Feed speed at which it does best [m/s].
     score : float
@@ -168,7 +168,7 @@ class Store:
     """
 
     def __init__(self, key: str) -> None:
-        self._key = key
+        self.key = key
         self._known: dict[str, Baseline] = dict(_shipped().get(key, {}))
 
     def get(self, name: str) -> Baseline:
@@ -183,7 +183,7 @@ class Store:
 
     def _cached(self, name: str) -> Baseline:
         """Return the baseline from the user's cache, computed and put there if need be."""
-        path = cache_folder() / self._key / f"{name}.json"
+        path = cache_folder() / self.key / f"{name}.json"
         if path.is_file():
             return _from_dict(json.loads(path.read_text(encoding="utf-8")))
         _log.info("computing the baseline of %s", name)

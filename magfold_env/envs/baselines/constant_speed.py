@@ -45,15 +45,12 @@ class ConstantSpeedStore(Store):
         super().__init__(baseline_key(world.scene, world.match, protocol))
         self._make, self._world = make_episodes, copy(world)
         self._world.rule = RewardRule("score")  # or trials would ask for what they find
-        self._numbers = {_name(task): number for number, task in enumerate(world.tasks)}
-
-    def of(self, number: int) -> Baseline:
-        """Return the baseline of a task; may take some seconds the first time."""
-        return self.get(_name(self._world.tasks[number]))
+        self.names = [_name(task) for task in world.tasks]
+        """What the tasks are kept under."""
 
     def compute(self, name: str) -> Baseline:
         """Return the baseline of a task, computed anew."""
-        number = self._numbers[name]
+        number = self.names.index(name)
         means = [self._trial(number, speed, "selection", SELECTION_DRAWS)[0] for speed in SPEEDS]
         speed = SPEEDS[int(np.argmax(means))]
         mean, success = self._trial(number, speed, "scoring", SCORING_DRAWS)

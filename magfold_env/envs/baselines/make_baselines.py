@@ -1,6 +1,8 @@
 """Compute the shipped baselines: ``python -m magfold_env.envs.baselines.make_baselines``."""
 
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 
 import typer
@@ -14,7 +16,9 @@ from magfold_env.envs.baselines.baseline import (
     save_shipped,
 )
 from magfold_env.envs.tasks.draws import Randomisation, randomised
+from magfold_env.envs.tasks.feed_tasks import FeedWorld
 from magfold_env.envs.tasks.targets import resolve_targets
+from magfold_env.envs.unknown_floor import constant_speeds
 from magfold_env.scene import load_scene
 
 SHIPPED: tuple[tuple[str, Randomisation], ...] = (
@@ -25,28 +29,42 @@ SHIPPED: tuple[tuple[str, Randomisation], ...] = (
     ("tube-built", "nominal"),
     ("tube-built", "strong"),
 )
+FLOOR = "unknown-floor"
+
+Job = Callable[[], Baseline]
 
 
-def main(workers: int = 2) -> None:
-    """Design, simulate and write the baselines of the default scenes, with and without spreads."""
+def main(workers: int = 2, only: str = "") -> None:
+    """Compute and write the baselines of the default scenes whose names begin with ``only``."""
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
     with Progress() as progress, pool:
-        for name, randomisation in SHIPPED:
-            scene = randomised(load_scene(name), randomisation)
-            targets = resolve_targets(None, scene.n)
-            task = progress.add_task(f"{name}, {randomisation}: designs", total=len(targets))
-            sequences = designs(scene)
-            progress.update(task, description=f"{name}, {randomisation}: folds")
-            jobs = [
-                pool.submit(evaluate_design, scene, target, sequences[target]) for target in targets
-            ]
+
+        def save(name: str, key: str, jobs: Sequence[Job]) -> None:
+            task = progress.add_task(name, total=len(jobs))
             baselines: list[Baseline] = []
-            for job in jobs:
+            for job in [pool.submit(job) for job in jobs]:
                 baselines.append(job.result())
                 progress.advance(task)
-            path = save_shipped(f"{name}-{randomisation}", baseline_key(scene), baselines)
+            path = save_shipped(name, key, baselines)
             mean = sum(baseline.score for baseline in baselines) / len(baselines)
             progress.console.print(f"{path}: mean b {mean:.3f}")
+
+        for name, randomisation in SHIPPED:
+            if name.startswith(only):
+                scene = randomised(load_scene(name), randomisation)
+                sequences = designs(scene)
+                jobs = [
+                    partial(evaluate_design, scene, target, sequences[target])
+                    for target in resolve_targets(None, scene.n)
+                ]
+                save(f"{name}-{randomisation}", baseline_key(scene), jobs)
+        if FLOOR.startswith(only):
+            store = constant_speeds(FeedWorld(FLOOR))
+            save(FLOOR, store.key, [partial(_constant_speed, name) for name in store.names])
+
+
+def _constant_speed(name: str) -> Baseline:
+    return constant_speeds(FeedWorld(FLOOR)).compute(name)
 
 
 if __name__ == "__main__":

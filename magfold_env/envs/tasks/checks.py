@@ -37,7 +37,7 @@ def whole(key: str, value: int, least: int, also: str = ", a whole number") -> i
     given: Any = value
     if isinstance(given, bool) or not isinstance(given, (int, np.integer)) or given < least:
         raise ValueError(f"{key}: {value!r} is not allowed; must be {least} or more{also}")
-    return int(given)
+    return int(value)
 
 
 def share_of(key: str, value: float) -> float:
@@ -48,7 +48,8 @@ def share_of(key: str, value: float) -> float:
     ValueError
         If it is not.
     """
-    if not isinstance(value, (int, float)) or not 0.0 < value <= 1.0:
+    given: Any = value
+    if not isinstance(given, (int, float)) or not 0.0 < given <= 1.0:
         raise ValueError(f"{key}: {value!r} is not allowed; must be above 0 and at most 1")
     return value
 

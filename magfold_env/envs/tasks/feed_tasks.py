@@ -120,7 +120,6 @@ class FeedWorld(World):
 
     option = ("task", int)
     fidelity = "dynamics"
-    layout: CameraLayout
 
     def __init__(self, scene: str | Path | Scene, **options: Unpack[FeedOptions]) -> None:
         refuse_unknown(options, FeedOptions)

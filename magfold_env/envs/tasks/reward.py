@@ -1,10 +1,12 @@
 """What an episode is worth, and what its steps are.
 
 The **score** of an episode is 1 if the chain settled as wanted, else half its similarity to the
-target, and 0 if the simulation failed (`magfold_env.envs.tasks.goals`). The last step's reward is
+target, and 0 if the simulation failed (`magfold_env.envs.tasks.goals`) or a limit of time that is
+the task's own was met. The last step's reward is
 
 - ``relative``: the score less b, what the energy minimiser's own design for this target scores on
-  average under the same randomisation (`magfold_env.envs.baselines.baseline`). Targets
+  average under the same randomisation (`magfold_env.envs.baselines.baseline`), or, where only the
+  speed is free, the best constant one (`magfold_env.envs.baselines.constant_speed`). Targets
   differ in how hard they are; this is what an agent adds to the minimiser, and 0 is as good as it.
 - ``score``: the score alone.
 - ``sparse``: 1 for a success, else 0.

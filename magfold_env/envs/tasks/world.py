@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from typing import Any, ClassVar, Literal, TypedDict
 
 from magfold_env.envs.spaces.actions import ActionKind
-from magfold_env.envs.spaces.observation import Layout
 from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, RewardRule, Shaping
@@ -29,7 +28,7 @@ class World:
         Whether chains are simulated.
     actions : ActionTable or SpeedTable
         How actions are written and read.
-    layout : Layout
+    layout : ObservationLayout or CameraLayout
         Where each group of entries lies in an observation.
     rule : RewardRule
         How episodes are rewarded.
@@ -43,7 +42,7 @@ class World:
     match: Match
     fidelity: Fidelity
     actions: Any
-    layout: Layout
+    layout: Any
     rule: RewardRule
 
     @property
