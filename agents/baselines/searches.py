@@ -3,9 +3,6 @@
 Some begin with energies: the minimiser's designs, and robust open-loop design. Others go by
 physics calls alone.
 
-The genetic search goes through PyGAD. A choice is written as one gene a face, N or S, and one a
-component for its speed; what is sought is the mean score of the first `RELEASES` calls.
-
 A trained policy that is given physics calls proposes choices, which are arms of a bandit without
 end, and calls go to them by Thompson sampling (Thompson, *Biometrika* 25, 1933): every known
 choice, and the next proposal, draws its share of successes from what is known of it, and the
@@ -13,7 +10,6 @@ largest has the call.
 """
 
 import hashlib
-import logging
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -22,7 +18,6 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import pygad
 
 import magfold_env as mf
 from agents.baselines import calls as physics
@@ -30,7 +25,7 @@ from agents.evaluation import episodes, policies
 from agents.settings import EnvSettings
 from magfold_env import designer
 from magfold_env.designer import annealing, trials
-from magfold_env.envs.chains.lattice import Ints, LatticeFeed
+from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.spaces.actions import PATTERNS, SIGNS
 from magfold_env.files import physics_digest
@@ -44,16 +39,6 @@ WIDTH = 64
 """Chains that are kept from one component to the next."""
 
 _TURNS = {"S": 0, "L": 1, "R": -1}
-
-POPULATION = 40
-PARENTS = 10
-ELITE = 2
-RELEASES = 4
-"""Calls that a choice is bred by."""
-FINAL = 40
-"""Calls that the best of a generation is compared by, as in `magfold_env.designer.trials`."""
-GENERATIONS = 10_000
-"""More than any budget lasts."""
 
 
 @dataclass(frozen=True)
@@ -195,8 +180,8 @@ def _proposed(task: designer.Task) -> list[tuple[str, ...]]:
 
 
 @dataclass(frozen=True)
-class _FromRandomChoice:
-    """A search that begins with any choice."""
+class CrossEntropySearch:
+    """`magfold_env.designer.trials.cross_entropy` from an even distribution."""
 
     goal: float
     """Share of successes of 40 calls that is enough."""
@@ -205,63 +190,12 @@ class _FromRandomChoice:
         """Return a random choice."""
         return physics.random_choice(env, rng)
 
-
-class CrossEntropySearch(_FromRandomChoice):
-    """`magfold_env.designer.trials.cross_entropy` from an even distribution."""
-
     def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
         """Move the distribution towards what folds."""
         env = calls.env
         trials.cross_entropy(
             calls, 4 * env.scene.n, env.actions.speeds.tolist(), rng, calls.budget, goal=self.goal
         )
-
-
-class GeneticSearch(_FromRandomChoice):
-    """A genetic algorithm: tournaments, uniform crossover, one gene in a chain mutated."""
-
-    def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
-        """Breed choices; seeds NumPy's and Python's global random numbers, which PyGAD uses."""
-        n, levels = calls.env.scene.n, calls.env.actions.levels
-
-        def fitness(_: pygad.GA, genes: Ints, __: object) -> list[float]:
-            choices = [decoded(calls.env, row) for row in genes]
-            return calls.scores(choices, RELEASES).mean(axis=1).tolist()
-
-        def check(search: pygad.GA) -> str | None:
-            genes, _, _ = search.best_solution(search.last_generation_fitness)
-            scores = calls.scores([decoded(calls.env, genes)], FINAL)
-            return "stop" if np.mean(scores == 1.0) >= self.goal else None
-
-        pygad.GA(
-            num_generations=GENERATIONS,
-            sol_per_pop=POPULATION,
-            num_parents_mating=PARENTS,
-            keep_elitism=ELITE,
-            num_genes=5 * n,
-            gene_space=[[0, 1]] * (4 * n) + [range(levels)] * n,
-            gene_type=int,
-            fitness_func=fitness,
-            fitness_batch_size=POPULATION,
-            on_generation=check,
-            parent_selection_type="tournament",
-            crossover_type="uniform",
-            mutation_type="random",
-            mutation_probability=1.0 / (5 * n),
-            random_seed=int(rng.integers(2**31)),
-            suppress_warnings=True,
-            # Silent: PyGAD would report the error that ends the search.
-            logger=logging.Logger("pygad", level=logging.CRITICAL + 1),
-        ).run()
-
-
-def decoded(env: FoldEnv[Any], genes: Ints) -> policies.OpenLoop:
-    """Return the choice that genes stand for: 4 n faces, N = 0 and S = 1, then n speed levels."""
-    n = env.scene.n
-    faces = np.asarray(genes[: 4 * n], dtype=np.uint8).reshape(n, 4)
-    patterns = np.packbits(faces, axis=1)[:, 0] >> 4
-    speeds = env.actions.speeds[np.asarray(genes[4 * n :], dtype=np.int64)]
-    return policies.OpenLoop(tuple(PATTERNS[p] for p in patterns.tolist()), tuple(speeds.tolist()))
 
 
 @dataclass(frozen=True)
@@ -295,7 +229,6 @@ SEARCHES: Mapping[str, Callable[[float], physics.Search]] = {
     "minimiser-backward": lambda goal: MinimiserDesign("backward"),
     "robust": RobustSearch,
     "cross-entropy": CrossEntropySearch,
-    "genetic": GeneticSearch,
 }
 """By name, each made with the share of successes that is enough."""
 

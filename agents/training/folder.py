@@ -36,7 +36,7 @@ PACKAGES = (
     "stable-baselines3",
     "torch",
 )
-EVALUATION_PACKAGES = ("pygad", "scipy")
+EVALUATION_PACKAGES = ("scipy",)
 """Besides those that training depends on."""
 FILE = "run.json"
 EVENTS = "events.out.tfevents.*"

@@ -62,9 +62,9 @@ def test_a_choice_unseen_needs_no_call(name: str, lattice: CountingEnv) -> None:
     assert chosen.choice == chosen.choice.as_played(lattice)
 
 
-@pytest.mark.parametrize("name", ["cross-entropy", "genetic"])
-def test_the_seed_decides_a_search(name: str, chain: TubeFeedEnv) -> None:
-    choices = [freeze(search_of(name, 1.0), chain, TARGET, 50, seed) for seed in (1, 2, 1)]
+def test_the_seed_decides_a_search(chain: TubeFeedEnv) -> None:
+    search = search_of("cross-entropy", 1.0)
+    choices = [freeze(search, chain, TARGET, 50, seed) for seed in (1, 2, 1)]
     assert choices[0] == choices[2] != choices[1]
 
 

@@ -8,7 +8,7 @@ from agents.evaluation.policies import ChoiceFile, Chosen, read_choices
 from agents.settings import EnvSettings
 
 SETTINGS = EnvSettings(targets=("LRLLL", "RLRRR"))
-KEY = {"search": "genetic", "budget": 10}
+KEY = {"search": "cross-entropy", "budget": 10}
 
 
 def chosen(speed: float) -> Chosen:
@@ -51,8 +51,8 @@ def test_a_search_that_was_stopped_goes_on_with_the_next_target(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "choices.json"
-    whole = dict(choose("genetic", SETTINGS, tmp_path / "whole.json", budget=3))
-    next(choose("genetic", SETTINGS, path, budget=3))
+    whole = dict(choose("cross-entropy", SETTINGS, tmp_path / "whole.json", budget=3))
+    next(choose("cross-entropy", SETTINGS, path, budget=3))
     searched: list[str] = []
     search = searches._search  # pyright: ignore[reportPrivateUsage]
 
@@ -61,7 +61,7 @@ def test_a_search_that_was_stopped_goes_on_with_the_next_target(
         return search(name, settings, target, *rest)
 
     monkeypatch.setattr(searches, "_search", noted)
-    assert dict(choose("genetic", SETTINGS, path, budget=3)) == whole
+    assert dict(choose("cross-entropy", SETTINGS, path, budget=3)) == whole
     assert searched == ["RLRRR"]
     with pytest.raises(ValueError, match="with seed 0; must be 1"):
-        list(choose("genetic", SETTINGS, path, budget=3, seed=1))
+        list(choose("cross-entropy", SETTINGS, path, budget=3, seed=1))

@@ -26,7 +26,7 @@ def policy(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(path)
 
 
-@pytest.mark.parametrize("kind", ["genetic", "policy"])
+@pytest.mark.parametrize("kind", ["cross-entropy", "policy"])
 def test_choices_are_scored_on_fresh_draws(kind: str, policy: str) -> None:
     name = policy if kind == "policy" else kind
     curves = measure([Method("one", (name,))], SETTINGS, BUDGETS, draws=3)
@@ -50,20 +50,20 @@ def test_choices_are_scored_on_fresh_draws(kind: str, policy: str) -> None:
 def test_the_command_writes_numbers_and_a_picture(tmp_path: Path, policy: str) -> None:
     app = typer.Typer()
     app.command()(main)
-    arguments = [f"PPO={policy}", "genetic", "--env", "targets=[LRLLL]", "--calls", "1,0"]
+    arguments = [f"PPO={policy}", "cross-entropy", "--env", "targets=[LRLLL]", "--calls", "1,0"]
     arguments += ["--draws", "2", "--processes", "1", "--output", str(tmp_path)]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output
     content = json.loads((tmp_path / "sample-cost.json").read_text(encoding="utf-8"))
     assert content["calls"] == [0, 1]
     assert content["methods"]["PPO"]["training calls"] == [0]
-    assert content["methods"]["genetic"]["training calls"] is None
+    assert content["methods"]["cross-entropy"]["training calls"] is None
     assert (tmp_path / "sample-cost.png").is_file()
 
 
 def test_wrong_calls_are_named() -> None:
     app = typer.Typer()
     app.command()(main)
-    result = CliRunner().invoke(app, ["genetic", "--calls", "1,few"])
+    result = CliRunner().invoke(app, ["cross-entropy", "--calls", "1,few"])
     assert result.exit_code == 1
     assert "--calls: '1,few' is not allowed; must be numbers" in result.output
