@@ -13,10 +13,10 @@ from rich.console import Console
 
 from magfold_env.benchmarks import (
     design,
-    features,
     folds,
     predictors,
     scaling,
+    skipping,
     smooth,
     work_precision,
 )
@@ -42,7 +42,7 @@ class Part:
 BENCHMARKS: dict[str, dict[str, Part]] = {
     "whole": {
         "work-precision": Part(work_precision.run, work_precision.draw),
-        "skipping": Part(features.skipping, features.draw_skipping),
+        "skipping": Part(skipping.run, skipping.draw),
     },
     "dynamics": {
         "scaling": Part(scaling.accelerations, pinned_chain.draw),
@@ -50,7 +50,6 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
         "restarts": Part(smooth.restarts),
         "contact": Part(folds.contact, folds.draw_contact),
         "folds": Part(folds.folds),
-        "features": Part(features.run, features.draw),
         "first-use": Part(folds.first_use),
     },
     "magnets": {

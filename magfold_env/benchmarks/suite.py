@@ -21,8 +21,8 @@ from rich.markup import escape
 
 from magfold_env.benchmarks import parts
 from magfold_env.benchmarks.bare_pendulum import prepare_swing
-from magfold_env.benchmarks.features import variants
 from magfold_env.benchmarks.presentation import Description, descriptions
+from magfold_env.benchmarks.skipping import variants
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import write_text
 from magfold_env.reporting import machine, page, plotting, tables, timing

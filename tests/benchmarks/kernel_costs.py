@@ -29,7 +29,6 @@ import numba
 import numpy as np
 
 from magfold_env.benchmarks import predictors
-from magfold_env.benchmarks.features import FEATURES, build
 from magfold_env.benchmarks.folds import scene_of
 from magfold_env.benchmarks.magnets.samples import (
     FOLDED,
@@ -46,6 +45,7 @@ from magfold_env.files import write_text
 from magfold_env.laws.integrators import double_euler
 from magfold_env.laws.pinned_chain import BASE, random_problem, repeat_lanes, repeat_scalar
 from magfold_env.minimiser import Landscape
+from magfold_env.scene import load_scene
 from magfold_env.shapes import headings
 from magfold_env.simulation.pack import pack
 
@@ -109,7 +109,7 @@ def magnets() -> Work:
 
 def accelerations() -> Work:
     """Accelerations under magnets and sliding friction, as integrators ask for them."""
-    scene = build(FEATURES["magnets, contact, friction"])
+    scene = load_scene("paper/sequence-3").draw(np.random.default_rng(0))
     model = pack(scene.replace(mount="pinned"))
     work, y = new_work(model), np.zeros(2 * (scene.n + 2))
     y[: scene.n] = headings(np.array(scene.start_angles))

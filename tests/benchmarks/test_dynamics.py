@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks import features, folds, parts
+from magfold_env.benchmarks import folds, parts
 from magfold_env.benchmarks.folds import ContactEffort, moreau_only, recorded_fold
 from magfold_env.benchmarks.parts import Part
 from magfold_env.benchmarks.runs import CLOSE
@@ -95,17 +95,6 @@ def test_a_motion_is_close_only_if_it_stays_so_at_tighter_tolerances():
     assert folds.cost_of_close(rows[:2], "m") == [np.inf]
 
 
-def test_features_are_what_their_names_say():
-    for name, changes in features.FEATURES.items():
-        scene = features.build(changes)
-        assert scene.is_concrete
-        assert ("pinned" in name) == (scene.mount == "pinned")
-        assert ("tube" in name or "mouth" in name) == (scene.mount == "tube")
-        if name.startswith("magnets"):
-            assert ("contact" in name) == scene.contact
-            assert ("friction" in name) == (scene.friction > 0.0)
-
-
 def example():
     rows = [smooth_row(0.1 / 4**k, 10.0 * 2**k, 100 * 2**k) for k in range(4)]
     rows.append(smooth_row(float("nan"), 1.0, 1, "DOP853"))
@@ -136,7 +125,7 @@ def test_the_command_measures_the_parts_it_is_asked_for(tmp_path, monkeypatch):
         asked.append(quick)
         return example()
 
-    chosen = {"smooth": Part(part), "features": Part(part)}
+    chosen = {"smooth": Part(part), "contact": Part(part)}
     monkeypatch.setitem(parts.BENCHMARKS, "dynamics", chosen)
     out = tmp_path / "new" / "folder"
     arguments = ["bench", "dynamics", "--quick", "--only", "smooth", "--out", str(out)]
@@ -148,12 +137,12 @@ def test_the_command_measures_the_parts_it_is_asked_for(tmp_path, monkeypatch):
     assert (out / "smooth.csv").is_file()
     wrong = CliRunner().invoke(app.app, ["bench", "dynamics", "--only", "rest"])
     assert wrong.exit_code == 2
-    assert "'rest' is not allowed; must be one of smooth, features" in wrong.stderr
+    assert "'rest' is not allowed; must be one of smooth, contact" in wrong.stderr
 
 
 def test_missing_extras_are_told_before_the_work(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    chosen = {"features": Part(lambda *_: pytest.fail("measured"))}
+    chosen = {"contact": Part(lambda *_: pytest.fail("measured"))}
     monkeypatch.setitem(parts.BENCHMARKS, "dynamics", chosen)
     result = CliRunner().invoke(app.app, ["bench", "dynamics", "--out", str(tmp_path)])
     assert result.exit_code == 2

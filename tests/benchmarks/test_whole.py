@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks import bare_pendulum, features, parts, runs, work_precision
+from magfold_env.benchmarks import bare_pendulum, parts, runs, skipping, work_precision
 from magfold_env.benchmarks.parts import BENCHMARKS
 from magfold_env.benchmarks.runs import Setting, difference, recorded
 from magfold_env.benchmarks.work_precision import (
@@ -103,18 +103,18 @@ def test_the_floor_refuses_what_it_cannot_do() -> None:
 
 
 def test_features_go_one_by_one_and_together() -> None:
-    found = features.variants()
-    names = list(features.SWITCHED_OFF)
+    found = skipping.variants()
+    names = list(skipping.SWITCHED_OFF)
     groups = [each.group for each in found]
-    assert groups.count(features.ONE) == groups.count(features.TOGETHER) == len(names)
+    assert groups.count(skipping.ONE) == groups.count(skipping.TOGETHER) == len(names)
     whole, bare = found[0], found[-1]
     bare_pendulum.pendulum(bare.scene)  # nothing is left of it but a pendulum
     assert not bare.recorded
     for feature, each in zip(names, found[1:], strict=False):
         assert (each.recorded, each.scene == whole.scene) == (
-            (False, True) if feature == features.RECORDING else (True, False)
+            (False, True) if feature == skipping.RECORDING else (True, False)
         )
-        assert each.scene == whole.scene.replace(**features.SWITCHED_OFF[feature])
+        assert each.scene == whole.scene.replace(**skipping.SWITCHED_OFF[feature])
 
 
 def test_a_run_is_compared_at_common_times() -> None:
@@ -173,8 +173,8 @@ def test_work_precision_has_every_setting_and_its_front(
 
 @pytest.mark.slow
 def test_skipping_has_a_row_a_variant_and_the_floor(tmp_path) -> None:
-    part = features.skipping(True, lambda *_: None)
-    assert len(part.rows) == len(features.variants()) + 1
+    part = skipping.run(True, lambda *_: None)
+    assert len(part.rows) == len(skipping.variants()) + 1
     floors = part.rows[-1]
     bare = part.rows[-2]
     assert bare["evaluations"] == floors["evaluations"]
