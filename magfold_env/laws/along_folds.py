@@ -1,6 +1,5 @@
 """What must hold after every step of a fold: no overlap, no joint past its stop, no new energy."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -43,27 +42,10 @@ class SteppedSession(Session):
         self._model: Model = self._model._replace(max_steps_per_second=stride)
         self._second, self._second_steps = 0.0, 0
 
-    def throw(self, rates: npt.ArrayLike, base_velocity: npt.ArrayLike = (0.0, 0.0)) -> None:
-        """Set the rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; not in a tube."""
-        self._state.v[: self.n] = rates
-        self._state.v[self.n :] = base_velocity
-        self._state.counter[at.FRESH] = 1
-
     def turn(self, angle: float) -> None:
         """Turn the chain [rad] about the outer hinge of component 1; not in a tube."""
         self._state.q[: self.n] += angle
         self._state.counter[at.FRESH] = 1
-
-    def go_on(self) -> None:
-        """Forget that the run has ended, and give it its time to settle again."""
-        self.status, self.message = None, ""
-        self._state.clock[at.END] = self.time + self.scene.duration
-
-    def wait(self, duration: float) -> None:
-        """Go on for a time [s], whatever happened before."""
-        self.go_on()
-        self._state.clock[at.END] = math.inf
-        self._go_on(keep=-1, until=self.time + duration)
 
     def run(self) -> None:
         """Feed and settle, as `simulate` does."""

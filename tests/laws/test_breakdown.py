@@ -1,10 +1,76 @@
 """What cannot go well ends with a status that says so: no endless loop, no silent NaN."""
 
+from typing import NamedTuple
+
+import numpy as np
 import pytest
 
-from magfold_env.laws.outcomes import ending, hopeless_scenes
+from magfold_env.fold import FoldStatus
+from magfold_env.laws.outcomes import Outcome
+from magfold_env.laws.overlap import deepest_overlap
+from magfold_env.laws.random_scenes import designed_sequence
+from magfold_env.scene import Scene
 
 pytestmark = pytest.mark.laws
+
+TOO_DEEP = 1e-3  # overlap, share of the side
+
+
+class Ending(NamedTuple):
+    """How a hopeless scene ended, and what is wrong with that, if anything."""
+
+    outcome: Outcome | None
+    wrong: str
+
+
+def hopeless_scenes(max_steps: int) -> dict[str, Scene]:
+    """Return scenes beyond all reason by name, each allowed so many steps."""
+    n = 8
+    rng = np.random.default_rng(0)
+    plain = Scene(sequence=designed_sequence(rng, n)).draw(rng)
+    plain = plain.replace(solver={"max_steps": max_steps})
+    tube = plain.replace(mount="tube", start_angles=None).draw(rng)
+    straight = np.zeros(n - 1)
+    closed = np.full(n - 1, np.pi / 2.0)
+    return {
+        "tolerance out of reach": plain.replace(solver={"tolerance": 1e-12}),
+        "tolerance out of reach, tube": tube.replace(solver={"tolerance": 1e-12}),
+        "masses of 1 ng and 1 t": plain.replace(casing={"mass": (1e-12, 1e3) * (n // 2)}),
+        "no mass to speak of": plain.replace(casing={"mass": 1e-300}),
+        "masses beyond squaring": plain.replace(casing={"mass": 1e300}),
+        "inertia without mass": plain.replace(casing={"inertia": 1e12}),
+        "magnets of a thousand tesla": plain.replace(magnets={"remanence": 1e3}),
+        "charges beyond squaring": plain.replace(magnets={"pole_charge": 1e200}),
+        "squares in one another": plain.replace(start_angles=closed),
+        "squares in one another, friction 10": plain.replace(start_angles=closed, friction=10.0),
+        "feed at 1e6 m/s": tube.replace(feed={"speed": 1e6}),
+        "feed at 1e-9 m/s": tube.replace(feed={"speed": 1e-9}),
+        "gravity of a neutron star": plain.replace(gravity={"in_plane": (1e12, 0.0)}),
+        "friction of 1e12": plain.replace(friction=1e12),
+        "perfectly straight": plain.replace(start_angles=straight, friction=0.0),
+    }
+
+
+def ending(scene: Scene) -> Ending:
+    """Simulate a hopeless scene and say what is wrong with how it ended."""
+    try:
+        outcome = Outcome.of(scene)
+    except (ArithmeticError, ValueError) as error:
+        return Ending(None, f"raised {type(error).__name__}: {error}")
+    if not outcome.message:
+        return Ending(outcome, "no message")
+    if outcome.steps > scene.solver.max_steps:
+        return Ending(outcome, "more steps than allowed")
+    joints = np.array(outcome.joints)
+    if not np.isfinite(joints).all():
+        return Ending(outcome, "not a number")
+    at_rest = outcome.status in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}
+    angles = np.concatenate([[0.0], np.cumsum(joints)])
+    deep = deepest_overlap(scene.alone(), angles, np.zeros(2), scene.n)
+    if at_rest and deep > TOO_DEEP * scene.casing.side:
+        return Ending(outcome, "at rest with squares in one another")
+    return Ending(outcome, "")
+
 
 SCENES = hopeless_scenes(max_steps=1000)
 

@@ -1,28 +1,13 @@
-"""Worst violations of the laws that the dynamics must hold, over random scenes.
-
-Run as ``python -m magfold_env.laws.limits --scenes 40``.
-"""
+"""Worst violations of the laws that the dynamics must hold, over random scenes."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Annotated, get_args
-
-import typer
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
+from typing import get_args
 
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.along_folds import follow
-from magfold_env.laws.free_motion import Kind, creep, momentum_errors, reversal_error
-from magfold_env.laws.impacts import impact_error
-from magfold_env.laws.outcomes import ending, hopeless_scenes
 from magfold_env.laws.random_scenes import random_scene
-from magfold_env.scene import Scene
-
-IMPACTS_A_SCENE = 10
-BREAKDOWN_STEPS = 20_000  # work cap of the hopeless scenes
-SHOWN = 8  # seeds of a law that are listed
+from tests.laws.free_motion import Kind, momentum_errors, reversal_error
 
 
 @dataclass
@@ -44,13 +29,6 @@ class Law:
         # Not ">": what is no number breaks every law.
         if not value <= self.allowed:
             self.broken = (*self.broken, (value, seed))
-
-    @property
-    def cells(self) -> tuple[str, ...]:
-        """Return a row of the table; the worst seeds come first."""
-        seeds = [str(seed) for _, seed in sorted(self.broken, reverse=True)[:SHOWN]]
-        share = f"{len(self.broken)} of {self.count}"
-        return self.name, f"{self.allowed:.0e}", f"{self.worst:.1e}", share, " ".join(seeds)
 
 
 def along_folds(seeds: Iterable[int]) -> list[Law]:
@@ -114,48 +92,3 @@ def single(
         except ArithmeticError:
             law.add(seed, float("inf"))
     return law
-
-
-def laws_table(laws: Iterable[Law]) -> Table:
-    """Return the worst values beside what is allowed."""
-    table = Table(title="Worst values over random scenes")
-    for column in ("law", "allowed", "worst", "broken", f"seeds, worst first (up to {SHOWN})"):
-        table.add_column(column, justify="left" if column[:3] in {"law", "see"} else "right")
-    for law in laws:
-        table.add_row(*law.cells, style="" if not law.broken else "red")
-    return table
-
-
-def breakdown_table(scenes: dict[str, Scene]) -> Table:
-    """Return how hopeless scenes end."""
-    table = Table(title=f"Breakdown; at most {BREAKDOWN_STEPS} steps")
-    for column in ("scene", "steps", "how it ended", "wrong"):
-        table.add_column(column)
-    for name, scene in track(scenes.items(), "breaking down"):
-        found = ending(scene)
-        how = f"{found.outcome.status}: {found.outcome.message}" if found.outcome else "--"
-        steps = str(found.outcome.steps) if found.outcome else "--"
-        table.add_row(name, steps, how, found.wrong, style="red" if found.wrong else "")
-    return table
-
-
-def main(
-    scenes: Annotated[int, typer.Option(min=1, help="Random scenes.")] = 40,
-    first: Annotated[int, typer.Option(min=0, help="Seed of the first.")] = 0,
-) -> None:
-    """Measure every law and print the worst values."""
-    seeds = range(first, first + scenes)
-    impacts = range(first * IMPACTS_A_SCENE, (first + scenes) * IMPACTS_A_SCENE)
-    laws = [
-        *along_folds(track(seeds, "folding")),
-        *free_motion(track(seeds, "throwing")),
-        single("creep in 1000 s [rad]", 0.0, track(seeds, "waiting"), creep),
-        single("impact law", 1e-8, track(impacts, "colliding"), impact_error),
-    ]
-    console = Console()
-    console.print(laws_table(laws))
-    console.print(breakdown_table(hopeless_scenes(BREAKDOWN_STEPS)))
-
-
-if __name__ == "__main__":
-    typer.run(main)

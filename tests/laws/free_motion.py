@@ -1,9 +1,12 @@
 """Chains left alone: momenta that stay, films that run backwards, and rest to the last bit."""
 
+import math
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
+from magfold_env.engine import entries as at
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.along_folds import SteppedSession
 from magfold_env.laws.mechanics import Floats, kinetic_energy, momenta
@@ -19,7 +22,28 @@ SWINGS = 6.0  # duration of a pendulum over √(length of a component / g)
 NEARLY_SHUT = 1.4  # [rad] a magnetic chain is followed until a joint is there
 
 
-def thrown(seed: int, tolerance: float, *, contact: bool) -> SteppedSession:
+class FreeSession(SteppedSession):
+    """A session whose chain can be thrown, and left to itself for longer than it needs."""
+
+    def throw(self, rates: npt.ArrayLike, base_velocity: npt.ArrayLike = (0.0, 0.0)) -> None:
+        """Set the rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; not in a tube."""
+        self._state.v[: self.n] = rates
+        self._state.v[self.n :] = base_velocity
+        self._state.counter[at.FRESH] = 1
+
+    def go_on(self) -> None:
+        """Forget that the run has ended, and give it its time to settle again."""
+        self.status, self.message = None, ""
+        self._state.clock[at.END] = self.time + self.scene.duration
+
+    def wait(self, duration: float) -> None:
+        """Go on for a time [s], whatever happened before."""
+        self.go_on()
+        self._state.clock[at.END] = math.inf
+        self._go_on(keep=-1, until=self.time + duration)
+
+
+def thrown(seed: int, tolerance: float, *, contact: bool) -> FreeSession:
     """Return a free chain without magnets and friction that begins with random rates."""
     rng = np.random.default_rng([seed, 1])
     n = int(rng.integers(SMALLEST, LARGEST + 1))
@@ -32,7 +56,7 @@ def thrown(seed: int, tolerance: float, *, contact: bool) -> SteppedSession:
         start_angle_spread=0.5,
     )
     scene = scene.replace(solver={"tolerance": tolerance}).draw(rng)
-    session = SteppedSession(scene)
+    session = FreeSession(scene)
     session.throw(rng.uniform(-RATES, RATES, n), rng.uniform(-DRIFT, DRIFT, 2))
     return session
 
@@ -54,7 +78,7 @@ def momentum_errors(seed: int, tolerance: float, *, contact: bool) -> tuple[floa
     return linear, float(abs(after[1] - before[1])) / (size * length)
 
 
-def _momenta(session: SteppedSession) -> tuple[Floats, Floats]:
+def _momenta(session: FreeSession) -> tuple[Floats, Floats]:
     s = session
     return momenta(s.scene, s.angles, s.rates, s.base, s.base_velocity)
 
@@ -67,7 +91,7 @@ def reversal_error(kind: Kind, seed: int, tolerance: float) -> float:
     if kind == "thrown":
         session = thrown(seed, tolerance, contact=False)
     else:
-        session = SteppedSession(_smooth(kind, seed, tolerance))
+        session = FreeSession(_smooth(kind, seed, tolerance))
     angles, base = session.angles, session.base
     for _ in range(2):
         session.go_on()
@@ -115,7 +139,7 @@ def creep(seed: int) -> float | None:
     """
     scene = random_scene(seed)
     scene = scene.replace(friction=max(scene.friction, LEAST_FRICTION))
-    session = SteppedSession(scene)
+    session = FreeSession(scene)
     session.run()
     if session.status not in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}:
         return None
