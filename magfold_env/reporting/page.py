@@ -1,4 +1,7 @@
-"""One self-contained HTML page for results: prose, tables and pictures, nothing from elsewhere."""
+"""One self-contained HTML page for results: prose, tables, pictures, pages that play something.
+
+Nothing comes from elsewhere.
+"""
 
 import html
 import re
@@ -50,7 +53,14 @@ class Verdict:
     """Further sentences, each a line of its own."""
 
 
-Block = str | Picture | Entries | Points | Verdict | Table
+@dataclass(frozen=True)
+class Folded:
+    """Pages that are whole in themselves, by what is said of each; one at a time is unfolded."""
+
+    pages: Mapping[str, str]
+
+
+Block = str | Picture | Entries | Points | Verdict | Table | Folded
 """What a section is made of; a plain text is a paragraph."""
 
 
@@ -92,8 +102,11 @@ def render(page: Page) -> str:
     named = list(zip(names, page.sections, strict=True))
     contents = "".join(f'<li><a href="#{n}">{_escaped(s.title)}</a></li>' for n, s in named)
     template = Path(__file__).with_suffix(".html").read_text(encoding="utf-8")
+    folded = any(isinstance(block, Folded) for s in page.sections for block in s.blocks)
     return Template(template).substitute(
         title=_escaped(page.title),
+        # What is unfolded has its page's own scripts, and is bound to this page's policy too.
+        scripts="; script-src 'unsafe-inline'; frame-src 'self'" if folded else "",
         lead=_blocks(page.lead),
         contents=f"<nav><ol>{contents}</ol></nav>" if len(page.sections) > 1 else "",
         sections="\n".join(
@@ -110,7 +123,7 @@ def _blocks(blocks: Sequence[Block]) -> str:
     return "\n".join(_block(block) for block in blocks)
 
 
-def _block(block: Block) -> str:
+def _block(block: Block) -> str:  # noqa: PLR0911 - one a kind of block
     match block:
         case str():
             return f"<p>{_escaped(block)}</p>"
@@ -128,6 +141,8 @@ def _block(block: Block) -> str:
             return f'<div class="verdict {block.tone}">{first}{more}</div>'
         case Table():
             return _table(block)
+        case Folded():
+            return _folded(block)
 
 
 def _picture(picture: Picture) -> str:
@@ -158,6 +173,14 @@ def _table(table: Table) -> str:
     return (
         f'<div class="wide"><table>{caption}<thead>{head}</thead>'
         f"<tbody>{body}</tbody></table></div>"
+    )
+
+
+def _folded(folded: Folded) -> str:
+    return "".join(
+        f'<details name="folded"><summary>{_escaped(text)}</summary><iframe loading="lazy" '
+        f'title="{_escaped(text)}" srcdoc="{_escaped(page)}"></iframe></details>'
+        for text, page in folded.pages.items()
     )
 
 

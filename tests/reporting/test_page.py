@@ -6,6 +6,7 @@ from PIL import Image
 
 from magfold_env.reporting.page import (
     Entries,
+    Folded,
     Page,
     Picture,
     Points,
@@ -27,6 +28,7 @@ class Reader(HTMLParser):
         self.open: list[str] = []
         self.addresses: list[str] = []
         self.anchors: list[str] = []
+        self.pages: list[str] = []
         self.text = ""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -37,6 +39,8 @@ class Reader(HTMLParser):
                 self.addresses.append(value or "")
             if name == "id":
                 self.anchors.append(value or "")
+            if name == "srcdoc":
+                self.pages.append(value or "")
 
     def handle_endtag(self, tag: str) -> None:
         assert self.open.pop() == tag
@@ -104,6 +108,16 @@ def test_text_stays_text() -> None:
     text = render(Page(nasty, [Section(nasty, blocks)], [nasty], {nasty: nasty}))
     assert "<script" not in text
     assert read(text).text.count(nasty) == 16
+
+
+def test_pages_within_the_page_are_bound_to_its_policy() -> None:
+    inner = '<p title="a">1 &amp; 2</p><script>play()</script>'
+    plain = render(Page("T", [Section("S", ["text"])]))
+    text = render(Page("T", [Section("S", [Folded({"one": inner, "two": inner})])]))
+    assert "script-src" not in plain
+    assert "script-src 'unsafe-inline'; frame-src 'self'" in text
+    assert "<script" not in text
+    assert read(text).pages == [inner, inner]
 
 
 def test_an_empty_table_says_so() -> None:
