@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from magfold_env.laws import agreement, mechanics, overlap
+from magfold_env.laws import mechanics, overlap
 from magfold_env.laws import random_scenes as scenes
 from magfold_env.minimiser.lattice import from_words
 from magfold_env.minimiser.states import conflicts
 from magfold_env.scene import Casing, Feed, Scene, load_scene
 from magfold_env.shapes import mirror, overlaps
-from tests.laws import chains, impacts
+from tests.laws import agreement, chains, impacts
 
 seeds = st.integers(0, 2**32 - 1)
 

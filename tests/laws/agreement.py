@@ -1,6 +1,6 @@
 """Do default settings end where a reference ends? Over many random scenes.
 
-Run as ``python -m magfold_env.laws.agreement --scenes 1000 --out
+Run as ``python -m tests.laws.agreement --scenes 1000 --out
 runs/agreement``. A killed run goes on where it was. Every scene that disagrees is saved as YAML:
 ``magfold fold FILE`` runs it again.
 """
@@ -19,11 +19,12 @@ from rich.progress import track
 from rich.table import Table
 
 from magfold_env.files import physics_digest
-from magfold_env.laws.outcomes import Outcome, moved_starts, reference_of
+from magfold_env.laws.outcomes import moved_starts
 from magfold_env.laws.random_scenes import is_designed, random_scene
 from magfold_env.parallel import Workers, finished
 from magfold_env.reporting.intervals import share
 from magfold_env.scene import save_scene
+from tests.laws.outcomes import Outcome, reference_of
 
 Row = dict[str, Any]
 
