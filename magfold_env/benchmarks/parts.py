@@ -20,7 +20,7 @@ from magfold_env.benchmarks import (
     smooth,
     work_precision,
 )
-from magfold_env.benchmarks.env import lanes, overhead, rates, tolerance
+from magfold_env.benchmarks.env import overhead, rates, tolerance
 from magfold_env.benchmarks.magnets import accuracy, chains, far, peers
 from magfold_env.laws import experiment, pinned_chain
 from magfold_env.reporting import machine, plotting, tables
@@ -82,7 +82,6 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
         "quasistatic": Part(rates.quasistatic, rates.draw_quasistatic),
         "overhead": Part(overhead.run, overhead.draw),
         "tolerance": Part(tolerance.run),
-        "lanes": Part(lanes.run),
         "peers": Part(rates.peers, rates.draw_peers),
     },
 }

@@ -1,4 +1,4 @@
-"""Plain NumPy mechanics of a chain, independent of the engine: energies, momenta, mass matrix.
+"""Plain NumPy mechanics of a chain, independent of the engine: energies, momenta, equation 39.
 
 Headings, rates and the base (the outer hinge of component 1) may come stacked: (..., n), (..., 2).
 """
@@ -19,29 +19,6 @@ def levers(scene: Scene) -> Floats:
     """
     n = scene.n
     return scene.casing.diagonal * (np.tril(np.ones((n, n)), -1) + 0.5 * np.eye(n))
-
-
-def centre_jacobian(scene: Scene, angles: Floats) -> Floats:
-    """Velocities of the centres for unit rates and unit velocities of the base.
-
-    Returns
-    -------
-    (2, n, n + 2) array
-        Axis, component, coordinate.
-    """
-    n, arm = scene.n, levers(scene)
-    jacobian = np.zeros((2, n, n + 2))
-    jacobian[0, :, :n] = -arm * np.sin(angles)
-    jacobian[1, :, :n] = arm * np.cos(angles)
-    jacobian[0, :, n] = jacobian[1, :, n + 1] = 1.0
-    return jacobian
-
-
-def mass_matrix(scene: Scene, angles: Floats) -> Floats:
-    """Mass matrix of the headings and the base, shape (n + 2, n + 2)."""
-    jacobian = centre_jacobian(scene, angles)
-    spin = np.diag(np.append(scene.inertias, [0.0, 0.0]))
-    return np.einsum("aik,i,ail->kl", jacobian, scene.masses, jacobian) + spin
 
 
 def equation_39(

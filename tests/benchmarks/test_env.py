@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks.env import lanes, overhead, rates, tolerance
+from magfold_env.benchmarks.env import overhead, rates, tolerance
 from magfold_env.benchmarks.env.players import (
     TUBE_FEED,
     drawn_actions,
@@ -183,31 +183,3 @@ def test_unknown_parts_are_told():
     wrong = CliRunner().invoke(app.app, ["bench", "env", "--only", "rest"])
     assert wrong.exit_code == 2
     assert f"must be one of {', '.join(BENCHMARKS['env'])}" in wrong.stderr
-
-
-def test_what_lanes_could_gain_is_bounded(measured):
-    part, files = measured("lanes")
-    assert files == {"env.json", "lanes.csv"}
-    assert [row["lanes"] for row in part["rows"]] == [*lanes.WIDTHS] * len(lanes.LENGTHS)
-    for row in part["rows"]:
-        shares = [row[name] for name in ("share of the time", "busy lanes", "useful pairs")]
-        assert all(0.0 < share < 1.0 for share in shares)
-
-
-def test_lanes_take_the_next_chain_and_stand_still_when_none_is_left():
-    assert lanes.busy_share([2, 2, 2, 2], 2) == 1.0
-    assert lanes.busy_share([3, 1, 1, 1], 2) == 1.0
-    assert lanes.busy_share([1, 1, 4], 2) == pytest.approx(6 / 10)
-
-
-def test_lanes_do_what_one_of_them_needs():
-    held = np.array([0, 0, 1, 1])
-    alike = np.array([[1, 0], [1, 0], [1, 1], [1, 1]], dtype=bool)
-    assert lanes.useful_share(alike, held, 8) == 1.0
-    other = np.array([[1, 0], [0, 1], [1, 0], [0, 1]], dtype=bool)
-    assert lanes.useful_share(other, held, 64) == pytest.approx(0.5)
-
-
-def test_a_share_that_takes_no_time_leaves_the_rest():
-    assert lanes.gain(0.5, np.inf) == 2.0
-    assert lanes.gain(0.5, 1.0) == 1.0
