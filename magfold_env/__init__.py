@@ -11,7 +11,8 @@ from magfold_env.envs import register_envs
 
 if TYPE_CHECKING:
     from magfold_env.designer import Design, design
-    from magfold_env.ensembles import Ensemble, ensemble
+    from magfold_env.ensembles.releases import Ensemble, ensemble
+    from magfold_env.ensembles.sweeps import Sweep, sweep
     from magfold_env.fold import Fold, FoldStatus, Trajectory
     from magfold_env.limit_loads import Holding, holding
     from magfold_env.minimiser import Landscape, descend, ground_state, minimise, sequence_of
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
         simulate,
         simulate_batch,
     )
-    from magfold_env.sweeps import Sweep, sweep
 
 __all__ = [
     "Bumps",
@@ -88,14 +88,14 @@ __all__ = [
 
 _NAMES = {
     "designer": "Design design",
-    "ensembles": "Ensemble ensemble",
+    "ensembles.releases": "Ensemble ensemble",
+    "ensembles.sweeps": "Sweep sweep",
     "fold": "Fold FoldStatus Trajectory",
     "limit_loads": "Holding holding",
     "minimiser": "Landscape descend ground_state minimise sequence_of",
     "scene": "Bumps Casing Feed Field FixedMagnet Gravity Magnets Rectangle Scene SceneError "
     "Solver Spreads chamber channel funnel load_scene save_scene scene_names",
     "simulation.simulate": "accelerations energy forces simulate simulate_batch",
-    "sweeps": "Sweep sweep",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 

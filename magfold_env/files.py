@@ -4,7 +4,7 @@ import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
@@ -74,6 +74,17 @@ def write_text(path: str | Path, text: str) -> None:
     """Write `text` as UTF-8 to a temporary name and move it to `path`."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def write_json(path: str | Path, data: Mapping[str, Any], listed: str) -> None:
+    """Write a mapping as JSON, under a temporary name first; the list of one key comes last.
+
+    Each entry of that list has a line.
+    """
+    lines = ",\n  ".join(json.dumps(each, allow_nan=False) for each in data[listed])
+    rest = {key: value for key, value in data.items() if key != listed}
+    head = json.dumps(rest, indent=1, allow_nan=False).removesuffix("\n}")
+    write_text(path, f'{head},\n "{listed}": [\n  {lines}\n ]\n}}\n')
 
 
 @contextmanager

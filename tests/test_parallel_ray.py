@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import magfold_env as mf
-from magfold_env.ensembles import release
+from magfold_env.ensembles.releases import release
 from magfold_env.parallel import Workers, finished
 from magfold_env.scene import Spreads
 

@@ -13,7 +13,7 @@ from magfold_env.designer import Design, GapDesign, design, gap_designs
 from magfold_env.designer.annealing import anneal_sequence
 from magfold_env.designer.make_suites import suite_words
 from magfold_env.designer.task import SPEEDS, Choice, default_scene
-from magfold_env.ensembles import ensemble, release
+from magfold_env.ensembles.releases import ensemble, release
 from magfold_env.minimiser import Mode
 from magfold_env.reporting import tables
 from magfold_env.reporting.intervals import Share

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.ensembles import PREDICTORS, ensemble, generator, predictions
+from magfold_env.ensembles.releases import PREDICTORS, ensemble, generator, predictions
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.experiment import MODES, SEQUENCES, paper_scene, random_scenes
 from magfold_env.laws.random_scenes import random_sequence

@@ -6,10 +6,9 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from magfold_env import ensembles
 from magfold_env.cli import options
+from magfold_env.ensembles import releases
 from magfold_env.files import write_text
-from magfold_env.parallel import Workers
 from magfold_env.reporting.intervals import Share
 from magfold_env.reporting.tables import to_csv
 from magfold_env.scene import Problem, Scene, SceneError, Spreads, load_scene
@@ -29,34 +28,35 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
     workers: options.WorkerCount = None,
     backend: options.BackendName = None,
     address: options.Address = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for JSON, CSV and PNG files; a killed command goes on in it."),
-    ] = None,
+    out: options.Out = None,
     png: options.Png = None,
 ) -> None:
     """Release a chain many times and show the probability of every word and status."""
     with options.errors_in_one_line():
-        options.check_outputs({"--png": png})
-        if out is not None or png is not None:
-            options.need_render(charts=True)
+        check_pictures(out, png)
         changed = changed_scene(
             load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread or []
         )
-        asked = Workers(workers, cast("Any", backend), address)
         with options.progress_of(runs, text=False, count=True) as tell:
-            made = ensembles.ensemble(
+            made = releases.ensemble(
                 changed,
                 runs,
                 seed,
-                workers=asked.count,
-                backend=asked.backend,
-                address=asked.address,
+                workers=workers,
+                backend=cast("Any", backend),
+                address=address,
                 state=None if out is None else out / "state",
                 progress=lambda made, total: tell(made),
             )
         show(made)
         options.say_written(*write(made, out, png))
+
+
+def check_pictures(out: Path | None, png: Path | None) -> None:
+    """Fail before the long work if pictures are wanted that cannot be drawn or written."""
+    options.check_outputs({"--png": png})
+    if out is not None or png is not None:
+        options.need_render(charts=True)
 
 
 def changed_scene(
@@ -77,7 +77,7 @@ def changed_scene(
         If an option is not allowed.
     """
     if mode is not None:
-        scene = ensembles.release(scene, cast("Any", mode))
+        scene = releases.release(scene, cast("Any", mode))
     changes: dict[str, Any] = {} if speed is None else {"feed": {"speed": speed}}
     if friction is not None:
         changes["friction"] = friction
@@ -87,10 +87,10 @@ def changed_scene(
     return scene.replace(**changes, spreads=widths)
 
 
-def show(made: ensembles.Ensemble) -> None:
+def show(made: releases.Ensemble) -> None:
     """Print the probabilities, and which searches of the minimiser name each word."""
     named: dict[str, list[str]] = {}
-    for search, word in ensembles.predictions(made.scene).items():
+    for search, word in releases.predictions(made.scene).items():
         named.setdefault(word, []).append(search.removesuffix(" search"))
     numbers = {"runs": True, "share": True, "95 %": True}
     columns = {"word": False, "status": False, **numbers, "minimiser's search": False}
@@ -108,7 +108,7 @@ def show(made: ensembles.Ensemble) -> None:
     options.show(outcomes, statuses)
 
 
-def write(made: ensembles.Ensemble, out: Path | None, png: Path | None) -> list[Path]:
+def write(made: releases.Ensemble, out: Path | None, png: Path | None) -> list[Path]:
     """Write the files that are wanted and return their paths."""
     written: list[Path] = []
     if out is not None:
@@ -117,13 +117,12 @@ def write(made: ensembles.Ensemble, out: Path | None, png: Path | None) -> list[
         made.to_json(written[0])
         made.to_csv(written[1])
         write_text(written[2], to_csv(made.rows()))
-    pictures = [path for path in (png, out / "ensemble.png" if out else None) if path is not None]
-    if pictures:
+    for path in filter(None, (png, out and out / "ensemble.png")):
         from magfold_env.render import draw_ensemble  # noqa: PLC0415 - an extra
 
-        for path in pictures:
-            draw_ensemble(made, path)
-    return written + pictures
+        draw_ensemble(made, path)
+        written.append(path)
+    return written
 
 
 def cells(found: Share) -> tuple[str, str, str]:

@@ -34,6 +34,10 @@ BackendName = Annotated[
     str | None, typer.Option(help="threads, processes or ray; what suits if left out.")
 ]
 Address = Annotated[str | None, typer.Option(help="Address of a Ray cluster.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(help="Folder for JSON, CSV and PNG files; a killed command goes on in it."),
+]
 Quick = Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")]
 Results = Annotated[
     Path, typer.Option(help="Folder of the results; a killed command goes on in it.")

@@ -7,9 +7,8 @@ from typing import Annotated, Any, cast
 import numpy as np
 import typer
 
-from magfold_env import sweeps
 from magfold_env.cli import ensemble, options
-from magfold_env.parallel import Workers
+from magfold_env.ensembles import sweeps
 from magfold_env.scene import Problem, SceneError, load_scene
 
 _COUNT = 9  # values of a range that names no number of them
@@ -41,23 +40,17 @@ def sweep(  # noqa: PLR0913 - one parameter an option
     workers: options.WorkerCount = None,
     backend: options.BackendName = None,
     address: options.Address = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for JSON, CSV and PNG files; a killed command goes on in it."),
-    ] = None,
+    out: options.Out = None,
     png: options.Png = None,
 ) -> None:
     """Release a chain many times at each point of a grid of one or two of its numbers."""
     with options.errors_in_one_line():
-        options.check_outputs({"--png": png})
-        if out is not None or png is not None:
-            options.need_render(charts=True)
+        ensemble.check_pictures(out, png)
         grid = grid_of(over)
         changed = ensemble.changed_scene(
             load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread or []
         )
         chosen = None if outcome is None else sweeps.Outcome.parse(outcome, changed.n)
-        asked = Workers(workers, cast("Any", backend), address)
         total = runs * math.prod(map(len, grid.values()))
         with options.progress_of(total, text=False, count=True) as tell:
             made = sweeps.sweep(
@@ -65,9 +58,9 @@ def sweep(  # noqa: PLR0913 - one parameter an option
                 grid,
                 runs,
                 seed,
-                workers=asked.count,
-                backend=asked.backend,
-                address=asked.address,
+                workers=workers,
+                backend=cast("Any", backend),
+                address=address,
                 state=None if out is None else out / "state",
                 progress=lambda made, total: tell(made),
             )
@@ -146,10 +139,9 @@ def write(
         written = [out / "sweep.json", out / "outcomes.csv"]
         made.to_json(written[0])
         made.to_csv(written[1])
-    pictures = [path for path in (png, out / "sweep.png" if out else None) if path is not None]
-    if pictures:
+    for path in filter(None, (png, out and out / "sweep.png")):
         from magfold_env.render import draw_sweep  # noqa: PLC0415 - an extra
 
-        for path in pictures:
-            draw_sweep(made, path, chosen)
-    return written + pictures
+        draw_sweep(made, path, chosen)
+        written.append(path)
+    return written

@@ -12,7 +12,7 @@ from rich.progress import Progress
 
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.designer import SPEEDS, Design, default_scene, design, suites
-from magfold_env.ensembles import ensemble, release
+from magfold_env.ensembles.releases import ensemble, release
 from magfold_env.files import configs_dir, physics_digest
 from magfold_env.minimiser import Mode
 from magfold_env.parallel import Workers, finished

@@ -15,7 +15,7 @@ from magfold_env.checkpoint import Checkpoint
 from magfold_env.designer import annealing, evidence, exhaustive, trials
 from magfold_env.designer.result import Design, Objective, Search
 from magfold_env.designer.task import Choice, Task, task_for
-from magfold_env.ensembles import ensemble
+from magfold_env.ensembles.releases import ensemble
 from magfold_env.files import physics_digest
 from magfold_env.minimiser import Mode, energies, sequence_of
 from magfold_env.parallel import Backend, Workers, connected

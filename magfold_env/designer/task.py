@@ -7,7 +7,7 @@ from typing import NamedTuple, get_args
 import numpy as np
 
 from magfold_env.designer.result import Objective, Search
-from magfold_env.ensembles import release
+from magfold_env.ensembles.releases import release
 from magfold_env.minimiser import LONGEST_OF_ALL, Mode, refuse_field
 from magfold_env.scene import Problem, Scene, errors, load_scene
 from magfold_env.shapes import cells, is_fully_folded, parse_word

@@ -16,7 +16,7 @@ from magfold_env.checkpoint import Checkpoint
 from magfold_env.designer.annealing import sequence_of_signs
 from magfold_env.designer.task import Choice
 from magfold_env.engine.state import Array, IntArray
-from magfold_env.ensembles import generator
+from magfold_env.ensembles.releases import generator
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.parallel import Workers, finished
 from magfold_env.scene import Scene

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from magfold_env.ensembles import PREDICTORS, Bar, bars, ensemble, predictions, release
+from magfold_env.ensembles.releases import PREDICTORS, Bar, bars, ensemble, predictions, release
 from magfold_env.laws.random_scenes import random_sequence
 from magfold_env.minimiser import Mode
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, each_case

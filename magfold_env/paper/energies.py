@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from magfold_env.ensembles import ensemble
+from magfold_env.ensembles.releases import ensemble
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.experiment import MODES, RUNS, paper_scene
 from magfold_env.minimiser import State, minimise

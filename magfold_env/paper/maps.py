@@ -11,6 +11,7 @@ from functools import cache
 
 import numpy as np
 
+from magfold_env.ensembles.sweeps import Sweep, sweep
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.experiment import paper_scene
 from magfold_env.minimiser import Mode
@@ -19,7 +20,6 @@ from magfold_env.paper.quoted import SEQUENCES
 from magfold_env.paper.reproduction import Plot
 from magfold_env.reporting.tables import Progress, Row, Table, distinct, each_case, select
 from magfold_env.shapes import FloatArray
-from magfold_env.sweeps import Sweep, sweep
 
 RATIO, SPEED = "µ/B_r² [1/T²]", "v/B_r [m/(s T)]"
 FED: tuple[Mode, ...] = ("forward", "backward")

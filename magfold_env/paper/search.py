@@ -23,7 +23,7 @@ import typer
 from rich.progress import Progress
 
 from magfold_env.designer.suites import load_suite
-from magfold_env.ensembles import Ensemble, release, released
+from magfold_env.ensembles.releases import Ensemble, release, released
 from magfold_env.files import write_text
 from magfold_env.laws.experiment import ANGLE, MODES, SPREADS
 from magfold_env.minimiser import Mode

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 from typing import NamedTuple
 
-from magfold_env.ensembles import Ensemble
+from magfold_env.ensembles.releases import Ensemble
 from magfold_env.fold import FoldStatus
 from magfold_env.minimiser import Mode
 

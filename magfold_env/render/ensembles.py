@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.ensembles import Bar, Ensemble, bars
+from magfold_env.ensembles.releases import Bar, Ensemble, bars
 from magfold_env.render.chain import square
 from magfold_env.reporting.plotting import COLOURS, GRID, INK, figure_class, patch, save_figure
 from magfold_env.shapes import centres, headings

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from magfold_env.ensembles.sweeps import Outcome, Sweep
 from magfold_env.render.ensembles import COLOUR_OF
 from magfold_env.reporting.plotting import (
     COLOURS,
@@ -19,7 +20,6 @@ from magfold_env.reporting.plotting import (
     save_figure,
 )
 from magfold_env.shapes import FloatArray
-from magfold_env.sweeps import Outcome, Sweep
 
 LINES = 6
 """Most outcomes that are drawn over one parameter."""

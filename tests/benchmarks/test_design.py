@@ -10,7 +10,7 @@ import magfold_env as mf
 from magfold_env.benchmarks import design
 from magfold_env.cli import app
 from magfold_env.designer import gap_designs
-from magfold_env.ensembles import release
+from magfold_env.ensembles.releases import release
 from magfold_env.shapes import folded_words
 
 

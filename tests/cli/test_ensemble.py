@@ -10,7 +10,7 @@ from PIL import Image
 
 import magfold_env as mf
 from magfold_env.cli import ensemble
-from magfold_env.ensembles import release
+from magfold_env.ensembles.releases import release
 from tests.command_line import fails_in_one_line, rows, run
 
 SCENE = "paper/sequence-1"

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from PIL import Image
 
 import magfold_env as mf
-from magfold_env import sweeps
 from magfold_env.cli.sweep import grid_of
-from magfold_env.ensembles import release
+from magfold_env.ensembles import sweeps
+from magfold_env.ensembles.releases import release
 from tests.command_line import fails_in_one_line, rows, run
 
 SCENE = "paper/sequence-1"

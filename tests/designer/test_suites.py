@@ -16,7 +16,7 @@ from magfold_env.designer.suites import (
     suite_names,
 )
 from magfold_env.designer.task import Choice
-from magfold_env.ensembles import release
+from magfold_env.ensembles.releases import release
 from magfold_env.minimiser import Mode
 from magfold_env.scene import SceneError
 from magfold_env.shapes import folded_words, is_fully_folded

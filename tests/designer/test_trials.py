@@ -4,7 +4,7 @@ import numpy as np
 
 import magfold_env as mf
 from magfold_env.designer.trials import hurried
-from magfold_env.ensembles import release
+from magfold_env.ensembles.releases import release
 from magfold_env.fold import FoldStatus
 
 SCENE = release(mf.load_scene("design"), "forward")

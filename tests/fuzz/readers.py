@@ -29,10 +29,10 @@ from agents.training.models import read_archive, write_archive
 from magfold_env.designer.evidence import Evidence
 from magfold_env.designer.result import Design
 from magfold_env.designer.suites import load_suite
-from magfold_env.ensembles import Ensemble, ensemble
+from magfold_env.ensembles.releases import Ensemble, ensemble
+from magfold_env.ensembles.sweeps import Sweep, sweep
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.files import configs_dir
-from magfold_env.sweeps import Sweep, sweep
 
 SCENE = mf.Scene(sequence=("NSNS", "SN-N"), duration=0.01)
 KEY: dict[str, Any] = {"seed": 1, "settings": {"n": [1, 2]}}

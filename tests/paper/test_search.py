@@ -46,7 +46,7 @@ def test_rounds_keep_what_is_best_and_go_on(
     def refuse(*args: object) -> None:
         raise AssertionError("nothing is released again")
 
-    monkeypatch.setattr("magfold_env.ensembles.run_one", refuse)
+    monkeypatch.setattr("magfold_env.ensembles.releases.run_one", refuse)
     with Progress(disable=True) as progress:
         again = search.search(tmp_path, progress)
     assert [search.record(each) for each in again[1]] == [row]

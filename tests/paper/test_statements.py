@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magfold_env.ensembles import Ensemble, Run
+from magfold_env.ensembles.releases import Ensemble, Run
 from magfold_env.minimiser import Mode
 from magfold_env.paper.statements import HOLDS, RELEASES, Released, clear, on_the_way
 from magfold_env.scene import load_scene

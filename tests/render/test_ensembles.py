@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 import magfold_env as mf
-from magfold_env.ensembles import Bar, Run, bars
+from magfold_env.ensembles.releases import Bar, Run, bars
 from magfold_env.render import draw_ensemble
 from magfold_env.render.ensembles import SLOTS, bar_chart
 from magfold_env.shapes import headings, word_to_angles

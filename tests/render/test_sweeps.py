@@ -7,11 +7,11 @@ import pytest
 from PIL import Image
 
 import magfold_env as mf
-from magfold_env.ensembles import Run
+from magfold_env.ensembles.releases import Run
+from magfold_env.ensembles.sweeps import Outcome, scenes
 from magfold_env.render import draw_sweep
 from magfold_env.render.sweeps import LINES, MAPS, chart
 from magfold_env.shapes import headings, word_to_angles
-from magfold_env.sweeps import Outcome, scenes
 
 pytest.importorskip("matplotlib.figure")
 

@@ -4,7 +4,7 @@ import numpy as np
 
 import magfold_env as mf
 from magfold_env.designer.annealing import sequence_of_signs, stable_signs
-from magfold_env.ensembles import generator, release
+from magfold_env.ensembles.releases import generator, release
 
 WORD = "LLLRLLRLRLR"
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.ensembles import Run
+from magfold_env.ensembles.releases import Run
 from magfold_env.fold import FoldStatus
 from magfold_env.reporting.intervals import share
 

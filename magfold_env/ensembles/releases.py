@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 import os
 from collections import Counter
@@ -22,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.files import physics_digest, reading_json, write_text
+from magfold_env.files import physics_digest, reading_json, write_json, write_text
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.parallel import Backend, Workers, finished
@@ -226,10 +225,7 @@ class Ensemble:
 
     def to_json(self, path: str | Path) -> None:
         """Write everything as JSON, under a temporary name first; `from_json` reads it."""
-        data = self.to_dict()
-        runs = ",\n  ".join(json.dumps(run, allow_nan=False) for run in data.pop("runs"))
-        head = json.dumps(data, indent=1, allow_nan=False).removesuffix("\n}")
-        write_text(path, f'{head},\n "runs": [\n  {runs}\n ]\n}}\n')
+        write_json(path, self.to_dict(), listed="runs")
 
     @classmethod
     def from_json(cls, path: str | Path) -> Ensemble:
@@ -461,8 +457,13 @@ def bars(ensemble: Ensemble) -> list[Bar]:
 
 def _shares(entries: list[K]) -> dict[K, Share]:
     """Return the share of each entry, most frequent first, equally frequent ones sorted."""
-    counts = sorted(Counter(entries).items(), key=lambda item: (-item[1], str(item[0])))
-    return {entry: share(count, len(entries)) for entry, count in counts}
+    counts = most_first(Counter(entries))
+    return {entry: share(count, len(entries)) for entry, count in counts.items()}
+
+
+def most_first(counts: Counter[K]) -> Counter[K]:
+    """Return counts, largest first, equal ones by name."""
+    return Counter(dict(sorted(counts.items(), key=lambda item: (-item[1], str(item[0])))))
 
 
 def outcome_row(word: str, status: FoldStatus, found: Share) -> Row:

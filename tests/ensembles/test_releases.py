@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env import ensembles, files
+from magfold_env import files
 from magfold_env.checkpoint import CheckpointError
-from magfold_env.ensembles import generator, release
+from magfold_env.ensembles import releases
+from magfold_env.ensembles.releases import generator, release
 from magfold_env.parallel import Backend
 from magfold_env.scene import Spreads
 from tests.killed import run_until_killed
@@ -82,8 +83,8 @@ def test_what_was_made_is_not_made_again(
 ) -> None:
     mf.ensemble(TUBE, 7, seed=3, state=tmp_path)
     asked: list[int] = []
-    real = ensembles.run_one
-    monkeypatch.setattr(ensembles, "run_one", lambda *task: asked.append(task[-1]) or real(*task))
+    real = releases.run_one
+    monkeypatch.setattr(releases, "run_one", lambda *task: asked.append(task[-1]) or real(*task))
     assert bits(mf.ensemble(TUBE, RUNS, seed=3, state=tmp_path, workers=1)) == bits(made)
     assert asked == list(range(7, RUNS))
     mf.ensemble(TUBE, 4, seed=3, state=tmp_path)
@@ -141,7 +142,7 @@ def test_a_state_of_other_physics_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mf.ensemble(TUBE, 1, state=tmp_path)
-    monkeypatch.setattr(ensembles, "physics_digest", lambda: "other")
+    monkeypatch.setattr(releases, "physics_digest", lambda: "other")
     with pytest.raises(
         CheckpointError, match=r"whose physics is '\w+' where this one's is 'other'"
     ):

@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env import sweeps
 from magfold_env.checkpoint import CheckpointError
-from magfold_env.ensembles import release
+from magfold_env.ensembles import sweeps
+from magfold_env.ensembles.releases import release
+from magfold_env.ensembles.sweeps import Outcome
 from magfold_env.simulation import pack
-from magfold_env.sweeps import Outcome
 from tests.killed import run_until_killed
 
 SCENE = release(mf.load_scene("paper/sequence-1"), "backward", 0.1).replace(

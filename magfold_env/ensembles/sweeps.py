@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,10 +12,10 @@ from inspect import isclass
 from itertools import pairwise, product
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, Union, cast, get_args, get_origin
 
-from magfold_env.ensembles import Ensemble, Run, outcome_row, released
-from magfold_env.files import reading_json, write_text
+from magfold_env.ensembles.releases import Ensemble, Run, most_first, outcome_row, released
+from magfold_env.files import reading_json, write_json, write_text
 from magfold_env.fold import FoldStatus
 from magfold_env.parallel import Backend, Workers
 from magfold_env.reporting.intervals import Share
@@ -24,8 +23,6 @@ from magfold_env.reporting.tables import Row, to_csv
 from magfold_env.scene import Problem, Scene, SceneError, errors
 from magfold_env.scene.base import Part, plain
 from magfold_env.shapes import parse_word
-
-K = TypeVar("K")
 
 FORMAT = "magfold_env sweep 1"
 
@@ -74,7 +71,7 @@ def outcomes(made: Ensemble) -> Counter[Outcome]:
     for (word, status), found in made.outcomes.items():
         folded = status is FoldStatus.FOLDED
         counts[Outcome(word if folded else None, status)] += found.successes
-    return _sorted(counts)
+    return most_first(counts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +104,7 @@ class Sweep:
     @cached_property
     def leading(self) -> Counter[Outcome]:
         """How many runs of all points ended in what, see `outcomes`."""
-        return _sorted(sum(map(outcomes, self.ensembles), Counter[Outcome]()))
+        return most_first(sum(map(outcomes, self.ensembles), Counter[Outcome]()))
 
     def probability(self, word: str | None = None, status: str | None = None) -> list[Share]:
         """Return the probability of a word, of a status, or of both together, at each point.
@@ -127,7 +124,7 @@ class Sweep:
         return [
             {**point, **outcome_row(*ends, each.probability(*ends))}
             for point, each in zip(self.points, self.ensembles, strict=True)
-            for ends in _sorted(counts)
+            for ends in most_first(counts)
         ]
 
     def to_csv(self, path: str | Path) -> None:
@@ -152,10 +149,7 @@ class Sweep:
 
     def to_json(self, path: str | Path) -> None:
         """Write everything as JSON, under a temporary name first; `from_json` reads it."""
-        data = self.to_dict()
-        lines = ",\n  ".join(json.dumps(each, allow_nan=False) for each in data.pop("points"))
-        head = json.dumps(data, indent=1, allow_nan=False).removesuffix("\n}")
-        write_text(path, f'{head},\n "points": [\n  {lines}\n ]\n}}\n')
+        write_json(path, self.to_dict(), listed="points")
 
     @classmethod
     def from_json(cls, path: str | Path) -> Sweep:
@@ -316,8 +310,3 @@ def _nested(point: Mapping[str, float]) -> dict[str, Any]:
         # Where a scene asks for a whole number it takes no other; elsewhere it takes both.
         inner[name] = int(value) if value % 1.0 == 0.0 and abs(value) < _LARGEST else value
     return changes
-
-
-def _sorted(counts: Counter[K]) -> Counter[K]:
-    """Return counts, largest first, equal ones by name."""
-    return Counter(dict(sorted(counts.items(), key=lambda item: (-item[1], str(item[0])))))
