@@ -8,7 +8,6 @@ arcs, each integrated without knowledge of the one before. A fold consists of su
 orders, and methods that build on past steps, lose on short ones what they win on long ones.
 """
 
-import importlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,13 +18,9 @@ import numpy as np
 from magfold_env.benchmarks.presentation import panels_by
 from magfold_env.engine.state import Array
 from magfold_env.laws import smooth_motion
-from magfold_env.laws.exact_magnets import COULOMB, FACES, faces_of
-from magfold_env.laws.mechanics import equation_39, levers
 from magfold_env.laws.smooth_motion import ADAPTIVE, DOP853, Integrator, Run, SmoothProblem
 from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.scene import Scene
-from magfold_env.shapes import centres
 
 ENGINE = "engine"
 DEFAULT = 1e-3  # tolerance of a scene that names none [rad]
@@ -36,7 +31,6 @@ BOUNDED = tuple(10.0**-k for k in range(3, 10))  # where the engine's error must
 TARGETS = (1e-3, 1e-6, 1e-9)  # errors at which integrators are compared [rad]
 ALLOWED = 10.0  # true error of the engine over its tolerance
 WANTED = 20.0  # time of double Euler over the engine's, for the same error
-CHECK_NODES = 4  # a pole face, in the independent check
 FEWEST_STEPS = 64
 NEAR = 0.95  # how near, from below, errors count as the same
 
@@ -136,9 +130,6 @@ def run(quick: bool, progress: Progress) -> Measurement:
     ]
     for problem, tick in tables.each_case(progress, problems, lambda problem: problem.name):
         _measure(problem, QUICK if quick else FULL, found, tick)
-    if not quick:
-        progress(1.0, "independent check")
-        found.findings.extend(independent_check(problem) for problem in problems)
     return found
 
 
@@ -236,18 +227,6 @@ def needed(rows: list[Row], cost: str, error: float) -> float:
     return float(costs[k - 1] * (costs[k] / costs[k - 1]) ** share)
 
 
-def independent_check(problem: SmoothProblem) -> str:
-    """Compare the reference with SciPy's solution of the dense equations, in a sentence."""
-    scene = problem.scene
-    if scene.magnets is not None:
-        # The same fixed nodes on both sides: the check is of dynamics, not of quadrature.
-        scene = scene.replace(magnets={"nodes": CHECK_NODES})
-    same = SmoothProblem(problem.name, scene)
-    mine = DOP853.prepare(same, EXACT)().angles
-    error = float(np.abs(mine - solve_dense(scene, problem.until)).max())
-    return f"{problem.name}: SciPy on dense equation 39 differs by {error:.1e} rad at the end"
-
-
 def draw(rows: list[Row]) -> Any:
     """Work-precision diagrams: error against run time, a panel a problem."""
     labels = "run time, calls' overhead off [s]", "largest error of a heading [rad]"
@@ -319,68 +298,3 @@ def fewest(rows: list[Row], error: float) -> float:
     """Fewest evaluations of the settings that reach an error; nan if none does."""
     counts = [float(row["evaluations"]) for row in rows if float(row["error [rad]"]) <= error]
     return min(counts, default=math.nan)
-
-
-# --- the independent check: equation 39 with dense matrices and a plain sum over poles ----------
-# Nothing below uses the engine's kernels.
-
-
-def dense_accelerations(scene: Scene, angles: Array, rates: Array) -> Array:
-    """Return angular accelerations (n,) [rad/s²] of the pinned chain."""
-    arm = levers(scene)
-    coupling = arm.T @ (scene.masses[:, None] * arm)
-    force, torque = node_forces(scene, angles)
-    force = force + scene.masses[:, None] * np.asarray(scene.gravity.in_plane)
-    pull = torque + np.cos(angles) * (arm.T @ force[:, 1]) - np.sin(angles) * (arm.T @ force[:, 0])
-    return equation_39(coupling, np.diag(scene.inertias), angles, rates, pull)
-
-
-def node_forces(scene: Scene, angles: Array) -> tuple[Array, Array]:
-    """Return forces (n, 2) [N] and torques about the centres (n,) [N·m], node by node.
-
-    Needs a fixed number of nodes a pole face (``magnets.nodes``).
-    """
-    n, magnets = scene.n, scene.magnets
-    if magnets is None:
-        return np.zeros((n, 2)), np.zeros(n)
-    places = centres(angles, scene.casing.side)
-    faces = faces_of(scene, places, angles)
-    offset, share = np.polynomial.legendre.leggauss(magnets.nodes or 1)
-    along = faces.size[:, :1] / 2.0 * offset
-    x = (faces.centre[:, None] + along[..., None] * faces.along[:, None]).reshape(-1, 2)
-    charge = np.outer(faces.charge, share / 2.0).ravel()
-    height = np.repeat(faces.size[:, 1], offset.size)
-    owner = np.repeat(np.arange(n), FACES * offset.size)
-    arm, away = x - places[owner], x[:, None] - x[None, :]
-    square = (away**2).sum(axis=-1)
-    other = owner[:, None] != owner[None, :]
-    square[~other] = 1.0
-    # The force between two upright lines on one plane: with equal heights H, ρ and √(ρ² + H²).
-    half_sum, half_difference = 0.5 * (height[:, None] + height), 0.5 * (height[:, None] - height)
-    law = 2.0 / (square * (np.sqrt(square + half_difference**2) + np.sqrt(square + half_sum**2)))
-    weight = COULOMB * other * law * charge[:, None] * charge[None, :]
-    pull = (weight[..., None] * away).sum(axis=1)
-    torque = (arm[:, 0] * pull[:, 1] - arm[:, 1] * pull[:, 0]).reshape(n, -1)
-    return pull.reshape(n, -1, 2).sum(axis=1), torque.sum(axis=1)
-
-
-def solve_dense(scene: Scene, until: float, tolerance: float = 1e-13) -> Array:
-    """Return the headings (n,) of the chain at the time ``until`` [s], by SciPy's DOP853 from rest.
-
-    Raises
-    ------
-    RuntimeError
-        If SciPy gives up.
-    """
-    solve_ivp: Any = importlib.import_module("scipy.integrate").solve_ivp  # slow to import
-    n = scene.n
-
-    def slope(_: float, y: Array) -> Array:
-        return np.concatenate([y[n:], dense_accelerations(scene, y[:n], y[n:])])
-
-    start = np.zeros(2 * n)
-    start[1:n] = np.cumsum(np.asarray(scene.start_angles))
-    run: Any = solve_ivp(slope, (0.0, until), start, "DOP853", rtol=tolerance, atol=tolerance)
-    if not run.success:
-        raise RuntimeError(f"SciPy: {run.message}")
-    return run.y[:n, -1]

@@ -12,15 +12,6 @@ from magfold_env.shapes import centres
 Floats = npt.NDArray[np.float64]
 
 
-def levers(scene: Scene) -> Floats:
-    """How far each link's turning carries each centre [m], shape (n, n).
-
-    Component i's centre is moved by links k < i over their whole lengths, by its own over half.
-    """
-    n = scene.n
-    return scene.casing.diagonal * (np.tril(np.ones((n, n)), -1) + 0.5 * np.eye(n))
-
-
 def equation_39(
     coupling: Floats, inertia: Floats, angles: Floats, rates: Floats, pull: Floats
 ) -> Floats:

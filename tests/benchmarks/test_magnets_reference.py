@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks import smooth
 from magfold_env.benchmarks.magnets.peers import Peer, installed
 from magfold_env.benchmarks.magnets.samples import sample_of
 from magfold_env.laws import exact_magnets
 from magfold_env.scene import Magnets, Scene
-from magfold_env.shapes import centres
 from tests.benchmarks.magnet_pairs import SIDE, alike, unequal
 from tests.engine import reference as engine_reference
 
@@ -83,17 +81,6 @@ def test_two_unequal_faces_meet_a_sum_over_point_charges():
     arm = here - np.append(offset[0], 0.0)
     np.testing.assert_allclose(pull[0], forces.sum(axis=0)[:2], rtol=1e-9)
     assert moment[0] == pytest.approx(np.cross(arm, forces).sum(axis=0)[2], rel=1e-9)
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_the_dense_equations_sum_over_the_same_unequal_strips(seed):
-    scene, _ = unequal(seed)
-    scene = scene.replace(magnets={"nodes": 5})
-    angles = np.array([0.2, -0.3])
-    found = smooth.node_forces(scene, angles)
-    expected = engine_reference.magnet_forces(centres(angles, SIDE), angles, scene, 5)
-    for mine, theirs in zip(found, expected, strict=False):
-        np.testing.assert_allclose(mine, theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
 
 
 def test_the_flush_force_is_the_strongest_faces():

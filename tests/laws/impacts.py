@@ -8,40 +8,17 @@ from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.workspace import new_state, new_work
-from magfold_env.laws.mechanics import Floats, levers
 from magfold_env.laws.random_scenes import random_word
 from magfold_env.scene import Scene
 from magfold_env.shapes import word_to_angles
 from magfold_env.simulation.pack import pack
+from tests.engine import reference
 
 Extended = npt.NDArray[np.longdouble]
 
 TINY = np.finfo(np.float64).tiny
 ROUNDING = 64 * float(np.finfo(np.longdouble).eps)
 DEPENDENT = 1e3 * ROUNDING  # share of a column left outside the span of others
-
-
-def centre_jacobian(scene: Scene, angles: Floats) -> Floats:
-    """Velocities of the centres for unit rates and unit velocities of the base.
-
-    Returns
-    -------
-    (2, n, n + 2) array
-        Axis, component, coordinate.
-    """
-    n, arm = scene.n, levers(scene)
-    jacobian = np.zeros((2, n, n + 2))
-    jacobian[0, :, :n] = -arm * np.sin(angles)
-    jacobian[1, :, :n] = arm * np.cos(angles)
-    jacobian[0, :, n] = jacobian[1, :, n + 1] = 1.0
-    return jacobian
-
-
-def mass_matrix(scene: Scene, angles: Floats) -> Floats:
-    """Mass matrix of the headings and the base, shape (n + 2, n + 2)."""
-    jacobian = centre_jacobian(scene, angles)
-    spin = np.diag(np.append(scene.inertias, [0.0, 0.0]))
-    return np.einsum("aik,i,ail->kl", jacobian, scene.masses, jacobian) + spin
 
 
 def nearest_admissible(
@@ -214,7 +191,9 @@ def impact_error(seed: int) -> float | None:
     after = before.copy()
     if not dynamics.project(model, state, after, work, NEVER_SLOW):
         raise ArithmeticError(f"no velocity after the impact of seed {seed}")
-    mass = mass_matrix(scene, state.q[:n])[:free, :free]
+    mass = reference.mass_matrix(state.q, scene.casing.side, scene.masses, scene.inertias)[
+        :free, :free
+    ]
     expected, doubt = nearest_admissible(mass, work.rows.jacobian[:row, :free], before[:free])
     if doubt > CERTAIN:
         return None
