@@ -1,11 +1,11 @@
-"""What the commands of this package share: options, a bar of progress, how errors are reported."""
+"""What the commands of this package share: options, a bar of progress, tables, errors."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Annotated
 
 import typer
-from rich import console, progress, text
+from rich import box, console, progress, table, text
 
 EnvConfig = Annotated[str, typer.Option(help="Training settings that give the environment.")]
 EnvChanges = Annotated[
@@ -50,3 +50,18 @@ def progress_bar() -> progress.Progress:
         progress.TimeElapsedColumn(),
         progress.TimeRemainingColumn(),
     )
+
+
+def text_table(title: str, rows: Sequence[Mapping[str, str]]) -> table.Table:
+    """Return a table of rows with the same keys, which head the columns; intervals have a line."""
+    shown = table.Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
+    cells = [[cell.replace(" (", "\n(") for cell in row.values()] for row in rows]
+    first, *others = rows[0]
+    shown.add_column(first, overflow="fold")
+    for k, name in enumerate(others, start=1):
+        # Headings may be broken, cells not.
+        width = max(len(line) for row in cells for line in row[k].splitlines() or [""])
+        shown.add_column(name, justify="right", min_width=width)
+    for row in cells:
+        shown.add_row(*row)
+    return shown

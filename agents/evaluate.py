@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
+from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors, text_table
 from agents.evaluation import episodes, page, policies, report
 from agents.settings import EnvSettings, env_settings
 from magfold_env.envs.tasks.draws import evaluation_seeds
@@ -71,7 +71,10 @@ def compare(
     every = [*_usual(methods, settings, console), *methods]
     results = evaluate(every, settings, draws, processes, built, trust_pickle)
     summaries = report.summarise(results)
-    console.print(report.targets_table(summaries), report.overall_table(summaries))
+    console.print(
+        text_table("Success by target", report.targets_rows(summaries)),
+        text_table("In all", report.overall_rows(summaries)),
+    )
     seeds = evaluation_seeds(draws)
     report.write_results(folder / "results.json", settings, every, seeds, results, summaries)
     pictures = page.draw(folder, results, summaries)

@@ -13,9 +13,9 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich import box, console, table
+from rich import console
 
-from agents.commands import Assignments, reported_errors
+from agents.commands import Assignments, reported_errors, text_table
 from agents.evaluate import evaluate
 from agents.evaluation import intervals, report
 from agents.settings import EnvSettings, TrainSettings, env_settings, load_settings
@@ -26,6 +26,8 @@ from magfold_env.files import write_text
 from magfold_env.shapes import folded_words, mirror
 
 FORMAT = "magfold_env generalisation 1"
+DIFFERENCES = ("lost", "ahead of it, held out")
+"""Rows of the summary that are not rates."""
 DEAL = 0
 """Seed of the deal, so that one length has one deal for all methods."""
 
@@ -131,17 +133,6 @@ def summary(
     return rows
 
 
-def show(rows: dict[str, intervals.Estimate], folds: int) -> table.Table:
-    """Return the table of a summary."""
-    shown = table.Table(title=f"Words held out, {folds} folds", box=box.SIMPLE_HEAD)
-    shown.add_column("")
-    shown.add_column("success (95 %)", justify="right")
-    for name, each in rows.items():
-        differs = name in ("lost", "ahead of it, held out")
-        shown.add_row(name, each.points(" points") if differs else str(each))
-    return shown
-
-
 def main(
     config: Annotated[str, typer.Argument(help="Training settings.")] = "ppo-floor-8",
     components: Annotated[int, typer.Option(min=2, help="Length of the chain.")] = 8,
@@ -178,7 +169,11 @@ def main(
             words = [word for held in dealt for word in held]
             other = play(against, places, words, draws, processes)
     rows = summary(found, other)
-    console.Console().print(show(rows, folds))
+    told = [
+        {"": name, "success (95 %)": each.points(" points") if name in DIFFERENCES else str(each)}
+        for name, each in rows.items()
+    ]
+    console.Console().print(text_table(f"Words held out, {folds} folds", told))
     content = {
         "format": FORMAT,
         "env": places.model_dump(mode="json"),

@@ -15,11 +15,10 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich import box, console
-from rich.table import Table
+from rich import console
 
 from agents.baselines.searches import SEARCHES, frozen_by
-from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
+from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors, text_table
 from agents.evaluation import episodes, intervals, policies, report
 from agents.evaluation.page import make_figure
 from agents.settings import EnvSettings, env_settings
@@ -130,18 +129,6 @@ def training_calls(method: report.Method, n: int) -> list[int] | None:
     return [policies.TrainedPolicy.load(path).training_steps // n for path in method.policies]
 
 
-def table(found: Mapping[str, Sequence[intervals.Estimate]], budgets: Sequence[int]) -> Table:
-    """Return a table with a row for each method and a column for each budget."""
-    title = "Success [%] with so many physics calls a target"
-    shown = Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    shown.add_column("", overflow="fold")
-    for k in budgets:
-        shown.add_column(str(k), justify="right", no_wrap=True)
-    for name, row in found.items():
-        shown.add_row(name, *(str(each).replace(" % (", "\n(") for each in row))
-    return shown
-
-
 def draw(
     path: Path, found: Mapping[str, Sequence[intervals.Estimate]], budgets: Sequence[int]
 ) -> None:
@@ -209,8 +196,12 @@ def main(
     output.mkdir(parents=True, exist_ok=True)
     write_text(output / "sample-cost.json", json.dumps(content) + "\n")
     draw(output / "sample-cost.png", found, budgets)
+    rows = [
+        {"": name, **{str(k): str(each) for k, each in zip(budgets, row, strict=True)}}
+        for name, row in found.items()
+    ]
     out = console.Console()
-    out.print(table(found, budgets))
+    out.print(text_table("Success with so many physics calls a target", rows))
     out.print(f"written: {output / 'sample-cost.json'}, {output / 'sample-cost.png'}")
 
 

@@ -11,8 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich import box
-from rich.table import Table
 
 from agents.evaluation import episodes, intervals
 from agents.evaluation.shipped import shipped_files, shipped_names
@@ -197,34 +195,16 @@ def summarise(results: Results) -> dict[str, Summary]:
     return found
 
 
-def overall_table(summaries: Mapping[str, Summary]) -> Table:
-    """Return a table of what is said of each method as a whole, a row a method."""
-    rows = [
-        {column: cell.replace(" (", "\n(") for column, cell in row.items()}
-        for row in overall_rows(summaries)
+def targets_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
+    """Return successes, a row a target and a column a method."""
+    counts = {
+        name: {word: f"{s.successes}/{s.trials}" for word, s in each.targets.items()}
+        for name, each in summaries.items()
+    }
+    targets = next(iter(summaries.values())).targets
+    return [
+        {"target": word, **{name: each[word] for name, each in counts.items()}} for word in targets
     ]
-    table = Table(title="In all", box=box.SIMPLE_HEAD, padding=(0, 1, 1, 0), show_edge=False)
-    first, *others = rows[0]
-    table.add_column(first, overflow="fold")
-    for name in others:
-        # Headings may be broken, cells not.
-        width = max(len(line) for row in rows for line in row[name].splitlines())
-        table.add_column(name, justify="right", min_width=width)
-    for row in rows:
-        table.add_row(*row.values())
-    return table
-
-
-def targets_table(summaries: Mapping[str, Summary]) -> Table:
-    """Return a table of successes with a row for each target and a column for each method."""
-    table = Table(title="Success by target")
-    table.add_column("target")
-    for name in summaries:
-        table.add_column(name, justify="right")
-    for target in next(iter(summaries.values())).targets:
-        shares = [summary.targets[target] for summary in summaries.values()]
-        table.add_row(target, *(f"{s.successes}/{s.trials}" for s in shares))
-    return table
 
 
 def overall_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:

@@ -6,9 +6,16 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from agents.commands import text_table
 from agents.evaluation.episodes import Outcome
 from agents.evaluation.policies import OpenLoop
-from agents.evaluation.report import Method, overall_table, summarise, targets_table, write_results
+from agents.evaluation.report import (
+    Method,
+    overall_rows,
+    summarise,
+    targets_rows,
+    write_results,
+)
 from agents.settings import EnvSettings
 from magfold_env.reporting.intervals import share
 from magfold_env.shapes import word_to_angles
@@ -72,10 +79,10 @@ def shown(table: object) -> dict[str, list[str]]:
 
 def test_the_tables_count_by_target_and_overall() -> None:
     summaries = summarise(RESULTS)
-    by_target = shown(targets_table(summaries))
+    by_target = shown(text_table("", targets_rows(summaries)))
     assert by_target["LRLLL"] == ["0/2", "3/4"]
     assert by_target["RRRLR"] == ["0/1", "2/2"]
-    overall = shown(overall_table(summaries))
+    overall = shown(text_table("", overall_rows(summaries)))
     assert overall["good"][:2] == str(summaries["good"].success).split()[:2]
     assert overall["minimiser"][-1] == "−0.500"
     assert overall["good"][-1] == "+0.200"
