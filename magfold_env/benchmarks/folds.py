@@ -278,7 +278,7 @@ def measure(name: str, kind: str, scene: Scene, effort: ContactEffort) -> list[R
     """Return a row for each method and tolerance."""
     finest = min(effort.tolerances) / FINER
     exact = recorded_fold(scene, finest)
-    moved = error_on_the_way(recorded_fold(runs.nudged(scene), finest), exact)
+    moved = runs.difference(recorded_fold(runs.nudged(scene), finest), exact)
     tasks = {setting: _task(scene, *setting) for setting in effort.settings}
     times = timing.take_turns(tasks, effort.rounds, shortest=0.0)
     rows: list[Row] = []
@@ -292,7 +292,7 @@ def measure(name: str, kind: str, scene: Scene, effort: ContactEffort) -> list[R
                 "method": method,
                 "tolerance [rad]": tolerance,
                 "final error [rad]": runs.final_difference(end, exact),
-                "error [rad]": error_on_the_way(end, exact),
+                "error [rad]": runs.difference(end, exact),
                 "word": end.word,
                 "status": end.status.value,
                 "sensitivity [rad]": moved,
@@ -308,20 +308,6 @@ def measure(name: str, kind: str, scene: Scene, effort: ContactEffort) -> list[R
 def recorded_fold(scene: Scene, tolerance: float) -> Fold:
     """Simulate a drawn scene at a tolerance [rad] and record it."""
     return runs.recorded(Setting("adaptive", tolerance).on(scene))
-
-
-def error_on_the_way(run: Fold, exact: Fold) -> float:
-    """Largest difference of a relative angle from frame to frame [rad], the ends' included."""
-    mine, other = _joints(run), _joints(exact)
-    both = max(len(mine), len(other))
-    mine, other = (np.concatenate([j, np.repeat(j[-1:], both - len(j), 0)]) for j in (mine, other))
-    return float(np.abs(mine - other).max())
-
-
-def _joints(run: Fold) -> Array:
-    """Relative angles at equal intervals, then at the end (m, n − 1) [rad]."""
-    assert run.trajectory is not None
-    return np.diff(np.concatenate([run.trajectory.angles, run.angles[None]]), axis=1)
 
 
 def _task(scene: Scene, method: str, tolerance: float) -> timing.Task:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks import folds, parts
+from magfold_env.benchmarks import folds, parts, runs
 from magfold_env.benchmarks.folds import ContactEffort, moreau_only, recorded_fold
 from magfold_env.benchmarks.parts import Part
 from magfold_env.benchmarks.runs import CLOSE
@@ -69,8 +69,8 @@ def test_moreau_alone_takes_more_steps_to_the_same_word():
     assert steps.steps > 2 * events.steps
     # Moreau's steps take two evaluations and a bit, Dormand and Prince's six.
     assert steps.evaluations < 4 * steps.steps
-    assert folds.error_on_the_way(steps, events) < 0.1
-    assert folds.error_on_the_way(events, events) == 0.0
+    assert runs.difference(steps, events) < 0.1
+    assert runs.difference(events, events) == 0.0
 
 
 @pytest.mark.slow

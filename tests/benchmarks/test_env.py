@@ -1,8 +1,5 @@
 """The environments' benchmark: who plays what, what counts as Python's share, and the report."""
 
-import json
-from functools import cache
-
 import gymnasium
 import numpy as np
 import pytest
@@ -28,6 +25,7 @@ from magfold_env.engine.compile.jit import numba_config
 from magfold_env.envs.spaces import observation
 from magfold_env.envs.spaces.actions import ActionTable
 from magfold_env.reporting.timing import Timing
+from tests.benchmarks.command import measuring
 
 OPTIONS = {"fidelity": "quasistatic", "actions": "box"}
 
@@ -131,19 +129,7 @@ def test_absent_peers_are_reported(monkeypatch):
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
-    """Function that has the command measure a part, once, and returns it and its files' names."""
-    pytest.importorskip("matplotlib.figure")
-
-    @cache
-    def measure(name):
-        out = tmp_path_factory.mktemp(name) / "out"
-        arguments = ["bench", "env", "--quick", "--only", name, "--out", str(out)]
-        result = CliRunner().invoke(app.app, arguments)
-        assert result.exit_code == 0, result.stderr
-        data = json.loads((out / "env.json").read_text(encoding="utf-8"))
-        return data["parts"][name], {path.name for path in out.iterdir()}
-
-    return measure
+    return measuring("env", tmp_path_factory)
 
 
 @pytest.mark.parametrize("name", [name for name, part in BENCHMARKS["env"].items() if part.draw])

@@ -1,8 +1,5 @@
 """The magnets benchmark: what is measured, its parts and their report."""
 
-import json
-from functools import cache
-
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -29,6 +26,7 @@ from magfold_env.laws import exact_magnets
 from magfold_env.reporting.tables import Measurement, growth
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
+from tests.benchmarks.command import measuring
 from tests.benchmarks.magnet_pairs import SIDE, alike
 from tests.reference import magnet_field
 
@@ -229,18 +227,7 @@ LITTLE = accuracy.Effort(12, 2, 1, (1, 3), (3,), (1e-2, 1e-4), 1)
     ],
 )
 def measured(request, tmp_path_factory):
-    """Function that has the command measure a part, once, and returns it and its files' names."""
-    pytest.importorskip("matplotlib.figure")
-
-    @cache
-    def measure(name):
-        out = tmp_path_factory.mktemp(name) / "out"
-        arguments = ["bench", "magnets", "--quick", "--only", name, "--out", str(out)]
-        result = CliRunner().invoke(app.app, arguments)
-        assert result.exit_code == 0, result.stderr
-        data = json.loads((out / "magnets.json").read_text(encoding="utf-8"))
-        return data["parts"][name], {path.name for path in out.iterdir()}
-
+    measure = measuring("magnets", tmp_path_factory)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scaling, "QUICK_LENGTHS", (2, 60, 80))
         patch.setattr(scaling, "NODES_AT", 4)
