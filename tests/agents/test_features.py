@@ -5,13 +5,14 @@ import pytest
 import torch
 from gymnasium import spaces
 
-from agents.features import WIDTHS, FromTheMouth
+from agents.features import FromTheMouth
 from agents.training import policy_files
 from agents.training.envs import make_training_envs
 from agents.training.models import make_model
 from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
+from magfold_env.envs.wrappers.mouth_order import WIDTHS
 from magfold_env.scene import load_scene, save_scene
 from tests.agents.training import LEARNERS, tiny
 

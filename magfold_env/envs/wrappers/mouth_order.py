@@ -1,0 +1,127 @@
+"""Observations of tube feed that are counted from the mouth of the tube.
+
+The environment lists components from the chain's first to its last, so that the one that left the
+tube last is found at another place in every step. Here it always comes first and those before it
+follow, and what is wanted is counted from the joint that folds next: what was learned at one joint
+holds at the others. What does not exist is 0. The step comes last, one-hot.
+"""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import RecordConstructorArgs
+from numpy.typing import NDArray
+
+from magfold_env.envs.spaces.observation import ObservationLayout
+
+WIDTHS = {"magnets": 4, "speed": 1, "heading": 2, "rate": 1, "position": 2, "velocity": 2}
+"""Groups of the observation that list components, and their entries for each."""
+
+LETTERS = 3
+"""Entries of a wanted letter."""
+
+
+def mouth_order(n: int, width: int, backward: bool) -> NDArray[np.int64]:
+    """Return for each step, 0 to n, which entries to take, in order: (n + 1, entries).
+
+    What is wanted comes first, `width` entries a joint, then the chain of `n` components. What does
+    not exist is numbered one beyond the last entry. `backward`: component ``n`` leaves first.
+    """
+    layout = ObservationLayout(n, side=1.0, words=())
+    target = slice(0, width * (n - 1))
+    missing = target.stop + layout.size
+
+    entries = np.arange(missing)
+
+    def group(span: slice, width: int) -> NDArray[np.int64]:
+        """Return the entries of a group, a row for each component or joint, in order of feed."""
+        rows = entries[span].reshape(-1, width)
+        return rows[::-1] if backward else rows
+
+    def pick(rows: NDArray[np.int64], places: NDArray[np.int64]) -> NDArray[np.int64]:
+        exists = (places >= 0) & (places < len(rows))
+        return np.where(exists[:, None], rows[places % len(rows)], missing).ravel()
+
+    wanted = group(target, width)
+    angles = target.stop + group(layout.slices["joint"], 1)
+    components = [target.stop + group(layout.slices[name], each) for name, each in WIDTHS.items()]
+    steps: list[NDArray[np.int64]] = []
+    for step in range(n + 1):
+        # The joint that folds next lies between the component that is out and the next one.
+        ahead = np.arange(step - 1, step + n - 2)
+        behind = np.arange(step - 2, step - n - 1, -1)
+        out = np.arange(step - 1, step - n - 1, -1)
+        known = [pick(wanted, ahead), pick(wanted, behind), pick(angles, behind)]
+        steps.append(np.concatenate(known + [pick(rows, out) for rows in components]))
+    return np.array(steps)
+
+
+class MouthOrder:
+    """Puts observations of ``MagFold/TubeFeed-v0`` in order, one or many.
+
+    Parameters
+    ----------
+    layout : ObservationLayout
+        The environment's own.
+    backward : bool
+        Whether component ``n`` leaves the tube first.
+
+    Raises
+    ------
+    ValueError
+        If the layout is that of another environment.
+    """
+
+    def __init__(self, layout: ObservationLayout, backward: bool) -> None:
+        if layout.words != ("target",) or layout.extra:
+            raise ValueError(
+                f"env: observations of {', '.join(layout.slices)} are not allowed; "
+                "must be those of MagFold/TubeFeed-v0"
+            )
+        self._order = mouth_order(layout.n, LETTERS, backward)
+        self._released = layout.slices["released"]
+
+    @property
+    def space(self) -> spaces.Box:
+        """The space of one observation."""
+        return spaces.Box(-1.0, 1.0, (sum(self._order.shape),), np.float32)
+
+    def __call__(self, entries: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the observations, (…, entries), in order."""
+        step = entries[..., self._released].sum(axis=-1).round().astype(np.int64)
+        padded = np.concatenate([entries, np.zeros_like(entries[..., :1])], axis=-1)
+        ordered = np.take_along_axis(padded, self._order[step], axis=-1)
+        one_hot = np.eye(len(self._order), dtype=np.float32)[step]
+        return np.concatenate([ordered, one_hot], axis=-1)
+
+
+class MouthOrderObservation(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):
+    """Counts observations of ``MagFold/TubeFeed-v0`` from the mouth of the tube.
+
+    The vector form is `magfold_env.envs.wrappers.vector.MouthOrderObservation`. The goal
+    environment is refused: hindsight changes goals afterwards, so that its learners have to put
+    observations in order themselves, by `mouth_order`.
+
+    Parameters
+    ----------
+    env : gymnasium.Env
+        The environment.
+
+    Raises
+    ------
+    ValueError
+        If it is another one.
+    """
+
+    def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
+        RecordConstructorArgs.__init__(self)
+        super().__init__(env)
+        backward = env.get_wrapper_attr("scene").feed.direction == "backward"
+        self._ordered = MouthOrder(env.get_wrapper_attr("layout"), backward)
+        self.observation_space = self._ordered.space
+
+    def observation(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the observation in order."""
+        return self._ordered(observation)
