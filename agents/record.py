@@ -1,0 +1,139 @@
+"""Episodes as a dataset in Minari's format: ``python -m agents.record ENV``.
+
+For learners that see no environment. What is told of an episode at its end (its target, success and
+score) lies in its metadata, with the seed, from which the environment repeats it bit for bit. Every
+episode's draws are from a training seed: none is one that results are reported on.
+"""
+
+# pyright: reportMissingImports=false
+
+import warnings
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import gymnasium
+import numpy as np
+import typer
+from rich import console
+
+from agents.commands import EnvChanges, progress_bar, reported_errors
+from agents.evaluation.policies import Policy, make_policy
+from agents.settings import EnvSettings, checked, parse_assignment, put
+from agents.training.envs import make_env
+from magfold_env.envs.fold_env import FoldEnv
+
+EXTRAS = "the extras agents and minari"
+TOLD = ("target", "is_success", "score")
+"""What is kept of the info at the end of an episode."""
+
+
+def record(settings: EnvSettings, policy: str, episodes: int, seed: int, name: str) -> Any:
+    """Play so many episodes and return them as a dataset of Minari's, which keeps it on disk.
+
+    Raises
+    ------
+    ValueError
+        If there is no such policy, or it knows other environments; if there is a dataset of that
+        name, or none can be called so.
+    """
+    import minari  # noqa: PLC0415 (an extra of its own)
+
+    _check_name(name)
+    env, player = make_env(settings), make_policy(policy)
+    if policy != "random" and not isinstance(env.unwrapped, FoldEnv):
+        raise ValueError(f"policy: {policy!r} is not allowed in {settings.id}; must be random")
+    # Below 2³², as seeds of training are.
+    seeds: list[int] = np.random.SeedSequence(seed).generate_state(episodes).tolist()
+    with progress_bar() as bar:
+        task = bar.add_task(settings.id, total=episodes, note="")
+        played = [_play(env, player, each) for each in bar.track(seeds, task_id=task)]
+    with warnings.catch_warnings():
+        # Who made it, and that it is evaluated where it was recorded.
+        warnings.filterwarnings("ignore", "`.*` is set to None", UserWarning)
+        dataset = minari.create_dataset_from_buffers(
+            name,
+            [episode for episode, _ in played],
+            env=env,
+            algorithm_name=policy,
+            description=f"{settings.id}, recorded by python -m agents.record",
+            data_format="hdf5",
+        )
+    dataset.storage.update_episode_metadata(
+        [{key: end[key] for key in TOLD if key in end} for _, end in played]
+    )
+    return dataset
+
+
+def _check_name(name: str) -> None:
+    import minari  # noqa: PLC0415
+    from minari.dataset.minari_dataset import parse_dataset_id  # noqa: PLC0415
+
+    try:
+        parse_dataset_id(name)
+    except (ValueError, TypeError):
+        allowed = "must be such as magfold/TubeFeed/random-v0, of letters, digits, - and _"
+        raise ValueError(f"dataset: {name!r} is not allowed; {allowed}") from None
+    if name in minari.list_local_datasets():
+        raise ValueError(f"dataset: {name!r} is there already; must be a new name")
+
+
+def _play(env: gymnasium.Env[Any, Any], player: Policy, seed: int) -> tuple[Any, dict[str, Any]]:
+    """Return an episode as Minari's buffer, and the info at its end."""
+    from minari.data_collector import EpisodeBuffer  # noqa: PLC0415
+
+    inner, rng = cast("FoldEnv[Any]", env.unwrapped), np.random.default_rng(seed)
+    observation, info = env.reset(seed=seed)
+    seen, actions = [observation], []
+    steps: list[tuple[float, bool, bool]] = []
+    while not (steps and any(steps[-1][1:])):
+        actions.append(player.act(inner, observation, rng))
+        observation, reward, terminated, truncated, info = env.step(actions[-1])
+        seen.append(observation)
+        steps.append((float(reward), terminated, truncated))
+    rewards, terminations, truncations = map(list, zip(*steps, strict=True))
+    episode = EpisodeBuffer(
+        seed=seed,
+        observations=_columns(env.observation_space, seen),
+        actions=_columns(env.action_space, actions),
+        rewards=rewards,
+        terminations=terminations,
+        truncations=truncations,
+        infos={},
+    )
+    return episode, info
+
+
+def _columns(space: gymnasium.Space[Any], values: list[Any]) -> Any:
+    """Return values of a space as Minari wants them: each part of them as one array."""
+    if isinstance(space, gymnasium.spaces.Dict):
+        return {key: _columns(part, [v[key] for v in values]) for key, part in space.items()}
+    return np.stack([np.asarray(value, dtype=space.dtype) for value in values])
+
+
+def main(
+    env_id: Annotated[str, typer.Argument(metavar="ENV", help="Such as MagFold/TubeFeed-v0.")],
+    policy: Annotated[
+        str, typer.Option(help="random, minimiser, choices (.json) or a policy (.safetensors).")
+    ] = "random",
+    env: EnvChanges = None,
+    episodes: Annotated[int, typer.Option(min=1, help="How many.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Of all draws.")] = 0,
+    dataset: Annotated[
+        str | None,
+        typer.Option(help="Minari's name of it; magfold/ENV/POLICY-v0 by default."),
+    ] = None,
+) -> None:
+    """Record episodes; MINARI_DATASETS_PATH says where, by default it is ~/.minari/datasets."""
+    with reported_errors(ValueError, extras=EXTRAS):
+        content: dict[str, Any] = {"id": env_id}
+        for change in env or []:
+            put(content, *parse_assignment(change))
+        settings = checked(EnvSettings, content, "ENV")
+        short = env_id.removeprefix("MagFold/").rpartition("-v")[0]
+        name = dataset or f"magfold/{short}/{Path(policy).stem}-v0"
+        made = record(settings, policy, episodes, seed, name)
+    console.Console(stderr=True).print(f"dataset: {name}, {made.total_steps} steps")
+
+
+if __name__ == "__main__":
+    typer.run(main)

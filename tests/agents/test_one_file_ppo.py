@@ -1,0 +1,53 @@
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import torch
+import typer
+from typer.testing import CliRunner
+
+from agents import one_file_ppo
+
+FILE = Path(one_file_ppo.__file__)
+
+app = typer.Typer()
+app.command()(one_file_ppo.main)
+
+
+def test_it_can_be_copied_away() -> None:
+    tree = ast.parse(FILE.read_text(encoding="utf-8"))
+    named = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    plain = [node.names for node in ast.walk(tree) if isinstance(node, ast.Import)]
+    named += [name.name for names in plain for name in names]
+    others = {name.partition(".")[0] for name in named} - set(sys.stdlib_module_names)
+    assert others == {"gymnasium", "magfold_env", "numpy", "rich", "torch", "typer"}
+
+
+@pytest.mark.train
+def test_the_seed_decides_the_weights(tmp_path: Path) -> None:
+    weights: list[dict[str, torch.Tensor]] = []
+    for name, seed in (("one", 3), ("two", 3), ("other", 4)):
+        file = tmp_path / name
+        options = ["--steps", "0", "--draws", "1", "--energy-steps", "3000"]
+        arguments = [*options, "--seed", str(seed), "--output", str(file)]
+        result = CliRunner().invoke(app, arguments)
+        assert result.exit_code == 0, result.output
+        assert re.search(r"greedy, held-out draws: \d+ % \(\d+–\d+\)", result.output)
+        weights.append(torch.load(file, weights_only=True))
+    one, two, other = weights
+    assert all(torch.equal(one[name], two[name]) for name in one)
+    assert not all(torch.equal(one[name], other[name]) for name in one)
+
+
+@pytest.mark.train
+@pytest.mark.slow
+def test_it_folds_95_per_cent_of_six_components() -> None:
+    run = subprocess.run(
+        [sys.executable, FILE, "--seed", "0"], capture_output=True, text=True, check=True
+    )
+    found = re.search(r"held-out draws: (\d+) %", run.stdout)
+    assert found is not None
+    assert int(found[1]) >= 95

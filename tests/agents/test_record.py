@@ -1,0 +1,89 @@
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from agents.record import main
+from agents.training import policy_files
+from agents.training.envs import make_training_envs
+from agents.training.models import make_model
+from tests.agents.training import tiny
+
+minari: Any = pytest.importorskip("minari", reason="needs the extra minari")
+
+app = typer.Typer()
+app.command()(main)
+
+
+@pytest.fixture(autouse=True)
+def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    return tmp_path
+
+
+def run(env_id: str, *options: str) -> Any:
+    return CliRunner().invoke(
+        app, [env_id, "--env", "fidelity=quasistatic", "--env", "components=3", *options]
+    )
+
+
+def each(value: Any, step: int) -> Any:
+    """Return what an array, or each of several, holds of a step."""
+    if isinstance(value, dict):
+        return {key: each(part, step) for key, part in value.items()}
+    return value[step]
+
+
+@pytest.mark.parametrize(
+    ("env_id", "actions"),
+    [
+        ("MagFold/TubeFeed-v0", "multidiscrete"),
+        ("MagFold/SequenceDesign-v0", "discrete"),
+        ("MagFold/TubeFeedGoal-v0", "dict"),
+    ],
+)
+def test_a_dataset_is_loaded_and_its_episodes_repeat(env_id: str, actions: str) -> None:
+    result = run(env_id, "--env", f"actions={actions}", "--episodes", "4", "--dataset", "my/own-v3")
+    assert result.exit_code == 0, result.output
+    dataset = minari.load_dataset("my/own-v3")
+    assert dataset.total_episodes == 4
+    env = dataset.recover_environment()
+    told = list(dataset.storage.get_episode_metadata(range(4)))
+    for episode, end in zip(dataset.iterate_episodes(), told, strict=True):
+        seen, info = env.reset(seed=end["seed"])
+        np.testing.assert_equal(each(episode.observations, 0), seen)
+        for step, reward in enumerate(episode.rewards):
+            seen, again, terminated, truncated, info = env.step(each(episode.actions, step))
+            np.testing.assert_equal(each(episode.observations, step + 1), seen)
+            assert again == reward
+            assert terminated == episode.terminations[step]
+            assert truncated == episode.truncations[step]
+        assert episode.terminations[-1] or episode.truncations[-1]
+        assert all(info[key] == end[key] for key in ("target", "is_success", "score"))
+
+
+def test_a_trained_policy_is_recorded(tmp_path: Path) -> None:
+    settings = tiny()
+    model = make_model(settings.learner, make_training_envs(settings, 0), 0)
+    path = tmp_path / "mine.safetensors"
+    policy_files.save(model, path)
+    result = run("MagFold/TubeFeed-v0", "--policy", str(path), "--episodes", "2")
+    assert result.exit_code == 0, result.output
+    (episode, _) = minari.load_dataset("magfold/TubeFeed/mine-v0").iterate_episodes()
+    action, _ = model.predict(episode.observations[0], deterministic=True)
+    np.testing.assert_array_equal(action, episode.actions[0])
+
+
+def test_what_cannot_be_recorded_is_named() -> None:
+    assert "id: 'Nothing-v0'" in run("Nothing-v0").output
+    named = "MagFold/TubeFeed-v0", "--episodes", "1", "--dataset"
+    assert "dataset: 'a b' is not allowed; must be such as" in run(*named, "a b").output
+    assert "dataset: 'a' is not allowed; must be such as" in run(*named, "a").output
+    assert run(*named, "a-v0").exit_code == 0
+    again = run(*named, "a-v0")
+    assert again.exit_code == 1
+    assert "dataset: 'a-v0' is there already" in again.output
+    assert "no such file" in run(*named, "b-v0", "--policy", "nobody").output
