@@ -91,7 +91,11 @@ def log_probability(distributions: list[Categorical], actions: torch.Tensor) -> 
 
 
 def make_envs(count: int, **options: Any) -> MouthOrderObservation:
-    """Return environments that begin the next episode in the step that ends one."""
+    """Return environments that begin the next episode in the step that ends one.
+
+    What they show lies within ±1. A running normalisation would do harm: by energy alone much of
+    it never varies, and would be shown far out of scale when dynamics begin.
+    """
     envs = gymnasium.make_vec(
         "MagFold/TubeFeed-v0",
         num_envs=count,
@@ -119,8 +123,8 @@ def train(
     seed: int,
     deadline: float,
     report: Callable[[int, float], None],
-) -> None:
-    """Train for so many environment steps, or until `deadline`.
+) -> int:
+    """Train for so many environment steps, or until `deadline`; return how many were made.
 
     After each update `report` is told the steps so far and the share of its episodes that
     succeeded.
@@ -134,7 +138,8 @@ def train(
         seen, batch, success = roll_out(agent, envs, seen)
         update(agent, optimizer, batch)
         done += ROLLOUT * ENVS
-        report(min(done, steps), success)
+        report(done, success)
+    return done
 
 
 @torch.no_grad()
@@ -229,12 +234,14 @@ def main(
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     began = time.monotonic()
+    deadline = began + 60.0 * minutes
     phases = {
         "by energy alone": (make_envs(ENVS, fidelity="quasistatic"), energy_steps),
         "with dynamics": (make_envs(ENVS), steps),
     }
     envs: Any = phases["with dynamics"][0]
     agent = Agent(envs.single_observation_space.shape[0], envs.single_action_space.nvec.tolist())
+    made: dict[str, int] = {}
     columns = ("{task.description}", progress.BarColumn(), "{task.completed:.0f}/{task.total:.0f}")
     with progress.Progress(*columns, "{task.fields[note]}", progress.TimeElapsedColumn()) as bar:
         for number, (name, (envs, count)) in enumerate(phases.items()):
@@ -244,10 +251,11 @@ def main(
                 bar.update(task, completed=done, note=f"success {100 * success:.0f} %")
 
             # Each phase has draws of its own.
-            train(agent, envs, count, 2 * seed + number, began + 60.0 * minutes, report)
+            made[name] = train(agent, envs, count, 2 * seed + number, deadline, report)
             envs.close()
     spent = time.monotonic() - began
-    typer.echo(f"trained in {spent:.0f} s, {energy_steps} and {steps} steps at most")
+    steps_made = ", ".join(f"{count} steps {name}" for name, count in made.items())
+    typer.echo(f"trained in {spent:.0f} s: {steps_made}")
     if output is not None:
         torch.save(agent.state_dict(), output)
     typer.echo(f"greedy, held-out draws: {evaluate(agent, draws)}")
