@@ -14,7 +14,7 @@ from gymnasium import spaces
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
-from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.spaces.observation import Layout, ObservationLayout
 
 WIDTHS = {"magnets": 4, "speed": 1, "heading": 2, "rate": 1, "position": 2, "velocity": 2}
 """Groups of the observation that list components, and their entries for each."""
@@ -63,7 +63,7 @@ class MouthOrder:
 
     Parameters
     ----------
-    layout : ObservationLayout
+    layout : Layout
         The environment's own.
     backward : bool
         Whether component ``n`` leaves the tube first.
@@ -74,8 +74,8 @@ class MouthOrder:
         If the layout is that of another environment.
     """
 
-    def __init__(self, layout: ObservationLayout, backward: bool) -> None:
-        if layout.words != ("target",) or layout.extra:
+    def __init__(self, layout: Layout, backward: bool) -> None:
+        if not isinstance(layout, ObservationLayout) or layout.words != ("target",):
             raise ValueError(
                 f"env: observations of {', '.join(layout.slices)} are not allowed; "
                 "must be those of MagFold/TubeFeed-v0"
