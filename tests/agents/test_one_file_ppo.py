@@ -42,8 +42,9 @@ def test_the_seed_decides_the_weights(tmp_path: Path) -> None:
 @pytest.mark.train
 @pytest.mark.slow
 def test_it_folds_95_per_cent_of_six_components() -> None:
+    # However long its steps take on a busy machine.
     run = subprocess.run(
-        [sys.executable, FILE, "--seed", "0"], capture_output=True, text=True, check=True
+        [sys.executable, FILE, "--minutes", "60"], capture_output=True, text=True, check=True
     )
     found = re.search(r"held-out draws: (\d+) %", run.stdout)
     assert found is not None
