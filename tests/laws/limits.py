@@ -35,7 +35,7 @@ def along_folds(seeds: Iterable[int]) -> list[Law]:
     """Look at every step of the random scenes; passivity is judged with friction only."""
     overlap = Law("overlap, share of the side", 1e-3)
     past = Law("joint past its stop [rad]", 1e-3)
-    rise = Law("rise of the energy, friction, no feed", 1e-6)
+    rise = Law("rise of the energy, friction, no feed", 1e-5)
     smooth = Law("rise of the energy, no friction", 1e-4)
     failed = Law("folds that failed", 0.0)
     not_finite = Law("folds with a value that is no number", 0.0)
