@@ -10,19 +10,12 @@ import magfold_env as mf
 from magfold_env.envs.baselines import baseline, constant_speed
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
 from magfold_env.envs.chains.arrays import FOLDED, JAMMED, STATUSES
+from magfold_env.envs.feed_track import FORCE_SCALE, INTERVAL, STEEPEST, TIME_COST, replay
 from magfold_env.envs.spaces.actions import FASTEST
 from magfold_env.envs.tasks.draws import randomised
 from magfold_env.envs.tasks.feed_tasks import FeedTask, read_tasks
 from magfold_env.envs.tasks.make_feed_tasks import DRAWS, count_words
-from magfold_env.envs.unknown_floor import (
-    FORCE_SCALE,
-    HORIZON,
-    INTERVAL,
-    STEEPEST,
-    TIME_COST,
-    UnknownFloorEnv,
-    replay,
-)
+from magfold_env.envs.unknown_floor import HORIZON, UnknownFloorEnv
 from magfold_env.shapes import angles_to_word
 
 SEQUENCE = ("NNNS", "NSSS", "NNNS", "SSNN", "SNNN", "SSSN")

@@ -43,11 +43,11 @@ class Baseline:
     Attributes
     ----------
     target : str
-        The word.
+        The word, or words in turn with hyphens between.
     sequence : tuple of str or None
         The design, or the chain; None where there is none.
-    speed : float or None
-        Feed speed at which it does best [m/s].
+    speed : float, tuple of float or None
+        Feed speed at which it does best [m/s], or speeds in turn.
     score : float
         b, its mean score; 0 without a design.
     success : float
@@ -58,7 +58,7 @@ class Baseline:
 
     target: str
     sequence: tuple[str, ...] | None
-    speed: float | None
+    speed: float | tuple[float, ...] | None
     score: float
     success: float
     direction: str | None = None
@@ -284,4 +284,9 @@ def _shipped() -> dict[str, dict[str, Baseline]]:
 def _from_dict(content: dict[str, Any]) -> Baseline:
     """Return the baseline that was written as `content`."""
     sequence: list[str] | None = content.pop("sequence")
-    return Baseline(sequence=None if sequence is None else tuple(sequence), **content)
+    speed: float | list[float] | None = content.pop("speed")
+    return Baseline(
+        sequence=None if sequence is None else tuple(sequence),
+        speed=tuple(speed) if isinstance(speed, list) else speed,
+        **content,
+    )

@@ -13,6 +13,7 @@ import numpy as np
 from gymnasium.utils import seeding
 
 from magfold_env.envs.baselines.baseline import Baseline, Store, baseline_key, chain_name
+from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import FeedTask, FeedWorld
@@ -24,9 +25,12 @@ SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 
 SELECTION_DRAWS = 64
 SCORING_DRAWS = 128
 
+Plan = Callable[[Any, Ints], Floats]
+"""Says how fast [m/s] chains of some rows of episodes are to be fed in the next step."""
 
-class ConstantSpeedStore(Store):
-    """The baselines of a world's tasks.
+
+class SpeedStore(Store):
+    """The baselines of a world's tasks, of which only the feed's speed is free.
 
     Parameters
     ----------
@@ -35,40 +39,56 @@ class ConstantSpeedStore(Store):
     world : FeedWorld
         What they share; tasks are told apart by name.
     protocol : sequence
-        What else the episodes depend on.
+        What else they depend on.
     """
 
     def __init__(
         self, make_episodes: Callable[..., Any], world: FeedWorld, protocol: Sequence[Any]
     ) -> None:
-        protocol = (SPEEDS, SELECTION_DRAWS, SCORING_DRAWS, *protocol)
         super().__init__(baseline_key(world.scene, world.match, protocol))
         self._make, self._world = make_episodes, copy(world)
         self._world.rule = RewardRule("score")  # or trials would ask for what they find
         self.names = [_name(task) for task in world.tasks]
         """What the tasks are kept under."""
 
-    def compute(self, name: str) -> Baseline:
-        """Return the baseline of a task, computed anew."""
-        number = self.names.index(name)
-        means = [self._trial(number, speed, "selection", SELECTION_DRAWS)[0] for speed in SPEEDS]
-        speed = SPEEDS[int(np.argmax(means))]
-        mean, success = self._trial(number, speed, "scoring", SCORING_DRAWS)
-        task = self._world.tasks[number]
-        return Baseline(task.target, task.sequence, speed, mean, success, task.direction)
-
-    def _trial(self, number: int, speed: float, stream: str, draws: int) -> tuple[float, float]:
-        """Return mean score and share of successes of a speed [m/s] on draws of a stream."""
+    def _trial(self, number: int, plan: Plan, stream: str, draws: int) -> dict[str, Any]:
+        """Return what is told of episodes of a task, played by a plan on draws of a stream."""
         episodes = self._make(self._world, draws)
         episodes.rngs = [seeding.np_random(seed)[0] for seed in episode_seeds(stream, draws)]
         rows = episodes.rows
         episodes.begin(rows, [number] * draws)
         while len(rows):
-            episodes.step(rows, (np.full(len(rows), speed),))
+            episodes.step(rows, (plan(episodes, rows),))
             rows = np.flatnonzero(~episodes.terminated)
-        ends = episodes.told_at_end(episodes.rows)
-        return float(ends["score"].mean()), float(ends["is_success"].mean())
+        return episodes.told(episodes.rows) | episodes.told_at_end(episodes.rows)
+
+
+class ConstantSpeedStore(SpeedStore):
+    """The baselines that constant speeds set; arguments are those of `SpeedStore`."""
+
+    def __init__(
+        self, make_episodes: Callable[..., Any], world: FeedWorld, protocol: Sequence[Any]
+    ) -> None:
+        protocol = (SPEEDS, SELECTION_DRAWS, SCORING_DRAWS, *protocol)
+        super().__init__(make_episodes, world, protocol)
+
+    def compute(self, name: str) -> Baseline:
+        """Return the baseline of a task, computed anew."""
+        number = self.names.index(name)
+        means = [
+            self._trial(number, _always(speed), "selection", SELECTION_DRAWS)["score"].mean()
+            for speed in SPEEDS
+        ]
+        speed = SPEEDS[int(np.argmax(means))]
+        ends = self._trial(number, _always(speed), "scoring", SCORING_DRAWS)
+        mean, success = float(ends["score"].mean()), float(ends["is_success"].mean())
+        task = self._world.tasks[number]
+        return Baseline(task.target, task.sequence, speed, mean, success, task.direction)
+
+
+def _always(speed: float) -> Plan:
+    return lambda _, rows: np.full(len(rows), speed)
 
 
 def _name(task: FeedTask) -> str:
-    return chain_name(task.sequence, task.direction, task.target)
+    return chain_name(task.sequence, task.direction, "-".join(task.words))

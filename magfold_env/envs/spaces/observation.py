@@ -163,6 +163,15 @@ class CameraLayout(Layout):
         _take(self.side, rows, pointer(arrays), noise, frames)
 
 
+class StageLayout(CameraLayout):
+    """The same where there are three things to do, one after the other."""
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Number of entries of each group, by name, in the order in which they lie."""
+        return {**super().sizes, "stage": 3}
+
+
 @kernel
 def _take(side: float, rows: Ints, arrays: ChainArrays, noise: Floats, frames: Floats) -> None:
     n = arrays.angles.shape[1]

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, TypedDict, Unpack, cast
+from typing import Any, ClassVar, Literal, TypedDict, Unpack, cast
 
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import ActionKind, SpeedTable
-from magfold_env.envs.spaces.observation import CameraLayout
+from magfold_env.envs.spaces.observation import CameraLayout, StageLayout
 from magfold_env.envs.tasks.checks import one_of, refuse_unknown, share_of
 from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.goals import Match
@@ -30,13 +30,32 @@ class FeedTask(Part):
     target: str
     """Word to reach."""
 
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words to reach, one after the other."""
+        return (self.target,)
+
+
+class RefoldTask(FeedTask):
+    """The same, with two folds to reach."""
+
+    first: str
+    """Word to reach before the target."""
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words to reach, one after the other."""
+        return (self.first, self.target)
+
 
 def task_list_names() -> list[str]:
     """Return the names of the shipped lists of tasks, sorted."""
     return sorted(path.stem for path in (configs_dir() / "tasks").glob("*.yaml"))
 
 
-def read_tasks(tasks: str | Sequence[FeedTask | Mapping[str, Any]]) -> tuple[FeedTask, ...]:
+def read_tasks(
+    tasks: str | Sequence[FeedTask | Mapping[str, Any]], kind: type[FeedTask] = FeedTask
+) -> tuple[FeedTask, ...]:
     """Return the tasks of a shipped list, the easiest first, or those given.
 
     Raises
@@ -57,17 +76,18 @@ def read_tasks(tasks: str | Sequence[FeedTask | Mapping[str, Any]]) -> tuple[Fee
             f"tasks: {tasks!r} is not allowed; must be a list of tasks or one of "
             f"{', '.join(task_list_names())}"
         )
-    found = tuple(each if isinstance(each, FeedTask) else FeedTask(**each) for each in given)
+    found = tuple(each if isinstance(each, kind) else kind(**dict(each)) for each in given)
     lengths = sorted({len(task.sequence) for task in found})
     if len(lengths) != 1:
         raise ValueError(
             f"tasks: chains of {lengths} components are not allowed; must be one or more tasks "
             "of one length"
         )
+    allowed = f"must be a fully folded word of {lengths[0]} components without overlap"
     for task in found:
-        if not is_target(task.target, lengths[0]):
-            allowed = f"must be a fully folded word of {lengths[0]} components without overlap"
-            raise SceneError([Problem("tasks.target", task.target, allowed)])
+        for key, word in zip(("target", "first"), task.words[::-1], strict=False):
+            if not is_target(word, lengths[0]):
+                raise SceneError([Problem(f"tasks.{key}", word, allowed)])
     return found
 
 
@@ -79,7 +99,7 @@ class FeedOptions(TypedDict, total=False):
     """Options where the speed of the feed is all that is free; every one may be left out."""
 
     tasks: str | Sequence[FeedTask | Mapping[str, Any]]
-    """Name of a shipped list of tasks, ``two-folds-6`` by default, or the tasks."""
+    """Name of a shipped list of tasks, by default the track's own, or the tasks."""
     match: Match
     """Whether a fold must be the target (``word``), or cover its cells (``outline``)."""
     difficulty: float
@@ -121,6 +141,12 @@ class FeedWorld(World):
     option = ("task", int)
     fidelity = "dynamics"
 
+    kind: ClassVar[type[FeedTask]] = FeedTask
+    shipped: ClassVar[str] = "two-folds-6"
+    """Name of the list of tasks that there is by default."""
+
+    camera: ClassVar[type[CameraLayout]] = CameraLayout
+
     def __init__(self, scene: str | Path | Scene, **options: Unpack[FeedOptions]) -> None:
         refuse_unknown(options, FeedOptions)
         if options.get("fidelity", "dynamics") != "dynamics":
@@ -131,7 +157,7 @@ class FeedWorld(World):
         scene = scene if isinstance(scene, Scene) else load_scene(scene)
         if scene.mount != "tube":
             raise ValueError(f"scene.mount: {scene.mount!r} is not allowed; must be 'tube'")
-        found = read_tasks(options.get("tasks", "two-folds-6"))
+        found = read_tasks(options.get("tasks", self.shipped), self.kind)
         share = share_of("difficulty", options.get("difficulty", 1.0))
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
         self.words = tuple(task.target for task in self.tasks)
@@ -146,7 +172,7 @@ class FeedWorld(World):
             options.get("shaping", False),
             options.get("gamma", 1.0),
         )
-        self.layout = CameraLayout(self.scene.n, scene.casing.side)
+        self.layout = self.camera(self.scene.n, scene.casing.side)
         directions = dict.fromkeys(task.direction for task in self.tasks)
         self.templates: tuple[Scene, ...] = tuple(
             self.scene.replace(feed={"direction": direction}) for direction in directions
@@ -173,3 +199,11 @@ class FeedWorld(World):
         if kind not in self._lattices:
             self._lattices[kind] = LatticeFeed(self.templates[kind])
         return self._lattices[kind]
+
+
+class RefoldWorld(FeedWorld):
+    """The same for tasks of two folds; parameters are those of `FeedWorld`."""
+
+    kind = RefoldTask
+    shipped = "two-words-6"
+    camera = StageLayout
