@@ -11,6 +11,9 @@
                                                  and goals of n       goal is achieved
 ``UnknownFloor-v0``   feed speed, forth or       ``Box``, 12 n + 2    score at the end,   250 steps
                       back, for the next 20 ms                        less 0.02 a second  (5 s)
+``Reprogram-v0``      the same                   ``Box``, 12 n + 5    half the words      500 steps
+                                                                      reached, less 0.02  (10 s)
+                                                                      a second
 ===================== ========================== ==================== =================== =========
 
 n is the number of components, 6 by default; b what the energy minimiser's own design scores. The
@@ -30,6 +33,7 @@ ENTRY_POINTS = {
     "MagFold/SequenceDesign-v0": "magfold_env.envs.sequence_design:SequenceDesignEnv",
     "MagFold/TubeFeedGoal-v0": "magfold_env.envs.tube_feed_goal:TubeFeedGoalEnv",
     "MagFold/UnknownFloor-v0": "magfold_env.envs.unknown_floor:UnknownFloorEnv",
+    "MagFold/Reprogram-v0": "magfold_env.envs.reprogram:ReprogramEnv",
 }
 
 
@@ -38,6 +42,7 @@ VECTOR_ENTRY_POINTS = {
     "MagFold/SequenceDesign-v0": "magfold_env.envs.sequence_design:SequenceDesignVectorEnv",
     "MagFold/TubeFeedGoal-v0": "magfold_env.envs.tube_feed_goal:TubeFeedGoalVectorEnv",
     "MagFold/UnknownFloor-v0": "magfold_env.envs.unknown_floor:UnknownFloorVectorEnv",
+    "MagFold/Reprogram-v0": "magfold_env.envs.reprogram:ReprogramVectorEnv",
 }
 
 

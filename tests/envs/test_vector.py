@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import magfold_env as mf
 from magfold_env.envs import VECTOR_ENTRY_POINTS
-from tests.envs.vectors import alike, pair, play, same
+from tests.envs.vectors import TRACKS, alike, pair, play, same
 
 QUICK: dict[str, Any] = {"components": 3, "baseline": None}
 NEXT, SAME, NEVER = AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP, AutoresetMode.DISABLED
@@ -26,13 +26,13 @@ FIDELITIES = [
     pytest.param(env_id, fidelity, id=f"{env_id.split('/')[1]}-{fidelity}")
     for env_id in VECTOR_ENTRY_POINTS
     for fidelity in ("dynamics", "quasistatic")
-    if (env_id, fidelity) != (FLOOR, "quasistatic")
+    if not (env_id in TRACKS and fidelity == "quasistatic")
 ]
 
 
 def options_of(env_id: str, fidelity: str) -> dict[str, Any]:
     """Short chains without a baseline, where there is a choice."""
-    if env_id == FLOOR:
+    if env_id in TRACKS:
         return {}
     quick = {"components": 3} if "Goal" in env_id else QUICK
     return quick | {"fidelity": fidelity}

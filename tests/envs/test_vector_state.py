@@ -19,6 +19,7 @@ CASES = [
     pytest.param("MagFold/TubeFeedGoal-v0", {}, id="goals"),
     pytest.param("MagFold/SequenceDesign-v0", {}, id="whole chains"),
     pytest.param("MagFold/UnknownFloor-v0", {}, id="unknown floor"),
+    pytest.param("MagFold/Reprogram-v0", {}, id="reprogram"),
 ]
 
 

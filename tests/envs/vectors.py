@@ -6,6 +6,9 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
+TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0")
+"""Ids in which the chain is given."""
+
 
 def pair(env_id: str, count: int, mode: AutoresetMode, **options: Any) -> tuple[Any, SyncVectorEnv]:
     """Return a native vector environment and Gymnasium's around single ones."""

@@ -15,8 +15,10 @@ from magfold_env.envs.baselines.baseline import (
     evaluate_design,
     save_shipped,
 )
+from magfold_env.envs.baselines.constant_speed import SpeedStore
+from magfold_env.envs.reprogram import three_speeds
 from magfold_env.envs.tasks.draws import Randomisation, randomised
-from magfold_env.envs.tasks.feed_tasks import FeedWorld
+from magfold_env.envs.tasks.feed_tasks import FeedWorld, RefoldWorld
 from magfold_env.envs.tasks.targets import resolve_targets
 from magfold_env.envs.unknown_floor import constant_speeds
 from magfold_env.scene import load_scene
@@ -29,7 +31,11 @@ SHIPPED: tuple[tuple[str, Randomisation], ...] = (
     ("tube-built", "nominal"),
     ("tube-built", "strong"),
 )
-FLOOR = "unknown-floor"
+STORES: dict[str, Callable[[], SpeedStore]] = {
+    "unknown-floor": lambda: constant_speeds(FeedWorld("unknown-floor")),
+    "reprogram": lambda: three_speeds(RefoldWorld("reprogram")),
+}
+"""What makes the stores of those scenes in which only the speed is free."""
 
 Job = Callable[[], Baseline]
 
@@ -58,13 +64,14 @@ def main(workers: int = 2, only: str = "") -> None:
                     for target in resolve_targets(None, scene.n)
                 ]
                 save(f"{name}-{randomisation}", baseline_key(scene), jobs)
-        if FLOOR.startswith(only):
-            store = constant_speeds(FeedWorld(FLOOR))
-            save(FLOOR, store.key, [partial(_constant_speed, name) for name in store.names])
+        for name, make_store in STORES.items():
+            if name.startswith(only):
+                store = make_store()
+                save(name, store.key, [partial(_of_speeds, name, task) for task in store.names])
 
 
-def _constant_speed(name: str) -> Baseline:
-    return constant_speeds(FeedWorld(FLOOR)).compute(name)
+def _of_speeds(name: str, task: str) -> Baseline:
+    return STORES[name]().compute(task)
 
 
 if __name__ == "__main__":

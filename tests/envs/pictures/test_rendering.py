@@ -32,6 +32,7 @@ VARIANTS = [
     pytest.param("MagFold/SequenceDesign-v0", QUICK, id="sequence-design"),
     pytest.param("MagFold/TubeFeedGoal-v0", {"components": 3}, id="tube-feed-goal"),
     pytest.param("MagFold/UnknownFloor-v0", {}, id="unknown-floor"),
+    pytest.param("MagFold/Reprogram-v0", {}, id="reprogram"),
 ]
 every_variant = pytest.mark.parametrize(("env_id", "options"), VARIANTS)
 

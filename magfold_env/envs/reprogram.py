@@ -1,0 +1,176 @@
+"""``MagFold/Reprogram-v0``: fold a given chain, draw it in, and fold it into something else."""
+
+from pathlib import Path
+from typing import Any, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.envs.baselines.three_speeds import ThreeSpeedStore
+from magfold_env.envs.chains.arrays import FAILED, FOLDED, Bools, Floats, Ints
+from magfold_env.envs.episodes import Columns
+from magfold_env.envs.feed_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
+from magfold_env.envs.tasks.feed_tasks import FeedOptions, FeedWorld, RefoldWorld
+from magfold_env.envs.tasks.goals import Goals
+from magfold_env.envs.vector_env import ChainVectorEnv
+from magfold_env.scene import Scene
+
+HORIZON = 500
+"""Steps after which it is too late: 10 s."""
+
+LASTING = 5
+"""Steps that the first word must last while the tube holds the last component: 0.1 s."""
+
+FIRST, BACK, SECOND = range(3)
+"""What is to be done next: reach the first word, draw the chain in, reach the second word."""
+
+
+class ReprogramEpisodes(FeedEpisodes):
+    """Episodes in which two folds are wanted, one after the other."""
+
+    horizon = HORIZON
+    kept = (*FeedEpisodes.kept, "stage", "_lasted")
+
+    def __init__(
+        self, world: FeedWorld, count: int, threads: int = 1, frame_rate: float | None = None
+    ) -> None:
+        super().__init__(world, count, threads, frame_rate)
+        self.stage: Ints = np.zeros(count, dtype=np.int64)
+        """What is to be done next in each episode, (m,): FIRST, BACK or SECOND."""
+        self._lasted: Ints = np.zeros(count, dtype=np.int64)  # steps, of the first word
+        words = zip(*(task.words for task in world.tasks), strict=True)
+        self.goals = Goals(sum(words, ()), world.match, count)
+
+    @classmethod
+    def baselines(cls, world: FeedWorld) -> ThreeSpeedStore:
+        """Return what pushing, pulling and pushing at constant speeds make of a world's tasks."""
+        return three_speeds(world)
+
+    def told(self, rows: Ints) -> Columns:
+        """Return the info of some episodes: the little there is on their way."""
+        return super().told(rows) | {"stage": self.stage[rows]}
+
+    def told_at_end(self, rows: Ints) -> Columns:
+        """Return what is told besides of episodes that have terminated."""
+        ends = super().told_at_end(rows)
+        second = ends["is_success"] & (self.stage[rows] == SECOND)
+        score = np.where(self.arrays.status[rows] == FAILED, 0.0, self._reached(rows))
+        return ends | {"score": score + 0.5 * second, "is_success": second}
+
+    def is_last_held(self, rows: Ints) -> Bools:
+        """Return whether the tube holds nothing but the last component of some chains."""
+        return self.arrays.released[rows].sum(axis=1) == self.world.scene.n - 1
+
+    def is_in(self, rows: Ints) -> Bools:
+        """Return whether the centres of some chains' components are in the tube, but for one."""
+        return self._frames[1, rows, : self.world.scene.n].sum(axis=1) <= 1.0
+
+    def _groups(self) -> dict[str, Any]:
+        return super()._groups() | {"stage": self.stage[:, None] == np.arange(3)}
+
+    def _shaped(self, rows: Ints) -> Floats:
+        """Return Φ: half the words reached, and half of the next one's, but for drawing in."""
+        sought = np.where(self.stage[rows] == BACK, 0.0, super()._shaped(rows))
+        return self._reached(rows) + 0.5 * sought
+
+    def _reached(self, rows: Ints) -> Floats:
+        """Return what the words reached on the way are worth."""
+        return np.where(self.stage[rows] == FIRST, 0.0, 0.5)
+
+    def _want(self, rows: Ints) -> None:
+        super()._want(rows)
+        self._seek(rows)
+
+    def _seek(self, rows: Ints) -> None:
+        """Let the goals of episodes be the words that are sought now."""
+        later = np.where(self.stage[rows] == FIRST, 0, len(self.world.tasks))
+        self.goals.want(rows, self.numbers[rows] + later)
+
+    def _load(self, rows: Ints) -> None:
+        super()._load(rows)
+        self.stage[rows] = self._lasted[rows] = 0
+        self._seek(rows)
+
+    def _act(self, rows: Ints, choice: tuple[Floats]) -> None:
+        super()._act(rows, choice)
+        stage = self.stage[rows]
+        as_if = np.full(self.count, FOLDED)
+        is_first = self.goals.judge(rows, as_if, self.arrays.angles)[2] == 1.0
+        is_first &= (stage == FIRST) & self.is_last_held(rows)
+        self._lasted[rows] = np.where(is_first, self._lasted[rows] + 1, 0)
+        done = (self._lasted[rows] == LASTING) | ((stage == BACK) & self.is_in(rows))
+        if done.any():
+            self.stage[rows] += done
+            self._seek(rows[done])
+
+
+def three_speeds(world: FeedWorld) -> ThreeSpeedStore:
+    """Return what pushing, pulling and pushing at constant speeds make of a world's tasks."""
+    return ThreeSpeedStore(ReprogramEpisodes, world, (INTERVAL, HORIZON, STEEPEST, LASTING))
+
+
+class ReprogramEnv(FeedTrackEnv):
+    """Fold a chain into a word, draw it in, and fold it into another, on a floor not known.
+
+    As `magfold_env.envs.unknown_floor.UnknownFloorEnv`, with its action, hidden draws, camera,
+    noise and options, but for this:
+
+    **Stages.** (0) The first word is reached when its joints, the one at the held component among
+    them, lie within 0.05 rad for 0.1 s, 5 steps, while the tube holds the last component and no
+    other: once that is out too, nothing draws the chain in again. (1) The chain is drawn in when
+    the centres of all components but one are in the tube. (2) The second word is reached when the
+    chain is all out and at rest in it. Magnets act outside the tube only, and the tube is 1.3
+    diagonals wide, else hardly any folded chain could be drawn in: two casings side by side do
+    not fit, so that a fold has to open.
+
+    **End**: as there, after 10 s, 500 steps, if not before.
+
+    **Observation**: ``12 n + 5`` entries; ``target`` is the word that is sought now, ``time`` is
+    x / (10 s), and three entries are added at the end:
+
+    ===== ======= ============================ ====
+    group entries meaning                      range
+    ===== ======= ============================ ====
+    stage 3       the stage, one-hot           0, 1
+    ===== ======= ============================ ====
+
+    **Reward**: the score is half the number of words reached, whatever the end, and 0 if the
+    simulation breaks down; b is what the best of some schedules of three constant speeds scores
+    (`magfold_env.envs.baselines.three_speeds`). Success is both words.
+
+    **Info**: besides, ``stage``; ``target`` is the word that is sought now.
+
+    Parameters
+    ----------
+    scene : str, Path or Scene
+        A tube scene; its sequence, direction and speeds are ignored.
+    render_mode : {"human", "rgb_array", "ansi"}, optional
+        What `render` returns; ``human`` shows every step in a window by itself.
+    **options
+        See `magfold_env.envs.tasks.feed_tasks.FeedOptions`.
+
+    Raises
+    ------
+    ValueError
+        For any argument that is not allowed; the message names it and what is.
+    """
+
+    make_episodes = ReprogramEpisodes
+
+    def __init__(
+        self,
+        scene: str | Path | Scene = "reprogram",
+        *,
+        render_mode: str | None = None,
+        **options: Unpack[FeedOptions],
+    ) -> None:
+        super().__init__(RefoldWorld(scene, **options), render_mode)
+
+
+class ReprogramVectorEnv(ChainVectorEnv[NDArray[np.float32]]):
+    """Many of `ReprogramEnv`.
+
+    Arguments are those of `magfold_env.envs.vector_env.ChainVectorEnv`.
+    """
+
+    single = ReprogramEnv

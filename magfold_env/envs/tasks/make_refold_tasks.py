@@ -1,0 +1,145 @@
+"""Find the tasks of two words: ``python -m magfold_env.envs.tasks.make_refold_tasks``.
+
+Random chains are pushed out, pulled in and pushed out again at constant speeds. A chain for which
+that ends in two different words, on draws of a stream of its own, is tried at all speeds on offer;
+the two words that come about most often at some of them make a task if on other draws they do so
+again. Tasks are ordered by how often, the most first.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from itertools import islice, product
+from typing import Any
+
+import numpy as np
+import typer
+from gymnasium.utils import seeding
+from numpy.typing import ArrayLike
+from rich.progress import track
+
+from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, PushPullPush
+from magfold_env.envs.chains.arrays import FOLDED, Bools, Ints
+from magfold_env.envs.reprogram import ReprogramEpisodes
+from magfold_env.envs.spaces.actions import PATTERNS
+from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.envs.tasks.feed_tasks import RefoldTask, RefoldWorld
+from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
+from magfold_env.files import configs_dir, write_text
+
+SCENE = "reprogram"
+AT_ONCE = 250
+"""Chains that are tried side by side."""
+
+DRAWS = 6
+OTHER_DRAWS = 24
+LEAST = 3
+"""Of the other draws, how many must end in both words."""
+
+Found = tuple[int, RefoldTask]
+
+
+def main(chains: int = 8, seed: int = 0, threads: int = 2) -> None:
+    """Write ``configs/tasks/two-words-6.yaml`` with so many chains of each direction of feed."""
+    found: list[Found] = []
+    for direction in ("forward", "backward"):
+        tasks = islice(find_tasks(direction, seed, threads), chains)
+        found += track(tasks, direction, total=chains)
+    save(found)
+
+
+def find_tasks(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Found]:
+    """Yield tasks without end, and how often both of their words came about."""
+    rng = np.random.default_rng([seed, direction == "forward"])
+    while True:
+        numbers = rng.integers(len(PATTERNS), size=(AT_ONCE, 6))
+        tasks = [_blank([PATTERNS[k] for k in row], direction) for row in numbers.tolist()]
+        middle = (PUSHES[1], PULLS[0], PUSHES[1])
+        words = words_in_turn(tasks, middle, _seeds(0, AT_ONCE), threads)
+        for task, pair in zip(tasks, words, strict=True):
+            if all(pair):
+                yield from _task(task, threads)
+
+
+def save(found: Sequence[Found]) -> None:
+    """Write tasks, the easiest first."""
+    lines = [
+        f"- {{sequence: [{', '.join(task.sequence)}], direction: {task.direction}, "
+        f"first: {task.first}, target: {task.target}}} # {count}"
+        for count, task in sorted(found, key=lambda each: -each[0])
+    ]
+    head = (
+        "# Chains that fold into two words, one after the other, the easiest first. At the end of\n"
+        f"# each line: in how many of {OTHER_DRAWS} draws one schedule of push, pull and push led\n"
+        "# to both. Made by `python -m magfold_env.envs.tasks.make_refold_tasks`.\n"
+    )
+    write_text(configs_dir() / "tasks" / "two-words-6.yaml", head + "\n".join(lines) + "\n")
+
+
+def _task(chain: RefoldTask, threads: int) -> list[Found]:
+    """Return the task of a chain, or none."""
+    schedules = list(product(PUSHES, PULLS[:1], PUSHES))
+    speeds = np.repeat(schedules, DRAWS, axis=0)
+    seeds = _seeds(AT_ONCE, DRAWS) * len(schedules)
+    words = words_in_turn([chain] * len(seeds), speeds, seeds, threads)
+    keys = [(k // DRAWS, pair) for k, pair in enumerate(words)]
+    counts = Counter(key for key in keys if all(key[1]) and key[1][0] != key[1][1])
+    if not counts:
+        return []
+    (best, pair), _ = counts.most_common(1)[0]
+    seeds = _seeds(AT_ONCE + DRAWS, OTHER_DRAWS)
+    count = words_in_turn([chain] * len(seeds), schedules[best], seeds, threads).count(pair)
+    task = chain.model_copy(update={"first": pair[0], "target": pair[1]})
+    return [(count, task)] if count >= LEAST else []
+
+
+def words_in_turn(
+    tasks: Sequence[RefoldTask], speeds: ArrayLike, seeds: Sequence[int], threads: int = 1
+) -> list[tuple[str, str]]:
+    """Return the two words that chains fold into, whatever their tasks ask for; "" for none.
+
+    There is no second word where there is no first one or the chain is not drawn in.
+    """
+    episodes = ReprogramEpisodes(RefoldWorld(SCENE, tasks=tasks), len(tasks), threads)
+    episodes.rngs = [seeding.np_random(seed)[0] for seed in seeds]
+    rows = episodes.rows
+    episodes.begin(rows, list(rows))
+    plan = PushPullPush(speeds, len(rows))
+    first, second = [""] * len(rows), [""] * len(rows)
+    while len(rows):
+        before = plan.leg[rows]
+        asked = plan(episodes, rows)
+        turned = plan.leg[rows] != before
+        right = (plan.leg[rows] == 3) & episodes.is_in(rows)
+        right |= (plan.leg[rows] == 2) & episodes.is_last_held(rows) & _is_folded(episodes, rows)
+        for row in rows[turned & right & (plan.leg[rows] == 2)]:
+            first[row] = str(episodes.words(np.array([row]))[0])
+        on = ~turned | right | (plan.leg[rows] == 1)
+        rows, asked = rows[on], asked[on]
+        episodes.step(rows, (asked,))
+        over = episodes.terminated[rows]
+        for row in rows[over & (plan.leg[rows] == 3)]:
+            if episodes.arrays.status[row] == FOLDED:
+                second[row] = str(episodes.words(np.array([row]))[0])
+        rows = rows[~over]
+    return list(zip(first, second, strict=True))
+
+
+def _is_folded(episodes: Any, rows: Ints) -> Bools:
+    """Whether every joint of some chains is a quarter turn."""
+    joints = np.diff(episodes.arrays.angles[rows], axis=1)
+    return np.all(np.abs(np.abs(joints) - 0.5 * np.pi) <= SUCCESS_TOLERANCE, axis=1)
+
+
+def _blank(sequence: list[str], direction: Any) -> RefoldTask:
+    """Return a task that asks for nothing in particular."""
+    words = {"first": "LRLRL", "target": "LRLRL"}
+    return RefoldTask(sequence=tuple(sequence), direction=direction, **words)
+
+
+def _seeds(first: int, count: int) -> list[int]:
+    """Return seeds of the stream that tasks are chosen on."""
+    return episode_seeds("reprogram", first + count)[first:]
+
+
+if __name__ == "__main__":
+    typer.run(main)

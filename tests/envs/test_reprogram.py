@@ -1,0 +1,221 @@
+"""A chain is folded, drawn in and folded again, on a floor that is not known."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from magfold_env.envs.baselines import baseline, three_speeds
+from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, PushPullPush
+from magfold_env.envs.chains.arrays import FOLDED
+from magfold_env.envs.feed_track import INTERVAL, TIME_COST, replay
+from magfold_env.envs.reprogram import (
+    BACK,
+    FIRST,
+    HORIZON,
+    LASTING,
+    SECOND,
+    ReprogramEnv,
+    ReprogramVectorEnv,
+)
+from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.envs.tasks.feed_tasks import read_tasks
+from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Goal
+from magfold_env.shapes import word_to_angles
+
+TASK = {
+    "sequence": ("NNNS", "NSSS", "NNNS", "SSNN", "SNNN", "SSSN"),
+    "direction": "forward",
+    "first": "LRLLR",
+    "target": "LRRLR",
+}
+EASIEST = 4
+"""Tasks that are tried: those in which a schedule leads to both words most often."""
+
+
+def rolls(count: int = 24, **options: Any) -> tuple[ReprogramVectorEnv, list[Any], list[Any]]:
+    """Play schedules of three speeds in the easiest tasks.
+
+    Returns the environments, what they said of every step, and their chains as they then were.
+    """
+    envs = ReprogramVectorEnv(count, autoreset_mode="Disabled", threads=1, **options)
+    tasks = [number % EASIEST for number in range(count)]
+    envs.reset(seed=1, options={"task": tasks})
+    episodes: Any = envs.episodes
+    speeds = [(PUSHES[k % 3], PULLS[k % 2], PUSHES[k // 8 % 3]) for k in range(count)]
+    plan, rows, said, chains = PushPullPush(speeds, count), episodes.rows, [], []
+    while len(rows):
+        rewards, ends = episodes.step(rows, (plan(episodes, rows),))
+        chains.append((episodes.stage.copy(), episodes.arrays.angles.copy(), episodes.is_in(rows)))
+        said.append((rows, rewards, ends))
+        rows = rows[~episodes.terminated[rows]]
+    return envs, said, chains
+
+
+@pytest.fixture(scope="module")
+def played() -> tuple[ReprogramVectorEnv, list[Any], list[Any]]:
+    return rolls()
+
+
+def test_schedules_reach_no_word_one_or_both(played: Any) -> None:
+    envs = played[0]
+    ends = envs.episodes.told_at_end(envs.episodes.rows)
+    assert set(ends["score"].tolist()) == {0.0, 0.5, 1.0}
+    np.testing.assert_array_equal(ends["is_success"], ends["score"] == 1.0)
+    np.testing.assert_array_equal(ends["score"] > 0.0, envs.episodes.stage > FIRST)
+
+
+def test_a_success_is_the_second_fold_at_rest_after_the_first(played: Any) -> None:
+    episodes = played[0].episodes
+    ends = episodes.told_at_end(episodes.rows)
+    for row in episodes.rows:
+        task = episodes.world.tasks[episodes.numbers[row]]
+        joints = np.diff(episodes.arrays.angles[row])
+        at_rest = episodes.arrays.status[row] == FOLDED
+        reached = Goal(task.target).is_reached("folded" if at_rest else None, joints)
+        assert ends["is_success"][row] == (reached and episodes.stage[row] == SECOND)
+
+
+def test_the_first_word_lasts_while_the_last_component_is_held(played: Any) -> None:
+    envs, said, chains = played
+    world, numbers = envs.episodes.world, envs.episodes.numbers
+    reached = 0
+    for step in range(LASTING, len(chains)):
+        for row in said[step][0]:
+            if (chains[step - 1][0][row], chains[step][0][row]) != (FIRST, BACK):
+                continue
+            reached += 1
+            first = word_to_angles(world.tasks[numbers[row]].first)
+            for before in range(step - LASTING + 1, step + 1):
+                off = np.diff(chains[before][1][row]) - first
+                assert np.abs(off).max() <= SUCCESS_TOLERANCE
+    assert reached > 0
+
+
+def test_a_chain_is_drawn_in_when_one_centre_at_most_is_outside(played: Any) -> None:
+    _, said, chains = played
+    drawn_in = 0
+    for step in range(1, len(chains)):
+        for place, row in enumerate(said[step][0]):
+            before, after, inside = chains[step - 1][0][row], chains[step][0][row], chains[step][2]
+            assert 0 <= after - before <= 1
+            if before == BACK:
+                assert (after == SECOND) == inside[place]
+                drawn_in += after == SECOND
+    assert drawn_in > 0
+
+
+def test_the_return_is_the_score_less_the_cost_of_time(played: Any) -> None:
+    envs, said, _ = played
+    totals = np.zeros(envs.num_envs)
+    for rows, rewards, _ in said:
+        totals[rows] += rewards
+    steps = envs.episodes.steps
+    score = envs.episodes.told_at_end(envs.episodes.rows)["score"]
+    np.testing.assert_allclose(totals, score - TIME_COST * INTERVAL * steps)
+
+
+@pytest.mark.parametrize("shaping", ["similarity", "energy"])
+def test_shaping_changes_the_return_by_the_first_potential_alone(played: Any, shaping: Any) -> None:
+    _, said, _ = played
+    envs, shaped, _ = rolls(8, shaping=shaping)
+    totals = np.zeros((2, envs.num_envs))
+    for total, told in zip(totals, (said, shaped), strict=True):
+        for rows, rewards, _ in told:
+            total[rows[rows < 8]] += rewards[rows < 8]
+    envs.reset(seed=1, options={"task": [number % EASIEST for number in range(8)]})
+    first = envs.episodes.potential(envs.episodes.rows)
+    np.testing.assert_allclose(totals[0] - totals[1], first, atol=1e-9)
+
+
+def feed(env: ReprogramEnv, speeds: PushPullPush, steps: int = HORIZON) -> dict[str, Any]:
+    """Feed by a schedule for so many steps at most; return what was told last."""
+    for _ in range(steps):
+        speed = float(speeds(env.episodes, np.array([0]))[0])
+        *_, ended, _, info = env.step(env.actions.encode(speed))
+        if ended:
+            break
+    return info
+
+
+def test_a_chain_that_stands_still_in_its_first_word_is_late_and_has_half() -> None:
+    env = ReprogramEnv()
+    for seed in range(50):
+        info = env.reset(seed=seed, options={"task": seed % EASIEST})[1]
+        plan = PushPullPush((PUSHES[seed % 3], 0.0, 0.0), 1)
+        while info["stage"] == FIRST and plan.leg[0] < 2:
+            info = feed(env, plan, 1)
+        if info["stage"] == BACK:
+            break
+    assert env.layout.slices["stage"].stop == env.layout.size == 12 * 6 + 5
+    stage = env.episodes.observe()[0, env.layout.slices["stage"]]
+    assert stage.tolist() == [0.0, 1.0, 0.0]
+    assert info["target"] == env.task.target
+    end = feed(env, plan)
+    assert (end["status"], end["score"], end["is_success"]) == ("unsettled", 0.5, False)
+    assert end["message"] == "late: not at rest and all out after 10 s"
+    again = replay(env.to_scene(), env.history).arrays
+    np.testing.assert_array_equal(again.angles[0], env.state.angles)
+
+
+def test_all_out_the_first_word_counts_no_more() -> None:
+    env, folded = ReprogramEnv(), 0
+    for seed in range(12):
+        env.reset(seed=seed)
+        info: dict[str, Any] = {}
+        while "status" not in info:
+            *_, info = env.step(env.actions.encode(0.6))
+        folded += info["status"] == "folded"
+        assert (info["stage"], info["score"], info["is_success"]) == (FIRST, 0.0, False)
+    assert folded > 0
+
+
+def test_the_baseline_is_what_the_best_of_the_schedules_scores(
+    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
+    monkeypatch.setattr(three_speeds, "SELECTION_DRAWS", 3)
+    monkeypatch.setattr(three_speeds, "SCORING_DRAWS", 4)
+    monkeypatch.setattr(three_speeds, "PUSHES", (0.1, 0.4))
+    env = ReprogramEnv(reward="relative", difficulty=0.05)
+    found, task = env.baseline_of(0), env.tasks[0]
+    assert isinstance(found.speed, tuple)
+    assert found.target == "-".join(task.words)
+    scores = []
+    for seed in episode_seeds("scoring", 4):
+        env.reset(seed=seed, options={"task": 0})
+        envs = env.episodes
+        plan, row = PushPullPush(found.speed, 1), np.array([0])
+        while not envs.terminated[0]:
+            envs.step(row, (plan(envs, row),))
+        scores.append(envs.told_at_end(row)["score"][0])
+    assert found.score == pytest.approx(np.mean(scores))
+    assert ReprogramEnv(reward="relative", difficulty=0.05).baseline_of(0) == found
+
+
+def test_shipped_tasks_ask_for_two_words_of_a_chain() -> None:
+    tasks = ReprogramEnv().tasks
+    assert 16 <= len(tasks) <= 24
+    assert {task.direction for task in tasks} == {"forward", "backward"}
+    assert len({(task.sequence, task.direction) for task in tasks}) == len(tasks)
+    for task in tasks:
+        first, second = task.words
+        assert first != second
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"tasks": [TASK | {"first": "LLLLL"}]}, "tasks.first: 'LLLLL' is not allowed; must be"),
+        ({"tasks": [TASK | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not allowed; must be"),
+        ({"tasks": "two-folds-6"}, "first"),
+    ],
+)
+def test_wrong_tasks_are_named(options: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        ReprogramEnv(**options)
+
+
+def test_a_task_of_two_words_is_none_of_one() -> None:
+    with pytest.raises(ValueError, match="first"):
+        read_tasks([TASK])
