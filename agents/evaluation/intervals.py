@@ -8,7 +8,8 @@ target here, and its score the share of its draws that succeeded.
 Intervals are from the bootstrap over seeds and targets together: both are drawn with
 replacement and crossed (Owen, *The pigeonhole bootstrap*, 2007), since a training run that is
 lucky is so on all targets. A target and its mirror image are drawn together: a device that is its
-own mirror image folds into both alike. rliable draws the runs of each task on their own, which
+own mirror image folds into both alike. Episodes of tasks that are fixed may stand for targets; they
+are drawn one by one. rliable draws the runs of each task on their own, which
 takes that for independent luck. Where all seeds and targets are alike, an interval has no width.
 
 The library itself is not used. Its last release, 1.2.0, needs arch below 8, which cannot be
@@ -75,31 +76,38 @@ def profile(scores: Floats) -> Floats:
 
 
 def estimate(
-    scores: Floats, targets: Sequence[str], aggregate: Aggregate = mean, seed: int = 0
+    scores: Floats, targets: Sequence[str] | None, aggregate: Aggregate = mean, seed: int = 0
 ) -> Estimate:
     """Return an aggregate of scores, shape (runs, targets), with its interval.
 
-    A run is one training seed; `targets` are words, and `seed` is that of the resamples.
+    A run is one training seed; `targets` are words, None where episodes stand for them, and `seed`
+    is that of the resamples.
     """
     rng = np.random.default_rng(seed)
-    drawn = _drawn(rng, targets)
+    drawn = _drawn(rng, targets, scores.shape[1])
     return _estimate(aggregate(scores), aggregate(_crossed(rng, scores, drawn)))
 
 
-def difference(scores: Floats, others: Floats, targets: Sequence[str], seed: int = 0) -> Estimate:
+def difference(
+    scores: Floats, others: Floats, targets: Sequence[str] | None, seed: int = 0
+) -> Estimate:
     """Return by how much the mean of some scores exceeds that of others on the same targets.
 
     It is paired: both have the same targets in every resample; their runs are drawn apart.
     Arguments are those of `estimate`.
     """
     rng = np.random.default_rng(seed)
-    drawn = _drawn(rng, targets)
+    drawn = _drawn(rng, targets, scores.shape[1])
     resamples = mean(_crossed(rng, scores, drawn)) - mean(_crossed(rng, others, drawn))
     return _estimate(mean(scores) - mean(others), resamples)
 
 
-def _drawn(rng: np.random.Generator, targets: Sequence[str]) -> NDArray[np.int64]:
+def _drawn(
+    rng: np.random.Generator, targets: Sequence[str] | None, count: int
+) -> NDArray[np.int64]:
     """Return indices of drawn targets, each with its mirror image, shape (resamples, targets)."""
+    if targets is None:
+        return rng.integers(count, size=(RESAMPLES, count))
     places = {word: k for k, word in enumerate(targets)}
     images = {k: places.get(mirror(word), k) for word, k in places.items()}
     missing = len(targets)

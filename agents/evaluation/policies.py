@@ -108,13 +108,13 @@ class BlindPolicy:
 
 
 def blind(env: FoldEnv[Any], observation: Any) -> Any:
-    """Return an observation of tube feed without motion.
+    """Return an observation, or many, without motion.
 
     What is known without looking stays: the target, the magnets and speeds asked for so far, and
     which components are out, as many as there were steps. What a camera would have to measure
     (joints, headings, rates, positions and velocities; the goal achieved) is 0. Forces, events and
     time are not in it. Zero is what networks that count from the mouth see in place of components
-    that are not out, and no side is favoured by it.
+    that are not out, and no side is favoured by it. On an unknown floor the force is 0 as well.
     """
     if isinstance(observation, dict):
         seen: dict[str, Any] = observation
@@ -126,7 +126,7 @@ def blind(env: FoldEnv[Any], observation: Any) -> Any:
 def _unmoved(env: FoldEnv[Any], entries: Any) -> Any:
     entries = entries.copy()
     for name in env.layout.measured:
-        entries[env.layout.slices[name]] = 0.0
+        entries[..., env.layout.slices[name]] = 0.0
     return entries
 
 

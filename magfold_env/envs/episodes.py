@@ -8,7 +8,7 @@ import copy
 import pickle
 import zlib
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -227,6 +227,33 @@ class Episodes(Generic[ObsType]):
         ends = self.told_at_end(rows[over])
         rewards[over] += self._end_rewards(ends)
         return rewards, ends
+
+    def play(
+        self, seeds: Sequence[int], given: Sequence[int], choose: Callable[[Ints], Any]
+    ) -> Columns:
+        """Play an episode to its end in each of the first rows.
+
+        Parameters
+        ----------
+        seeds : sequence of int
+            Of the episodes' draws, as `reset` of a single environment takes them; one a row.
+        given : sequence of int
+            Numbers of their targets, or tasks.
+        choose : callable
+            What the actions of the rows that it is given ask for, as `World.actions` reads them.
+
+        Returns
+        -------
+        dict
+            `told_at_end` of all of them.
+        """
+        self.rngs[: len(seeds)] = [seeding.np_random(seed)[0] for seed in seeds]
+        played = rows = self.rows[: len(seeds)]
+        self.begin(rows, given)
+        while len(rows):
+            self.step(rows, choose(rows))
+            rows = played[~self.terminated[played]]
+        return self.told_at_end(played)
 
     def _step_rewards(self, rows: Ints) -> Floats:
         """Return what every step is worth; see `magfold_env.envs.tasks.reward`."""

@@ -10,7 +10,6 @@ from copy import copy
 from typing import Any
 
 import numpy as np
-from gymnasium.utils import seeding
 
 from magfold_env.envs.baselines.baseline import Baseline, Store, baseline_key, chain_name
 from magfold_env.envs.chains.arrays import Floats, Ints
@@ -54,13 +53,12 @@ class SpeedStore(Store):
     def _trial(self, number: int, plan: Plan, stream: str, draws: int) -> dict[str, Any]:
         """Return what is told of episodes of a task, played by a plan on draws of a stream."""
         episodes = self._make(self._world, draws)
-        episodes.rngs = [seeding.np_random(seed)[0] for seed in episode_seeds(stream, draws)]
-        rows = episodes.rows
-        episodes.begin(rows, [number] * draws)
-        while len(rows):
-            episodes.step(rows, (plan(episodes, rows),))
-            rows = np.flatnonzero(~episodes.terminated)
-        return episodes.told(episodes.rows) | episodes.told_at_end(episodes.rows)
+        ends = episodes.play(
+            episode_seeds(stream, draws),
+            [number] * draws,
+            lambda rows: (plan(episodes, rows),),
+        )
+        return episodes.told(episodes.rows) | ends
 
 
 class ConstantSpeedStore(SpeedStore):

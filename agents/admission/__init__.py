@@ -1,0 +1,4 @@
+"""Whether a task needs its physics: the rule of admission, ``python -m agents.admission ID``."""
+
+FORMAT = "magfold_env admission 1"
+"""Of ``admission.json``."""

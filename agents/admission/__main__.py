@@ -1,0 +1,276 @@
+"""Whether a task needs its physics: ``python -m agents.admission MagFold/UnknownFloor-v0``.
+
+Contestants (`agents.admission.contestants`) play the same draws, which no search and no training
+has seen, and the rule (`agents.admission.rule`) says how far they must come apart. Lines of it that
+need trained policies are measured where these are given. Killed, the command goes on where it was
+when called again; called with other policies, or more episodes, it plays what is missing.
+"""
+
+import json
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich import console, markdown, progress
+
+from agents.admission import FORMAT, contestants, rule
+from agents.admission.arena import Arena, own_arena
+from agents.admission.contestants import (
+    BLIND,
+    FROZEN,
+    OPEN_LOOP,
+    ORACLE,
+    SAME_DRAW,
+    SIMPLE,
+    TRAINED,
+    Search,
+)
+from agents.admission.halving import Winner, rounds
+from agents.admission.schedules import Schedule, constant, schedules
+from agents.commands import progress_bar, reported_errors
+from agents.evaluation.episodes import spread_over
+from agents.training.folder import file_digest, provenance
+from magfold_env.checkpoint import Checkpoint
+from magfold_env.envs.baselines.constant_speed import SPEEDS
+from magfold_env.envs.tasks.draws import EVALUATION_VERSION
+from magfold_env.files import physics_digest, write_text
+
+Job = tuple[Any, ...]
+
+BLOCK = 50
+"""Episodes of a job where each is soon played."""
+
+
+class Contest:
+    """Plays what is not in its folder yet, on so many processes."""
+
+    def __init__(self, arena: Arena, processes: int, folder: Path, bar: progress.Progress) -> None:
+        self._arena, self._processes, self._folder, self._bar = arena, processes, folder, bar
+        self._given = arena.env_id, arena.tasks
+        self._key: dict[str, Any] = {
+            "format": FORMAT,
+            "id": arena.env_id,
+            "tasks": [arena.env.tasks[number].model_dump(mode="json") for number in arena.numbers],
+            "draws": EVALUATION_VERSION,
+            "physics": physics_digest(),
+        }
+
+    def search(self, effort: Search) -> dict[int, tuple[Schedule, Winner]]:
+        """Return the open loop of every task, by number, and what speaks for it."""
+        numbers = self._arena.numbers
+        found = self._played(
+            OPEN_LOOP,
+            {"search": effort},
+            len(numbers),
+            lambda start, stop: (*self._given, numbers[start:stop], effort),
+            _search,
+            block=1,
+        )
+        winners = [Winner(*each) for each in found]
+        return {
+            number: (schedules(effort.candidates, self._arena.length, number)[each.index], each)
+            for number, each in zip(numbers, winners, strict=True)
+        }
+
+    def play(
+        self, open_loops: dict[int, Schedule], searched: Search, raced: Search, episodes: int
+    ) -> dict[str, Any]:
+        """Return success and score of all that need no training, (1, episodes, 2)."""
+        key: dict[str, Any] = {"search": searched}
+        simple = self._played(
+            "simple",
+            key,
+            episodes,
+            lambda start, stop: (*self._given, open_loops, start, stop),
+            _play_simple,
+            BLOCK,
+        )
+        oracle = self._played(
+            ORACLE,
+            key | {"race": raced},
+            episodes,
+            lambda start, stop: (*self._given, open_loops, raced, start, stop),
+            _play_oracle,
+            block=1,
+        )
+        tables = (SIMPLE, simple), ((ORACLE, SAME_DRAW), oracle)
+        return {
+            name: np.array(played)[None, :, place]
+            for names, played in tables
+            for place, name in enumerate(names)
+        }
+
+    def play_policies(self, paths: Sequence[str], kind: str, episodes: int) -> Any:
+        """Return success and score of policies, (policies, episodes, 2)."""
+        runs: list[Any] = []
+        for path in paths:
+            digest = file_digest(path) or path
+            runs.append(
+                self._played(
+                    f"{kind}-{digest[:16]}",
+                    {"policy": digest, "kind": kind},
+                    episodes,
+                    partial(_policy_job, self._given, path, kind),
+                    _play_policy,
+                    BLOCK,
+                )
+            )
+        return np.array(runs)
+
+    def _played(
+        self,
+        name: str,
+        key: dict[str, Any],
+        count: int,
+        job: Callable[[int, int], Job],
+        play: Callable[..., list[Any]],
+        block: int,
+    ) -> list[Any]:
+        """Return so many records, of which those are kept that a run before this has made."""
+        kept = Checkpoint(self._folder / name.replace(" ", "-"), self._key | key)
+        records = kept.load()[:count]
+        jobs = [job(at, min(at + block, count)) for at in range(len(records), count, block)]
+        task = self._bar.add_task(name, total=count, completed=len(records), note="")
+        for found in spread_over(self._processes, play, jobs):
+            for record in found:
+                records.append(record)
+                kept.add(record)
+            self._bar.update(task, completed=len(records))
+        kept.save()
+        return records
+
+
+def _search(env_id: str, tasks: int, numbers: list[int], effort: Search) -> list[list[int]]:
+    arena = own_arena(env_id, tasks)
+    return [list(contestants.search(arena, number, effort)) for number in numbers]
+
+
+def _play_simple(
+    env_id: str, tasks: int, open_loops: dict[int, Schedule], start: int, stop: int
+) -> list[Any]:
+    return contestants.play_simple(own_arena(env_id, tasks), open_loops, start, stop)
+
+
+def _play_oracle(
+    env_id: str, tasks: int, open_loops: dict[int, Schedule], effort: Search, start: int, stop: int
+) -> list[Any]:
+    arena = own_arena(env_id, tasks)
+    return [
+        contestants.play_oracle(arena, open_loops, effort, episode)
+        for episode in range(start, stop)
+    ]
+
+
+def _policy_job(given: tuple[str, int], path: str, kind: str, start: int, stop: int) -> Job:
+    return *given, path, kind, start, stop
+
+
+def _play_policy(env_id: str, tasks: int, path: str, kind: str, start: int, stop: int) -> list[Any]:
+    policy = contestants.own_policy(path)
+    return contestants.play_policy(own_arena(env_id, tasks), policy, kind, start, stop)
+
+
+def main(  # noqa: PLR0913 - one parameter an option
+    env_id: Annotated[str, typer.Argument(metavar="ID", help="The environment.")],
+    *,
+    policy: Annotated[
+        list[str] | None,
+        typer.Option(help="A trained policy (.safetensors); again for other training seeds."),
+    ] = None,
+    blind: Annotated[
+        list[str] | None,
+        typer.Option(help="One that the same learner has trained, as long, without motion."),
+    ] = None,
+    tasks: Annotated[int, typer.Option(min=1, max=24, help="Tasks that are played.")] = 24,
+    episodes: Annotated[int, typer.Option(min=1, help="Episodes a row, of all tasks.")] = 1000,
+    search: Annotated[
+        tuple[int, int],
+        typer.Option(
+            help="Schedules that are tried as a task's open loop, and in how many episodes."
+        ),
+    ] = (1000, 6000),
+    race: Annotated[
+        tuple[int, int],
+        typer.Option(
+            help="Schedules that the oracle tries for an episode, and in how many copies."
+        ),
+    ] = (64, 250),
+    processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
+    output: Annotated[
+        Path | None, typer.Option(help="Folder of the results; runs/admission-ID by default.")
+    ] = None,
+) -> None:
+    """Compare open loops, an oracle and trained policies, and say if the task is admitted."""
+    folder = output or Path("runs") / f"admission-{env_id.rpartition('/')[2]}"
+    searched, raced = Search(*search), Search(*race)
+    given = {TRAINED: policy or [], FROZEN: policy or [], BLIND: blind or []}
+    with reported_errors(ValueError):
+        arena = own_arena(env_id, tasks)
+        for option, effort in {"--search": searched, "--race": raced}.items():
+            if effort.candidates < len(SPEEDS):
+                raise ValueError(
+                    f"{option}: {effort.candidates} schedules are not allowed; "
+                    f"must be {len(SPEEDS)} or more, constant speeds alone are as many"
+                )
+            rounds(*effort)
+        for path in (*given[TRAINED], *given[BLIND]):
+            contestants.check_policy(arena, contestants.own_policy(path))
+        # The engine is compiled before processes share the work.
+        arena.field.feed(np.array(arena.numbers[:1]), [0], constant(SPEEDS[-1]).speeds()[None])
+        with progress_bar() as bar:
+            contest = Contest(arena, processes, folder, bar)
+            found = contest.search(searched)
+            open_loops = {number: schedule for number, (schedule, _) in found.items()}
+            ends = contest.play(open_loops, searched, raced, episodes)
+            for kind, paths in given.items():
+                if paths:
+                    ends[kind] = contest.play_policies(paths, kind, episodes)
+    verdict = rule.judge(ends)
+    content = {
+        "format": FORMAT,
+        "id": env_id,
+        "episodes": episodes,
+        "search": searched._asdict(),
+        "race": raced._asdict(),
+        "confidence": 0.95,
+        "provenance": provenance(),
+        "policies": {
+            kind: [{"policy": path, "sha256": file_digest(path)} for path in paths]
+            for kind, paths in given.items()
+        },
+        "open loops": {
+            number: {"schedule": str(schedule), **winner._asdict()}
+            for number, (schedule, winner) in found.items()
+        },
+        "rows": {
+            row.name: {
+                "success": [float(part) for part in row.success],
+                "score": row.score,
+                "normalised": row.normalised,
+            }
+            for row in verdict.rows
+        },
+        "rule": [
+            {
+                "line": str(line),
+                "measured": line.measured and [float(part) for part in line.measured],
+                "holds": line.holds,
+            }
+            for line in verdict.lines
+        ],
+        "headroom": verdict.headroom and [float(part) for part in verdict.headroom],
+        "verdict": verdict.said,
+    }
+    text = rule.markdown(verdict)
+    write_text(folder / "admission.json", json.dumps(content, indent=1) + "\n")
+    write_text(folder / "admission.md", text)
+    out = console.Console()
+    out.print(markdown.Markdown(text))
+    out.print(f"written: {folder / 'admission.json'}, {folder / 'admission.md'}")
+
+
+if __name__ == "__main__":
+    typer.run(main)

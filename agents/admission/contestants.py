@@ -1,0 +1,219 @@
+"""Who is compared by the rule of admission, and how each plays some episodes of an `Arena`.
+
+================= ================================================================================
+random            actions drawn evenly
+always forward    the highest speed
+best constant     of the constant speeds the one that is best for the task, chosen on draws of its
+                  own (`magfold_env.envs.baselines.constant_speed`)
+open loop         of many schedules the one that is best for the task, by successive halving on
+                  draws of its own, the same for all tasks; the constant speeds are among them
+oracle            knows an episode's hidden physics, not its start nor its noise: races a few
+                  schedules on copies that differ from the episode in these, then plays the best.
+                  The open loop's is among them
+oracle, same draw the best of the same schedules on the very episode, which nobody can know
+trained           policies, which play the most probable action
+frozen            their actions of one episode in which nothing is drawn, replayed
+trained blind     policies that were trained without motion, shown none, as
+                  `agents.evaluation.policies.blind` has it
+================= ================================================================================
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, NamedTuple, Protocol
+from zlib import crc32
+
+import numpy as np
+
+from agents.admission.arena import SEARCH, Arena, Field, copies
+from agents.admission.halving import Winner, halving
+from agents.admission.schedules import Schedule, constant, schedules
+from agents.evaluation import policies
+from agents.training import policy_files
+from magfold_env.envs.chains.arrays import Floats, Ints
+from magfold_env.envs.spaces.actions import FASTEST
+from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.envs.tasks.feed_tasks import FeedWorld
+from magfold_env.envs.unknown_floor import HORIZON, FloorEpisodes
+
+RANDOM, FORWARD, CONSTANT, OPEN_LOOP = "random", "always forward", "best constant", "open loop"
+ORACLE, SAME_DRAW = "oracle", "oracle, same draw"
+TRAINED, FROZEN, BLIND = "trained", "frozen", "trained blind"
+
+SIMPLE = (RANDOM, FORWARD, CONSTANT, OPEN_LOOP)
+"""Those of which an episode is all it takes."""
+
+
+class Search(NamedTuple):
+    """How much is tried."""
+
+    candidates: int
+    """Schedules."""
+    budget: int
+    """Episodes."""
+
+
+def search(arena: Arena, number: int, effort: Search) -> Winner:
+    """Return which of its schedules is the open loop of a task, by the task's number."""
+    tried = schedules(effort.candidates, arena.length, number)
+    return _race(arena.field, number, tried, SEARCH, effort.budget)
+
+
+def play_simple(
+    arena: Arena, open_loops: dict[int, Schedule], start: int, stop: int
+) -> list[list[list[float]]]:
+    """Return success and score of every one of `SIMPLE` in each of some episodes."""
+    numbers, seeds = arena.draws(start, stop)
+    best = {number: arena.env.baseline_of(number).speed for number in set(numbers.tolist())}
+    tables = {
+        RANDOM: [_at_random(arena, *each) for each in zip(numbers.tolist(), seeds, strict=True)],
+        FORWARD: [constant(FASTEST).speeds()] * len(seeds),
+        CONSTANT: [constant(best[number] or FASTEST).speeds() for number in numbers.tolist()],
+        OPEN_LOOP: [open_loops[number].speeds() for number in numbers.tolist()],
+    }
+    ends = [arena.field.feed(numbers, seeds, np.array(tables[name])) for name in SIMPLE]
+    return np.stack(ends, axis=1).tolist()
+
+
+def play_oracle(
+    arena: Arena, open_loops: dict[int, Schedule], effort: Search, episode: int
+) -> list[list[float]]:
+    """Return success and score of `ORACLE` and `SAME_DRAW` in an episode."""
+    numbers, seeds = arena.draws(episode, episode + 1)
+    number = int(numbers[0])
+    tried = schedules(effort.candidates - 1, arena.length, number)
+    tried.append(open_loops[number])
+    field = Field(copied_world(arena, episode))
+    winner = _race(field, 0, tried, copies(episode), effort.budget)
+    ends = arena.field.feed(
+        np.repeat(numbers, len(tried)),
+        seeds * len(tried),
+        np.array([each.speeds() for each in tried]),
+    )
+    return [ends[winner.index].tolist(), max(ends.tolist())]
+
+
+def copied_world(arena: Arena, episode: int) -> FeedWorld:
+    """Return the world of an episode's physics, in which start and noise are drawn anew."""
+    scene = arena.drawn_scene(episode)
+    return FeedWorld(scene, tasks=[arena.env.task])
+
+
+class Seeing(Protocol):
+    """Anything that chooses actions for many observations, as Stable-Baselines3's policies do."""
+
+    observation_space: Any
+    action_space: Any
+
+    def predict(
+        self, observation: Any, state: Any, episode_start: Any, deterministic: bool
+    ) -> tuple[Any, Any]:
+        """Return an action for each observation, and what is to be remembered."""
+        ...
+
+
+def play_policy(
+    arena: Arena, policy: Seeing, kind: str, start: int, stop: int
+) -> list[list[float]]:
+    """Return success and score of a policy in each of some episodes.
+
+    `kind` is `TRAINED`, `FROZEN` or `BLIND`.
+    """
+    numbers, seeds = arena.draws(start, stop)
+    if kind == FROZEN:
+        speeds = {number: _rehearsed(arena, policy, number) for number in set(numbers.tolist())}
+        table = np.array([speeds[number] for number in numbers.tolist()])
+        return arena.field.feed(numbers, seeds, table).tolist()
+    return _play(arena, policy, numbers, seeds, kind == BLIND)[1]
+
+
+@cache
+def own_policy(path: str) -> Seeing:
+    """Return this process's own copy of a trained policy, loaded once."""
+    policies.TrainedPolicy.load(path)
+    return policy_files.load(path).policy
+
+
+def check_policy(arena: Arena, policy: Seeing) -> None:
+    """Refuse a policy of another environment.
+
+    Raises
+    ------
+    ValueError
+        If it chooses other actions, or what it observes is not a number of observations.
+    """
+    observed, size = policy.observation_space.shape or (0,), arena.world.layout.size
+    if int(np.prod(observed)) % size or policy.action_space != arena.env.action_space:
+        raise ValueError(
+            f"policy: spaces {policy.observation_space}, {policy.action_space} are not allowed; "
+            f"must be those of {arena.env_id}, with observations of {size} entries or some stacked"
+        )
+
+
+class _Player:
+    """Plays a policy in many episodes at once, shown its last observations, the newest last.
+
+    An episode's first observation stands for those before it.
+    """
+
+    def __init__(self, world: FeedWorld, policy: Seeing, episodes: FloorEpisodes, blind: bool):
+        self._world, self._policy, self._episodes, self._blind = world, policy, episodes, blind
+        self._shape: tuple[int, ...] = policy.observation_space.shape
+        self._seen: Any = None
+        self._state: Any = None
+
+    def __call__(self, rows: Ints) -> tuple[Floats]:
+        """Return the speeds [m/s] of some episodes, all of which have taken the same steps."""
+        seen, count = self._episodes.observe(), self._episodes.count
+        if self._blind:
+            seen = policies.blind(self._world, seen)
+        first = self._seen is None
+        if first:
+            frames = int(np.prod(self._shape)) // seen.shape[1]
+            self._seen = np.repeat(seen[:, None], frames, axis=1)
+        else:
+            self._seen = np.concatenate([self._seen[:, 1:], seen[:, None]], axis=1)
+        actions, self._state = self._policy.predict(
+            self._seen.reshape(count, *self._shape), self._state, np.full(count, first), True
+        )
+        return (self._world.actions.read(actions, count)[0][rows],)
+
+
+def _play(
+    arena: Arena, policy: Seeing, numbers: Ints, seeds: Sequence[int], blind: bool
+) -> tuple[FloorEpisodes, list[list[float]]]:
+    """Return episodes that a policy has played, with success and score of each."""
+    check_policy(arena, policy)
+    episodes = FloorEpisodes(arena.world, len(seeds))
+    player = _Player(arena.world, policy, episodes, blind)
+    ends = episodes.play(seeds, numbers.tolist(), player)
+    return episodes, np.column_stack([ends["is_success"], ends["score"]]).tolist()
+
+
+def _rehearsed(arena: Arena, policy: Seeing, number: int) -> Floats:
+    """Return the speeds of a policy where nothing is drawn [m/s], the last one kept."""
+    still = Arena(arena.env_id, arena.tasks, randomised=False)
+    episodes, _ = _play(still, policy, np.array([number]), [0], blind=False)
+    driven = episodes.driven[0, : int(episodes.steps[0])]
+    return np.pad(driven, (0, HORIZON - driven.size), mode="edge")
+
+
+def _race(field: Field, number: int, tried: Sequence[Schedule], stream: str, budget: int) -> Winner:
+    speeds = np.array([each.speeds() for each in tried])
+
+    def trial(candidates: Ints, start: int, stop: int) -> Floats:
+        draws = stop - start
+        seeds = episode_seeds(stream, stop)[start:] * len(candidates)
+        table = np.repeat(speeds[candidates], draws, axis=0)
+        ends = field.feed(np.full(len(seeds), number), seeds, table)
+        return ends.reshape(len(candidates), draws, 2)
+
+    return halving(len(tried), budget, trial)
+
+
+def _at_random(arena: Arena, number: int, seed: int) -> Floats:
+    """Return the speeds that actions drawn evenly ask for [m/s]."""
+    key = (1, crc32(arena.world.words[number].encode()))
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+    actions = rng.uniform(-1.0, 1.0, (HORIZON, 1)).astype(np.float32)
+    return arena.world.actions.read(actions, HORIZON)[0]

@@ -1,0 +1,142 @@
+"""The rule of admission: what must come apart for a task to be worth its physics.
+
+Tasks are fixed; intervals are 95 %, over episodes and, where there are several, training seeds.
+Differences are paired: both play the same draws.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from agents.admission.contestants import BLIND, FROZEN, OPEN_LOOP, ORACLE, RANDOM, TRAINED
+from agents.evaluation import intervals
+from magfold_env.reporting.intervals import share
+
+Ends = Mapping[str, intervals.Floats]
+"""Success and score of every contestant, (runs, episodes, 2)."""
+
+SOLVED = 0.03
+"""Headroom below which a task is solved."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A part of the rule: one contestant is to be ahead of another."""
+
+    ahead: str
+    behind: str
+    least: float
+    """By so much, as a share of episodes."""
+    surely: bool = False
+    """Whether the interval of the difference must lie above 0 too."""
+    measured: intervals.Estimate | None = None
+    """By how much it is; None if one of them has not played."""
+
+    @property
+    def holds(self) -> bool | None:
+        """Whether it is; None if that is not known."""
+        if self.measured is None:
+            return None
+        sure = not self.surely or bool(self.measured.low > 0.0)
+        return sure and bool(self.measured.value >= self.least)
+
+    def __str__(self) -> str:
+        """Return it in words."""
+        by = f" + {100 * self.least:.0f} points" if self.least else ""
+        rest = ", its interval above 0" if self.surely else ""
+        return f"{self.ahead} ≥ {self.behind}{by}{rest}"
+
+
+RULE = (
+    Line(ORACLE, OPEN_LOOP, 0.10),
+    Line(TRAINED, OPEN_LOOP, 0.05, surely=True),
+    Line(TRAINED, BLIND, 0.05),
+    Line(TRAINED, FROZEN, 0.0),
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """How a contestant does."""
+
+    name: str
+    success: intervals.Estimate
+    """Share of episodes; Wilson's interval for a single run, else the bootstrap's."""
+    score: float
+    """Mean over the episodes."""
+    normalised: float
+    """The same, random actions 0 and the oracle 1."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the rule says."""
+
+    rows: list[Row]
+    lines: list[Line]
+    headroom: intervals.Estimate | None
+    """Success of the oracle above that of the trained policies; None without them."""
+
+    @property
+    def said(self) -> str:
+        """In a word: whether the task is admitted, and if so whether it is solved."""
+        held = [line.holds for line in self.lines]
+        if False in held:
+            return "not admitted"
+        if None in held:
+            return "not measured as a whole"
+        solved = self.headroom is not None and self.headroom.value < SOLVED
+        return "admitted, solved" if solved else "admitted"
+
+
+def judge(ends: Ends) -> Verdict:
+    """Return what the rule says of contestants, random actions and the oracle among them."""
+    low, high = (float(ends[name][..., 1].mean()) for name in (RANDOM, ORACLE))
+    rows = [
+        Row(
+            name=name,
+            success=_share(each[..., 0]),
+            score=(score := float(each[..., 1].mean())),
+            normalised=(score - low) / (high - low) if high > low else float("nan"),
+        )
+        for name, each in ends.items()
+    ]
+    lines = [
+        Line(
+            line.ahead, line.behind, line.least, line.surely, _ahead(ends, line.ahead, line.behind)
+        )
+        for line in RULE
+    ]
+    return Verdict(rows, lines, _ahead(ends, ORACLE, TRAINED))
+
+
+def _ahead(ends: Ends, name: str, other: str) -> intervals.Estimate | None:
+    """Return by how much one contestant succeeds more often than another, paired by episode."""
+    if name not in ends or other not in ends:
+        return None
+    return intervals.difference(ends[name][..., 0], ends[other][..., 0], None)
+
+
+def _share(success: intervals.Floats) -> intervals.Estimate:
+    if len(success) > 1:
+        return intervals.estimate(success, None)
+    found = share(int(success.sum()), success.size)
+    value, low, high = map(intervals.np.float64, (found.rate, found.low, found.high))
+    return intervals.Estimate(value, low, high)
+
+
+def markdown(verdict: Verdict) -> str:
+    """Return the rows and what is said of each line, as tables."""
+    text = ["| | success | score | normalised |", "|---|---|---|---|"]
+    text += [
+        f"| {row.name} | {row.success} | {row.score:.3f} | {row.normalised:.2f} |"
+        for row in verdict.rows
+    ]
+    text += ["", "| rule | measured, points | |", "|---|---|---|"]
+    words = {True: "holds", False: "fails", None: "not measured"}
+    text += [
+        f"| {line} | {line.measured.points() if line.measured else '–'} | {words[line.holds]} |"
+        for line in verdict.lines
+    ]
+    headroom = verdict.headroom.points() if verdict.headroom else "–"
+    text += [f"| headroom: {ORACLE} − {TRAINED} | {headroom} | |", "", f"Verdict: {verdict.said}."]
+    return "\n".join(text) + "\n"

@@ -1,0 +1,311 @@
+"""The rule of admission compares what it says it compares, on draws of their own."""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import typer
+from gymnasium import spaces
+from gymnasium.utils import seeding
+from typer.testing import CliRunner
+
+from agents.admission import __main__ as command
+from agents.admission import contestants, rule
+from agents.admission.arena import EVALUATION, SEARCH, Arena, choice_of_tasks, copies, own_arena
+from agents.admission.contestants import (
+    BLIND,
+    FROZEN,
+    OPEN_LOOP,
+    ORACLE,
+    RANDOM,
+    SIMPLE,
+    TRAINED,
+    Search,
+)
+from agents.admission.halving import halving, rounds
+from agents.admission.schedules import OUT_BY, constant, schedules
+from agents.evaluation import intervals
+from magfold_env.envs.chains.arrays import Floats, Ints
+from magfold_env.envs.spaces.actions import DEAD_BAND, FASTEST
+from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.envs.unknown_floor import HORIZON, INTERVAL, FloorEpisodes, UnknownFloorEnv
+from tests.killed import run_until_killed
+
+FLOOR = "MagFold/UnknownFloor-v0"
+
+
+@pytest.mark.parametrize(("candidates", "budget"), [(1000, 6000), (64, 250), (13, 28), (2, 2)])
+def test_halving_keeps_to_its_budget_and_ends_with_two(candidates: int, budget: int) -> None:
+    found = rounds(candidates, budget)
+    assert 0.9 * budget <= sum(field * draws for field, draws in found) <= budget
+    fields = [field for field, _ in found]
+    assert fields[0] == candidates
+    assert fields[-1] == 2
+    assert all(2 * after - before in (0, 1) for before, after in pairwise(fields))
+    with pytest.raises(ValueError, match=r"budget: .* is not allowed"):
+        rounds(candidates, sum(fields) - 1)
+
+
+@pytest.mark.parametrize("best", [0, 17, 99])
+def test_halving_finds_the_best_of_known_bandits(best: int) -> None:
+    rng = np.random.default_rng(best)
+    chances = rng.uniform(0.0, 0.6, 100)
+    chances[best] = 0.95
+    drawn = rng.random((100, 600)) < chances[:, None]
+    played = np.zeros(100, dtype=int)
+
+    def trial(candidates: Ints, start: int, stop: int) -> Floats:
+        # Draw after draw, and none twice.
+        assert set(played[candidates]) == {start}
+        played[candidates] = stop
+        success = drawn[candidates, start:stop].astype(float)
+        return np.stack([success, 0.5 + 0.5 * success], axis=-1)
+
+    winner = halving(100, 600, trial)
+    assert winner.index == best
+    assert winner.draws == played[best] == played.max()
+    assert winner.successes == drawn[best, : winner.draws].sum()
+
+
+def test_of_as_many_successes_the_higher_score_wins_then_the_first() -> None:
+    scores = np.array([0.1, 0.4, 0.4, 0.2])
+
+    def trial(candidates: Ints, start: int, stop: int) -> Floats:
+        ends = np.zeros((len(candidates), stop - start, 2))
+        ends[..., 1] = scores[candidates, None]
+        return ends
+
+    assert halving(4, 12, trial).index == 1
+
+
+def test_schedules_are_ones_that_actions_can_ask_for() -> None:
+    arena = own_arena(FLOOR, 2)
+    found = schedules(60, arena.length, seed=5)
+    assert found[:30] == schedules(30, arena.length, seed=5)
+    assert found[13:] != schedules(60, arena.length, seed=6)[13:]
+    assert len({each.family for each in found}) == 5
+    assert constant(FASTEST) in found
+    for schedule in found:
+        speeds = schedule.speeds()
+        assert speeds.shape == (HORIZON,)
+        size = np.abs(speeds)
+        assert np.all((size == 0.0) | ((size >= DEAD_BAND) & (size <= FASTEST)))
+        actions = np.array([arena.world.actions.encode(speed) for speed in speeds])
+        read = arena.world.actions.read(actions, HORIZON)[0]
+        np.testing.assert_allclose(read, speeds, rtol=1e-6)
+        assert INTERVAL * speeds[:OUT_BY].cumsum().max() >= arena.length
+    backward = [each.speeds().min() < 0.0 for each in found if each.family == "push-pull-push"]
+    assert all(backward)
+
+
+def test_copies_have_the_physics_of_their_episode_and_other_starts() -> None:
+    arena = Arena(FLOOR, 3)
+    for episode in (0, 4):
+        scene, world = arena.drawn_scene(episode), contestants.copied_world(arena, episode)
+        again = FloorEpisodes(world, 2)
+        seeds = episode_seeds(copies(episode), 2)
+        again.rngs = [seeding.np_random(seed)[0] for seed in seeds]
+        again.begin(again.rows)
+        drawn = [scene, *map(again.scene, (0, 1))]
+        assert len({each.start_offsets for each in drawn}) == 3
+        assert {each.replace(start_offsets=scene.start_offsets) for each in drawn} == {scene}
+    assert arena.drawn_scene(0).friction != arena.drawn_scene(4).friction
+
+
+def test_the_field_plays_what_a_single_environment_plays() -> None:
+    arena = Arena(FLOOR, 2)
+    numbers, seeds = arena.draws(0, 3)
+    tried = [schedules(16, arena.length, 0)[k] for k in (4, 12, 15)]
+    encode, read = arena.world.actions.encode, arena.world.actions.read
+    actions = np.array([[encode(speed) for speed in each.speeds()] for each in tried])
+    ends = arena.field.feed(numbers, seeds, np.array([read(each, HORIZON)[0] for each in actions]))
+    env = UnknownFloorEnv()
+    for number, seed, asked, end in zip(numbers, seeds, actions, ends, strict=True):
+        env.reset(seed=seed, options={"task": int(number)})
+        info: dict[str, Any] = {}
+        for action in asked:
+            *_, terminated, _, info = env.step(action)
+            if terminated:
+                break
+        assert (info["is_success"], info["score"]) == tuple(end)
+
+
+def test_draws_of_results_are_used_for_nothing_else() -> None:
+    others = ["evaluation", "validation", "selection", "scoring", SEARCH]
+    streams = [*others, *map(copies, range(1000))]
+    seeds = {seed for stream in streams for seed in episode_seeds(stream, 30)}
+    assert len(seeds) == 30 * len(streams)
+    reported = episode_seeds(EVALUATION, 1000)
+    assert len(set(reported)) == 1000
+    assert seeds.isdisjoint(reported)
+    assert min(reported) > 2**64  # training seeds are below 2³²
+
+
+def test_tasks_are_spread_over_the_list() -> None:
+    assert choice_of_tasks(40, 24)[:4] == [0, 1, 3, 5]
+    assert len(set(choice_of_tasks(40, 24))) == 24
+    assert choice_of_tasks(3, 24) == [0, 1, 2]
+
+
+def ends_of(rates: dict[str, float], runs: int = 1) -> dict[str, Any]:
+    """Return ends of 1000 episodes of which a share succeeds: the same, and more of them."""
+    found: dict[str, Any] = {}
+    for name, rate in rates.items():
+        success = np.tile((np.arange(1000) % 100 < 100 * rate).astype(float), (runs, 1))
+        found[name] = np.stack([success, 0.5 + 0.5 * success], axis=-1)
+    return found
+
+
+ADMITTED = {RANDOM: 0.1, OPEN_LOOP: 0.7, ORACLE: 0.9, TRAINED: 0.8, FROZEN: 0.6, BLIND: 0.75}
+
+
+@pytest.mark.parametrize(
+    ("changes", "holds", "said"),
+    [
+        ({}, [True] * 4, "admitted"),
+        ({TRAINED: 0.88}, [True] * 4, "admitted, solved"),
+        ({ORACLE: 0.79}, [False, True, True, True], "not admitted"),
+        ({OPEN_LOOP: 0.76}, [True, False, True, True], "not admitted"),
+        ({BLIND: 0.76}, [True, True, False, True], "not admitted"),
+        ({FROZEN: 0.81}, [True, True, True, False], "not admitted"),
+    ],
+)
+def test_each_line_of_the_rule_decides(
+    changes: dict[str, float], holds: list[bool], said: str
+) -> None:
+    verdict = rule.judge(ends_of(ADMITTED | changes, runs=2))
+    assert [line.holds for line in verdict.lines] == holds
+    assert verdict.said == said
+    rows = {row.name: row for row in verdict.rows}
+    assert (rows[RANDOM].normalised, rows[ORACLE].normalised) == (0.0, 1.0)
+
+
+def test_what_was_not_given_is_not_measured() -> None:
+    rates = {name: ADMITTED[name] for name in (RANDOM, OPEN_LOOP, ORACLE)}
+    verdict = rule.judge(ends_of(rates))
+    assert [line.holds for line in verdict.lines] == [True, None, None, None]
+    assert verdict.said == "not measured as a whole"
+    assert rule.markdown(verdict).count("not measured |") == 3
+    # Wilson's, of 700 in 1000.
+    success = next(row.success for row in verdict.rows if row.name == OPEN_LOOP)
+    assert tuple(success) == pytest.approx((0.7, 0.6709, 0.7276), abs=1e-4)
+
+
+def test_a_difference_that_is_paired_is_surer() -> None:
+    ends = ends_of({TRAINED: 0.8, OPEN_LOOP: 0.75})
+    better, worse = (ends[name][..., 0] for name in (TRAINED, OPEN_LOOP))
+    paired = intervals.difference(better, worse, None)
+    apart = intervals.difference(better, worse[:, ::-1], None)
+    assert paired.value == apart.value == pytest.approx(0.05)
+    assert 0.0 < paired.high - paired.low < 0.7 * (apart.high - apart.low)
+    # Of a share of 5 %: 1.96 times the root of 0.05 · 0.95 / 1000.
+    assert paired.high - paired.low == pytest.approx(2 * 0.0135, rel=0.1)
+
+
+class Stacked:
+    """Goes slower the more it sees, in any of its last frames."""
+
+    action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
+
+    def __init__(self, frames: int) -> None:
+        self.observation_space = spaces.Box(-1.0, 1.0, (frames * 74,), np.float32)
+        self.shown: list[Any] = []
+
+    def predict(self, observation: Any, state: Any, episode_start: Any, deterministic: bool) -> Any:
+        assert deterministic
+        assert episode_start.all() == (state is None)
+        self.shown.append(observation)
+        frames = observation.reshape(len(observation), -1, 74)
+        # `seen`, after target, magnets and direction.
+        out = frames[:, :, 40:46].sum(axis=(1, 2))
+        return np.clip(0.8 - 0.02 * out, 0.3, 1.0)[:, None].astype(np.float32), len(self.shown)
+
+
+def test_policies_see_their_frames_and_the_blind_and_frozen_do_not() -> None:
+    arena = Arena(FLOOR, 1)
+    policy = Stacked(3)
+    contestants.play_policy(arena, policy, TRAINED, 0, 2)
+    shown = np.array(policy.shown).reshape(len(policy.shown), 2, 3, 74)
+    np.testing.assert_array_equal(shown[0, :, 0], shown[0, :, 2])
+    np.testing.assert_array_equal(shown[1:, :, :2], shown[:-1, :, 1:])
+    assert shown[-1, :, :, 40:46].any()
+
+    policy = Stacked(3)
+    contestants.play_policy(arena, policy, BLIND, 0, 2)
+    assert not np.array(policy.shown).reshape(-1, 74)[:, 40:70].any()
+
+    policy = Stacked(1)
+    contestants.play_policy(arena, policy, FROZEN, 0, 2)
+    assert {each.shape for each in policy.shown} == {(1, 74)}  # one episode, whatever is played
+
+    wrong = Stacked(1)
+    wrong.observation_space = spaces.Box(-1.0, 1.0, (75,), np.float32)
+    with pytest.raises(ValueError, match=r"policy: spaces .* are not allowed"):
+        contestants.play_policy(arena, wrong, TRAINED, 0, 2)
+
+
+KILLED = """
+import sys
+from agents.admission.__main__ import main
+
+main(
+    sys.argv[1], tasks=2, episodes=3, search=(13, 32), race=(13, 32), processes=1,
+    output=__import__("pathlib").Path(sys.argv[2]),
+)
+"""
+
+
+@pytest.mark.slow
+def test_the_command_goes_on_where_it_was_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    app = typer.Typer()
+    app.command()(command.main)
+    folder = tmp_path / "killed"
+    options = ["--tasks", "2", "--episodes", "3", "--search", "13", "32", "--race", "13", "32"]
+    given = [FLOOR, "--processes", "1", *options, "--output"]
+    run_until_killed(2, KILLED, FLOOR, str(folder))
+    searched: list[int] = []
+
+    def search(arena: Arena, number: int, effort: Search) -> Any:
+        searched.append(number)
+        return own_search(arena, number, effort)
+
+    own_search = contestants.search
+    monkeypatch.setattr(contestants, "search", search)
+    done = CliRunner().invoke(app, [*given, str(folder)])
+    assert done.exit_code == 0, done.output
+    assert not searched  # both tasks were
+    content = json.loads((folder / "admission.json").read_text(encoding="utf-8"))
+    whole = CliRunner().invoke(app, [*given, str(tmp_path / "whole")])
+    assert whole.exit_code == 0, whole.output
+    again = json.loads((tmp_path / "whole" / "admission.json").read_text(encoding="utf-8"))
+    for each in (content, again):
+        each.pop("provenance")
+    assert content == again
+    assert {*SIMPLE, ORACLE} < set(content["rows"])
+    assert content["verdict"] in ("not measured as a whole", "not admitted")
+    assert "Verdict:" in (folder / "admission.md").read_text(encoding="utf-8")
+    other = CliRunner().invoke(app, [*given, str(folder), "--tasks", "1"])
+    assert other.exit_code == 1
+    assert "was written by another run" in " ".join(other.output.split())
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (["MagFold/TubeFeed-v0"], "id: 'MagFold/TubeFeed-v0' is not allowed; must be"),
+        ([FLOOR, "--search", "1000", "900"], "budget: 900 is not allowed for 1000 candidates"),
+        ([FLOOR, "--race", "5", "900"], "--race: 5 schedules are not allowed; must be 13"),
+        ([FLOOR, "--blind", "none.safetensors"], "none.safetensors: no such file"),
+    ],
+)
+def test_what_cannot_be_is_refused(given: list[str], message: str, tmp_path: Path) -> None:
+    app = typer.Typer()
+    app.command()(command.main)
+    done = CliRunner().invoke(app, [*given, "--output", str(tmp_path)])
+    assert done.exit_code == 1
+    assert message in " ".join(done.output.split())
