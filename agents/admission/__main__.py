@@ -71,7 +71,7 @@ class Contest:
         )
         winners = [Winner(*each) for each in found]
         return {
-            number: (schedules(effort.candidates, self._arena.length, number)[each.index], each)
+            number: (schedules(effort.candidates, self._arena.length, number)[each.place], each)
             for number, each in zip(numbers, winners, strict=True)
         }
 

@@ -29,7 +29,6 @@ from agents.admission.arena import SEARCH, Arena, Field, copies
 from agents.admission.halving import Winner, halving
 from agents.admission.schedules import Schedule, constant, schedules
 from agents.evaluation import policies
-from agents.training import policy_files
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.spaces.actions import FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
@@ -90,7 +89,7 @@ def play_oracle(
         seeds * len(tried),
         np.array([each.speeds() for each in tried]),
     )
-    return [ends[winner.index].tolist(), max(ends.tolist())]
+    return [ends[winner.place].tolist(), max(ends.tolist())]
 
 
 def copied_world(arena: Arena, episode: int) -> FeedWorld:
@@ -130,8 +129,7 @@ def play_policy(
 @cache
 def own_policy(path: str) -> Seeing:
     """Return this process's own copy of a trained policy, loaded once."""
-    policies.TrainedPolicy.load(path)
-    return policy_files.load(path).policy
+    return policies.TrainedPolicy.load(path).network
 
 
 def check_policy(arena: Arena, policy: Seeing) -> None:

@@ -19,8 +19,8 @@ episodes, (candidates, draws, 2)."""
 class Winner(NamedTuple):
     """The best of the candidates."""
 
-    index: int
-    """Its place among them."""
+    place: int
+    """Among them, from 0."""
     draws: int
     """How many episodes it had."""
     successes: int

@@ -5,7 +5,9 @@ Differences are paired: both play the same draws.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from agents.admission.contestants import BLIND, FROZEN, OPEN_LOOP, ORACLE, RANDOM, TRAINED
 from agents.evaluation import intervals
@@ -100,12 +102,7 @@ def judge(ends: Ends) -> Verdict:
         )
         for name, each in ends.items()
     ]
-    lines = [
-        Line(
-            line.ahead, line.behind, line.least, line.surely, _ahead(ends, line.ahead, line.behind)
-        )
-        for line in RULE
-    ]
+    lines = [replace(line, measured=_ahead(ends, line.ahead, line.behind)) for line in RULE]
     return Verdict(rows, lines, _ahead(ends, ORACLE, TRAINED))
 
 
@@ -113,15 +110,17 @@ def _ahead(ends: Ends, name: str, other: str) -> intervals.Estimate | None:
     """Return by how much one contestant succeeds more often than another, paired by episode."""
     if name not in ends or other not in ends:
         return None
-    return intervals.difference(ends[name][..., 0], ends[other][..., 0], None)
+    better, worse = ends[name][..., 0], ends[other][..., 0]
+    if other == FROZEN:  # the same policies, so that each is compared with itself
+        return intervals.estimate(better - worse, None)
+    return intervals.difference(better, worse, None)
 
 
 def _share(success: intervals.Floats) -> intervals.Estimate:
     if len(success) > 1:
         return intervals.estimate(success, None)
     found = share(int(success.sum()), success.size)
-    value, low, high = map(intervals.np.float64, (found.rate, found.low, found.high))
-    return intervals.Estimate(value, low, high)
+    return intervals.Estimate(*map(np.asarray, (found.rate, found.low, found.high)))
 
 
 def markdown(verdict: Verdict) -> str:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, Protocol, Self
 import numpy as np
 import torch
 from pydantic import TypeAdapter, ValidationError
+from stable_baselines3.common.policies import BasePolicy
 
 from agents.training import policy_files
 from magfold_env.envs.fold_env import FoldEnv
@@ -76,6 +77,11 @@ class TrainedPolicy:
         return cls(policy_files.load(path, trust_pickle), sampled)
 
     @property
+    def network(self) -> BasePolicy:
+        """What chooses the actions."""
+        return self._saved.policy
+
+    @property
     def training_steps(self) -> int:
         """Environment steps that it was trained for."""
         return self._saved.steps
@@ -107,8 +113,8 @@ class BlindPolicy:
         return self._policy.act(env, blind(env, observation), rng)
 
 
-def blind(env: FoldEnv[Any], observation: Any) -> Any:
-    """Return an observation, or many, without motion.
+def blind(env: Any, observation: Any) -> Any:
+    """Return an observation, or many, without motion; `env` or its world says where that lies.
 
     What is known without looking stays: the target, the magnets and speeds asked for so far, and
     which components are out, as many as there were steps. What a camera would have to measure
@@ -123,7 +129,7 @@ def blind(env: FoldEnv[Any], observation: Any) -> Any:
     return _unmoved(env, observation)
 
 
-def _unmoved(env: FoldEnv[Any], entries: Any) -> Any:
+def _unmoved(env: Any, entries: Any) -> Any:
     entries = entries.copy()
     for name in env.layout.measured:
         entries[..., env.layout.slices[name]] = 0.0

@@ -53,11 +53,11 @@ class SpeedStore(Store):
     def _trial(self, number: int, plan: Plan, stream: str, draws: int) -> dict[str, Any]:
         """Return what is told of episodes of a task, played by a plan on draws of a stream."""
         episodes = self._make(self._world, draws)
-        ends = episodes.play(
-            episode_seeds(stream, draws),
-            [number] * draws,
-            lambda rows: (plan(episodes, rows),),
-        )
+
+        def choose(rows: Ints) -> tuple[Floats]:
+            return (plan(episodes, rows),)
+
+        ends = episodes.play(episode_seeds(stream, draws), [number] * draws, choose)
         return episodes.told(episodes.rows) | ends
 
 
