@@ -24,10 +24,11 @@ def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+QUICK = ("--env", "fidelity=quasistatic", "--env", "components=3")
+
+
 def run(env_id: str, *options: str) -> Any:
-    return CliRunner().invoke(
-        app, [env_id, "--env", "fidelity=quasistatic", "--env", "components=3", *options]
-    )
+    return CliRunner().invoke(app, [env_id, *options])
 
 
 def each(value: Any, step: int) -> Any:
@@ -38,15 +39,15 @@ def each(value: Any, step: int) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("env_id", "actions"),
+    ("env_id", "options"),
     [
-        ("MagFold/TubeFeed-v0", "multidiscrete"),
-        ("MagFold/SequenceDesign-v0", "discrete"),
-        ("MagFold/TubeFeedGoal-v0", "dict"),
+        ("MagFold/TubeFeed-v0", QUICK),
+        ("MagFold/TubeFeedGoal-v0", (*QUICK, "--env", "actions=dict")),
+        ("MagFold/UnknownFloor-v0", ()),
     ],
 )
-def test_a_dataset_is_loaded_and_its_episodes_repeat(env_id: str, actions: str) -> None:
-    result = run(env_id, "--env", f"actions={actions}", "--episodes", "4", "--dataset", "my/own-v3")
+def test_a_dataset_is_loaded_and_its_episodes_repeat(env_id: str, options: tuple[str]) -> None:
+    result = run(env_id, *options, "--episodes", "4", "--dataset", "my/own-v3")
     assert result.exit_code == 0, result.output
     dataset = minari.load_dataset("my/own-v3")
     assert dataset.total_episodes == 4
@@ -70,7 +71,7 @@ def test_a_trained_policy_is_recorded(tmp_path: Path) -> None:
     model = make_model(settings.learner, make_training_envs(settings, 0), 0)
     path = tmp_path / "mine.safetensors"
     policy_files.save(model, path)
-    result = run("MagFold/TubeFeed-v0", "--policy", str(path), "--episodes", "2")
+    result = run("MagFold/TubeFeed-v0", *QUICK, "--policy", str(path), "--episodes", "2")
     assert result.exit_code == 0, result.output
     (episode, _) = minari.load_dataset("magfold/TubeFeed/mine-v0").iterate_episodes()
     action, _ = model.predict(episode.observations[0], deterministic=True)
@@ -79,7 +80,7 @@ def test_a_trained_policy_is_recorded(tmp_path: Path) -> None:
 
 def test_what_cannot_be_recorded_is_named() -> None:
     assert "id: 'Nothing-v0'" in run("Nothing-v0").output
-    named = "MagFold/TubeFeed-v0", "--episodes", "1", "--dataset"
+    named = "MagFold/TubeFeed-v0", *QUICK, "--episodes", "1", "--dataset"
     assert "dataset: 'a b' is not allowed; must be such as" in run(*named, "a b").output
     assert "dataset: 'a' is not allowed; must be such as" in run(*named, "a").output
     assert run(*named, "a-v0").exit_code == 0
@@ -87,3 +88,5 @@ def test_what_cannot_be_recorded_is_named() -> None:
     assert again.exit_code == 1
     assert "dataset: 'a-v0' is there already" in again.output
     assert "no such file" in run(*named, "b-v0", "--policy", "nobody").output
+    floor = run("MagFold/UnknownFloor-v0", "--policy", "minimiser", "--dataset", "b-v0").output
+    assert "policy: 'minimiser' is not allowed in MagFold/UnknownFloor-v0; must be" in floor

@@ -82,12 +82,13 @@ def test_wrapped_environments_pass_the_checker_and_can_be_made_from_their_specs(
 
 
 def test_what_cannot_be_shown_so_is_named() -> None:
-    goal = "MagFold/TubeFeedGoal-v0"
+    goal, floor = "MagFold/TubeFeedGoal-v0", "MagFold/UnknownFloor-v0"
     refused = r"env: observations of .* must be those of MagFold/TubeFeed-v0"
+    for other in (gymnasium.make(goal, **QUICK), gymnasium.make(floor)):
+        with pytest.raises(ValueError, match=refused):
+            MouthOrderObservation(other)
     with pytest.raises(ValueError, match=refused):
-        MouthOrderObservation(gymnasium.make(goal, **QUICK))
-    with pytest.raises(ValueError, match=refused):
-        vector.MouthOrderObservation(native(AutoresetMode.SAME_STEP, goal))
+        vector.MouthOrderObservation(gymnasium.make_vec(floor, num_envs=2))
     with pytest.raises(ValueError, match=r"env: observations Dict.* must be a Box"):
         vector.FrameStackObservation(native(AutoresetMode.SAME_STEP, goal), 2)
     with pytest.raises(ValueError, match="stack_size: 0 is not allowed; must be 1 or more"):
