@@ -21,6 +21,7 @@ from magfold_env.envs.reprogram import (
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import read_tasks
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Goal
+from magfold_env.fold import FoldStatus
 from magfold_env.shapes import word_to_angles
 
 TASK = {
@@ -72,7 +73,7 @@ def test_a_success_is_the_second_fold_at_rest_after_the_first(played: Any) -> No
         task = episodes.world.tasks[episodes.numbers[row]]
         joints = np.diff(episodes.arrays.angles[row])
         at_rest = episodes.arrays.status[row] == FOLDED
-        reached = Goal(task.target).is_reached("folded" if at_rest else None, joints)
+        reached = Goal(task.target).is_reached(FoldStatus.FOLDED if at_rest else None, joints)
         assert ends["is_success"][row] == (reached and episodes.stage[row] == SECOND)
 
 
@@ -130,6 +131,7 @@ def test_shaping_changes_the_return_by_the_first_potential_alone(played: Any, sh
 
 def feed(env: ReprogramEnv, speeds: PushPullPush, steps: int = HORIZON) -> dict[str, Any]:
     """Feed by a schedule for so many steps at most; return what was told last."""
+    info: dict[str, Any] = {}
     for _ in range(steps):
         speed = float(speeds(env.episodes, np.array([0]))[0])
         *_, ended, _, info = env.step(env.actions.encode(speed))
@@ -140,13 +142,12 @@ def feed(env: ReprogramEnv, speeds: PushPullPush, steps: int = HORIZON) -> dict[
 
 def test_a_chain_that_stands_still_in_its_first_word_is_late_and_has_half() -> None:
     env = ReprogramEnv()
-    for seed in range(50):
+    plan, info, seed = PushPullPush(PULLS[:1] * 3, 1), {"stage": FIRST}, 0
+    while info["stage"] != BACK:
         info = env.reset(seed=seed, options={"task": seed % EASIEST})[1]
-        plan = PushPullPush((PUSHES[seed % 3], 0.0, 0.0), 1)
+        plan, seed = PushPullPush((PUSHES[seed % 3], 0.0, 0.0), 1), seed + 1
         while info["stage"] == FIRST and plan.leg[0] < 2:
             info = feed(env, plan, 1)
-        if info["stage"] == BACK:
-            break
     assert env.layout.slices["stage"].stop == env.layout.size == 12 * 6 + 5
     stage = env.episodes.observe()[0, env.layout.slices["stage"]]
     assert stage.tolist() == [0.0, 1.0, 0.0]
@@ -179,18 +180,26 @@ def test_the_baseline_is_what_the_best_of_the_schedules_scores(
     monkeypatch.setattr(three_speeds, "PUSHES", (0.1, 0.4))
     env = ReprogramEnv(reward="relative", difficulty=0.05)
     found, task = env.baseline_of(0), env.tasks[0]
-    assert isinstance(found.speed, tuple)
+    assert found.speed is not None
     assert found.target == "-".join(task.words)
     scores = []
     for seed in episode_seeds("scoring", 4):
         env.reset(seed=seed, options={"task": 0})
         envs = env.episodes
-        plan, row = PushPullPush(found.speed, 1), np.array([0])
+        plan, row = PushPullPush((found.speed, *found.later), 1), np.array([0])
         while not envs.terminated[0]:
             envs.step(row, (plan(envs, row),))
         scores.append(envs.told_at_end(row)["score"][0])
     assert found.score == pytest.approx(np.mean(scores))
     assert ReprogramEnv(reward="relative", difficulty=0.05).baseline_of(0) == found
+
+
+def test_the_baselines_of_shipped_tasks_are_shipped(tmp_path: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
+    env = ReprogramEnv()
+    found = [env.baseline_of(number) for number in range(len(env.tasks))]
+    assert not list(tmp_path.iterdir())
+    assert all(len(each.later) == 2 for each in found)
 
 
 def test_shipped_tasks_ask_for_two_words_of_a_chain() -> None:

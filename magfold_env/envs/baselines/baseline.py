@@ -46,22 +46,25 @@ class Baseline:
         The word, or words in turn with hyphens between.
     sequence : tuple of str or None
         The design, or the chain; None where there is none.
-    speed : float, tuple of float or None
-        Feed speed at which it does best [m/s], or speeds in turn.
+    speed : float or None
+        Feed speed at which it does best [m/s].
     score : float
         b, its mean score; 0 without a design.
     success : float
         Share of the draws that ended in success; 0 without a design.
     direction : str or None
         Direction of feed of a chain that is given, of which only the speed is free.
+    later : tuple of float
+        The speeds after `speed` of a chain that is pulled in and pushed out again [m/s].
     """
 
     target: str
     sequence: tuple[str, ...] | None
-    speed: float | tuple[float, ...] | None
+    speed: float | None
     score: float
     success: float
     direction: str | None = None
+    later: tuple[float, ...] = ()
 
     @property
     def name(self) -> str:
@@ -284,9 +287,5 @@ def _shipped() -> dict[str, dict[str, Baseline]]:
 def _from_dict(content: dict[str, Any]) -> Baseline:
     """Return the baseline that was written as `content`."""
     sequence: list[str] | None = content.pop("sequence")
-    speed: float | list[float] | None = content.pop("speed")
-    return Baseline(
-        sequence=None if sequence is None else tuple(sequence),
-        speed=tuple(speed) if isinstance(speed, list) else speed,
-        **content,
-    )
+    later = tuple(content.pop("later", ()))
+    return Baseline(sequence=None if sequence is None else tuple(sequence), later=later, **content)

@@ -107,8 +107,9 @@ class ThreeSpeedStore(SpeedStore):
         return Baseline(
             "-".join(task.words),
             task.sequence,
-            speeds,
+            speeds[0],
             float(ends["score"].mean()),
             float(ends["is_success"].mean()),
             task.direction,
+            speeds[1:],
         )
