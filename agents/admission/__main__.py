@@ -250,6 +250,7 @@ def main(  # noqa: PLR0913 - one parameter an option
                 "success": [float(part) for part in row.success],
                 "score": row.score,
                 "normalised": row.normalised,
+                "by task": rule.by_task(ends[row.name], arena.numbers),
             }
             for row in verdict.rows
         },

@@ -4,7 +4,7 @@ Tasks are fixed; intervals are 95 %, over episodes and, where there are several,
 Differences are paired: both play the same draws.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,8 +65,8 @@ class Row:
     """Share of episodes; Wilson's interval for a single run, else the bootstrap's."""
     score: float
     """Mean over the episodes."""
-    normalised: float
-    """The same, random actions 0 and the oracle 1."""
+    normalised: float | None
+    """The same, random actions 0 and the oracle 1; None if the oracle is no better."""
 
 
 @dataclass(frozen=True)
@@ -98,12 +98,24 @@ def judge(ends: Ends) -> Verdict:
             name=name,
             success=_share(each[..., 0]),
             score=(score := float(each[..., 1].mean())),
-            normalised=(score - low) / (high - low) if high > low else float("nan"),
+            normalised=(score - low) / (high - low) if high > low else None,
         )
         for name, each in ends.items()
     ]
     lines = [replace(line, measured=_ahead(ends, line.ahead, line.behind)) for line in RULE]
     return Verdict(rows, lines, _ahead(ends, ORACLE, TRAINED))
+
+
+def by_task(ends: intervals.Floats, numbers: Sequence[int]) -> dict[int, float | None]:
+    """Return the success of a contestant in each task, by number; None if it was not played.
+
+    Episodes are of one task after another.
+    """
+    parts = (ends[:, place :: len(numbers), 0] for place in range(len(numbers)))
+    return {
+        number: float(part.mean()) if part.size else None
+        for number, part in zip(numbers, parts, strict=True)
+    }
 
 
 def _ahead(ends: Ends, name: str, other: str) -> intervals.Estimate | None:
@@ -127,7 +139,8 @@ def markdown(verdict: Verdict) -> str:
     """Return the rows and what is said of each line, as tables."""
     text = ["| | success | score | normalised |", "|---|---|---|---|"]
     text += [
-        f"| {row.name} | {row.success} | {row.score:.3f} | {row.normalised:.2f} |"
+        f"| {row.name} | {row.success} | {row.score:.3f} | "
+        f"{'–' if row.normalised is None else f'{row.normalised:.2f}'} |"
         for row in verdict.rows
     ]
     text += ["", "| rule | measured, points | |", "|---|---|---|"]
