@@ -70,10 +70,13 @@ EnvId = Literal[
     "MagFold/SequenceDesign-v0",
     "MagFold/TubeFeedGoal-v0",
     "MagFold/UnknownFloor-v0",
+    "MagFold/Reprogram-v0",
 ]
 TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
 FLOOR_ENV: EnvId = "MagFold/UnknownFloor-v0"
+FEED_TRACKS: tuple[EnvId, ...] = (FLOOR_ENV, "MagFold/Reprogram-v0")
+"""Environments in which chains are given."""
 
 Targets = Annotated[
     Annotated[str, Tag("<word>")] | Annotated[tuple[str, ...], Tag("<other>")],
@@ -398,7 +401,7 @@ def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
     """
     own = ["reward=null", "shaping=null"]
     settings = load_settings(config, [f"env.{change}" for change in own + list(changes)]).env
-    if settings.id == FLOOR_ENV:
+    if settings.id in FEED_TRACKS:
         raise ValueError(
             f"env.id: {settings.id!r} is not allowed; must be one in which magnets are chosen"
         )
