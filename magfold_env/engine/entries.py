@@ -4,8 +4,9 @@
 # taken by Moreau's scheme, QUICK_TOUCHES touches in a row with next to no time between. A run ends
 # when KEEP components are held; −1: when the chain rests, or at the time END. FEEDING is 1 while
 # the feed knows what is asked of it, PARKED is 1 once it stands still for good, SLIPPING −1 or 1,
-# the sign of its force, while that is all the drive can do. STIFF is 1 while steps are Chebyshev's,
-# and negative while so many others must come before. DICE is where the random numbers of bumps are.
+# the sign of its force, while that is all the drive can do, and 2 while the pusher's stop keeps the
+# base from being pulled inward. STIFF is 1 while steps are Chebyshev's, and negative while so many
+# others must come before. DICE is where the random numbers of bumps are.
 LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, MOREAU_LEFT, SECOND_STEPS = range(8)
 QUICK_TOUCHES, KEEP, FEEDING, STIFF, PARKED, SLIPPING, DICE = range(8, 15)
 

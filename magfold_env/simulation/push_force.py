@@ -23,7 +23,7 @@ def push_force(model: Model, state: State, work: Work) -> float:
     lo, n = int(state.counter[at.LO]), model.n
     if lo in (0, n):
         return 0.0
-    if state.counter[at.SLIPPING] != 0:
+    if feed.slips(state):
         return float(state.counter[at.SLIPPING]) * model.force_limit
     feed.carry(model, state, work)
     work.chain.base[at.PULL] = 0.0

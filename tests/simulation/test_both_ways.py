@@ -174,6 +174,29 @@ def test_a_slipping_drive_does_the_work_that_its_force_does() -> None:
     assert gained == pytest.approx(limit * 0.02 / masses, rel=0.05)
 
 
+def test_the_stop_bears_what_the_drive_cannot() -> None:
+    """In-plane gravity pulls inward more than the drive bears: it falls back, and no farther."""
+    scene = tube(
+        5,
+        friction=0.0,
+        feed={"force_limit": 0.05},
+        gravity={"in_plane": [-20.0, 0.0]},
+    )
+    session = Session(scene)
+    session.feed_one()
+    session.push(0.1, 0.5)
+    assert session.status is FoldStatus.JAMMED
+    assert session.advance == pytest.approx(0.0, abs=1e-9)
+    assert session.base_velocity[0] == 0.0
+    # One that is asked for nothing is not jammed by it.
+    session = Session(scene)
+    session.feed_one()
+    session.push(-0.1, 0.05)
+    session.push(0.0, 0.5)
+    assert session.status is not FoldStatus.JAMMED
+    assert session.advance == pytest.approx(0.0, abs=1e-9)
+
+
 def test_schedules_by_time_and_by_advance_agree() -> None:
     scene = tube(5, friction=0.35)
     by_advance = scene.replace(feed={"schedule": {"advance": [[3.5, 0.1], [1.5, 0.05]]}})

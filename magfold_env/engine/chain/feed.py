@@ -22,6 +22,8 @@ STRAIGHT = 0.2  # [rad] of the heading of a component that may be held again
 NOWHERE = 1e-9  # of the side: a feed that has gone no farther is where it was at first
 AT_ONCE = 1e-3  # [s] over which the drive's force is the mean of what it takes in impulses
 ASKED_WITHIN = 1e-9  # [m/s] and share of a speed: differences that are none
+STALLED = 2  # slips, and the pusher's stop keeps the base where it is
+BORNE_WITHIN = 1e-6  # share of the force limit below which a drive moves the base off the stop
 MARK_WITHIN = 1e-10  # [m]
 PATIENCE = 0.1  # [s] of slipping after which a feed is jammed
 SOONEST = 1e-8  # [s] in which a drive that slips is not looked at again
@@ -125,8 +127,8 @@ def begin(model: Model, state: State, work: Work) -> None:
     """Tell the drive what is asked of it, and find the base's next mark."""
     n, lo = model.n, state.counter[at.LO]
     speed = float(state.speed[lo - 1])
-    if speed < 0.0 and advance(model, state) <= NOWHERE * model.side:
-        # The pusher is at its stop, which no drive moves.
+    if speed <= 0.0 and is_at_stop(model, state):
+        # No drive moves the stop.
         speed = 0.0
         state.counter[at.SLIPPING] = 0
     if lo == n:
@@ -137,7 +139,7 @@ def begin(model: Model, state: State, work: Work) -> None:
         state.counter[at.SLIPPING] = 1
         state.feed[at.SINCE] = state.clock[at.TIME]
         note_force(state, math.copysign(model.force_limit, jump))
-    if state.counter[at.SLIPPING] != 0 and jump != 0.0:
+    if slips(state) and jump != 0.0:
         state.counter[at.SLIPPING] = 1 if jump > 0.0 else -1
     carry(model, state, work)
     if state.counter[at.SLIPPING] == 0:
@@ -184,8 +186,20 @@ def is_too_much(model: Model, state: State, impulse: float) -> bool:
 
 @inlined
 def drives(model: Model, state: State) -> bool:
-    """Whether the drive moves a chain, part of which is outside, at the speed asked."""
-    return 0 < state.counter[at.LO] < model.n and state.counter[at.SLIPPING] == 0
+    """Whether the drive moves a chain, part of which is outside, or its stop keeps it."""
+    return 0 < state.counter[at.LO] < model.n and not slips(state)
+
+
+@inlined
+def slips(state: State) -> bool:
+    """Whether the drive slips and the base moves by itself, not kept by the pusher's stop."""
+    return abs(state.counter[at.SLIPPING]) == 1
+
+
+@inlined
+def is_at_stop(model: Model, state: State) -> bool:
+    """Whether the pusher is at its stop, beyond which it does not go back."""
+    return advance(model, state) <= NOWHERE * model.side
 
 
 @inlined
@@ -209,7 +223,7 @@ def note_impulse(model: Model, state: State, impulse: float, velocity: float) ->
 def note_step(state: State, work: Work, impulse: float, way: float) -> None:
     """Book an impulse of the drive [N·s] while the base went so far [m]."""
     state.account[at.IMPULSE] += impulse
-    if state.counter[at.SLIPPING] != 0:
+    if slips(state):
         state.account[at.FED] += work.chain.base[at.DRIVE] * way
     else:
         state.account[at.FED] += impulse * state.v[state.v.size - 2]
@@ -218,19 +232,21 @@ def note_step(state: State, work: Work, impulse: float, way: float) -> None:
 @kernel
 def carry(model: Model, state: State, work: Work) -> None:
     """Let the components that the tube holds go along with the base while the drive slips."""
-    carried, slipping = 0.0, state.counter[at.SLIPPING]
-    if slipping != 0:
+    carried = 0.0
+    if slips(state):
         for i in range(state.counter[at.LO]):
             carried += model.bodies.mass[i]
     work.chain.base[at.CARRIED] = carried
-    work.chain.base[at.DRIVE] = slipping * model.force_limit if slipping != 0 else 0.0
+    force = state.counter[at.SLIPPING] * model.force_limit
+    work.chain.base[at.DRIVE] = force if slips(state) else 0.0
 
 
 @kernel
 def slip(model: Model, state: State, work: Work, force: float) -> None:
     """Let the drive slip, which a force of this sign would have kept from it."""
+    if state.counter[at.SLIPPING] == 0:
+        state.feed[at.SINCE] = state.clock[at.TIME]
     state.counter[at.SLIPPING] = 1 if force > 0.0 else -1
-    state.feed[at.SINCE] = state.clock[at.TIME]
     note_force(state, math.copysign(model.force_limit, force))
     state.counter[at.FEEDING] = 0
     state.counter[at.FRESH] = 1
@@ -275,16 +291,26 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
     lo, n, slipping = state.counter[at.LO], model.n, state.counter[at.SLIPPING]
     if state.counter[at.FEEDING] == 0:
         return False
-    if slipping == 0:
+    if not slips(state):
         if anew:
             work.stages.drive[0] = needed_force(lo, model, work, acceleration)
         force = float(work.stages.drive[0])
+        if force > model.force_limit and state.v[n] == 0.0 and is_at_stop(model, state):
+            note_force(state, model.force_limit)  # the stop bears the rest
+            return True
         if abs(force) > model.force_limit:
             slip(model, state, work, force)
             return False
         note_force(state, force)
+        if slipping == STALLED and force < (1.0 - BORNE_WITHIN) * model.force_limit:
+            state.counter[at.SLIPPING] = 1
+            return False
         return True
     if is_at_mark(state):
+        return False
+    goes_in = state.v[n] < 0.0 or (state.v[n] == 0.0 and acceleration[n] < 0.0)
+    if goes_in and is_at_stop(model, state):
+        stop(model, state, work)
         return False
     behind = slipping * (state.feed[at.ASKED] - state.v[n])
     caught_up = behind <= ASKED_WITHIN * (1.0 + abs(state.feed[at.ASKED]))
@@ -321,7 +347,7 @@ def time_to_change(model: Model, state: State, acceleration: Array) -> float:
 @inlined
 def is_at_mark(state: State) -> bool:
     """Whether the base is at the next mark."""
-    if state.counter[at.SLIPPING] == 0:
+    if not slips(state):
         return float(state.clock[at.TIME]) >= float(state.clock[at.MARK])
     way = float(state.feed[at.WAY])
     gap = float(state.feed[at.NEXT] - state.q[state.q.size - 2])
@@ -375,11 +401,18 @@ def pass_mark(model: Model, state: State, work: Work) -> None:
         return
     state.q[n] = mark
     state.counter[at.FRESH] = 1
-    if inward and advance(model, state) <= NOWHERE * model.side:
-        state.counter[at.SLIPPING] = 0
-        change_speed(model, state, work, 0.0)
+    if inward and is_at_stop(model, state):
+        stop(model, state, work)
     while inward and fits(model, state):
         hold(model, state, work)
+
+
+@kernel
+def stop(model: Model, state: State, work: Work) -> None:
+    """Let the pusher's stop keep the base, on its way inward, where it is."""
+    stalled = slips(state) and state.feed[at.ASKED] > 0.0
+    state.counter[at.SLIPPING] = STALLED if stalled else 0
+    change_speed(model, state, work, 0.0)
 
 
 @inlined
@@ -509,7 +542,7 @@ def bump(model: Model, state: State, work: Work, x: float, y: float) -> None:
     spread(lo, model, state, work, x, y, base_mass(lo, model, work))
     new_energy, new_along = kinetic(lo, model, state, work)
     impulse = 0.0
-    if lo > 0 and state.counter[at.SLIPPING] == 0:
+    if lo > 0 and not slips(state):
         impulse = new_along - along
         for i in range(lo, n):
             impulse -= model.bodies.mass[i] * x

@@ -266,7 +266,7 @@ def take_account(model: Model, state: State, work: Work, h: float) -> tuple[floa
         return 0.0, lost
     pull = h * work.chain.base[at.PULL]
     impulse = h * work.chain.base[at.DRIVE]
-    if state.counter[at.SLIPPING] == 0:
+    if not feed.slips(state):
         impulse = along - h * moreau.force[n] - pull
         for r in range(rows.counts[at.JOINT_STOPS], rows.counts[at.SOLVED]):
             impulse -= rows.multiplier[r] * rows.jacobian[r, n]

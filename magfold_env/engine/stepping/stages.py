@@ -10,7 +10,7 @@ import numpy as np
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.chain.feed import coordinates, drives, needed_force, whole_mass
+from magfold_env.engine.chain.feed import coordinates, drives, needed_force, slips, whole_mass
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Model, State, Work
@@ -157,7 +157,7 @@ def drive_impulse(model: Model, state: State, work: Work, step: float, fraction:
     """Impulse of the drive within a ``fraction`` of the step [N·s]."""
     if not 0 < state.counter[at.LO] < model.n:
         return 0.0
-    if state.counter[at.SLIPPING] != 0:
+    if slips(state):
         return step * fraction * work.chain.base[at.DRIVE]
     total = 0.0
     for s in range(STAGES):
