@@ -45,7 +45,8 @@ class UnknownFloorEnv(FeedTrackEnv):
 
     `reset` picks a task: a sequence, the direction of its feed, the fold to reach; and draws what
     stays hidden: the floor's friction, evenly on a scale of powers from 0.05 to 1, the strength of
-    all magnets ±30 % and of each ±15 %, and how the chain lies in its tube. Every step says how
+    all magnets ±30 % and of each ±15 %, what the drive makes of the speed that is asked of it, ±60 %,
+    and how the chain lies in its tube. Every step says how
     fast the feed goes for the next 20 ms. Components that it draws in again may be held again.
 
     **End**: when the chain is all out and at rest; when the drive has slipped for 0.1 s (status
@@ -75,7 +76,7 @@ class UnknownFloorEnv(FeedTrackEnv):
                         of 0.3 mm along x and y
     advance   1         how far the feed has gone, x / chain length; 1 with all  [0, 1]
                         out
-    speed     1         of the feed in the last step, x / (0.6 m/s)              [−1, 1]
+    speed     1         asked for in the last step, x / (0.6 m/s)                [−1, 1]
     force     1         of the drive, mean over the last step, noise of 10 mN,   (−1, 1) *
                         x / (0.1 N); negative pulls
     time      1         x / (5 s)                                                [0, 1]
