@@ -83,6 +83,7 @@ def _play(env: gymnasium.Env[Any, Any], player: Policy, seed: int) -> tuple[Any,
 
     inner, rng = cast("FoldEnv[Any]", env.unwrapped), np.random.default_rng(seed)
     observation, info = env.reset(seed=seed)
+    player.begin()
     seen, actions = [observation], []
     steps: list[tuple[float, bool, bool]] = []
     while not (steps and any(steps[-1][1:])):

@@ -73,6 +73,7 @@ EnvId = Literal[
     "MagFold/Reprogram-v0",
 ]
 TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
+DESIGN_ENV: EnvId = "MagFold/SequenceDesign-v0"
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
 FLOOR_ENV: EnvId = "MagFold/UnknownFloor-v0"
 FEED_TRACKS: tuple[EnvId, ...] = (FLOOR_ENV, "MagFold/Reprogram-v0")
@@ -152,7 +153,17 @@ class CurriculumSettings(Group, frozen=True):
     """Number of episodes that the share is taken over."""
 
 
-class _Learner(Group, frozen=True):
+class Shown(Group, frozen=True):
+    """What networks are shown of what is observed."""
+
+    frames: Annotated[int, Field(ge=1, le=64)] = 1
+    """How many of the last observations, the newest last; an episode's first stands for those
+    before it."""
+    blind: bool = False
+    """Whether motion is taken out of them, see `agents.training.shown.blind`."""
+
+
+class _Learner(Shown, frozen=True):
     """What all learners have."""
 
     learning_rate: Positive = 3e-4
@@ -339,10 +350,11 @@ class TrainSettings(Group, frozen=True):
             problems.append(Problem(key, value, f"must be {allowed}"))
 
         learner, env = self.learner, self.env
+        hindsight = isinstance(learner, SACSettings) and learner.hindsight is not None
         if isinstance(learner, SACSettings):
             if env.actions != "box":
                 refuse("env.actions", env.actions, f"'box' with {learner.algorithm}")
-            if learner.hindsight is not None and env.id != GOAL_ENV:
+            if hindsight and env.id != GOAL_ENV:
                 refuse("env.id", env.id, f"{GOAL_ENV!r} with hindsight")
         elif learner.algorithm == "maskable-ppo" and env.actions in ("box", "dict"):
             refuse("env.actions", env.actions, "'multidiscrete' or 'discrete' with maskable-ppo")
@@ -354,9 +366,18 @@ class TrainSettings(Group, frozen=True):
         ):
             allowed = "'chain' or 'mouth' but for PPO with actions 'multidiscrete'"
             refuse("learner.features", features, allowed)
-        if features != "chain" and self.curriculum is not None:
+        if learner.frames > 1 and (features != "chain" or env.id == GOAL_ENV):
+            allowed = f"1 with {GOAL_ENV} and with features but 'chain'"
+            refuse("learner.frames", learner.frames, allowed)
+        # Achieved goals are motion, and a chain chosen as a whole is not seen to move.
+        if learner.blind and (hindsight or env.id == DESIGN_ENV):
+            refuse("learner.blind", True, f"false with {DESIGN_ENV} and with hindsight")
+        if self.curriculum is not None:
             # Chains of other lengths are filled up, which moves their entries.
-            refuse("learner.features", features, "'chain' with a curriculum")
+            if features != "chain":
+                refuse("learner.features", features, "'chain' with a curriculum")
+            if learner.blind:
+                refuse("learner.blind", True, "false with a curriculum")
         if problems:
             raise SceneError(problems)
         return self

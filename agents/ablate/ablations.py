@@ -2,7 +2,7 @@
 
 ================ =================================================================================
 seeing           the policy as it is
-blind            no motion in what it sees, see `agents.evaluation.policies.blind`
+blind            no motion in what it sees, see `agents.training.shown.blind`
 frozen           the actions of one episode without randomisation, which starts straight, replayed
 a speed          its choice of magnets, every component fed at this one speed [m/s]
 random speeds    its choice of magnets, the speed of each step drawn evenly from those on offer,
@@ -35,11 +35,15 @@ def ablations(env: FoldEnv[Any]) -> list[Ablation]:
     return [SEEING, BLIND, FROZEN, *env.actions.speeds.tolist(), RANDOM_SPEEDS, *built]
 
 
-class SpeedPolicy:
+class SpeedPolicy(policies.Policy):
     """Plays the magnets of another policy at one speed [m/s], at random ones for None."""
 
     def __init__(self, policy: policies.Policy, speed: float | None) -> None:
         self._policy, self._speed = policy, speed
+
+    def begin(self) -> None:
+        """Forget all episodes before the next."""
+        self._policy.begin()
 
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
         """Return the policy's action with another speed."""

@@ -33,6 +33,7 @@ from agents.admission.schedules import Schedule, constant, schedules
 from agents.commands import progress_bar, reported_errors
 from agents.evaluation.episodes import spread_over
 from agents.training.folder import file_digest, provenance
+from agents.training.player import Player
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.envs.baselines.constant_speed import SPEEDS
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
@@ -217,7 +218,8 @@ def main(  # noqa: PLR0913 - one parameter an option
                 )
             rounds(*effort)
         for path in (*given[TRAINED], *given[BLIND]):
-            contestants.check_policy(arena, contestants.own_policy(path))
+            saved = contestants.own_policy(path)
+            Player(saved.policy, saved.shown, arena.env_of(saved.policy.action_space))
         # The engine is compiled before processes share the work.
         arena.field.feed(np.array(arena.numbers[:1]), [0], constant(SPEEDS[-1]).speeds()[None])
         with progress_bar() as bar:

@@ -10,6 +10,7 @@ from typing import Any, cast
 
 import gymnasium
 import numpy as np
+from gymnasium import Space, spaces
 
 from agents.settings import FLOOR_ENV
 from magfold_env.envs.chains.arrays import Floats, Ints
@@ -67,7 +68,17 @@ class Arena:
     @cached_property
     def env(self) -> UnknownFloorEnv:
         """A single environment, in which nothing happens."""
-        options: dict[str, Any] = {} if self.randomised else {"randomisation": "none"}
+        return self._made()
+
+    def env_of(self, actions: Space[Any]) -> UnknownFloorEnv:
+        """Return a single environment that takes some actions, if there is one."""
+        if isinstance(actions, spaces.Discrete):
+            return self._made(actions="discrete", speeds=max(2, int(actions.n) // 2))
+        return self.env
+
+    def _made(self, **options: Any) -> UnknownFloorEnv:
+        if not self.randomised:
+            options["randomisation"] = "none"
         made = gymnasium.make(self.env_id, disable_env_checker=True, **options)
         return cast("UnknownFloorEnv", made.unwrapped)
 

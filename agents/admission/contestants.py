@@ -14,21 +14,25 @@ oracle, same draw the best of the same schedules on the very episode, which nobo
 trained           policies, which play the most probable action
 frozen            their actions of one episode in which nothing is drawn, replayed
 trained blind     policies that were trained without motion, shown none, as
-                  `agents.evaluation.policies.blind` has it
+                  `agents.training.shown.blind` has it
 ================= ================================================================================
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
+import torch
 
 from agents.admission.arena import SEARCH, Arena, Field, copies
 from agents.admission.halving import Winner, halving
 from agents.admission.schedules import Schedule, constant, schedules
-from agents.evaluation import policies
+from agents.training import policy_files
+from agents.training.player import Player
+from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.spaces.actions import FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
@@ -98,100 +102,55 @@ def copied_world(arena: Arena, episode: int) -> FeedWorld:
     return FeedWorld(scene, tasks=[arena.env.task])
 
 
-class Seeing(Protocol):
-    """Anything that chooses actions for many observations, as Stable-Baselines3's policies do."""
-
-    observation_space: Any
-    action_space: Any
-
-    def predict(
-        self, observation: Any, state: Any, episode_start: Any, deterministic: bool
-    ) -> tuple[Any, Any]:
-        """Return an action for each observation, and what is to be remembered."""
-        ...
-
-
 def play_policy(
-    arena: Arena, policy: Seeing, kind: str, start: int, stop: int
+    arena: Arena, saved: SavedPolicy, kind: str, start: int, stop: int
 ) -> list[list[float]]:
     """Return success and score of a policy in each of some episodes.
 
     `kind` is `TRAINED`, `FROZEN` or `BLIND`.
-    """
-    numbers, seeds = arena.draws(start, stop)
-    if kind == FROZEN:
-        speeds = {number: _rehearsed(arena, policy, number) for number in set(numbers.tolist())}
-        table = np.array([speeds[number] for number in numbers.tolist()])
-        return arena.field.feed(numbers, seeds, table).tolist()
-    return _play(arena, policy, numbers, seeds, kind == BLIND)[1]
-
-
-@cache
-def own_policy(path: str) -> Seeing:
-    """Return this process's own copy of a trained policy, loaded once."""
-    return policies.TrainedPolicy.load(path).network
-
-
-def check_policy(arena: Arena, policy: Seeing) -> None:
-    """Refuse a policy of another environment.
 
     Raises
     ------
     ValueError
-        If it chooses other actions, or what it observes is not a number of observations.
+        If it is of another environment.
     """
-    observed, size = policy.observation_space.shape or (0,), arena.world.layout.size
-    if int(np.prod(observed)) % size or policy.action_space != arena.env.action_space:
-        raise ValueError(
-            f"policy: spaces {policy.observation_space}, {policy.action_space} are not allowed; "
-            f"must be those of {arena.env_id}, with observations of {size} entries or some stacked"
-        )
+    numbers, seeds = arena.draws(start, stop)
+    if kind == FROZEN:
+        speeds = {number: _rehearsed(arena, saved, number) for number in set(numbers.tolist())}
+        table = np.array([speeds[number] for number in numbers.tolist()])
+        return arena.field.feed(numbers, seeds, table).tolist()
+    if kind == BLIND:
+        saved = replace(saved, shown=saved.shown.model_copy(update={"blind": True}))
+    return _play(arena, saved, numbers, seeds)[1]
 
 
-class _Player:
-    """Plays a policy in many episodes at once, shown its last observations, the newest last.
-
-    An episode's first observation stands for those before it.
-    """
-
-    def __init__(self, world: FeedWorld, policy: Seeing, episodes: FloorEpisodes, blind: bool):
-        self._world, self._policy, self._episodes, self._blind = world, policy, episodes, blind
-        self._shape: tuple[int, ...] = policy.observation_space.shape
-        self._seen: Any = None
-        self._state: Any = None
-
-    def __call__(self, rows: Ints) -> tuple[Floats]:
-        """Return the speeds [m/s] of some episodes, all of which have taken the same steps."""
-        seen, count = self._episodes.observe(), self._episodes.count
-        if self._blind:
-            seen = policies.blind(self._world, seen)
-        first = self._seen is None
-        if first:
-            frames = int(np.prod(self._shape)) // seen.shape[1]
-            self._seen = np.repeat(seen[:, None], frames, axis=1)
-        else:
-            self._seen = np.concatenate([self._seen[:, 1:], seen[:, None]], axis=1)
-        actions, self._state = self._policy.predict(
-            self._seen.reshape(count, *self._shape), self._state, np.full(count, first), True
-        )
-        return (self._world.actions.read(actions, count)[0][rows],)
+@cache
+def own_policy(path: str) -> SavedPolicy:
+    """Return this process's own copy of a trained policy, loaded once."""
+    torch.set_num_threads(1)
+    return policy_files.load(path)
 
 
 def _play(
-    arena: Arena, policy: Seeing, numbers: Ints, seeds: Sequence[int], blind: bool
+    arena: Arena, saved: SavedPolicy, numbers: Ints, seeds: Sequence[int]
 ) -> tuple[FloorEpisodes, list[list[float]]]:
     """Return episodes that a policy has played, with success and score of each."""
-    check_policy(arena, policy)
-    episodes = FloorEpisodes(arena.world, len(seeds))
-    player = _Player(arena.world, policy, episodes, blind)
-    ends = episodes.play(seeds, numbers.tolist(), player)
+    env = arena.env_of(saved.policy.action_space)
+    player = Player(saved.policy, saved.shown, env, len(seeds))
+    episodes, read = FloorEpisodes(env.world, len(seeds)), env.actions.read
+
+    def choose(rows: Ints) -> tuple[Floats]:
+        # Episodes that go on have all taken the same steps.
+        return (read(player.act(episodes.observe()), len(seeds))[0][rows],)
+
+    ends = episodes.play(seeds, numbers.tolist(), choose)
     return episodes, np.column_stack([ends["is_success"], ends["score"]]).tolist()
 
 
-def _rehearsed(arena: Arena, policy: Seeing, number: int) -> Floats:
+def _rehearsed(arena: Arena, saved: SavedPolicy, number: int) -> Floats:
     """Return the speeds of a policy where nothing is drawn [m/s], the last one kept."""
     still = Arena(arena.env_id, arena.tasks, randomised=False)
-    episodes, _ = _play(still, policy, np.array([number]), [0], blind=False)
+    episodes, _ = _play(still, saved, np.array([number]), [0])
     driven = episodes.driven[0, : int(episodes.steps[0])]
     return np.pad(driven, (0, HORIZON - driven.size), mode="edge")
 

@@ -100,6 +100,7 @@ def play(
     key = (1, crc32(target.encode()))
     rng = rng or np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
     observation, info = env.reset(seed=seed, options={"target": target})
+    policy.begin()
     actions: list[Any] = []
     total, terminated = 0.0, False
     while not terminated:

@@ -13,9 +13,10 @@ from typing import Any, NamedTuple, Protocol, Self
 import numpy as np
 import torch
 from pydantic import TypeAdapter, ValidationError
-from stable_baselines3.common.policies import BasePolicy
 
 from agents.training import policy_files
+from agents.training.player import Player
+from agents.training.shown import blind
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.files import write_text
 from magfold_env.scene import Problem, errors
@@ -28,6 +29,9 @@ BLIND = "blind:"
 class Policy(Protocol):
     """Anything that chooses the next action."""
 
+    def begin(self) -> None:
+        """Forget all episodes before the next."""
+
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
         """Return the action for the present state of `env`; `rng` is the episode's own.
 
@@ -39,7 +43,7 @@ class Policy(Protocol):
         ...
 
 
-class RandomPolicy:
+class RandomPolicy(Policy):
     """Draws every action evenly."""
 
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
@@ -48,7 +52,7 @@ class RandomPolicy:
         return env.action_space.sample()
 
 
-class DesignPolicy:
+class DesignPolicy(Policy):
     """Feeds the energy minimiser's design for the target at the speed that suits it best.
 
     It is the design that the reward is measured against: it does not look at the chain, and its
@@ -63,12 +67,16 @@ class DesignPolicy:
         return OpenLoop.at_one_speed(baseline.sequence, baseline.speed).action(env)
 
 
-class TrainedPolicy:
-    """A trained policy, which plays the most probable action, or draws it as in training."""
+class TrainedPolicy(Policy):
+    """A trained policy, which plays the most probable action, or draws it as in training.
+
+    Of what is observed it sees what its file says.
+    """
 
     def __init__(self, saved: policy_files.SavedPolicy, sampled: bool = False) -> None:
         self._saved = saved
         self._sampled = sampled
+        self._player: Player | None = None
 
     @classmethod
     def load(cls, path: str | Path, sampled: bool = False, trust_pickle: bool = False) -> Self:
@@ -77,63 +85,43 @@ class TrainedPolicy:
         return cls(policy_files.load(path, trust_pickle), sampled)
 
     @property
-    def network(self) -> BasePolicy:
-        """What chooses the actions."""
-        return self._saved.policy
-
-    @property
     def training_steps(self) -> int:
         """Environment steps that it was trained for."""
         return self._saved.steps
 
+    def begin(self) -> None:
+        """Forget all episodes before the next."""
+        self._player = None
+
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
         """Return the policy's action."""
-        policy: Any = self._saved.policy
-        own = (policy.observation_space, policy.action_space)
-        if own != (env.observation_space, env.action_space):
-            raise ValueError(
-                f"policy: its spaces {own} are not the environment's, "
-                f"{(env.observation_space, env.action_space)}"
-            )
+        if self._player is None:
+            self._player = Player(self._saved.policy, self._saved.shown, env, sampled=self._sampled)
         if self._sampled:
             torch.manual_seed(int(rng.integers(2**31)))
-        masks = {"action_masks": env.action_masks()} if self._saved.masked else {}
-        action, _ = policy.predict(observation, deterministic=not self._sampled, **masks)
-        return action
+        if isinstance(observation, dict):
+            batch: Any = {name: part[None] for name, part in observation.items()}
+        else:
+            batch = observation[None]
+        return self._player.act(batch)[0]
 
 
-class BlindPolicy:
-    """Plays a policy, however it was trained, that is shown no motion; see `blind`."""
+class BlindPolicy(Policy):
+    """Plays a policy, however it was trained, that is shown no motion.
+
+    `agents.training.shown.blind` says what that is.
+    """
 
     def __init__(self, policy: Policy) -> None:
         self._policy = policy
 
+    def begin(self) -> None:
+        """Forget all episodes before the next."""
+        self._policy.begin()
+
     def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
         """Return what the policy does without seeing the chain."""
-        return self._policy.act(env, blind(env, observation), rng)
-
-
-def blind(env: Any, observation: Any) -> Any:
-    """Return an observation, or many, without motion; `env` or its world says where that lies.
-
-    What is known without looking stays: the target, the magnets and speeds asked for so far, and
-    which components are out, as many as there were steps. What a camera would have to measure
-    (joints, headings, rates, positions and velocities; the goal achieved) is 0. Forces, events and
-    time are not in it. Zero is what networks that count from the mouth see in place of components
-    that are not out, and no side is favoured by it. On an unknown floor the force is 0 as well.
-    """
-    if isinstance(observation, dict):
-        seen: dict[str, Any] = observation
-        unseen = np.zeros_like(seen["achieved_goal"])
-        return {**seen, "observation": _unmoved(env, seen["observation"]), "achieved_goal": unseen}
-    return _unmoved(env, observation)
-
-
-def _unmoved(env: Any, entries: Any) -> Any:
-    entries = entries.copy()
-    for name in env.layout.measured:
-        entries[..., env.layout.slices[name]] = 0.0
-    return entries
+        return self._policy.act(env, blind(env.layout, observation), rng)
 
 
 def make_policy(name: str, trust_pickle: bool = False) -> Policy:
@@ -211,7 +199,7 @@ class OpenLoop(NamedTuple):
         return env.actions.encode(self.sequence[index], self.speeds[index])
 
 
-class FrozenPolicy:
+class FrozenPolicy(Policy):
     """Plays a choice for each target, whatever the chain does."""
 
     def __init__(self, choices: Mapping[str, OpenLoop]) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMonitor
 
 from agents.settings import CurriculumSettings, EnvSettings, SettingsError, TrainSettings
+from agents.training.shown import ShownVecEnv
 from magfold_env.envs.episodes import EpisodesState
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.envs.wrappers.curriculum import Curriculum
@@ -38,6 +39,8 @@ class EnvsState:
     """Reward so far of the episodes that are under way."""
     lengths: NDArray[np.int32]
     """Their steps so far."""
+    kept: NDArray[Any] | None = None
+    """The observations that are shown again; None if each is shown once."""
 
 
 def make_env(
@@ -79,7 +82,8 @@ def check_envs(settings: TrainSettings) -> None:
 
 def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
     """Return the environments of a phase of the run, numbered from 0, seeded."""
-    env, gamma = settings.phases[phase].env, settings.learner.gamma
+    env, learner = settings.phases[phase].env, settings.learner
+    gamma = learner.gamma
     if _stepping(settings, env) == "native":
         envs = make_sb3_vec(env.id, settings.envs, **env.options(gamma))
     else:
@@ -90,6 +94,8 @@ def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
         makers = [make] * settings.envs
         apart = settings.envs > 1 and _stepping(settings, env) == "processes"
         envs = VecMonitor(SubprocVecEnv(makers) if apart else DummyVecEnv(makers))
+    if (learner.frames, learner.blind) != (1, False):
+        envs = VecMonitor(ShownVecEnv(envs.venv, learner))
     # The first phase has the seed of the run, the others one that follows from it.
     follow = np.random.SeedSequence(settings.seed, spawn_key=(phase,)).generate_state(1)
     envs.seed(int(follow[0]) if phase else settings.seed)
@@ -117,13 +123,19 @@ def envs_state(envs: VecMonitor) -> EnvsState:
     inner = (
         cast("list[bytes]", envs.env_method("snapshot")) if native is None else native.get_state()
     )
-    return EnvsState(inner, envs.episode_returns.copy(), envs.episode_lengths.copy())
+    kept = envs.venv.kept if isinstance(envs.venv, ShownVecEnv) else None
+    return EnvsState(
+        inner,
+        envs.episode_returns.copy(),
+        envs.episode_lengths.copy(),
+        None if kept is None else kept.copy(),
+    )
 
 
 def _native(envs: VecMonitor) -> ChainVectorEnv[Any] | None:
     """Return the native vector environment within; None if there is none."""
-    inner = envs.venv.vector if isinstance(envs.venv, FoldVecEnv) else None
-    return inner if isinstance(inner, ChainVectorEnv) else None
+    inner = envs.venv.venv if isinstance(envs.venv, ShownVecEnv) else envs.venv
+    return inner.vector if isinstance(inner, FoldVecEnv) else None
 
 
 def set_envs_state(envs: VecMonitor, state: EnvsState) -> None:
@@ -136,6 +148,8 @@ def set_envs_state(envs: VecMonitor, state: EnvsState) -> None:
             envs.env_method("restore", snapshot, indices=number)
     envs.episode_returns = state.returns.copy()
     envs.episode_lengths = state.lengths.copy()
+    if isinstance(envs.venv, ShownVecEnv) and envs.venv.kept is not None:
+        envs.venv.kept[:] = state.kept
 
 
 def _checked(key: str, settings: TrainSettings, env: EnvSettings) -> gymnasium.Env[Any, Any]:

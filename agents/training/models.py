@@ -37,6 +37,7 @@ from agents.settings import (
     Features,
     LearnerSettings,
     SACSettings,
+    Shown,
     StopSettings,
     TrainSettings,
 )
@@ -92,6 +93,7 @@ def make_model(
         If the features are to be symmetric and the scene is not.
     """
     own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
+    own |= set(Shown.model_fields)
     options: dict[str, Any] = settings.model_dump(exclude=own)
     if isinstance(settings, SACSettings) and settings.hindsight is not None:
         options["replay_buffer_class"] = HerReplayBuffer

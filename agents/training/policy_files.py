@@ -21,8 +21,9 @@ from gymnasium import spaces
 from pydantic import Discriminator, Field, Tag, model_validator
 from stable_baselines3.common import base_class, off_policy_algorithm, policies
 
-from agents.settings import Algorithm, Features, Group, SettingsError, Widths, checked
+from agents.settings import Algorithm, Features, Group, SettingsError, Shown, Widths, checked
 from agents.training.models import CLASSES, FEATURES, UNREADABLE, network
+from agents.training.shown import shown_space
 from magfold_env.files import replacing
 from magfold_env.scene import Problem, SceneError
 
@@ -48,8 +49,8 @@ class SavedPolicy:
 
     policy: policies.BasePolicy
     """The networks, ready to choose actions."""
-    masked: bool
-    """Whether it wants to be told which actions are allowed."""
+    shown: Shown
+    """What they want to be shown."""
     steps: int
     """Environment steps that it was trained for."""
 
@@ -137,7 +138,7 @@ _Actions = Annotated[
 ]
 
 
-class PolicySettings(Group, frozen=True):
+class PolicySettings(Shown, frozen=True):
     """Everything about a policy but its weights."""
 
     algorithm: Algorithm
@@ -153,7 +154,7 @@ class PolicySettings(Group, frozen=True):
     activation: Literal["tanh", "relu"]
     """What follows each of these layers."""
     observations: _Observations
-    """What is observed."""
+    """What is observed at once."""
     actions: _Actions
     """What is chosen."""
     steps: Annotated[int, Field(ge=0)]
@@ -184,7 +185,7 @@ class PolicySettings(Group, frozen=True):
             options |= {"ortho_init": False}  # takes long, for weights that are replaced
         judge = "vf" if "ortho_init" in options else "qf"
         return kind(
-            self.observations.space(),
+            shown_space(self, self.observations.space()),
             self.actions.space(),
             lambda _: 0.0,
             net_arch={"pi": list(self.actor), judge: list(self.critic)},
@@ -196,19 +197,22 @@ class PolicySettings(Group, frozen=True):
     def least_bytes(self) -> int:
         """About what the weights take at least, to tell before any network is made."""
         layers = (self.actor, self.actions.size), (self.critic, 1)
-        widths = [(self.observations.size, *hidden, last) for hidden, last in layers]
+        seen = self.frames * self.observations.size
+        widths = [(seen, *hidden, last) for hidden, last in layers]
         return 2 * sum(a * b for each in widths for a, b in itertools.pairwise(each))
 
 
-def save(model: base_class.BaseAlgorithm, path: str | Path) -> None:
+def save(model: base_class.BaseAlgorithm, path: str | Path, shown: Shown | None = None) -> None:
     """Write the policy of `model` to `path` under a temporary name and move it into place.
+
+    It was trained with what `shown` says; None stands for observations as they are.
 
     Raises
     ------
     ValueError
         If the policy is not one that `load` can make again.
     """
-    text = _settings_of(model).model_dump_json()
+    text = _settings_of(model, shown or Shown()).model_dump_json()
     tensors = model.policy.state_dict()
     header: dict[str, Any] = {}
     parts: list[bytes] = []
@@ -254,8 +258,7 @@ def load(path: str | Path, trust_pickle: bool = False) -> SavedPolicy:
                 "trust_pickle=True)"
             )
         model = _unpickled(path)
-        masked = isinstance(model, CLASSES["maskable-ppo"])
-        return SavedPolicy(model.policy, masked, model.num_timesteps)
+        return SavedPolicy(model.policy, Shown(), model.num_timesteps)
     try:
         start = 8 + int.from_bytes(content[:8], "little")
         header = json.loads(content[8:start])
@@ -282,7 +285,7 @@ def load(path: str | Path, trust_pickle: bool = False) -> SavedPolicy:
     except ValueError as error:
         raise ValueError(f"{path}: weights: {error}") from None
     policy.set_training_mode(False)
-    return SavedPolicy(policy, settings.algorithm == "maskable-ppo", settings.steps)
+    return SavedPolicy(policy, settings, settings.steps)
 
 
 def _weights(
@@ -315,7 +318,7 @@ def _begin(entry: Any) -> int:
         return 0
 
 
-def _settings_of(model: base_class.BaseAlgorithm) -> PolicySettings:
+def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySettings:
     """Return the settings with which the policy of `model` can be made again."""
     policy: Any = model.policy
     hidden, extractor = policy.net_arch, policy.features_extractor_class
@@ -324,18 +327,20 @@ def _settings_of(model: base_class.BaseAlgorithm) -> PolicySettings:
     algorithms = {each: name for name, each in CLASSES.items()}
     activations = {each: name for name, each in _ACTIVATIONS.items()}
     content = {
+        "frames": shown.frames,
+        "blind": shown.blind,
         "algorithm": algorithms.get(type(model), str(type(model))),
         "features": FEATURES.get(extractor, str(extractor)),
         "backward": policy.features_extractor_kwargs.get("backward", False),
         "actor": hidden.get("pi", ()),
         "critic": hidden.get("vf", hidden.get("qf", ())),
         "activation": activations.get(policy.activation_fn, str(policy.activation_fn)),
-        "observations": _described(model.observation_space),
+        "observations": _described(model.observation_space, shown.frames > 1),
         "actions": _described(model.action_space),
         "steps": model.num_timesteps,
     }
     settings = checked(PolicySettings, content, "policy")
-    same = settings.observations.space() == model.observation_space
+    same = shown_space(shown, settings.observations.space()) == model.observation_space
     same = same and settings.actions.space() == model.action_space
     lost = [name for name, value in model.policy_kwargs.items() if value and name not in _WRITTEN]
     if lost or model.use_sde or not same or type(policy) is not settings.kind:
@@ -346,13 +351,14 @@ def _settings_of(model: base_class.BaseAlgorithm) -> PolicySettings:
     return settings
 
 
-def _described(space: spaces.Space[Any]) -> dict[str, Any]:
-    """Return what is known of a space, as values that JSON can hold."""
+def _described(space: spaces.Space[Any], stacked: bool = False) -> dict[str, Any]:
+    """Return what is known of a space, of one of the frames in it, as values that JSON can hold."""
     if isinstance(space, spaces.Dict):
         return {"boxes": {name: _described(each) for name, each in space.items()}}
     names = ("low", "high", "n", "nvec")
+    values = {name: getattr(space, name) for name in names if hasattr(space, name)}
     return {
-        name: np.asarray(getattr(space, name)).tolist() for name in names if hasattr(space, name)
+        name: np.asarray(value[-1] if stacked else value).tolist() for name, value in values.items()
     }
 
 

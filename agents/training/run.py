@@ -1,6 +1,5 @@
 """One run of training: its phases, its validations, and what is kept of it on the way."""
 
-import itertools
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -10,15 +9,18 @@ from uuid import uuid4
 import numpy as np
 import torch
 from rich.console import Console
-from sb3_contrib import MaskablePPO
 from stable_baselines3.common import base_class, callbacks, logger, on_policy_algorithm, vec_env
 
 from agents.commands import progress_bar
 from agents.evaluation.episodes import warm_up
-from agents.settings import EnvSettings, Phase, TrainSettings
+from agents.settings import EnvSettings, Phase, Shown, TrainSettings
 from agents.training import folder as run_folder
 from agents.training import models, policy_files
 from agents.training.envs import make_env, make_training_envs
+from agents.training.player import Player
+from magfold_env.envs.chains.arrays import Ints
+from magfold_env.envs.episodes import Episodes
+from magfold_env.envs.tasks.checks import threads_of
 from magfold_env.envs.tasks.draws import episode_seeds
 
 EPISODES_PER_RECORD = 60
@@ -69,44 +71,34 @@ def train(
 
 
 class Validation:
-    """Plays every target in turn, each time with the policy's most probable action.
+    """Plays so many episodes at once, of all targets in turn, with the most probable actions.
 
     The draws are neither those of training nor those that results are reported on.
     """
 
-    def __init__(self, settings: EnvSettings, episodes: int) -> None:
-        self._env = make_env(settings.unshaped())
+    def __init__(self, settings: EnvSettings, episodes: int, shown: Shown) -> None:
+        self._env: Any = make_env(settings.unshaped()).unwrapped
+        self._shown = shown
         self._seeds = episode_seeds("validation", episodes)
-        inner: Any = self._env.unwrapped
-        if hasattr(inner, "tasks"):
-            self._wanted = [{"task": number} for number in range(len(inner.tasks))]
-        else:
-            self._wanted = [{"target": word} for word in inner.targets]
+        world = self._env.world
+        self._numbers = np.arange(episodes) % len(world.words)
+        self._episodes: Episodes[Any] = self._env.make_episodes(world, episodes, threads_of(None))
 
     def __call__(self, model: base_class.BaseAlgorithm) -> dict[str, float]:
         """Return the rate of success and the mean score of `model`."""
-        wanted = itertools.cycle(self._wanted)
-        ends = [self._play(model, seed, next(wanted)) for seed in self._seeds]
-        return {
-            # What an episode that runs out of time has not reached.
-            "success_rate": float(np.mean([info.get("is_success", False) for info in ends])),
-            "score": float(np.mean([info.get("score", 0.0) for info in ends])),
-        }
+        episodes = self._episodes
+        player = Player(model.policy, self._shown, self._env, episodes.count)
+        read = self._env.world.actions.read
 
-    def _play(
-        self, model: base_class.BaseAlgorithm, seed: int, wanted: dict[str, Any]
-    ) -> dict[str, Any]:
-        """Play an episode and return its last info."""
-        observation, info = self._env.reset(seed=seed, options=wanted)
-        masked, masks = isinstance(model, MaskablePPO), {}
-        ended = False
-        while not ended:
-            if masked:
-                masks = {"action_masks": self._env.get_wrapper_attr("action_masks")()}
-            action, _ = model.predict(observation, deterministic=True, **masks)
-            observation, _, terminated, truncated, info = self._env.step(action)
-            ended = terminated or truncated
-        return info
+        def choose(rows: Ints) -> Any:
+            choice = read(player.act(episodes.observe()), episodes.count)
+            return tuple(part[rows] for part in choice)
+
+        ends = episodes.play(self._seeds, self._numbers.tolist(), choose)
+        return {
+            "success_rate": float(np.mean(ends["is_success"])),
+            "score": float(np.mean(ends["score"])),
+        }
 
 
 class BoundaryCallback(callbacks.BaseCallback):
@@ -205,7 +197,7 @@ class TrainingRun:
         try:
             self._learn_all()
             if self._model is not None:
-                policy_files.save(self._model, self._folder.policy)
+                policy_files.save(self._model, self._folder.policy, self._settings.learner)
             self._info.finished = True
         finally:
             self._note()
@@ -244,7 +236,7 @@ class TrainingRun:
         start, end = progress.phase_start, progress.phase_start + phase.timesteps
         rate: Any = model.learning_rate
         rate.start, rate.end = start, end
-        validation = Validation(phase.env, settings.validation_episodes)
+        validation = Validation(phase.env, settings.validation_episodes, settings.learner)
         boundaries = BoundaryCallback(
             progress,
             settings,
@@ -303,7 +295,7 @@ class TrainingRun:
         own.dump(model.num_timesteps)
         self._progress.validated_at = model.num_timesteps
         if self._progress.note(result, phase.stop):
-            policy_files.save(model, self._folder.best)
+            policy_files.save(model, self._folder.best, self._settings.learner)
         if self._watch is not None and self._progress.phase == len(self._settings.phases) - 1:
             self._watch(self._progress.validations, result)
 
@@ -312,7 +304,7 @@ class TrainingRun:
         parts = models.pack(model, envs, self._progress, run_folder.event_sizes(self._folder.path))
         models.write_archive(self._folder.state, self._key, parts)
         name = f"policy-{model.num_timesteps:09d}.safetensors"
-        policy_files.save(model, self._folder.checkpoints / name)
+        policy_files.save(model, self._folder.checkpoints / name, self._settings.learner)
         self._note()
 
     def _note(self) -> None:

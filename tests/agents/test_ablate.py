@@ -16,6 +16,7 @@ from agents.ablate.ablations import play as play_ablated
 from agents.evaluation import episodes, policies
 from agents.evaluation.report import Method
 from agents.settings import EnvSettings
+from agents.training.shown import blind
 from tests.agents.test_intervals import WORDS
 from tests.killed import run_until_killed
 
@@ -30,7 +31,7 @@ def seen(env: Any, observation: Any) -> Any:
     return np.concatenate([entries[env.layout.slices[name]] for name in env.layout.measured])
 
 
-class Reading:
+class Reading(policies.Policy):
     """Lets what it sees of the chain decide, and nothing else."""
 
     def act(self, env: Any, observation: Any, rng: object) -> Any:
@@ -78,8 +79,8 @@ def test_two_motions_of_one_task_look_alike_to_the_blind(kind: Any, direction: s
             first, second = (env.step(action)[0] for env in envs)
             assert not np.array_equal(seen(envs[0], first), seen(envs[1], second))
             before = deepcopy(first)
-            one = policies.blind(envs[0], first)
-            np.testing.assert_equal(one, policies.blind(envs[1], second))
+            one = blind(envs[0].layout, first)
+            np.testing.assert_equal(one, blind(envs[1].layout, second))
             np.testing.assert_equal(first, before)
             assert not seen(envs[0], one).any()
             known(envs[0], one, first)

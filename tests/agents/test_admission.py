@@ -28,6 +28,8 @@ from agents.admission.contestants import (
 from agents.admission.halving import halving, rounds
 from agents.admission.schedules import OUT_BY, constant, schedules
 from agents.evaluation import intervals
+from agents.settings import Shown
+from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.spaces.actions import DEAD_BAND, FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
@@ -209,10 +211,11 @@ def test_a_difference_that_is_paired_is_surer() -> None:
 class Stacked:
     """Goes slower the more it sees, in any of its last frames."""
 
-    action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
+    action_space: Any = spaces.Box(-1.0, 1.0, (1,), np.float32)
 
-    def __init__(self, frames: int) -> None:
-        self.observation_space = spaces.Box(-1.0, 1.0, (frames * 74,), np.float32)
+    def __init__(self, frames: int, width: int = 74) -> None:
+        shape = (width,) if frames == 1 else (frames, width)
+        self.observation_space = spaces.Box(-1.0, 1.0, shape, np.float32)
         self.shown: list[Any] = []
 
     def predict(self, observation: Any, state: Any, episode_start: Any, deterministic: bool) -> Any:
@@ -222,30 +225,48 @@ class Stacked:
         frames = observation.reshape(len(observation), -1, 74)
         # `seen`, after target, magnets and direction.
         out = frames[:, :, 40:46].sum(axis=(1, 2))
-        return np.clip(0.8 - 0.02 * out, 0.3, 1.0)[:, None].astype(np.float32), len(self.shown)
+        return self.acting(np.clip(0.8 - 0.02 * out, 0.3, 1.0)), len(self.shown)
+
+    def acting(self, share: Any) -> Any:
+        return share[:, None].astype(np.float32)
 
 
-def test_policies_see_their_frames_and_the_blind_and_frozen_do_not() -> None:
+class Leveled(Stacked):
+    """Likewise with speeds of a table."""
+
+    action_space = spaces.Discrete(9)
+
+    def acting(self, share: Any) -> Any:
+        return (4 + 4 * share).astype(np.int64)
+
+
+def saved(policy: Any, frames: int = 1, blind: bool = False) -> SavedPolicy:
+    return SavedPolicy(policy, Shown(frames=frames, blind=blind), steps=0)
+
+
+@pytest.mark.parametrize("kind", [Stacked, Leveled])
+def test_policies_see_their_frames_and_the_blind_and_frozen_do_not(kind: type[Stacked]) -> None:
     arena = Arena(FLOOR, 1)
-    policy = Stacked(3)
-    contestants.play_policy(arena, policy, TRAINED, 0, 2)
-    shown = np.array(policy.shown).reshape(len(policy.shown), 2, 3, 74)
+    policy = kind(3)
+    contestants.play_policy(arena, saved(policy, 3), TRAINED, 0, 2)
+    shown = np.array(policy.shown)
+    assert shown.shape[1:] == (2, 3, 74)
     np.testing.assert_array_equal(shown[0, :, 0], shown[0, :, 2])
     np.testing.assert_array_equal(shown[1:, :, :2], shown[:-1, :, 1:])
     assert shown[-1, :, :, 40:46].any()
 
-    policy = Stacked(3)
-    contestants.play_policy(arena, policy, BLIND, 0, 2)
-    assert not np.array(policy.shown).reshape(-1, 74)[:, 40:70].any()
+    for stated, by_file in ((BLIND, False), (TRAINED, True)):
+        policy = kind(3)
+        contestants.play_policy(arena, saved(policy, 3, by_file), stated, 0, 2)
+        assert not np.array(policy.shown)[..., 40:70].any()
 
-    policy = Stacked(1)
-    contestants.play_policy(arena, policy, FROZEN, 0, 2)
+    policy = kind(1)
+    contestants.play_policy(arena, saved(policy), FROZEN, 0, 2)
     assert {each.shape for each in policy.shown} == {(1, 74)}  # one episode, whatever is played
 
-    wrong = Stacked(1)
-    wrong.observation_space = spaces.Box(-1.0, 1.0, (75,), np.float32)
-    with pytest.raises(ValueError, match=r"policy: spaces .* are not allowed"):
-        contestants.play_policy(arena, wrong, TRAINED, 0, 2)
+    for wrong in (saved(kind(1, 75)), saved(kind(3), 4)):
+        with pytest.raises(ValueError, match=r"policy: its spaces .* are not the environment's"):
+            contestants.play_policy(arena, wrong, TRAINED, 0, 2)
 
 
 KILLED = """

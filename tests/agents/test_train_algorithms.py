@@ -141,10 +141,10 @@ def test_environments_of_a_phase_have_their_own_seeds() -> None:
 def test_validation_plays_the_same_draws_every_time() -> None:
     settings = tiny("ppo", env={"targets": ["LRLLL", "RLRRR"], "fidelity": "quasistatic"})
     model = make_model(settings.learner, make_training_envs(settings, 0), 0)
-    validation = Validation(settings.env, 4)
+    validation = Validation(settings.env, 4, settings.learner)
     result = validation(model)
     assert set(result) == {"success_rate", "score"}
-    assert result == validation(model) == Validation(settings.env, 4)(model)
+    assert result == validation(model) == Validation(settings.env, 4, settings.learner)(model)
 
 
 def test_every_learner_is_tried() -> None:

@@ -57,6 +57,12 @@ PRETRAINED: dict[str, Any] = {
 SLOW = pytest.mark.slow
 RUNS = [
     pytest.param(tiny("ppo", envs=2), id="ppo"),
+    pytest.param(tiny("ppo", shown={"frames": 3, "blind": True}, envs=2), id="ppo, frames, blind"),
+    pytest.param(
+        tiny("sac", shown={"frames": 3}, timesteps=200, stepping="serial"),
+        id="sac, frames, serial",
+        marks=SLOW,
+    ),
     pytest.param(tiny("tqc", True, **PRETRAINED), id="tqc with hindsight in two phases"),
     pytest.param(tiny("ppo", **PRETRAINED), id="ppo in two phases", marks=SLOW),
     pytest.param(

@@ -18,9 +18,11 @@ LEARNERS: dict[str, dict[str, Any]] = {
 """Hyper-parameters that make every learner quick."""
 
 
-def tiny(algorithm: str = "ppo", hindsight: bool = False, **changes: Any) -> TrainSettings:
+def tiny(
+    algorithm: str = "ppo", hindsight: bool = False, shown: Any = None, **changes: Any
+) -> TrainSettings:
     """Return the settings of a run of a second."""
-    learner = {"algorithm": algorithm, "hidden": [16], **LEARNERS[algorithm]}
+    learner = {"algorithm": algorithm, "hidden": [16], **LEARNERS[algorithm], **(shown or {})}
     env: dict[str, Any] = {"fidelity": "quasistatic", "components": 3}
     if algorithm in ("sac", "tqc"):
         env["actions"] = "box"

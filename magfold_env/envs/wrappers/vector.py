@@ -106,15 +106,50 @@ class FrameStackObservation(_Observation):
         space = cast("Any", env).single_observation_space
         if not isinstance(space, spaces.Box):
             raise ValueError(f"env: observations {space} are not allowed; must be a Box")
-        stacked = cast("spaces.Box", batch_space(space, stack_size))
-        super().__init__(env, stacked)
-        self._stack = cast("NDArray[Any]", create_empty_array(stacked, env.num_envs))
+        self._frames = Frames(cast("spaces.Box", space), stack_size, env.num_envs)
+        super().__init__(env, self._frames.space)
 
     def _shown(self, observations: NDArray[Any], begun: Bools, stepped: Bools) -> NDArray[Any]:
-        self._stack[stepped, :-1] = self._stack[stepped, 1:]
-        self._stack[stepped, -1] = observations[stepped]
-        self._stack[begun] = observations[begun, None]
-        return self._stack.copy()
+        return self._frames.push(observations, begun, stepped)
 
     def _last(self, observation: NDArray[Any], row: int) -> NDArray[Any]:
-        return np.concatenate([self._stack[row, 1:], observation[None]])
+        return self._frames.last(observation, row)
+
+
+class Frames:
+    """The last observations of many environments, the newest last.
+
+    Parameters
+    ----------
+    space : gymnasium.spaces.Box
+        Of one observation.
+    stack_size : int
+        How many of an environment's are kept.
+    count : int
+        How many environments.
+
+    Attributes
+    ----------
+    space : gymnasium.spaces.Box
+        Of what is kept of an environment, (stack_size, ...).
+    kept : array
+        What is, (count, stack_size, ...).
+    """
+
+    def __init__(self, space: spaces.Box, stack_size: int, count: int) -> None:
+        self.space = cast("spaces.Box", batch_space(space, stack_size))
+        self.kept = cast("NDArray[Any]", create_empty_array(self.space, count))
+
+    def push(self, observations: NDArray[Any], begun: Bools, stepped: Bools) -> NDArray[Any]:
+        """Take in observations of environments that began, or made a step; return all, copied.
+
+        An episode's first observation stands for those before it.
+        """
+        self.kept[stepped, :-1] = self.kept[stepped, 1:]
+        self.kept[stepped, -1] = observations[stepped]
+        self.kept[begun] = observations[begun, None]
+        return self.kept.copy()
+
+    def last(self, observation: NDArray[Any], row: int) -> NDArray[Any]:
+        """Return an episode's last observations, the newest of which is given."""
+        return np.concatenate([self.kept[row, 1:], observation[None]])

@@ -1,0 +1,134 @@
+"""Networks are shown the same in training and wherever they play."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.wrappers import FrameStackObservation
+
+from agents.evaluation import episodes
+from agents.evaluation.policies import BlindPolicy, TrainedPolicy
+from agents.settings import SettingsError, TrainSettings, changed_settings
+from agents.training import policy_files
+from agents.training.envs import envs_state, make_training_envs, set_envs_state
+from agents.training.models import make_model
+from agents.training.shown import blind
+from tests.agents.training import tiny
+
+FLOOR = "MagFold/UnknownFloor-v0"
+
+
+def both(stepping: str, **shown: Any) -> tuple[Any, Any]:
+    """Return the same environments, of two chains, as they are and as networks are shown them."""
+    one, other = (tiny(shown=each, stepping=stepping, envs=2) for each in ({}, shown))
+    return make_training_envs(one, 0), make_training_envs(other, 0)
+
+
+@pytest.mark.parametrize("stepping", ["native", "serial"])
+@pytest.mark.parametrize("blinded", [False, True])
+def test_the_last_observations_are_shown_and_the_first_stands_for_those_before(
+    stepping: str, blinded: bool
+) -> None:
+    plain, shown = both(stepping, frames=3, blind=blinded)
+    layout = plain.get_attr("layout")[0]
+    seen = plain.reset()
+    frames = [[each] * 3 for each in seen]
+
+    def expected(kept: Any) -> Any:
+        return blind(layout, np.array(kept)) if blinded else np.array(kept)
+
+    np.testing.assert_array_equal(shown.reset(), expected(frames))
+    ends = 0
+    for _ in range(8):
+        actions = np.array([plain.action_space.sample() for _ in frames])
+        seen, _, over, infos = plain.step(actions)
+        stacked, _, same, told = shown.step(actions)
+        np.testing.assert_array_equal(over, same)
+        for row, each in enumerate(frames):
+            if over[row]:
+                ends += 1
+                last = [*each[1:], infos[row]["terminal_observation"]]
+                np.testing.assert_array_equal(told[row]["terminal_observation"], expected(last))
+            each[:] = [seen[row]] * 3 if over[row] else [*each[1:], seen[row]]
+        np.testing.assert_array_equal(stacked, expected(frames))
+    assert ends >= 2
+
+
+def test_what_was_shown_belongs_to_the_state() -> None:
+    _, shown = both("native", frames=3)
+    shown.reset()
+    actions = np.array([shown.action_space.sample() for _ in range(2)])
+    shown.step(actions)
+    state = envs_state(shown)
+    first = shown.step(actions)[0]
+    set_envs_state(shown, state)
+    np.testing.assert_array_equal(shown.step(actions)[0], first)
+
+
+def untrained(settings: TrainSettings, path: Path) -> Any:
+    """Write an untrained policy; return its model."""
+    model = make_model(settings.learner, make_training_envs(settings, 0), 0)
+    policy_files.save(model, path, settings.learner)
+    return model
+
+
+@pytest.mark.parametrize("env_id", ["MagFold/TubeFeed-v0", FLOOR])
+def test_a_policy_that_plays_is_shown_what_its_file_says(env_id: Any, tmp_path: Path) -> None:
+    fidelity = {} if env_id == FLOOR else {"fidelity": "quasistatic", "components": 4}
+    settings = tiny(shown={"frames": 3}, env={"id": env_id, "actions": "discrete", **fidelity})
+    model = untrained(settings, tmp_path / "policy.safetensors")
+    policy = TrainedPolicy.load(tmp_path / "policy.safetensors")
+    env = episodes.make_env(settings.env)
+    stacked = FrameStackObservation(episodes.make_env(settings.env), 3)
+    rng = np.random.default_rng(0)
+    for seed in range(2):
+        policy.begin()
+        observation, _ = env.reset(seed=seed)
+        seen, _ = stacked.reset(seed=seed)
+        ended, steps = False, 0
+        while not ended and steps < 20:
+            action = policy.act(env, observation, rng)
+            assert action == model.predict(seen, deterministic=True)[0]
+            observation, _, ended, _, _ = env.step(action)
+            seen, *_ = stacked.step(action)
+            steps += 1
+
+
+def test_a_policy_trained_blind_plays_blind(tmp_path: Path) -> None:
+    seeing, blinded = (
+        tiny("maskable-ppo", shown={"frames": 2, "blind": each}) for each in (False, True)
+    )
+    paths = tmp_path / "seeing.safetensors", tmp_path / "blind.safetensors"
+    for settings, path in zip((seeing, blinded), paths, strict=True):
+        untrained(settings, path)
+    one, other = map(TrainedPolicy.load, paths)
+    env = episodes.make_env(seeing.env)
+    target = env.targets[0]
+    outcomes = [
+        [episodes.play(policy, env, target, seed, np.random.default_rng(0)) for seed in range(4)]
+        for policy in (BlindPolicy(one), other, BlindPolicy(other))
+    ]
+    assert outcomes[0] == outcomes[1] == outcomes[2]
+
+
+@pytest.mark.parametrize(
+    ("settings", "changes", "message"),
+    [
+        (tiny(), {"learner.frames": 0}, "learner.frames: 0 is not allowed; must be greater than"),
+        (tiny(), {"learner.frames": 2, "learner.features": "mouth"}, "learner.frames: 2 .* be 1"),
+        (tiny("sac", True), {"learner.frames": 2}, "learner.frames: 2 is not allowed; must be 1"),
+        (tiny("sac", True), {"learner.blind": True}, "learner.blind: True .* with hindsight"),
+        (tiny(), {"learner.blind": True, "env.id": "MagFold/SequenceDesign-v0"}, "learner.blind"),
+        (
+            tiny(curriculum={"stages": [{"difficulty": 0.5}]}),
+            {"learner.blind": True},
+            "learner.blind: True is not allowed; must be false with a curriculum",
+        ),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(
+    settings: TrainSettings, changes: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(SettingsError, match=message):
+        changed_settings(settings, changes)
