@@ -176,7 +176,7 @@ class Bumps(Part):
 
 
 class Spreads(Part):
-    """Relative half-widths of the even draws that `Scene.draw` makes; 0 draws nothing."""
+    """Half-widths of the even draws that `Scene.draw` makes, relative but for one; 0: no draw."""
 
     friction: Fraction = 0.0
     """Of the friction coefficient, one factor a scene."""
@@ -196,12 +196,26 @@ class Spreads(Part):
     """Of the casings' side, one factor a scene: all come out of one mould."""
     inset: Fraction = 0.0
     """Of the magnets' inset, one factor a scene."""
+    obstacle_width: Fraction = 0.0
+    """Of how far obstacles lie from the x axis, one factor a scene: a chamber's width."""
+    obstacle_offset: NonNegative = 0.0
+    """How far all obstacles are moved along y, once for a scene [m]."""
 
     def friction_factor(self, unit: Array) -> Array:
         """Return factors of the friction coefficient for numbers drawn evenly from [−1, 1)."""
         # Rounded, so that machines whose powers differ in the last bit draw the same.
         decades = np.round(10.0 ** (self.friction_decades * unit), 12)
         return (1.0 + self.friction * unit) * decades
+
+    @property
+    def moves_obstacles(self) -> bool:
+        """Whether there is something to draw of where obstacles lie."""
+        return max(self.obstacle_width, self.obstacle_offset) > 0.0
+
+    def obstacle_places(self, y: Array, unit: Array) -> Array:
+        """Return where obstacles lie along y [m], (m, k), for places (k,) and numbers (m, 2)."""
+        width = 1.0 + self.obstacle_width * unit[:, :1]
+        return width * y + self.obstacle_offset * unit[:, 1:]
 
     @property
     def any(self) -> bool:

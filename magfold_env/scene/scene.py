@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal, Self, cast
@@ -129,6 +130,8 @@ class Scene(base.Part):
             problems.append(Problem("solver.method", self.solver.method, allowed))
         if not problems and max(self.spreads.side, self.spreads.inset) > 0.0:
             problems += self._misfits_of_spreads()
+        if not problems and self.spreads.moves_obstacles:
+            problems += self._misfits_of_obstacles()
         refuse(problems)
         return self
 
@@ -226,6 +229,27 @@ class Scene(base.Part):
                     key, value = "spreads.inset", self.spreads.inset
                 return [Problem(key, value, f"a scene at its end: {error}")]
         return []
+
+    def _misfits_of_obstacles(self) -> list[Problem]:
+        """Return the problems of obstacles that lie as far as they may be drawn to."""
+        for ends in itertools.product((-1.0, 1.0), repeat=2):
+            try:
+                self.replace(spreads=parts.Spreads(), obstacles=self._obstacles_at(np.array(ends)))
+            except SceneError as error:
+                name = "offset" if self.spreads.obstacle_offset > 0.0 else "width"
+                key = f"obstacle_{name}"
+                allowed = f"a scene at its end: {error}"
+                return [Problem(f"spreads.{key}", getattr(self.spreads, key), allowed)]
+        return []
+
+    def _obstacles_at(self, unit: Array) -> tuple[Rectangle, ...]:
+        """Return the obstacles where two numbers from [−1, 1) say that they lie."""
+        y = np.array([each.position[1] for each in self.obstacles])
+        places = self.spreads.obstacle_places(y, unit[None])[0].tolist()
+        return tuple(
+            each.model_copy(update={"position": (each.position[0], place)})
+            for each, place in zip(self.obstacles, places, strict=True)
+        )
 
     def _sized(self, side: float, inset: float) -> dict[str, Any]:
         """Return the changes that multiply the casings' side and the magnets' inset."""
@@ -330,8 +354,9 @@ class Scene(base.Part):
         leaves the others' values as they were: friction (1), mass (n), remanence (1), feed
         speed (1), start angles (n-1) or in a tube the hinges' offsets (n+1), each even over its
         width. Where the feed jitters or magnets differ one by one, their draws follow: feed jitter
-        (n), magnets (4n), component by component; where side or inset vary, side (1), inset (1);
-        where bumps are left to chance, their seed (1). A concrete scene draws nothing.
+        (n), magnets (4n), component by component; where obstacles lie differently, their width (1)
+        and offset (1); where side or inset vary, side (1), inset (1); where bumps are left to
+        chance, their seed (1). A concrete scene draws nothing.
 
         Parameters
         ----------
@@ -368,7 +393,8 @@ class Scene(base.Part):
                 pace = 1.0 + spreads.feed_speed * float(unit[n + 2])
                 changes["feed"]["schedule"] = self.feed.schedule.scaled(pace)
         for group, values in self._draw_last(rng).items():
-            changes[group] = {**changes.get(group, {}), **values}
+            is_group = isinstance(values, Mapping)
+            changes[group] = {**changes.get(group, {}), **values} if is_group else values
         start = unit[n + 3 :]
         if tube and self.start_angles is None and self.start_offsets is None:
             changes["start_offsets"] = self.start_offset_spread * start + 0.0  # no -0.0
@@ -380,6 +406,8 @@ class Scene(base.Part):
         """Return the changes of what is drawn after all else, where it is drawn at all."""
         changes: dict[str, Any] = {}
         spreads = self.spreads
+        if spreads.moves_obstacles:
+            changes["obstacles"] = self._obstacles_at(2.0 * rng.random(2) - 1.0)
         if max(spreads.side, spreads.inset) > 0.0:
             side, inset = 2.0 * rng.random(2) - 1.0
             changes |= self._sized(1.0 + spreads.side * side, 1.0 + spreads.inset * inset)

@@ -19,7 +19,7 @@ from magfold_env.simulation.stack import Stack
 from magfold_env.simulation.view import Orientation
 from magfold_env.simulation.work_queue import WorkQueue
 
-OWN = ("charge", "grip", "bodies.mass", "bodies.inertia")
+OWN = ("charge", "grip", "bodies.mass", "bodies.inertia", "obstacles")
 """What may differ from chain to chain in a model, besides the numbers that `Chains` names."""
 
 
@@ -65,6 +65,7 @@ class Chains:
         """Which of the models each chain has."""
         self.mass, self.inertia = self._models["bodies.mass"], self._models["bodies.inertia"]
         self.grip, self.charge = self._models["grip"], self._models["charge"]
+        self.obstacles: Array = self._models["obstacles"]
         self.rate_scale = self._models.number("rate_scale")
         self.light_rate = self._models.number("light_rate")
         self.q, self.v, self.stuck = (self._states[name] for name in ("q", "v", "stuck"))

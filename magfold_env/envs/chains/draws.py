@@ -11,6 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from magfold_env.engine import entries as at
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.scene import Scene
@@ -63,8 +64,9 @@ class DrawnChains:
         self.chains = Chains(packed, count, threads, frame_rate)
         jitters = spreads.feed_jitter > 0.0 or spreads.magnet > 0.0
         self._first = 0 if template.is_concrete else 2 * n + 4
-        self._rest = 5 if jitters else 0
-        self._numbers = np.zeros((count, self._first + self._rest * n))
+        self._rest = 5 * n if jitters else 0
+        last = 2 if spreads.moves_obstacles else 0
+        self._numbers = np.zeros((count, self._first + self._rest + last))
         self.strengths = np.empty((count, n, 4))
         """Charge of every pole face [A·m], component 1 first."""
         self.strengths[:] = template.magnets.charges(n) if template.magnets else np.ones(4)
@@ -126,7 +128,8 @@ class DrawnChains:
         scene, chains, flip = self.templates[0], self.chains, self.flip(rows[0])
         n, spreads = scene.n, scene.spreads
         unit = 2.0 * self._numbers[rows] - 1.0
-        each = unit[:, self._first :].reshape(len(rows), self._rest, n)
+        rest = self._first + self._rest
+        each = unit[:, self._first : rest].reshape(len(rows), -1, n)
         friction = scene.friction * spreads.friction_factor(unit[:, 0])
         mass = np.broadcast_to(scene.masses, (len(rows), n))
         if spreads.mass > 0.0:
@@ -149,6 +152,11 @@ class DrawnChains:
             self.factors[rows] = REFERENCE_SPEED * speed / REFERENCE_SPEED
         if max(spreads.remanence, spreads.magnet) > 0.0:
             self.strengths[rows] = self._charges(strength)
+        if spreads.moves_obstacles:
+            y = np.array([obstacle.position[1] for obstacle in scene.obstacles])
+            places = spreads.obstacle_places(y, unit[:, rest:])
+            first = chains.obstacles.shape[1] - y.size
+            chains.obstacles[rows, first:, at.Y] = places
         strongest, mass = self.strengths[rows].max(axis=(1, 2)), np.ascontiguousarray(mass)
         chains.rate_scale[rows] = typical_rate(scene, strongest, mass.mean(axis=1))
         chains.light_rate[rows] = typical_rate(scene, strongest, mass.min(axis=1))

@@ -18,7 +18,10 @@ EVERY = {
     "feed_speed": 0.1,
     "feed_jitter": 0.05,
     "magnet": 0.1,
+    "obstacle_width": 0.2,
+    "obstacle_offset": 0.003,
 }
+WALLS = mf.chamber((0.02, -0.03), (0.1, 0.06), opening=0.05)
 CASES: dict[str, dict[str, Any]] = {
     "nothing": {"spreads": {}, "start_angles": (0.0, 0.01, 0.0, -0.02, 0.0)},
     "angles": {"spreads": {}},
@@ -33,6 +36,8 @@ CASES: dict[str, dict[str, Any]] = {
     "charges": {"spreads": {"remanence": 0.3}, "magnets": {"pole_charge": 2.0}},
     "no-friction": {"spreads": {"friction": 0.5, "mass": 0.1}, "friction": 0.0},
     "built": {"spreads": EVERY, "feed": {"loading": "preloaded"}},
+    "walls": {"spreads": EVERY, "obstacles": WALLS},
+    "walls alone": {"spreads": {"obstacle_offset": 0.002}, "obstacles": WALLS},
 } | {name: {"spreads": {name: spread}} for name, spread in EVERY.items()}
 
 
@@ -51,6 +56,7 @@ def test_draws_are_those_of_the_scene(case: dict[str, Any]) -> None:
             np.testing.assert_array_equal(chains.mass[row], model.bodies.mass)
             np.testing.assert_array_equal(chains.inertia[row], model.bodies.inertia)
             np.testing.assert_array_equal(chains.grip[row], model.grip)
+            np.testing.assert_array_equal(chains.obstacles[row], model.obstacles)
             assert chains.rate_scale[row] == model.rate_scale
             assert chains.light_rate[row] == model.light_rate
             np.testing.assert_array_equal(drawn.strengths[row], scene.magnets.charges(6))
@@ -63,10 +69,10 @@ def test_draws_are_those_of_the_scene(case: dict[str, Any]) -> None:
 
 def test_what_chains_share_is_what_packing_a_drawn_scene_gives() -> None:
     """Only the arrays and numbers that chains have of their own depend on what is drawn."""
-    drawn = DrawnChains([mf.load_scene("tube-feed").replace(spreads=EVERY)], 1)
+    drawn = DrawnChains([mf.load_scene("tube-feed").replace(spreads=EVERY, obstacles=WALLS)], 1)
     (template,), (model,) = drawn.templates, drawn.chains.models
     other = pack(template.draw(np.random.default_rng(5)))
-    own = {"bodies", "charge", "grip", "rate_scale", "light_rate"}
+    own = {"bodies", "charge", "grip", "obstacles", "rate_scale", "light_rate"}
     for name in set(model._fields) - own:
         np.testing.assert_equal(getattr(model, name), getattr(other, name), err_msg=name)
     for name in ("reach", "length"):
