@@ -29,7 +29,7 @@ from agents.admission.contestants import (
     Search,
 )
 from agents.admission.halving import Winner, rounds
-from agents.admission.schedules import Schedule, constant, schedules
+from agents.admission.schedules import Schedule, constant
 from agents.commands import progress_bar, reported_errors
 from agents.evaluation.episodes import spread_over
 from agents.training.folder import file_digest, provenance
@@ -72,7 +72,7 @@ class Contest:
         )
         winners = [Winner(*each) for each in found]
         return {
-            number: (schedules(effort.candidates, self._arena.length, number)[each.place], each)
+            number: (self._arena.schedules(effort.candidates, number)[each.place], each)
             for number, each in zip(numbers, winners, strict=True)
         }
 
@@ -221,7 +221,8 @@ def main(  # noqa: PLR0913 - one parameter an option
             saved = contestants.own_policy(path)
             Player(saved.policy, saved.shown, arena.env_of(saved.policy.action_space))
         # The engine is compiled before processes share the work.
-        arena.field.feed(np.array(arena.numbers[:1]), [0], constant(SPEEDS[-1]).speeds()[None])
+        fastest = constant(SPEEDS[-1]).speeds(arena.horizon)
+        arena.field.feed(np.array(arena.numbers[:1]), [0], fastest[None])
         with progress_bar() as bar:
             contest = Contest(arena, processes, folder, bar)
             found = contest.search(searched)

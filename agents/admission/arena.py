@@ -4,6 +4,7 @@ The draws that results are reported on are of a stream of their own, which neith
 training use: training seeds are small numbers, and every other purpose has another stream.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any, cast
@@ -12,11 +13,13 @@ import gymnasium
 import numpy as np
 from gymnasium import Space, spaces
 
-from agents.settings import FLOOR_ENV
+from agents.admission.schedules import Schedule, schedules
+from agents.settings import FEED_TRACKS
+from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Floats, Ints
+from magfold_env.envs.feed_track import FeedEpisodes, FeedTrackEnv
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import FeedWorld
-from magfold_env.envs.unknown_floor import FloorEpisodes, UnknownFloorEnv
 from magfold_env.scene import Scene
 
 EVALUATION = "admission"
@@ -51,7 +54,7 @@ class Arena:
     Raises
     ------
     ValueError
-        If it is none of which the rule knows what an open loop is.
+        If the feed's speed is not all that is free in it.
     """
 
     env_id: str
@@ -62,25 +65,26 @@ class Arena:
     """Whether physics and start are drawn, as the environment does by default."""
 
     def __post_init__(self) -> None:
-        if self.env_id != FLOOR_ENV:
-            raise ValueError(f"id: {self.env_id!r} is not allowed; must be {FLOOR_ENV}")
+        if self.env_id not in FEED_TRACKS:
+            allowed = ", ".join(FEED_TRACKS)
+            raise ValueError(f"id: {self.env_id!r} is not allowed; must be one of {allowed}")
 
     @cached_property
-    def env(self) -> UnknownFloorEnv:
+    def env(self) -> FeedTrackEnv:
         """A single environment, in which nothing happens."""
         return self._made()
 
-    def env_of(self, actions: Space[Any]) -> UnknownFloorEnv:
+    def env_of(self, actions: Space[Any]) -> FeedTrackEnv:
         """Return a single environment that takes some actions, if there is one."""
         if isinstance(actions, spaces.Discrete):
             return self._made(actions="discrete", speeds=max(2, int(actions.n) // 2))
         return self.env
 
-    def _made(self, **options: Any) -> UnknownFloorEnv:
+    def _made(self, **options: Any) -> FeedTrackEnv:
         if not self.randomised:
             options["randomisation"] = "none"
         made = gymnasium.make(self.env_id, disable_env_checker=True, **options)
-        return cast("UnknownFloorEnv", made.unwrapped)
+        return cast("FeedTrackEnv", made.unwrapped)
 
     @property
     def world(self) -> FeedWorld:
@@ -92,16 +96,28 @@ class Arena:
         """The numbers of the tasks that are played."""
         return choice_of_tasks(len(self.env.tasks), self.tasks)
 
-    @property
-    def length(self) -> float:
-        """That of a chain [m]."""
+    def schedules(self, count: int, number: int) -> list[Schedule]:
+        """Return so many schedules that may be tried in a task, by its number."""
         scene = self.world.scene
-        return scene.n * scene.casing.diagonal
+        return schedules(count, scene.n * scene.casing.diagonal, self.horizon, number)
+
+    @property
+    def horizon(self) -> int:
+        """Steps after which an episode is too late."""
+        return self._kind.horizon
+
+    def episodes(self, count: int, world: FeedWorld | None = None) -> FeedEpisodes:
+        """Return room for so many episodes side by side, of these tasks or of another world."""
+        return self._kind(world or self.world, count)
+
+    @property
+    def _kind(self) -> type[FeedEpisodes]:
+        return cast("type[FeedEpisodes]", type(self.env).make_episodes)
 
     @cached_property
     def field(self) -> "Field":
         """Room for episodes of these tasks, made once."""
-        return Field(self.world)
+        return Field(self.episodes(WIDTH))
 
     def draws(self, start: int, stop: int) -> tuple[Ints, list[int]]:
         """Return the tasks, by number, and the seeds of some of the episodes."""
@@ -122,24 +138,35 @@ def own_arena(env_id: str, tasks: int, randomised: bool = True) -> Arena:
 
 
 class Field:
-    """Room for episodes of a world that are fed as is decided before they begin."""
+    """Room for episodes that are fed by plans which see nothing of the chain."""
 
-    def __init__(self, world: FeedWorld, width: int = WIDTH) -> None:
-        self._episodes = FloorEpisodes(world, width)
+    def __init__(self, episodes: FeedEpisodes) -> None:
+        self._episodes = episodes
+        self.horizon = episodes.horizon
+        """Steps of the longest of them."""
 
     def feed(self, numbers: Ints, seeds: list[int], speeds: Floats) -> Floats:
         """Return success and score of episodes, (m, 2).
 
         `numbers` are those of their tasks, and `speeds` those of their steps [m/s], (m, horizon).
         """
+
+        def plan(part: slice) -> Plan:
+            table = speeds[part]
+            return lambda episodes, rows: table[rows, episodes.steps[rows]]
+
+        return self.play(numbers, seeds, plan)
+
+    def play(self, numbers: Ints, seeds: list[int], plan: Callable[[slice], Plan]) -> Floats:
+        """Return the same of episodes that are fed by what `plan` returns for a part of them."""
         episodes, ends = self._episodes, np.empty((len(seeds), 2))
         for start in range(0, len(seeds), episodes.count):
             part = slice(start, start + episodes.count)
-            table = speeds[part]
+            speeds = plan(part)
             columns = episodes.play(
                 seeds[part],
                 numbers[part].tolist(),
-                lambda rows, table=table: (table[rows, episodes.steps[rows]],),
+                lambda rows, speeds=speeds: (speeds(episodes, rows),),
             )
             ends[part] = np.column_stack([columns["is_success"], columns["score"]])
         return ends

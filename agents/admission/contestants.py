@@ -3,8 +3,9 @@
 ================= ================================================================================
 random            actions drawn evenly
 always forward    the highest speed
-best constant     of the constant speeds the one that is best for the task, chosen on draws of its
-                  own (`magfold_env.envs.baselines.constant_speed`)
+baseline          plays what sets the task's baseline b, chosen on draws of its own: the best
+                  constant speed (`magfold_env.envs.baselines.constant_speed`), or of two words the
+                  best of three speeds (`magfold_env.envs.baselines.three_speeds`)
 open loop         of many schedules the one that is best for the task, by successive halving on
                   draws of its own, the same for all tasks; the constant speeds are among them
 oracle            knows an episode's hidden physics, not its start nor its noise: races a few
@@ -27,23 +28,23 @@ from zlib import crc32
 import numpy as np
 import torch
 
-from agents.admission.arena import SEARCH, Arena, Field, copies
+from agents.admission.arena import SEARCH, WIDTH, Arena, Field, copies
 from agents.admission.halving import Winner, halving
-from agents.admission.schedules import Schedule, constant, schedules
+from agents.admission.schedules import Schedule, constant
 from agents.training import policy_files
 from agents.training.player import Player
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.chains.arrays import Floats, Ints
+from magfold_env.envs.feed_track import FeedEpisodes
 from magfold_env.envs.spaces.actions import FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import FeedWorld
-from magfold_env.envs.unknown_floor import HORIZON, FloorEpisodes
 
-RANDOM, FORWARD, CONSTANT, OPEN_LOOP = "random", "always forward", "best constant", "open loop"
+RANDOM, FORWARD, BASELINE, OPEN_LOOP = "random", "always forward", "baseline", "open loop"
 ORACLE, SAME_DRAW = "oracle", "oracle, same draw"
 TRAINED, FROZEN, BLIND = "trained", "frozen", "trained blind"
 
-SIMPLE = (RANDOM, FORWARD, CONSTANT, OPEN_LOOP)
+SIMPLE = (RANDOM, FORWARD, BASELINE, OPEN_LOOP)
 """Those of which an episode is all it takes."""
 
 
@@ -58,7 +59,7 @@ class Search(NamedTuple):
 
 def search(arena: Arena, number: int, effort: Search) -> Winner:
     """Return which of its schedules is the open loop of a task, by the task's number."""
-    tried = schedules(effort.candidates, arena.length, number)
+    tried = arena.schedules(effort.candidates, number)
     return _race(arena.field, number, tried, SEARCH, effort.budget)
 
 
@@ -67,15 +68,20 @@ def play_simple(
 ) -> list[list[list[float]]]:
     """Return success and score of every one of `SIMPLE` in each of some episodes."""
     numbers, seeds = arena.draws(start, stop)
-    best = {number: arena.env.baseline_of(number).speed for number in set(numbers.tolist())}
+    listed, horizon = numbers.tolist(), arena.horizon
     tables = {
-        RANDOM: [_at_random(arena, *each) for each in zip(numbers.tolist(), seeds, strict=True)],
-        FORWARD: [constant(FASTEST).speeds()] * len(seeds),
-        CONSTANT: [constant(best[number] or FASTEST).speeds() for number in numbers.tolist()],
-        OPEN_LOOP: [open_loops[number].speeds() for number in numbers.tolist()],
+        RANDOM: [_at_random(arena, *each) for each in zip(listed, seeds, strict=True)],
+        FORWARD: [constant(FASTEST).speeds(horizon)] * len(seeds),
+        OPEN_LOOP: [open_loops[number].speeds(horizon) for number in listed],
     }
-    ends = [arena.field.feed(numbers, seeds, np.array(tables[name])) for name in SIMPLE]
-    return np.stack(ends, axis=1).tolist()
+    ends = {
+        name: arena.field.feed(numbers, seeds, np.array(table)) for name, table in tables.items()
+    }
+    baselines = [arena.env.baseline_of(number) for number in listed]
+    ends[BASELINE] = arena.field.play(
+        numbers, seeds, lambda part: arena.env.plan_of(baselines[part])
+    )
+    return np.stack([ends[name] for name in SIMPLE], axis=1).tolist()
 
 
 def play_oracle(
@@ -84,14 +90,14 @@ def play_oracle(
     """Return success and score of `ORACLE` and `SAME_DRAW` in an episode."""
     numbers, seeds = arena.draws(episode, episode + 1)
     number = int(numbers[0])
-    tried = schedules(effort.candidates - 1, arena.length, number)
+    tried = arena.schedules(effort.candidates - 1, number)
     tried.append(open_loops[number])
-    field = Field(copied_world(arena, episode))
+    field = Field(arena.episodes(WIDTH, copied_world(arena, episode)))
     winner = _race(field, 0, tried, copies(episode), effort.budget)
     ends = arena.field.feed(
         np.repeat(numbers, len(tried)),
         seeds * len(tried),
-        np.array([each.speeds() for each in tried]),
+        np.array([each.speeds(arena.horizon) for each in tried]),
     )
     return [ends[winner.place].tolist(), max(ends.tolist())]
 
@@ -99,7 +105,7 @@ def play_oracle(
 def copied_world(arena: Arena, episode: int) -> FeedWorld:
     """Return the world of an episode's physics, in which start and noise are drawn anew."""
     scene = arena.drawn_scene(episode)
-    return FeedWorld(scene, tasks=[arena.env.task])
+    return type(arena.world)(scene, tasks=[arena.env.task])
 
 
 def play_policy(
@@ -133,11 +139,11 @@ def own_policy(path: str) -> SavedPolicy:
 
 def _play(
     arena: Arena, saved: SavedPolicy, numbers: Ints, seeds: Sequence[int]
-) -> tuple[FloorEpisodes, list[list[float]]]:
+) -> tuple[FeedEpisodes, list[list[float]]]:
     """Return episodes that a policy has played, with success and score of each."""
     env = arena.env_of(saved.policy.action_space)
     player = Player(saved.policy, saved.shown, env, len(seeds))
-    episodes, read = FloorEpisodes(env.world, len(seeds)), env.actions.read
+    episodes, read = arena.episodes(len(seeds)), env.actions.read
 
     def choose(rows: Ints) -> tuple[Floats]:
         # Episodes that go on have all taken the same steps.
@@ -152,11 +158,11 @@ def _rehearsed(arena: Arena, saved: SavedPolicy, number: int) -> Floats:
     still = Arena(arena.env_id, arena.tasks, randomised=False)
     episodes, _ = _play(still, saved, np.array([number]), [0])
     driven = episodes.driven[0, : int(episodes.steps[0])]
-    return np.pad(driven, (0, HORIZON - driven.size), mode="edge")
+    return np.pad(driven, (0, arena.horizon - driven.size), mode="edge")
 
 
 def _race(field: Field, number: int, tried: Sequence[Schedule], stream: str, budget: int) -> Winner:
-    speeds = np.array([each.speeds() for each in tried])
+    speeds = np.array([each.speeds(field.horizon) for each in tried])
 
     def trial(candidates: Ints, start: int, stop: int) -> Floats:
         draws = stop - start
@@ -172,5 +178,5 @@ def _at_random(arena: Arena, number: int, seed: int) -> Floats:
     """Return the speeds that actions drawn evenly ask for [m/s]."""
     key = (1, crc32(arena.world.words[number].encode()))
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
-    actions = rng.uniform(-1.0, 1.0, (HORIZON, 1)).astype(np.float32)
-    return arena.world.actions.read(actions, HORIZON)[0]
+    actions = rng.uniform(-1.0, 1.0, (arena.horizon, 1)).astype(np.float32)
+    return arena.world.actions.read(actions, arena.horizon)[0]

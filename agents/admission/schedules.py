@@ -13,7 +13,8 @@ push-pull-push three speeds, the second one back; how far the first push goes, a
 ============== ===================================================================================
 
 Speeds are from 0.03 to 0.6 m/s; they, the lengths of pulses and the pauses are even on a scale of
-powers. Schedules that do not have the chain out after 4 s of the 5 are drawn again.
+powers. Schedules that do not have the chain out after four fifths of the time that
+there is are drawn again.
 """
 
 from collections.abc import Callable
@@ -24,11 +25,8 @@ import numpy as np
 
 from magfold_env.envs.baselines.constant_speed import SPEEDS
 from magfold_env.envs.chains.arrays import Floats
+from magfold_env.envs.feed_track import INTERVAL
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
-from magfold_env.envs.unknown_floor import HORIZON, INTERVAL
-
-OUT_BY = HORIZON * 4 // 5
-"""Steps after which a schedule has the chain out."""
 
 LONGEST_PAUSE = 25
 """Between two pulses, in steps."""
@@ -43,12 +41,12 @@ class Schedule(NamedTuple):
     repeats: bool = False
     """Whether the pieces begin again after the last; else its speed is kept."""
 
-    def speeds(self) -> Floats:
-        """Return the speeds of all steps of an episode [m/s], (`HORIZON`,)."""
+    def speeds(self, steps: int) -> Floats:
+        """Return the speeds of so many steps [m/s]."""
         once = np.repeat(*map(np.array, zip(*self.pieces, strict=True)))
         if self.repeats:
-            return np.resize(once, HORIZON)
-        return np.pad(once, (0, HORIZON), mode="edge")[:HORIZON]
+            return np.resize(once, steps)
+        return np.pad(once, (0, steps), mode="edge")[:steps]
 
     def __str__(self) -> str:
         """Return it in words."""
@@ -63,7 +61,12 @@ def constant(speed: float) -> Schedule:
     return Schedule("constant", ((speed, 1),))
 
 
-def schedules(count: int, length: float, seed: int) -> list[Schedule]:
+def out_by(horizon: int) -> int:
+    """Return after how many steps of an episode schedules have the chain out."""
+    return horizon * 4 // 5
+
+
+def schedules(count: int, length: float, horizon: int, seed: int) -> list[Schedule]:
     """Return schedules for a chain of some length [m]; the constant speeds come first.
 
     The first schedules of a long list are those of a short one.
@@ -74,7 +77,7 @@ def schedules(count: int, length: float, seed: int) -> list[Schedule]:
     while len(found) < count:
         family = _FAMILIES[len(found) % len(_FAMILIES)]
         drawn = family(rng, length)
-        while not INTERVAL * drawn.speeds()[:OUT_BY].cumsum().max() >= length:
+        while not INTERVAL * drawn.speeds(out_by(horizon)).cumsum().max() >= length:
             drawn = family(rng, length)
         found.append(drawn)
     return found[:count]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
-from magfold_env.envs.baselines.constant_speed import SpeedStore
+from magfold_env.envs.baselines.constant_speed import Plan, SpeedStore
 from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.chains.draws import REFERENCE_SPEED, DrawnChains
@@ -210,9 +210,17 @@ class FeedTrackEnv(ChainEnv[NDArray[np.float32]]):
 
         May take some seconds where neither the package nor the disk cache has it.
         """
-        episodes: Any = self.episodes
-        store = episodes.baselines(self.world)
+        store = self._baselines
         return store.get(store.names[self.world.number_of(task)])
+
+    def plan_of(self, baselines: Sequence[Baseline]) -> Plan:
+        """Return what plays the schedules that set some baselines, each in a row of episodes."""
+        return self._baselines.plan(baselines)
+
+    @property
+    def _baselines(self) -> SpeedStore:
+        episodes: Any = self.episodes
+        return episodes.baselines(self.world)
 
     @property
     def history(self) -> tuple[float, ...]:

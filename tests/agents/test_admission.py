@@ -26,14 +26,14 @@ from agents.admission.contestants import (
     Search,
 )
 from agents.admission.halving import halving, rounds
-from agents.admission.schedules import OUT_BY, constant, schedules
+from agents.admission.schedules import constant, out_by
 from agents.evaluation import intervals
-from agents.settings import Shown
+from agents.settings import FEED_TRACKS, Shown
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.chains.arrays import Floats, Ints
+from magfold_env.envs.feed_track import INTERVAL
 from magfold_env.envs.spaces.actions import DEAD_BAND, FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.unknown_floor import HORIZON, INTERVAL, FloorEpisodes, UnknownFloorEnv
 from tests.killed import run_until_killed
 
 FLOOR = "MagFold/UnknownFloor-v0"
@@ -83,31 +83,35 @@ def test_of_as_many_successes_the_higher_score_wins_then_the_first() -> None:
     assert halving(4, 12, trial).place == 1
 
 
-def test_schedules_are_ones_that_actions_can_ask_for() -> None:
-    arena = own_arena(FLOOR, 2)
-    found = schedules(60, arena.length, seed=5)
-    assert found[:30] == schedules(30, arena.length, seed=5)
-    assert found[13:] != schedules(60, arena.length, seed=6)[13:]
+@pytest.mark.parametrize("env_id", FEED_TRACKS)
+def test_schedules_are_ones_that_actions_can_ask_for(env_id: str) -> None:
+    arena = own_arena(env_id, 2)
+    found = arena.schedules(60, 5)
+    assert found[:30] == arena.schedules(30, 5)
+    assert found[13:] != arena.schedules(60, 6)[13:]
+    scene = arena.world.scene
     assert len({each.family for each in found}) == 5
     assert constant(FASTEST) in found
     for schedule in found:
-        speeds = schedule.speeds()
-        assert speeds.shape == (HORIZON,)
+        speeds = schedule.speeds(arena.horizon)
+        assert speeds.shape == (arena.horizon,)
         size = np.abs(speeds)
         assert np.all((size == 0.0) | ((size >= DEAD_BAND) & (size <= FASTEST)))
         actions = np.array([arena.world.actions.encode(speed) for speed in speeds])
-        read = arena.world.actions.read(actions, HORIZON)[0]
+        read = arena.world.actions.read(actions, arena.horizon)[0]
         np.testing.assert_allclose(read, speeds, rtol=1e-6)
-        assert INTERVAL * speeds[:OUT_BY].cumsum().max() >= arena.length
-    backward = [each.speeds().min() < 0.0 for each in found if each.family == "push-pull-push"]
+        out = INTERVAL * speeds[: out_by(arena.horizon)].cumsum().max()
+        assert out >= scene.n * scene.casing.diagonal
+    backward = [each.speeds(250).min() < 0.0 for each in found if each.family == "push-pull-push"]
     assert all(backward)
 
 
-def test_copies_have_the_physics_of_their_episode_and_other_starts() -> None:
-    arena = Arena(FLOOR, 3)
+@pytest.mark.parametrize("env_id", FEED_TRACKS)
+def test_copies_have_the_physics_of_their_episode_and_other_starts(env_id: str) -> None:
+    arena = Arena(env_id, 3)
     for episode in (0, 4):
         scene, world = arena.drawn_scene(episode), contestants.copied_world(arena, episode)
-        again = FloorEpisodes(world, 2)
+        again = arena.episodes(2, world)
         seeds = episode_seeds(copies(episode), 2)
         again.rngs = [seeding.np_random(seed)[0] for seed in seeds]
         again.begin(again.rows)
@@ -118,14 +122,16 @@ def test_copies_have_the_physics_of_their_episode_and_other_starts() -> None:
     assert arena.drawn_scene(0).friction != arena.drawn_scene(4).friction
 
 
-def test_the_field_plays_what_a_single_environment_plays() -> None:
-    arena = Arena(FLOOR, 2)
+@pytest.mark.parametrize("env_id", FEED_TRACKS)
+def test_the_field_plays_what_a_single_environment_plays(env_id: str) -> None:
+    arena = Arena(env_id, 2)
     numbers, seeds = arena.draws(0, 3)
-    tried = [schedules(16, arena.length, 0)[k] for k in (4, 12, 15)]
+    tried = [arena.schedules(16, 0)[k].speeds(arena.horizon) for k in (4, 12, 15)]
     encode, read = arena.world.actions.encode, arena.world.actions.read
-    actions = np.array([[encode(speed) for speed in each.speeds()] for each in tried])
-    ends = arena.field.feed(numbers, seeds, np.array([read(each, HORIZON)[0] for each in actions]))
-    env = UnknownFloorEnv()
+    actions = np.array([[encode(speed) for speed in each] for each in tried])
+    table = np.array([read(each, arena.horizon)[0] for each in actions])
+    ends = arena.field.feed(numbers, seeds, table)
+    env = arena.env
     for number, seed, asked, end in zip(numbers, seeds, actions, ends, strict=True):
         env.reset(seed=seed, options={"task": int(number)})
         info: dict[str, Any] = {}
@@ -134,6 +140,22 @@ def test_the_field_plays_what_a_single_environment_plays() -> None:
             if terminated:
                 break
         assert (info["is_success"], info["score"]) == tuple(end)
+
+
+@pytest.mark.parametrize("env_id", FEED_TRACKS)
+def test_what_sets_the_baseline_is_played(env_id: str) -> None:
+    arena = Arena(env_id, 2)
+    env, count = arena.env, 16
+    baselines = [env.baseline_of(number) for number in arena.numbers] * (count // 2)
+    ends = arena.field.play(
+        np.tile(arena.numbers, count // 2),
+        episode_seeds("validation", count),
+        lambda part: env.plan_of(baselines[part]),
+    )
+    # It is the mean over other draws: four standard deviations.
+    assert ends[:, 1].mean() == pytest.approx(
+        np.mean([each.score for each in baselines]), abs=4 * 0.5 / np.sqrt(count)
+    )
 
 
 def test_draws_of_results_are_used_for_nothing_else() -> None:

@@ -5,6 +5,7 @@ of equally good ones, and b is its mean score on those of the stream ``scoring``
 that results are reported on, nor such that anything is trained on.
 """
 
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from copy import copy
 from typing import Any
@@ -50,6 +51,11 @@ class SpeedStore(Store):
         self.names = [_name(task) for task in world.tasks]
         """What the tasks are kept under."""
 
+    @staticmethod
+    @abstractmethod
+    def plan(baselines: Sequence[Baseline]) -> Plan:
+        """Return what plays the schedules that set some baselines, each in a row of its own."""
+
     def _trial(self, number: int, plan: Plan, stream: str, draws: int) -> dict[str, Any]:
         """Return what is told of episodes of a task, played by a plan on draws of a stream."""
         episodes = self._make(self._world, draws)
@@ -69,6 +75,12 @@ class ConstantSpeedStore(SpeedStore):
     ) -> None:
         protocol = (SPEEDS, SELECTION_DRAWS, SCORING_DRAWS, *protocol)
         super().__init__(make_episodes, world, protocol)
+
+    @staticmethod
+    def plan(baselines: Sequence[Baseline]) -> Plan:
+        """Return what plays the schedules that set some baselines, each in a row of its own."""
+        speeds = np.array([baseline.speed for baseline in baselines], dtype=np.float64)
+        return lambda _, rows: speeds[rows]
 
     def compute(self, name: str) -> Baseline:
         """Return the baseline of a task, computed anew."""

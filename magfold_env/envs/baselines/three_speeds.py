@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from magfold_env.envs.baselines.baseline import Baseline
-from magfold_env.envs.baselines.constant_speed import SpeedStore
+from magfold_env.envs.baselines.constant_speed import Plan, SpeedStore
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.spaces.actions import SLOWEST_LEVEL
 from magfold_env.envs.tasks.feed_tasks import FeedWorld
@@ -86,6 +86,12 @@ class ThreeSpeedStore(SpeedStore):
     ) -> None:
         own = (PUSHES, PULLS, SELECTION_DRAWS, SCORING_DRAWS, INSIDE, STAND, BRAKE)
         super().__init__(make_episodes, world, (*own, *protocol))
+
+    @staticmethod
+    def plan(baselines: Sequence[Baseline]) -> Plan:
+        """Return what plays the schedules that set some baselines, each in a row of its own."""
+        speeds = np.array([(each.speed, *each.later) for each in baselines], dtype=np.float64)
+        return PushPullPush(speeds, len(baselines))
 
     def compute(self, name: str) -> Baseline:
         """Return the baseline of a task, computed anew."""
