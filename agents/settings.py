@@ -71,12 +71,13 @@ EnvId = Literal[
     "MagFold/TubeFeedGoal-v0",
     "MagFold/UnknownFloor-v0",
     "MagFold/Reprogram-v0",
+    "MagFold/Lumen-v0",
 ]
 TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
 DESIGN_ENV: EnvId = "MagFold/SequenceDesign-v0"
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
 FLOOR_ENV: EnvId = "MagFold/UnknownFloor-v0"
-FEED_TRACKS: tuple[EnvId, ...] = (FLOOR_ENV, "MagFold/Reprogram-v0")
+FEED_TRACKS: tuple[EnvId, ...] = (FLOOR_ENV, "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
 """Environments in which chains are given."""
 
 Targets = Annotated[

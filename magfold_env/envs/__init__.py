@@ -14,6 +14,8 @@
 ``Reprogram-v0``      the same                   ``Box``, 12 n + 5    half the words      500 steps
                                                                       reached, less 0.02  (10 s)
                                                                       a second
+``Lumen-v0``          the same                   ``Box``, 12 n + 2    score at the end,   250 steps
+                                                                      less 0.02 a second  (5 s)
 ===================== ========================== ==================== =================== =========
 
 n is the number of components, 6 by default; b what the energy minimiser's own design scores. The
@@ -34,6 +36,7 @@ ENTRY_POINTS = {
     "MagFold/TubeFeedGoal-v0": "magfold_env.envs.tube_feed_goal:TubeFeedGoalEnv",
     "MagFold/UnknownFloor-v0": "magfold_env.envs.unknown_floor:UnknownFloorEnv",
     "MagFold/Reprogram-v0": "magfold_env.envs.reprogram:ReprogramEnv",
+    "MagFold/Lumen-v0": "magfold_env.envs.lumen:LumenEnv",
 }
 
 
@@ -43,6 +46,7 @@ VECTOR_ENTRY_POINTS = {
     "MagFold/TubeFeedGoal-v0": "magfold_env.envs.tube_feed_goal:TubeFeedGoalVectorEnv",
     "MagFold/UnknownFloor-v0": "magfold_env.envs.unknown_floor:UnknownFloorVectorEnv",
     "MagFold/Reprogram-v0": "magfold_env.envs.reprogram:ReprogramVectorEnv",
+    "MagFold/Lumen-v0": "magfold_env.envs.lumen:LumenVectorEnv",
 }
 
 

@@ -59,7 +59,9 @@ def random_steps(env_id: str, fidelity: str, actions: str, steps: int) -> None:
 @pytest.mark.parametrize(("env_id", "fidelity", "actions"), WORLDS)
 def test_some_random_steps(env_id: str, fidelity: str, actions: str) -> None:
     # The time of some tracks is over after so many steps, a sequence is folded in one.
-    steps = {"UnknownFloor": 251, "Reprogram": 501, "SequenceDesign": 25}.get(env_id[8:-3], 150)
+    steps = {"UnknownFloor": 251, "Reprogram": 501, "Lumen": 251, "SequenceDesign": 25}.get(
+        env_id[8:-3], 150
+    )
     random_steps(env_id, fidelity, actions, 750 if fidelity == "quasistatic" else steps)
 
 

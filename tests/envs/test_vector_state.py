@@ -20,6 +20,7 @@ CASES = [
     pytest.param("MagFold/SequenceDesign-v0", {}, id="whole chains"),
     pytest.param("MagFold/UnknownFloor-v0", {}, id="unknown floor"),
     pytest.param("MagFold/Reprogram-v0", {}, id="reprogram"),
+    pytest.param("MagFold/Lumen-v0", {}, id="lumen"),
 ]
 
 

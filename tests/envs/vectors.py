@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
-TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0")
+TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
 """Ids in which the chain is given."""
 
 

@@ -145,6 +145,28 @@ def test_a_funnel_begins_at_the_rim_and_opens() -> None:
     assert TUBE.replace(obstacles=(upper, lower)).obstacles
 
 
+def test_obstacles_are_drawn_together_as_widely_as_said() -> None:
+    walls = (*channel((0.02, 0.0), (0.1, 0.0), 0.05), spot((0.12, 0.0)))
+    scene = TUBE.replace(obstacles=walls, spreads={"obstacle_width": 0.2, "obstacle_offset": 0.004})
+    rng = np.random.default_rng(0)
+    drawn = [scene.draw(rng) for _ in range(200)]
+    places = np.array([[each.position[1] for each in one.obstacles] for one in drawn])
+    width, offset = (places[:, 0] - places[:, 1]) / 0.051, places[:, 2]
+    np.testing.assert_allclose(places[:, 0] + places[:, 1], 2.0 * offset, atol=1e-15)
+    assert (width.min(), width.max()) == pytest.approx((0.8, 1.2), abs=0.02)
+    assert (offset.min(), offset.max()) == pytest.approx((-0.004, 0.004), abs=4e-4)
+    assert all(one.is_concrete for one in drawn)
+    turned = scene.replace(spreads={"obstacle_offset": 0.0}).draw(np.random.default_rng(0))
+    assert drawn[0].start_offsets == turned.start_offsets  # the other draws are as they were
+
+
+def test_obstacles_that_may_be_drawn_into_the_bore_are_refused() -> None:
+    walls = channel((0.0, 0.0), (0.1, 0.0), 0.03)
+    scene = TUBE.replace(obstacles=walls, spreads={"obstacle_offset": 0.005})
+    with pytest.raises(mf.SceneError, match=r"spreads\.obstacle_offset: 0\.006 .*bore"):
+        scene.replace(spreads={"obstacle_offset": 0.006})
+
+
 @pytest.mark.parametrize(
     ("build", "message"),
     [

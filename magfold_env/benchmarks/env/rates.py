@@ -215,6 +215,7 @@ CONTENDERS = (
     Contender("tube feed, quasistatic", TUBE_FEED, 6000, "quasistatic"),
     Contender("unknown floor", "MagFold/UnknownFloor-v0", 4000),
     Contender("reprogram", "MagFold/Reprogram-v0", 4000),
+    Contender("lumen", "MagFold/Lumen-v0", 4000),
     Contender("Acrobot-v1", "Acrobot-v1", 2000),
     Contender("Swimmer-v5", "Swimmer-v5", 2000),
     Contender("HalfCheetah-v5", "HalfCheetah-v5", 2000),

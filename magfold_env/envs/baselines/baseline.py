@@ -154,7 +154,10 @@ def _draws_anything(scene: Scene) -> bool:
     return scene.draw(draw_generator("probe", 0)) != scene.draw(draw_generator("probe", 1))
 
 
-LATER_SPREADS = ("friction_decades", "feed_jitter", "magnet", "side", "inset")
+LATER_SPREADS = (
+    "friction_decades", "feed_jitter", "magnet", "side", "inset", "obstacle_width",
+    "obstacle_offset",
+)  # fmt: skip
 PHYSICS_VERSION = "9"
 """Changes whenever the same scene may fold differently, which makes older baselines void."""
 

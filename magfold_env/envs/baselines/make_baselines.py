@@ -18,7 +18,7 @@ from magfold_env.envs.baselines.baseline import (
 from magfold_env.envs.baselines.constant_speed import SpeedStore
 from magfold_env.envs.reprogram import three_speeds
 from magfold_env.envs.tasks.draws import Randomisation, randomised
-from magfold_env.envs.tasks.feed_tasks import FeedWorld, RefoldWorld
+from magfold_env.envs.tasks.feed_tasks import ChamberWorld, FeedWorld, RefoldWorld
 from magfold_env.envs.tasks.targets import resolve_targets
 from magfold_env.envs.unknown_floor import constant_speeds
 from magfold_env.scene import load_scene
@@ -33,6 +33,7 @@ SHIPPED: tuple[tuple[str, Randomisation], ...] = (
 )
 STORES: dict[str, Callable[[], SpeedStore]] = {
     "unknown-floor": lambda: constant_speeds(FeedWorld("unknown-floor")),
+    "lumen": lambda: constant_speeds(ChamberWorld("lumen")),
     "reprogram": lambda: three_speeds(RefoldWorld("reprogram")),
 }
 """What makes the stores of those scenes in which only the speed is free."""

@@ -201,6 +201,12 @@ class FeedWorld(World):
         return self._lattices[kind]
 
 
+class ChamberWorld(FeedWorld):
+    """The same for chains that fold in a chamber; parameters are those of `FeedWorld`."""
+
+    shipped = "chamber-6"
+
+
 class RefoldWorld(FeedWorld):
     """The same for tasks of two folds; parameters are those of `FeedWorld`."""
 

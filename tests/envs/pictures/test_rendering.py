@@ -33,6 +33,7 @@ VARIANTS = [
     pytest.param("MagFold/TubeFeedGoal-v0", {"components": 3}, id="tube-feed-goal"),
     pytest.param("MagFold/UnknownFloor-v0", {}, id="unknown-floor"),
     pytest.param("MagFold/Reprogram-v0", {}, id="reprogram"),
+    pytest.param("MagFold/Lumen-v0", {}, id="lumen"),
 ]
 every_variant = pytest.mark.parametrize(("env_id", "options"), VARIANTS)
 

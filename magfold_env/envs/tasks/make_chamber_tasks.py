@@ -1,0 +1,89 @@
+"""Find the tasks of the chamber: ``python -m magfold_env.envs.tasks.make_chamber_tasks``.
+
+Random chains are fed at constant speeds on draws of a stream of their own, each of another chamber,
+floor and strength of magnets. A word makes a task if the feed decides, in at least six draws of
+eight: at some speeds the chain folds into it, at others it does not. Of a chain's words the one
+that most runs end in is taken. Tasks are ordered by the share of all runs that end in the target:
+the easiest first.
+"""
+
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any
+
+import numpy as np
+import typer
+from rich.progress import track
+
+from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
+from magfold_env.envs.chains.arrays import FOLDED
+from magfold_env.envs.spaces.actions import PATTERNS
+from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.envs.tasks.feed_tasks import ChamberWorld, FeedTask
+from magfold_env.envs.unknown_floor import FloorEpisodes
+from magfold_env.files import configs_dir, write_text
+
+AT_ONCE = 20
+"""Chains that are tried side by side."""
+
+DRAWS = 8
+DECIDED = 6
+"""Of the draws, in how many some speed must lead to a word, and another must not."""
+
+Found = tuple[float, FeedTask]
+
+
+def main(chains: int = 12, seed: int = 0, threads: int = 2) -> None:
+    """Write ``configs/tasks/chamber-6.yaml`` with so many chains of each direction of feed."""
+    found: list[Found] = []
+    for direction in ("forward", "backward"):
+        tasks = islice(find_tasks(direction, seed, threads), chains)
+        found += track(tasks, direction, total=chains)
+    lines = [
+        f"- {{sequence: [{', '.join(task.sequence)}], direction: {task.direction}, "
+        f"target: {task.target}}} # {share:.2f}"
+        for share, task in sorted(found, key=lambda each: -each[0])
+    ]
+    head = (
+        "# Chains whose fold in a chamber the feed decides, the easiest first. At the end of each\n"
+        "# line: the share of runs at constant speeds that end in the target. Made by\n"
+        "# `python -m magfold_env.envs.tasks.make_chamber_tasks`.\n"
+    )
+    write_text(configs_dir() / "tasks" / "chamber-6.yaml", head + "\n".join(lines) + "\n")
+
+
+def find_tasks(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[Found]:
+    """Yield tasks without end, and the shares of runs that end in their targets."""
+    rng = np.random.default_rng([seed, direction == "forward"])
+    while True:
+        numbers = rng.integers(len(PATTERNS), size=(AT_ONCE, 6))
+        chains = [tuple(PATTERNS[k] for k in row) for row in numbers.tolist()]
+        # What they are asked for does not matter yet.
+        tasks = [FeedTask(sequence=each, direction=direction, target="LRLRL") for each in chains]
+        for task, words in zip(tasks, words_at_speeds(tasks, threads), strict=True):
+            had = [word for word in set(words.ravel()) - {""} if is_decided(words == word)]
+            if had:
+                share, word = max((float((words == word).mean()), word) for word in had)
+                yield share, task.model_copy(update={"target": word})
+
+
+def is_decided(came: Any) -> bool:
+    """Return whether the feed decides about a word, which came in some runs, (draws, speeds)."""
+    decided = came.any(axis=1) & ~came.all(axis=1)
+    return bool(decided.sum() >= DECIDED)
+
+
+def words_at_speeds(tasks: list[FeedTask], threads: int = 1) -> Any:
+    """Return the words that chains fold into, (tasks, draws, speeds), "" where they do not."""
+    shape = len(tasks), DRAWS, len(CANDIDATE_SPEEDS)
+    numbers, draws, _ = (each.ravel() for each in np.indices(shape))
+    speeds = np.resize(CANDIDATE_SPEEDS, numbers.size)
+    seeds = np.array(episode_seeds("lumen", DRAWS), dtype=object)[draws].tolist()
+    episodes = FloorEpisodes(ChamberWorld("lumen", tasks=tasks), numbers.size, threads)
+    episodes.play(seeds, numbers.tolist(), lambda rows: (speeds[rows],))
+    folded = episodes.arrays.status == FOLDED
+    return np.where(folded, episodes.words(episodes.rows), "").reshape(shape)
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,82 @@
+"""A chain folds in a chamber that is drawn for every episode, and that nothing shown tells of."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.envs.feed_track import replay
+from magfold_env.envs.lumen import LumenEnv
+from magfold_env.laws.overlap import deepest_overlap
+
+
+def walls(scene: mf.Scene) -> tuple[float, float]:
+    """Return how far the chamber lies to the left, and its width inside [m]."""
+    left, right = scene.obstacles
+    return (
+        0.5 * (left.position[1] + right.position[1]),
+        left.position[1] - right.position[1] - left.size[1],
+    )
+
+
+def test_chambers_are_drawn_as_widely_as_said() -> None:
+    env: Any = gymnasium.make_vec("MagFold/Lumen-v0", num_envs=300)
+    env.reset(seed=0)
+    episodes = env.unwrapped.episodes
+    scene, spreads = episodes.world.scene, episodes.world.scene.spreads
+    offsets, widths = np.array([walls(episodes.scene(row)) for row in range(300)]).T
+    assert np.abs(offsets).max() == pytest.approx(spreads.obstacle_offset, rel=0.03)
+    assert abs(offsets.mean()) < 0.2 * spreads.obstacle_offset
+    middle = walls(scene)[1] + scene.obstacles[0].size[1]
+    spread = spreads.obstacle_width * middle
+    assert np.ptp(widths) == pytest.approx(2.0 * spread, rel=0.05)
+    assert abs(np.corrcoef(offsets, widths)[0, 1]) < 0.2
+
+
+def test_chains_meet_their_own_chambers_and_no_others() -> None:
+    env: Any = gymnasium.make_vec("MagFold/Lumen-v0", num_envs=32).unwrapped
+    env.reset(seed=0)
+    scenes = [env.episodes.scene(row) for row in range(32)]
+    arrays, own, others = env.episodes.arrays, [], []
+    ended = np.zeros(32, dtype=bool)
+    while not ended.any():
+        _, _, ended, _, _ = env.step(np.full((32, 1), 0.5, dtype=np.float32))
+        for row in np.flatnonzero(~ended).tolist():
+            state = arrays.angles[row], arrays.base[row], int(arrays.released[row].sum())
+            own.append(deepest_overlap(scenes[row], *state))
+            moved = scenes[row].replace(obstacles=scenes[row - 1].obstacles)
+            others.append(deepest_overlap(moved, *state))
+    assert max(own) < 2e-4
+    assert max(others) > 1e-3
+
+
+def test_episodes_replay_bit_for_bit() -> None:
+    env = LumenEnv()
+    env.action_space.seed(1)
+    for seed in range(4):
+        env.reset(seed=seed)
+        ended = False
+        while not ended:
+            *_, ended, _, _ = env.step(env.action_space.sample())
+        again = replay(env.to_scene(), env.history).arrays
+        np.testing.assert_array_equal(again.angles[0], env.state.angles)
+        np.testing.assert_array_equal(again.base[0], env.state.base)
+
+
+def test_an_observation_tells_nothing_of_the_chamber() -> None:
+    """Before anything is outside, two draws look alike but for the noise of the force."""
+    env = LumenEnv()
+    first = [env.reset(seed=seed, options={"task": 3})[0] for seed in (0, 1)]
+    for observation in first:
+        observation[env.layout.slices["force"]] = 0.0
+    np.testing.assert_array_equal(first[0], first[1])
+
+
+def test_the_shipped_tasks_have_baselines_that_came_with_the_package() -> None:
+    env = LumenEnv()
+    assert len(env.tasks) <= 24
+    store: Any = env.episodes
+    known = store.baselines(env.world)._known
+    assert {*store.baselines(env.world).names} == {*known}
