@@ -38,7 +38,6 @@ from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.feed_track import FeedEpisodes
 from magfold_env.envs.spaces.actions import FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.feed_tasks import FeedWorld
 
 RANDOM, FORWARD, BASELINE, OPEN_LOOP = "random", "always forward", "baseline", "open loop"
 ORACLE, SAME_DRAW = "oracle", "oracle, same draw"
@@ -92,7 +91,7 @@ def play_oracle(
     number = int(numbers[0])
     tried = arena.schedules(effort.candidates - 1, number)
     tried.append(open_loops[number])
-    field = Field(arena.episodes(WIDTH, copied_world(arena, episode)))
+    field = Field(copied_episodes(arena, episode, WIDTH))
     winner = _race(field, 0, tried, copies(episode), effort.budget)
     ends = arena.field.feed(
         np.repeat(numbers, len(tried)),
@@ -102,10 +101,12 @@ def play_oracle(
     return [ends[winner.place].tolist(), max(ends.tolist())]
 
 
-def copied_world(arena: Arena, episode: int) -> FeedWorld:
-    """Return the world of an episode's physics, in which start and noise are drawn anew."""
+def copied_episodes(arena: Arena, episode: int, count: int) -> FeedEpisodes:
+    """Return room for copies of an episode: its physics, with start and noise drawn anew."""
     scene = arena.drawn_scene(episode)
-    return type(arena.world)(scene, tasks=[arena.env.task])
+    found = arena.episodes(count, type(arena.world)(scene, tasks=[arena.env.task]))
+    found.chains.drawn.drive_as(scene)
+    return found
 
 
 def play_policy(

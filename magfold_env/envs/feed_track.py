@@ -11,7 +11,7 @@ from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
 from magfold_env.envs.baselines.constant_speed import Plan, SpeedStore
 from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.chains.draws import REFERENCE_SPEED, DrawnChains
+from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.episodes import Columns, Episodes, Lines
@@ -249,7 +249,7 @@ def replay(scene: Scene, speeds: Sequence[float]) -> DynamicChains:
     """
     chains, row = DynamicChains(DrawnChains((scene,), 1, endless=True)), np.array([0])
     chains.begin(row, [np.random.default_rng()])
-    chains.drawn.factors[:] = scene.speeds / REFERENCE_SPEED
+    chains.drawn.drive_as(scene)
     chains.load(row, np.array([[signs_of(faces) for faces in scene.sequence]]))
     for speed in speeds:
         if chains.arrays.status[0] == 0:

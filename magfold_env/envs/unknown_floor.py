@@ -45,9 +45,9 @@ class UnknownFloorEnv(FeedTrackEnv):
 
     `reset` picks a task: a sequence, the direction of its feed, the fold to reach; and draws what
     stays hidden: the floor's friction, evenly on a scale of powers from 0.05 to 1, the strength of
-    all magnets ±30 % and of each ±15 %, what the drive makes of the speed that is asked of it, ±60 %,
-    and how the chain lies in its tube. Every step says how
-    fast the feed goes for the next 20 ms. Components that it draws in again may be held again.
+    all magnets ±30 % and of each ±15 %, what the drive makes of the speed asked of it, ±60 %, and
+    how the chain lies in its tube. Every step says how fast the feed goes for the next 20 ms.
+    Components that it draws in again may be held again.
 
     **End**: when the chain is all out and at rest; when the drive has slipped for 0.1 s (status
     ``jammed``); after 5 s, 250 steps (``unsettled``); or when the simulation breaks down. All of

@@ -31,6 +31,7 @@ from agents.evaluation import intervals
 from agents.settings import FEED_TRACKS, Shown
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.chains.arrays import Floats, Ints
+from magfold_env.envs.chains.draws import REFERENCE_SPEED
 from magfold_env.envs.feed_track import INTERVAL
 from magfold_env.envs.spaces.actions import DEAD_BAND, FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
@@ -110,15 +111,16 @@ def test_schedules_are_ones_that_actions_can_ask_for(env_id: str) -> None:
 def test_copies_have_the_physics_of_their_episode_and_other_starts(env_id: str) -> None:
     arena = Arena(env_id, 3)
     for episode in (0, 4):
-        scene, world = arena.drawn_scene(episode), contestants.copied_world(arena, episode)
-        again = arena.episodes(2, world)
+        scene, again = arena.drawn_scene(episode), contestants.copied_episodes(arena, episode, 2)
         seeds = episode_seeds(copies(episode), 2)
         again.rngs = [seeding.np_random(seed)[0] for seed in seeds]
         again.begin(again.rows)
         drawn = [scene, *map(again.scene, (0, 1))]
         assert len({each.start_offsets for each in drawn}) == 3
-        started = [each.replace(start_offsets=scene.start_offsets) for each in drawn]
-        assert started == [scene] * 3
+        # A scene tells what its own drive makes of speeds, and a copy's is of one that is not off.
+        same = {"start_offsets": scene.start_offsets, "feed": {"speed": scene.feed.speed}}
+        assert [each.replace(**same) for each in drawn] == [scene] * 3
+        np.testing.assert_array_equal(again.chains.drawn.factors[0] * REFERENCE_SPEED, scene.speeds)
     assert arena.drawn_scene(0).friction != arena.drawn_scene(4).friction
 
 

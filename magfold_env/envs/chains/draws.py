@@ -104,6 +104,10 @@ class DrawnChains:
         flips = self.flips[self.chains.kind[rows]]
         self.chains.speeds[rows] = np.where(flips[:, None], factors[:, ::-1], factors)
 
+    def drive_as(self, scene: Scene) -> None:
+        """Let what drives make of the speeds asked for be as in a scene that was drawn before."""
+        self.factors[:] = scene.speeds / REFERENCE_SPEED
+
     def contents(self) -> tuple[Any, ...]:
         """Return all that decides how the chains go on."""
         return self.chains.kind.copy(), self._numbers.copy(), *self.chains.contents()
