@@ -20,7 +20,6 @@ from agents.training.envs import make_env, make_training_envs
 from agents.training.player import Player
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.episodes import Episodes
-from magfold_env.envs.tasks.checks import threads_of
 from magfold_env.envs.tasks.draws import episode_seeds
 
 EPISODES_PER_RECORD = 60
@@ -82,7 +81,7 @@ class Validation:
         self._seeds = episode_seeds("validation", episodes)
         world = self._env.world
         self._numbers = np.arange(episodes) % len(world.words)
-        self._episodes: Episodes[Any] = self._env.make_episodes(world, episodes, threads_of(None))
+        self._episodes: Episodes[Any] = self._env.make_episodes(world, episodes)
 
     def __call__(self, model: base_class.BaseAlgorithm) -> dict[str, float]:
         """Return the rate of success and the mean score of `model`."""
