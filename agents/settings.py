@@ -1,6 +1,6 @@
 """What is trained, where and how: settings typed, checked and read from YAML."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar, get_args
@@ -27,7 +27,7 @@ Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Widths = Annotated[tuple[Count, ...], Field(max_length=16)]
 
-Algorithm = Literal["ppo", "maskable-ppo", "sac", "tqc"]
+Algorithm = Literal["ppo", "maskable-ppo", "recurrent-ppo", "sac", "tqc"]
 ALGORITHMS = get_args(Algorithm)
 Features = Literal["chain", "mouth", "symmetric"]
 
@@ -209,6 +209,26 @@ class MaskablePPOSettings(PPOSettings, frozen=True):
     """PPO that never takes an action that the environment masks."""
 
 
+class LSTMSettings(Group, frozen=True):
+    """What a network remembers of an episode: layers of long short-term memory before the rest."""
+
+    hidden: Count = 128
+    """Width of every layer."""
+    layers: Annotated[int, Field(ge=1, le=4)] = 1
+    """How many."""
+    critic: Literal["own", "shared", "none"] = "own"
+    """Whether the critic remembers by layers of its own, by the actor's, or not at all."""
+
+
+class RecurrentPPOSettings(PPOSettings, frozen=True):
+    """Hyper-parameters of sb3-contrib's RecurrentPPO."""
+
+    algorithm: Literal["recurrent-ppo"] = "recurrent-ppo"  # pyright: ignore[reportIncompatibleVariableOverride]
+    """PPO whose networks remember."""
+    lstm: LSTMSettings = LSTMSettings()
+    """What they remember by."""
+
+
 class HindsightSettings(Group, frozen=True):
     """Replay with the goals that were achieved in place of those that were wanted."""
 
@@ -261,6 +281,7 @@ def _branch(value: Any) -> str | None:
 LearnerSettings = Annotated[
     Annotated[PPOSettings, Tag("<ppo>")]
     | Annotated[MaskablePPOSettings, Tag("<maskable-ppo>")]
+    | Annotated[RecurrentPPOSettings, Tag("<recurrent-ppo>")]
     | Annotated[SACSettings, Tag("<sac>")]
     | Annotated[TQCSettings, Tag("<tqc>")],
     Discriminator(
@@ -345,43 +366,50 @@ class TrainSettings(Group, frozen=True):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         """Refuse a learner that cannot take the environment."""
-        problems: list[Problem] = []
+        found = (*self._of_actions(), *self._of_what_is_shown())
+        if found:
+            raise SceneError([Problem(key, at, f"must be {allowed}") for key, at, allowed in found])
+        return self
 
-        def refuse(key: str, value: object, allowed: str) -> None:
-            problems.append(Problem(key, value, f"must be {allowed}"))
-
+    def _of_actions(self) -> Iterator[tuple[str, object, str]]:
+        """Yield what the learner does not take: key, value and what is allowed."""
         learner, env = self.learner, self.env
-        hindsight = isinstance(learner, SACSettings) and learner.hindsight is not None
         if isinstance(learner, SACSettings):
             if env.actions != "box":
-                refuse("env.actions", env.actions, f"'box' with {learner.algorithm}")
-            if hindsight and env.id != GOAL_ENV:
-                refuse("env.id", env.id, f"{GOAL_ENV!r} with hindsight")
-        elif learner.algorithm == "maskable-ppo" and env.actions in ("box", "dict"):
-            refuse("env.actions", env.actions, "'multidiscrete' or 'discrete' with maskable-ppo")
+                yield "env.actions", env.actions, f"'box' with {learner.algorithm}"
+            if learner.hindsight is not None and env.id != GOAL_ENV:
+                yield "env.id", env.id, f"{GOAL_ENV!r} with hindsight"
+        elif learner.algorithm == "maskable-ppo":
+            if env.actions in ("box", "dict"):
+                yield "env.actions", env.actions, "'multidiscrete' or 'discrete' with maskable-ppo"
+            if env.id in FEED_TRACKS:
+                yield "env.id", env.id, "one in which magnets are chosen, with maskable-ppo"
+
+    def _of_what_is_shown(self) -> Iterator[tuple[str, object, str]]:
+        """Yield likewise what its networks cannot be shown."""
+        learner, env = self.learner, self.env
         features = learner.features
         if features != "chain" and env.id not in (TUBE_FEED, GOAL_ENV):
-            refuse("env.id", env.id, f"{TUBE_FEED!r} or {GOAL_ENV!r} with features {features!r}")
-        if features == "symmetric" and (
-            isinstance(learner, SACSettings) or env.actions not in (None, "multidiscrete")
-        ):
-            allowed = "'chain' or 'mouth' but for PPO with actions 'multidiscrete'"
-            refuse("learner.features", features, allowed)
+            allowed = f"{TUBE_FEED!r} or {GOAL_ENV!r} with features {features!r}"
+            yield "env.id", env.id, allowed
+        symmetric = learner.algorithm in ("ppo", "maskable-ppo")
+        symmetric = symmetric and env.actions in (None, "multidiscrete")
+        if features == "symmetric" and not symmetric:
+            allowed = "'chain' or 'mouth' but for PPO and MaskablePPO with actions 'multidiscrete'"
+            yield "learner.features", features, allowed
         if learner.frames > 1 and (features != "chain" or env.id == GOAL_ENV):
             allowed = f"1 with {GOAL_ENV} and with features but 'chain'"
-            refuse("learner.frames", learner.frames, allowed)
+            yield "learner.frames", learner.frames, allowed
         # Achieved goals are motion, and a chain chosen as a whole is not seen to move.
+        hindsight = isinstance(learner, SACSettings) and learner.hindsight is not None
         if learner.blind and (hindsight or env.id == DESIGN_ENV):
-            refuse("learner.blind", True, f"false with {DESIGN_ENV} and with hindsight")
+            yield "learner.blind", True, f"false with {DESIGN_ENV} and with hindsight"
         if self.curriculum is not None:
             # Chains of other lengths are filled up, which moves their entries.
             if features != "chain":
-                refuse("learner.features", features, "'chain' with a curriculum")
+                yield "learner.features", features, "'chain' with a curriculum"
             if learner.blind:
-                refuse("learner.blind", True, "false with a curriculum")
-        if problems:
-            raise SceneError(problems)
-        return self
+                yield "learner.blind", True, "false with a curriculum"
 
 
 def load_settings(

@@ -21,7 +21,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import torch
-from sb3_contrib import TQC, MaskablePPO
+from sb3_contrib import TQC, MaskablePPO, RecurrentPPO
 from stable_baselines3 import PPO, SAC, HerReplayBuffer
 from stable_baselines3.common import (
     base_class,
@@ -36,6 +36,8 @@ from agents.settings import (
     Algorithm,
     Features,
     LearnerSettings,
+    LSTMSettings,
+    RecurrentPPOSettings,
     SACSettings,
     Shown,
     StopSettings,
@@ -49,6 +51,7 @@ from magfold_env.scene import Scene
 CLASSES: dict[str, type[base_class.BaseAlgorithm]] = {
     "ppo": PPO,
     "maskable-ppo": MaskablePPO,
+    "recurrent-ppo": RecurrentPPO,
     "sac": SAC,
     "tqc": TQC,
 }
@@ -93,7 +96,7 @@ def make_model(
         If the features are to be symmetric and the scene is not.
     """
     own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
-    own |= set(Shown.model_fields)
+    own |= {"lstm", *Shown.model_fields}
     options: dict[str, Any] = settings.model_dump(exclude=own)
     if isinstance(settings, SACSettings) and settings.hindsight is not None:
         options["replay_buffer_class"] = HerReplayBuffer
@@ -108,7 +111,8 @@ def make_model(
                 "learner.features: 'symmetric' is not allowed for a scene with a field, a "
                 "slope or magnets that differ from left to right; must be chain or mouth"
             )
-    kind, policy = network(settings.algorithm, settings.features, dictionary, backward)
+    lstm = settings.lstm if isinstance(settings, RecurrentPPOSettings) else None
+    kind, policy = network(settings.algorithm, settings.features, dictionary, backward, lstm)
     return CLASSES[settings.algorithm](
         kind,
         env,
@@ -121,21 +125,34 @@ def make_model(
 
 
 def network(
-    algorithm: Algorithm, seen: Features, dictionary: bool, backward: bool
+    algorithm: Algorithm,
+    seen: Features,
+    dictionary: bool,
+    backward: bool,
+    lstm: LSTMSettings | None,
 ) -> tuple[Any, dict[str, Any]]:
-    """Return the class of a policy, and the options that decide what it sees.
+    """Return the class of a policy, and the options that decide what it sees and remembers.
 
     Its observations are a `dictionary` or not, and the last component leaves the tube first or not.
     """
-    kind: Any = CLASSES[algorithm].policy_aliases["MultiInputPolicy" if dictionary else "MlpPolicy"]
+    name = f"{'MultiInput' if dictionary else 'Mlp'}{'' if lstm is None else 'Lstm'}Policy"
+    kind: Any = CLASSES[algorithm].policy_aliases[name]
+    options: dict[str, Any] = {}
+    if lstm is not None:
+        options = {
+            "lstm_hidden_size": lstm.hidden,
+            "n_lstm_layers": lstm.layers,
+            "shared_lstm": lstm.critic == "shared",
+            "enable_critic_lstm": lstm.critic == "own",
+        }
     if seen == "chain":
-        return kind, {}
+        return kind, options
     extractor = features.FromTheMouth
     if seen == "symmetric":
         masked = algorithm == "maskable-ppo"
         kind = symmetry_masked.MaskableSymmetricPolicy if masked else symmetry.SymmetricPolicy
         extractor = symmetry.FromOneSide
-    return kind, {
+    return kind, options | {
         "features_extractor_class": extractor,
         "features_extractor_kwargs": {"backward": backward},
     }
@@ -247,6 +264,8 @@ class RunState:
     """What the logger's attributes hold and has not written yet, by their name."""
     events: dict[str, int]
     """Sizes of TensorBoard's files."""
+    memory: Any = None
+    """What recurrent networks remember of the episodes under way; None for others."""
 
 
 def pack(
@@ -263,6 +282,7 @@ def pack(
         envs_state(envs),
         {name: dict(getattr(model.logger, name)) for name in _RECORDS},
         events,
+        getattr(model, "_last_lstm_states", None),
     )
     parts = {MODEL: _written(model.save), REST: pickle.dumps(state)}
     if isinstance(model, off_policy_algorithm.OffPolicyAlgorithm):
@@ -297,6 +317,8 @@ def unpack_model(
         getattr(records, name).update(state.records[name])
     # Last, since making a model seeds all of these.
     model.action_space = state.actions
+    if isinstance(model, RecurrentPPO):
+        model._last_lstm_states = state.memory
     set_envs_state(envs, state.envs)
     set_random_state(state.random)
     return model

@@ -19,9 +19,19 @@ import numpy as np
 import torch
 from gymnasium import spaces
 from pydantic import Discriminator, Field, Tag, model_validator
+from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
 from stable_baselines3.common import base_class, off_policy_algorithm, policies
 
-from agents.settings import Algorithm, Features, Group, SettingsError, Shown, Widths, checked
+from agents.settings import (
+    Algorithm,
+    Features,
+    Group,
+    LSTMSettings,
+    SettingsError,
+    Shown,
+    Widths,
+    checked,
+)
 from agents.training.models import CLASSES, FEATURES, UNREADABLE, network
 from agents.training.shown import shown_space
 from magfold_env.files import replacing
@@ -30,6 +40,7 @@ from magfold_env.scene import Problem, SceneError
 FORMAT = "magfold_env policy 1"
 _ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 _WRITTEN = {"net_arch", "activation_fn", "features_extractor_class", "features_extractor_kwargs"}
+_WRITTEN |= {"lstm_hidden_size", "n_lstm_layers", "shared_lstm", "enable_critic_lstm"}
 """Options of a policy that settings hold; others have Stable-Baselines3's defaults."""
 
 _MODULES: dict[str, type[base_class.BaseAlgorithm]] = {
@@ -37,6 +48,7 @@ _MODULES: dict[str, type[base_class.BaseAlgorithm]] = {
     "agents.symmetry": CLASSES["ppo"],
     "agents.symmetry_masked": CLASSES["maskable-ppo"],
     "sb3_contrib.common.maskable.policies": CLASSES["maskable-ppo"],
+    "sb3_contrib.common.recurrent.policies": CLASSES["recurrent-ppo"],
     "stable_baselines3.sac.policies": CLASSES["sac"],
     "sb3_contrib.tqc.policies": CLASSES["tqc"],
 }
@@ -151,6 +163,8 @@ class PolicySettings(Shown, frozen=True):
     """Widths of the hidden layers of the network that acts."""
     critic: Widths
     """The same of those that judge."""
+    lstm: LSTMSettings | None = None
+    """What they remember by, before these layers."""
     activation: Literal["tanh", "relu"]
     """What follows each of these layers."""
     observations: _Observations
@@ -161,9 +175,13 @@ class PolicySettings(Shown, frozen=True):
     """Environment steps that it was trained for."""
 
     @model_validator(mode="after")
-    def _takes_the_actions(self) -> Self:
-        box = isinstance(self.actions, _Box)
-        if self.algorithm != "ppo" and box == (self.algorithm == "maskable-ppo"):
+    def _fits(self) -> Self:
+        recurrent, box = self.algorithm == "recurrent-ppo", isinstance(self.actions, _Box)
+        if recurrent != (self.lstm is not None):
+            told = f"must {'' if recurrent else 'not '}be given with {self.algorithm}"
+            raise SceneError([Problem("lstm", self.lstm, told)])
+        any_actions = self.algorithm in ("ppo", "recurrent-ppo")
+        if not any_actions and box == (self.algorithm == "maskable-ppo"):
             allowed = "discrete or multidiscrete" if box else "a box"
             told = f"must be {allowed} with {self.algorithm}"
             raise SceneError([Problem("actions", self.actions.model_dump(), told)])
@@ -171,7 +189,7 @@ class PolicySettings(Shown, frozen=True):
 
     def _network(self) -> tuple[type[policies.BasePolicy], dict[str, Any]]:
         dictionary = isinstance(self.observations, _Boxes)
-        return network(self.algorithm, self.features, dictionary, self.backward)
+        return network(self.algorithm, self.features, dictionary, self.backward, self.lstm)
 
     @property
     def kind(self) -> type[policies.BasePolicy]:
@@ -181,7 +199,7 @@ class PolicySettings(Shown, frozen=True):
     def make(self) -> policies.BasePolicy:
         """Return a policy with these settings, untrained."""
         kind, options = self._network()
-        if self.algorithm in ("ppo", "maskable-ppo"):
+        if self.algorithm not in ("sac", "tqc"):
             options |= {"ortho_init": False}  # takes long, for weights that are replaced
         judge = "vf" if "ortho_init" in options else "qf"
         return kind(
@@ -199,6 +217,10 @@ class PolicySettings(Shown, frozen=True):
         layers = (self.actor, self.actions.size), (self.critic, 1)
         seen = self.frames * self.observations.size
         widths = [(seen, *hidden, last) for hidden, last in layers]
+        if self.lstm is not None:
+            wide = self.lstm.hidden
+            widths = [(wide, *hidden, last) for hidden, last in layers]
+            widths.append((seen + wide, 4 * wide))
         return 2 * sum(a * b for each in widths for a, b in itertools.pairwise(each))
 
 
@@ -325,6 +347,14 @@ def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySetting
     if not isinstance(hidden, dict):
         hidden = {"pi": hidden, "vf": hidden, "qf": hidden}
     algorithms = {each: name for name, each in CLASSES.items()}
+    lstm = None
+    if isinstance(policy, RecurrentActorCriticPolicy):
+        separate = "own" if policy.enable_critic_lstm else "none"
+        lstm = {
+            "hidden": policy.lstm_actor.hidden_size,
+            "layers": policy.lstm_actor.num_layers,
+            "critic": "shared" if policy.shared_lstm else separate,
+        }
     activations = {each: name for name, each in _ACTIVATIONS.items()}
     content = {
         "frames": shown.frames,
@@ -334,6 +364,7 @@ def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySetting
         "backward": policy.features_extractor_kwargs.get("backward", False),
         "actor": hidden.get("pi", ()),
         "critic": hidden.get("vf", hidden.get("qf", ())),
+        "lstm": lstm,
         "activation": activations.get(policy.activation_fn, str(policy.activation_fn)),
         "observations": _described(model.observation_space, shown.frames > 1),
         "actions": _described(model.action_space),

@@ -80,6 +80,19 @@ def test_networks_of_other_shapes_come_back(model: Any, file: Path) -> None:
     assert torch.equal(saved.predict_values(values), model.policy.predict_values(values))
 
 
+@pytest.mark.parametrize("critic", ["own", "shared", "none"])
+def test_every_memory_comes_back(critic: str, tmp_path: Path) -> None:
+    lstm = {"hidden": 8, "layers": 2, "critic": critic}
+    settings = tiny("recurrent-ppo", own={"lstm": lstm, "frames": 2})
+    model = make_model(settings.learner, make_training_envs(settings, 0), 0)
+    policy_files.save(model, tmp_path / "policy.safetensors", settings.learner)
+    saved = policy_files.load(tmp_path / "policy.safetensors")
+    own, others = model.policy.state_dict(), saved.policy.state_dict()
+    assert own.keys() == others.keys()
+    assert all(torch.equal(own[name], others[name]) for name in own)
+    assert (saved.shown.frames, saved.shown.blind) == (2, False)
+
+
 class Evil:
     """Writes a file when it is unpickled."""
 
@@ -165,6 +178,14 @@ def changed(file: Path, settings: dict[str, Any], **weights: Any) -> None:
         ({"algorithm": "sac"}, "actions: .* is not allowed; must be a box with sac"),
         ({"features": "symmetric", "actions": {"n": 3}}, "its networks cannot be made: action_sp"),
         ({"steps": None}, "steps: None is not allowed"),
+        ({"frames": 65}, "frames: 65 is not allowed; must be less than or equal to 64"),
+        ({"frames": 64}, "actor, critic: .* must be those of the weights"),
+        ({"lstm": {"hidden": 8}}, "lstm: .* must not be given with ppo"),
+        ({"algorithm": "recurrent-ppo"}, "lstm: None is not allowed; must be given with recurr"),
+        (
+            {"algorithm": "recurrent-ppo", "lstm": {"hidden": 10**9}},
+            "actor, critic: .* must be those of the weights",
+        ),
     ],
 )  # fmt: skip
 def test_wrong_settings_name_file_and_key(file: Path, settings: Any, message: str) -> None:

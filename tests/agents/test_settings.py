@@ -49,9 +49,15 @@ def test_an_override_of_none_leaves_the_file_alone() -> None:
         ("learner: {algorithm: sac, n_steps: 5}", r"learner\.n_steps: 5 is not .*unknown key"),
         ("learner: {algorithm: ppo, gamma: 1.5}", r"learner\.gamma: 1.5 is not .*less than"),
         ("learner: {algorithm: ppo, learning_rate: .nan}", r"learner\.learning_rate: nan is not"),
-        ("learner: {algorithm: dqn}", "algorithm must be one of ppo, maskable-ppo, sac, tqc"),
-        ("learner: {gamma: 0.9}", "algorithm must be one of ppo, maskable-ppo, sac, tqc"),
-        ("learner: ppo", "algorithm must be one of ppo, maskable-ppo, sac, tqc"),
+        (
+            "learner: {algorithm: dqn}",
+            "algorithm must be one of ppo, maskable-ppo, recurrent-ppo, sac, tqc",
+        ),
+        (
+            "learner: {gamma: 0.9}",
+            "algorithm must be one of ppo, maskable-ppo, recurrent-ppo, sac, tqc",
+        ),
+        ("learner: ppo", "algorithm must be one of ppo, maskable-ppo, recurrent-ppo, sac, tqc"),
         ("learner: {algorithm: sac, ent_coef: low}", r"learner\.ent_coef: 'low' is not allowed"),
         ("env: {speeds: 1}", r"env\.speeds: 1 is not allowed; must be greater than"),
         ("env: {randomisation: wild}", r"env\.randomisation: 'wild' is not allowed"),
@@ -67,6 +73,10 @@ def test_an_override_of_none_leaves_the_file_alone() -> None:
         (
             "env: {actions: box}\nlearner: {algorithm: maskable-ppo}",
             r"env\.actions: 'box' is not allowed; must be 'multidiscrete' or 'discrete'",
+        ),
+        (
+            "env: {id: MagFold/UnknownFloor-v0}\nlearner: {algorithm: maskable-ppo}",
+            r"env\.id: 'MagFold/UnknownFloor-v0' is not .*must be one in which magnets are",
         ),
         (
             "env: {actions: box}\nlearner: {algorithm: tqc, hindsight: {}}",

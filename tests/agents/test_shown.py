@@ -21,7 +21,7 @@ FLOOR = "MagFold/UnknownFloor-v0"
 
 def both(stepping: str, **shown: Any) -> tuple[Any, Any]:
     """Return the same environments, of two chains, as they are and as networks are shown them."""
-    one, other = (tiny(shown=each, stepping=stepping, envs=2) for each in ({}, shown))
+    one, other = (tiny(own=each, stepping=stepping, envs=2) for each in ({}, shown))
     return make_training_envs(one, 0), make_training_envs(other, 0)
 
 
@@ -74,9 +74,13 @@ def untrained(settings: TrainSettings, path: Path) -> Any:
 
 
 @pytest.mark.parametrize("env_id", ["MagFold/TubeFeed-v0", FLOOR])
-def test_a_policy_that_plays_is_shown_what_its_file_says(env_id: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize("algorithm", ["ppo", "recurrent-ppo"])
+def test_a_policy_that_plays_is_shown_what_its_file_says(
+    algorithm: str, env_id: Any, tmp_path: Path
+) -> None:
     fidelity = {} if env_id == FLOOR else {"fidelity": "quasistatic", "components": 4}
-    settings = tiny(shown={"frames": 3}, env={"id": env_id, "actions": "discrete", **fidelity})
+    env = {"id": env_id, "actions": "discrete", **fidelity}
+    settings = tiny(algorithm, own={"frames": 3}, env=env)
     model = untrained(settings, tmp_path / "policy.safetensors")
     policy = TrainedPolicy.load(tmp_path / "policy.safetensors")
     env = episodes.make_env(settings.env)
@@ -86,10 +90,11 @@ def test_a_policy_that_plays_is_shown_what_its_file_says(env_id: Any, tmp_path: 
         policy.begin()
         observation, _ = env.reset(seed=seed)
         seen, _ = stacked.reset(seed=seed)
-        ended, steps = False, 0
+        ended, steps, memory = False, 0, None
         while not ended and steps < 20:
             action = policy.act(env, observation, rng)
-            assert action == model.predict(seen, deterministic=True)[0]
+            best, memory = model.predict(seen, memory, deterministic=True)
+            assert action == best
             observation, _, ended, _, _ = env.step(action)
             seen, *_ = stacked.step(action)
             steps += 1
@@ -97,7 +102,7 @@ def test_a_policy_that_plays_is_shown_what_its_file_says(env_id: Any, tmp_path: 
 
 def test_a_policy_trained_blind_plays_blind(tmp_path: Path) -> None:
     seeing, blinded = (
-        tiny("maskable-ppo", shown={"frames": 2, "blind": each}) for each in (False, True)
+        tiny("maskable-ppo", own={"frames": 2, "blind": each}) for each in (False, True)
     )
     paths = tmp_path / "seeing.safetensors", tmp_path / "blind.safetensors"
     for settings, path in zip((seeing, blinded), paths, strict=True):

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from agents.learning_rate import LearningRate
-from agents.settings import EnvSettings, StopSettings, TrainSettings, load_settings
+from agents.settings import FEED_TRACKS, EnvSettings, StopSettings, TrainSettings, load_settings
 from agents.training import policy_files
 from agents.training.envs import check_envs, make_env, make_training_envs
 from agents.training.folder import RunInfo
@@ -17,13 +17,19 @@ from agents.training.run import Validation, train
 from magfold_env.files import configs_dir
 from tests.agents.training import LEARNERS, records, tiny, weights
 
+FLOOR = {"id": "MagFold/UnknownFloor-v0", "actions": "box"}
 RUNS = [
     pytest.param(tiny("ppo"), id="ppo"),
     pytest.param(tiny("maskable-ppo"), id="maskable-ppo"),
+    pytest.param(tiny("recurrent-ppo"), id="recurrent-ppo"),
     pytest.param(tiny("sac"), id="sac"),
     pytest.param(tiny("tqc"), id="tqc"),
     pytest.param(tiny("sac", True), id="sac with hindsight"),
     pytest.param(tiny("tqc", True), id="tqc with hindsight"),
+    *[
+        pytest.param(tiny(algorithm, env=FLOOR), id=f"{algorithm} on a track")
+        for algorithm in ("recurrent-ppo", "sac", "tqc")
+    ],
 ]
 
 
@@ -47,7 +53,10 @@ def test_a_run_changes_the_networks_and_leaves_its_files(
     assert info.algorithm == settings.learner.algorithm
     assert info.steps >= 240
     assert info.made["torch"] == torch.__version__
-    assert set(records(tmp_path)) >= {"validation/success_rate", "rollout/ep_rew_mean"}
+    written = records(tmp_path)
+    assert "validation/success_rate" in written
+    # On a track no episode need have ended.
+    assert "rollout/ep_rew_mean" in written or settings.env.id in FEED_TRACKS
 
 
 @pytest.mark.train

@@ -57,12 +57,14 @@ PRETRAINED: dict[str, Any] = {
 SLOW = pytest.mark.slow
 RUNS = [
     pytest.param(tiny("ppo", envs=2), id="ppo"),
-    pytest.param(tiny("ppo", shown={"frames": 3, "blind": True}, envs=2), id="ppo, frames, blind"),
+    pytest.param(tiny("ppo", own={"frames": 3, "blind": True}, envs=2), id="ppo, frames, blind"),
     pytest.param(
-        tiny("sac", shown={"frames": 3}, timesteps=200, stepping="serial"),
+        tiny("sac", own={"frames": 3}, timesteps=200, stepping="serial"),
         id="sac, frames, serial",
         marks=SLOW,
     ),
+    pytest.param(tiny("recurrent-ppo", envs=2), id="recurrent-ppo"),
+    pytest.param(tiny("recurrent-ppo", **PRETRAINED), id="recurrent-ppo in two phases", marks=SLOW),
     pytest.param(tiny("tqc", True, **PRETRAINED), id="tqc with hindsight in two phases"),
     pytest.param(tiny("ppo", **PRETRAINED), id="ppo in two phases", marks=SLOW),
     pytest.param(

@@ -12,6 +12,7 @@ from agents.training import policy_files
 LEARNERS: dict[str, dict[str, Any]] = {
     "ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2},
     "maskable-ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2},
+    "recurrent-ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2, "lstm": {"hidden": 8}},
     "sac": {"learning_starts": 64, "batch_size": 16, "train_freq": 4, "buffer_size": 150},
     "tqc": {"learning_starts": 64, "batch_size": 16, "train_freq": 4, "buffer_size": 150},
 }
@@ -19,10 +20,10 @@ LEARNERS: dict[str, dict[str, Any]] = {
 
 
 def tiny(
-    algorithm: str = "ppo", hindsight: bool = False, shown: Any = None, **changes: Any
+    algorithm: str = "ppo", hindsight: bool = False, own: Any = None, **changes: Any
 ) -> TrainSettings:
-    """Return the settings of a run of a second."""
-    learner = {"algorithm": algorithm, "hidden": [16], **LEARNERS[algorithm], **(shown or {})}
+    """Return the settings of a run of a second; the learner has some of its `own`."""
+    learner = {"algorithm": algorithm, "hidden": [16], **LEARNERS[algorithm], **(own or {})}
     env: dict[str, Any] = {"fidelity": "quasistatic", "components": 3}
     if algorithm in ("sac", "tqc"):
         env["actions"] = "box"
