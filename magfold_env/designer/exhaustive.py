@@ -122,7 +122,7 @@ class Exhaustive:
         row = every.words.index(target)
         self.calls = len(lattice) * every.gap.size
         """Energies that were compared."""
-        self._lattice, self._tie = lattice, every.tie
+        self._lattice, self.tie = lattice, every.tie
         own = every_sequence.every_energy(forms[row])
         self.gaps: Array = np.where(every.word == row, every.gap, every.energy - own)
         """Energy of the best rival above the target [J], for every sequence."""
@@ -152,7 +152,7 @@ class Exhaustive:
         not the best, it stands for the worst.
         """
         found = np.full(self.gaps.size, -np.inf)
-        numbers = np.flatnonzero(self.gaps > self._tie)
+        numbers = np.flatnonzero(self.gaps > self.tie)
         if not numbers.size:
             return found
         rivals = Rivals(self._scene, self._target, self._lattice.words)
@@ -178,12 +178,12 @@ class Exhaustive:
         ``where`` says which sequences to choose from.
         """
         scores = scores if where is None else np.where(where, scores, -np.inf)
-        return _first_of_largest(scores, self._tie)
+        return _first_of_largest(scores, self.tie)
 
     def spread_out(self, scores: Array, count: int, apart: int) -> list[int]:
         """Return the numbers of good sequences, best first, any two so many faces apart."""
         chosen: list[int] = []
-        wanted = np.flatnonzero(scores > self._tie)
+        wanted = np.flatnonzero(scores > self.tie)
         for number in wanted[np.argsort(-scores[wanted], kind="stable")].tolist():
             if all((number ^ other).bit_count() >= apart for other in chosen):
                 chosen.append(number)

@@ -37,6 +37,7 @@ ENTRY_POINTS = {
     "MagFold/UnknownFloor-v0": "magfold_env.envs.unknown_floor:UnknownFloorEnv",
     "MagFold/Reprogram-v0": "magfold_env.envs.reprogram:ReprogramEnv",
     "MagFold/Lumen-v0": "magfold_env.envs.lumen:LumenEnv",
+    "MagFold/Tray-v0": "magfold_env.envs.tray:TrayEnv",
 }
 
 
@@ -47,6 +48,7 @@ VECTOR_ENTRY_POINTS = {
     "MagFold/UnknownFloor-v0": "magfold_env.envs.unknown_floor:UnknownFloorVectorEnv",
     "MagFold/Reprogram-v0": "magfold_env.envs.reprogram:ReprogramVectorEnv",
     "MagFold/Lumen-v0": "magfold_env.envs.lumen:LumenVectorEnv",
+    "MagFold/Tray-v0": "magfold_env.envs.tray:TrayVectorEnv",
 }
 
 

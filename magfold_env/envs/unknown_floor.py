@@ -7,8 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.constant_speed import ConstantSpeedStore
-from magfold_env.envs.chains.arrays import UNSETTLED, Ints
-from magfold_env.envs.episodes import Columns
 from magfold_env.envs.feed_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
 from magfold_env.envs.tasks.feed_tasks import FeedOptions, FeedWorld
 from magfold_env.envs.vector_env import ChainVectorEnv
@@ -27,12 +25,6 @@ class FloorEpisodes(FeedEpisodes):
     def baselines(cls, world: FeedWorld) -> ConstantSpeedStore:
         """Return what the best constant speeds make of the tasks of a world."""
         return constant_speeds(world)
-
-    def told_at_end(self, rows: Ints) -> Columns:
-        """Return what is told besides of episodes that have terminated."""
-        ends = super().told_at_end(rows)
-        late = self.arrays.status[rows] == UNSETTLED
-        return ends | {"score": np.where(late, 0.0, ends["score"])}
 
 
 def constant_speeds(world: FeedWorld) -> ConstantSpeedStore:

@@ -128,15 +128,18 @@ class Chains:
         if self._frame_rate is not None:
             self._frames = Frames(self.models[0], self._states.row(0), self._frame_rate)
 
-    def feed(self, rows: IntArray, *, whole: bool = False) -> None:
-        """Feed out the next component of some chains, or all; chains that are all out settle."""
+    def feed(self, rows: IntArray, *, whole: bool = False, until: float = math.inf) -> None:
+        """Feed out the next component of some chains, or all; chains that are all out settle.
+
+        They pause at a time ``until`` [s], if they have not come so far.
+        """
         left = self.counters[rows, at.LO] - 1
         self.counters[rows, at.KEEP] = -1 if whole else np.where(left > 0, left, -1)
-        self._until[rows] = math.inf
+        self._until[rows] = until
         self._run(rows)
 
-    def push(self, rows: IntArray, seconds: float) -> None:
-        """Feed some chains for a time [s]; those that are all out move freely."""
+    def push(self, rows: IntArray, seconds: float | Array) -> None:
+        """Feed some chains for a time [s], or one each; those that are all out move freely."""
         self.counters[rows, at.KEEP] = -1
         self._until[rows] = self.clocks[rows, at.TIME] + seconds
         self._run(rows)

@@ -7,8 +7,9 @@ import pytest
 
 from magfold_env.envs.baselines import baseline, three_speeds
 from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, PushPullPush
+from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.envs.chains.arrays import FOLDED
-from magfold_env.envs.feed_track import INTERVAL, TIME_COST, replay
+from magfold_env.envs.feed_track import INTERVAL, replay
 from magfold_env.envs.reprogram import (
     BACK,
     FIRST,

@@ -12,7 +12,7 @@ import json
 import logging
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -56,6 +56,8 @@ class Baseline:
         Direction of feed of a chain that is given, of which only the speed is free.
     later : tuple of float
         The speeds after `speed` of a chain that is pulled in and pushed out again [m/s].
+    tray : tuple of str
+        The components that `sequence` is taken from.
     """
 
     target: str
@@ -65,13 +67,14 @@ class Baseline:
     success: float
     direction: str | None = None
     later: tuple[float, ...] = ()
+    tray: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
-        """What it is kept under: the target, and the chain if that is given."""
+        """What it is kept under: the target, and the chain, or tray, if that is given."""
         if self.direction is None or self.sequence is None:
             return self.target
-        return chain_name(self.sequence, self.direction, self.target)
+        return chain_name(self.tray or self.sequence, self.direction, self.target)
 
     @property
     def flagged(self) -> bool:
@@ -290,5 +293,5 @@ def _shipped() -> dict[str, dict[str, Baseline]]:
 def _from_dict(content: dict[str, Any]) -> Baseline:
     """Return the baseline that was written as `content`."""
     sequence: list[str] | None = content.pop("sequence")
-    later = tuple(content.pop("later", ()))
-    return Baseline(sequence=None if sequence is None else tuple(sequence), later=later, **content)
+    found = Baseline(sequence=None if sequence is None else tuple(sequence), **content)
+    return replace(found, later=tuple(found.later), tray=tuple(found.tray))

@@ -8,15 +8,16 @@ that results are reported on, nor such that anything is trained on.
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from copy import copy
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from magfold_env.envs.baselines.baseline import Baseline, Store, baseline_key, chain_name
-from magfold_env.envs.chains.arrays import Floats, Ints
+from magfold_env.envs.baselines.baseline import Baseline, Store, baseline_key
+from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.feed_tasks import FeedTask, FeedWorld
+from magfold_env.envs.tasks.feed_tasks import FeedWorld, TaskWorld
 from magfold_env.envs.tasks.reward import RewardRule
 
 SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 13), 12).tolist())
@@ -25,30 +26,30 @@ SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 
 SELECTION_DRAWS = 64
 SCORING_DRAWS = 128
 
-Plan = Callable[[Any, Ints], Floats]
-"""Says how fast [m/s] chains of some rows of episodes are to be fed in the next step."""
+Plan = Callable[[Any, Ints], Any]
+"""Chooses what some rows of episodes do in the next step, as `World.actions` reads it."""
 
 
-class SpeedStore(Store):
-    """The baselines of a world's tasks, of which only the feed's speed is free.
+class TaskStore(Store):
+    """The baselines of a world's tasks.
 
     Parameters
     ----------
     make_episodes : callable
         Makes so many episodes of the world.
-    world : FeedWorld
+    world : TaskWorld
         What they share; tasks are told apart by name.
     protocol : sequence
         What else they depend on.
     """
 
     def __init__(
-        self, make_episodes: Callable[..., Any], world: FeedWorld, protocol: Sequence[Any]
+        self, make_episodes: Callable[..., Any], world: TaskWorld, protocol: Sequence[Any]
     ) -> None:
         super().__init__(baseline_key(world.scene, world.match, protocol))
         self._make, self._world = make_episodes, copy(world)
         self._world.rule = RewardRule("score")  # or trials would ask for what they find
-        self.names = [_name(task) for task in world.tasks]
+        self.names = [task.name for task in world.tasks]
         """What the tasks are kept under."""
 
     @staticmethod
@@ -59,16 +60,13 @@ class SpeedStore(Store):
     def _trial(self, number: int, plan: Plan, stream: str, draws: int) -> dict[str, Any]:
         """Return what is told of episodes of a task, played by a plan on draws of a stream."""
         episodes = self._make(self._world, draws)
-
-        def choose(rows: Ints) -> tuple[Floats]:
-            return (plan(episodes, rows),)
-
-        ends = episodes.play(episode_seeds(stream, draws), [number] * draws, choose)
+        seeds = episode_seeds(stream, draws)
+        ends = episodes.play(seeds, [number] * draws, partial(plan, episodes))
         return episodes.told(episodes.rows) | ends
 
 
-class ConstantSpeedStore(SpeedStore):
-    """The baselines that constant speeds set; arguments are those of `SpeedStore`."""
+class ConstantSpeedStore(TaskStore):
+    """The baselines that constant speeds set; arguments are those of `TaskStore`."""
 
     def __init__(
         self, make_episodes: Callable[..., Any], world: FeedWorld, protocol: Sequence[Any]
@@ -97,8 +95,4 @@ class ConstantSpeedStore(SpeedStore):
 
 
 def _always(speed: float) -> Plan:
-    return lambda _, rows: np.full(len(rows), speed)
-
-
-def _name(task: FeedTask) -> str:
-    return chain_name(task.sequence, task.direction, "-".join(task.words))
+    return lambda _, rows: (np.full(len(rows), speed),)

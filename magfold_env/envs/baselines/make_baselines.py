@@ -15,7 +15,7 @@ from magfold_env.envs.baselines.baseline import (
     evaluate_design,
     save_shipped,
 )
-from magfold_env.envs.baselines.constant_speed import SpeedStore
+from magfold_env.envs.baselines.constant_speed import TaskStore
 from magfold_env.envs.reprogram import three_speeds
 from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.feed_tasks import ChamberWorld, FeedWorld, RefoldWorld
@@ -31,12 +31,12 @@ SHIPPED: tuple[tuple[str, Randomisation], ...] = (
     ("tube-built", "nominal"),
     ("tube-built", "strong"),
 )
-STORES: dict[str, Callable[[], SpeedStore]] = {
+STORES: dict[str, Callable[[], TaskStore]] = {
     "unknown-floor": lambda: constant_speeds(FeedWorld("unknown-floor")),
     "lumen": lambda: constant_speeds(ChamberWorld("lumen")),
     "reprogram": lambda: three_speeds(RefoldWorld("reprogram")),
 }
-"""What makes the stores of those scenes in which only the speed is free."""
+"""What makes the stores of those scenes in which tasks are given."""
 
 Job = Callable[[], Baseline]
 
@@ -68,10 +68,10 @@ def main(workers: int = 2, only: str = "") -> None:
         for name, make_store in STORES.items():
             if name.startswith(only):
                 store = make_store()
-                save(name, store.key, [partial(_of_speeds, name, task) for task in store.names])
+                save(name, store.key, [partial(_of_task, name, task) for task in store.names])
 
 
-def _of_speeds(name: str, task: str) -> Baseline:
+def _of_task(name: str, task: str) -> Baseline:
     return STORES[name]().compute(task)
 
 

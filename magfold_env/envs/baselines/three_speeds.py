@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from magfold_env.envs.baselines.baseline import Baseline
-from magfold_env.envs.baselines.constant_speed import Plan, SpeedStore
+from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.spaces.actions import SLOWEST_LEVEL
 from magfold_env.envs.tasks.feed_tasks import FeedWorld
@@ -78,8 +78,8 @@ class PushPullPush:
         return np.choose(leg[rows], [out, np.zeros_like(out), pull, last])
 
 
-class ThreeSpeedStore(SpeedStore):
-    """The baselines that such schedules set; arguments are those of `SpeedStore`."""
+class ThreeSpeedStore(TaskStore):
+    """The baselines that such schedules set; arguments are those of `TaskStore`."""
 
     def __init__(
         self, make_episodes: Callable[..., Any], world: FeedWorld, protocol: Sequence[Any]
@@ -98,7 +98,9 @@ class ThreeSpeedStore(SpeedStore):
         number = self.names.index(name)
 
         def trial(speeds: Speeds, stream: str, draws: int) -> Any:
-            return self._trial(number, PushPullPush(speeds, draws), stream, draws)
+            schedule = PushPullPush(speeds, draws)
+            plan: Plan = lambda episodes, rows: (schedule(episodes, rows),)  # noqa: E731
+            return self._trial(number, plan, stream, draws)
 
         def drawn_in(speeds: Speeds) -> float:
             return float((trial(speeds, "selection", SELECTION_DRAWS)["stage"] == 2).mean())

@@ -1,5 +1,6 @@
 """Simulated chains, side by side, as environments need them."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -28,6 +29,9 @@ from magfold_env.simulation.pack import TURNED
 from magfold_env.simulation.view import Orientation, advances, public_states
 
 _TURNED = tuple(TURNED)
+_AS_DRAWN = np.ones(4)
+_ROUNDING = 1e-9  # [s] in which a chain passes a place that it was to reach
+_AGAIN = 1e-3  # [s] after which a drive that slipped is looked at again, at the soonest
 
 
 class DynamicChains:
@@ -55,7 +59,15 @@ class DynamicChains:
         self.arrays.clear(rows, forward=flip)
         self._take_in(rows)
 
-    def feed(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
+    def feed(
+        self,
+        rows: Ints,
+        patterns: Ints,
+        speeds: Floats,
+        scaled: Floats,
+        grades: Floats = _AS_DRAWN,
+        until: float = math.inf,
+    ) -> None:
         """Feed the next component of each chain, or all; after its last one a chain settles.
 
         Parameters
@@ -64,6 +76,10 @@ class DynamicChains:
             Numbers of the patterns, of one component or of all, component 1 first.
         speeds, scaled : array, shape (rows,)
             Feed speeds [m/s], and the same on the log scale from −1 to 1.
+        grades : array, shape (rows, 4), optional
+            What the strengths of the next components' magnets are multiplied by.
+        until : float
+            Time at which they pause [s], if they have not come so far.
         """
         drawn, chains = self.drawn, self._chains
         signs, whole = SIGNS.take(patterns, axis=0), patterns.shape[1] > 1
@@ -73,10 +89,10 @@ class DynamicChains:
             drawn.set_speeds(rows, speeds)
         else:
             _choose(
-                rows, signs, speeds, scaled, self._seen, drawn.strengths, drawn.factors,
-                chains.waiting, chains.speeds,
+                rows, signs, speeds, scaled, np.broadcast_to(grades, (len(rows), 4)), self._seen,
+                drawn.strengths, drawn.factors, chains.waiting, chains.speeds,
             )  # fmt: skip
-        chains.feed(rows, whole=whole)
+        chains.feed(rows, whole=whole, until=until)
         self._take_in(rows)
 
     def load(self, rows: Ints, signs: Floats) -> None:
@@ -100,6 +116,36 @@ class DynamicChains:
         self._take_in(rows)
         force = (chains.impulses[rows] - before) / seconds
         return np.where(self.arrays.status[rows] == FAILED, 0.0, force)
+
+    def draw_back(self, rows: Ints, speeds: Floats, until: float) -> None:
+        """Draw the last component that is out into the tube, at speeds [m/s], until it is held.
+
+        It may then be chosen anew. Chains may end before, or come to a time ``until`` [s].
+        """
+        arrays, chains, n = self.arrays, self._chains, self.arrays.angles.shape[1]
+        self.drawn.set_speeds(rows, -speeds)
+        before, left, least = arrays.fed.copy(), rows, 0.0
+        while len(left):
+            held = n - chains.released[left]
+            way = chains.q[left, n] + self._length[held]
+            seconds = np.maximum(way / -chains.speeds[left, held - 1], least) + _ROUNDING
+            chains.push(left, np.minimum(seconds, until - chains.times[left]))
+            least = _AGAIN
+            going = (chains.outcomes[left] == outcomes.REACHED) & (chains.times[left] < until)
+            left = left[going & (chains.released[left] == before[left])]
+        self._take_in(rows)
+        for row in rows[chains.released[rows] < before[rows]].tolist():
+            arrays.fed[row] -= 1
+            last = arrays.order(row)[int(arrays.fed[row])]
+            arrays.signs[row, last] = arrays.speeds[row, last] = 0.0
+
+    def times(self, rows: Ints) -> Floats:
+        """Return simulated times [s], (rows,)."""
+        return self._chains.times[rows]
+
+    def impulses(self, rows: Ints) -> Floats:
+        """Return the impulses of the drives so far [N·s], (rows,)."""
+        return self._chains.impulses[rows]
 
     def advances(self) -> Floats:
         """Return how far the feeds have gone [m], (m,): the whole chain's length if it is out."""
@@ -194,6 +240,7 @@ def _choose(
     signs: Floats,
     speeds: Floats,
     scaled: Floats,
+    grades: Floats,
     arrays: ChainArrays,
     strengths: Floats,
     factors: Floats,
@@ -211,7 +258,8 @@ def _choose(
             arrays.signs[k, i, face] = signs[j, 0, face]
         for face in range(4):
             other = _TURNED[face] if flip else face
-            charges[k, inside, face] = arrays.signs[k, i, other] * strengths[k, i, other]
+            strength = strengths[k, i, other] * grades[j, other]
+            charges[k, inside, face] = arrays.signs[k, i, other] * strength
         arrays.speeds[k, i] = scaled[j]
         feed_speeds[k, inside] = speeds[j] * factors[k, i]
         arrays.fed[k] += 1

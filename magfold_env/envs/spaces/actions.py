@@ -126,7 +126,7 @@ MOST_DISCRETE = 1_000_000
 """Most single actions that a `discrete` space may have."""
 
 
-class _Actions:
+class Actions:
     """What is common to all actions: reading arrays of them, and refusing what is none."""
 
     kind: ActionKind
@@ -205,7 +205,7 @@ def _is_within(value: int, size: int) -> bool:
 
 
 @dataclass(frozen=True)
-class ActionTable(_Actions):
+class ActionTable(Actions):
     """How magnets and a speed are written.
 
     Attributes
@@ -393,7 +393,7 @@ class ActionTable(_Actions):
 
 
 @dataclass(frozen=True)
-class SpeedTable(_Actions):
+class SpeedTable(Actions):
     """How the speed of a feed that goes both ways is written, standstill included.
 
     Attributes

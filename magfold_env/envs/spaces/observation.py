@@ -172,6 +172,37 @@ class StageLayout(CameraLayout):
         return {**super().sizes, "stage": 3}
 
 
+@dataclass(frozen=True)
+class TrayLayout(CameraLayout):
+    """The same where components are chosen from a tray.
+
+    Attributes
+    ----------
+    parts : int
+        Number of components on the tray at first.
+    """
+
+    parts: int
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Number of entries of each group, by name, in the order in which they lie."""
+        n, parts = self.n, self.parts
+        return {
+            "target": 3 * (n - 1),
+            "tray": 4 * parts,
+            "place": parts,
+            "lie": 3 * parts,
+            "returned": parts,
+            "magnets": 4 * n,
+            "direction": 1,
+            **self.frame_sizes,
+            "speed": 1,
+            "force": 1,
+            "time": 1,
+        }
+
+
 @kernel
 def _take(side: float, rows: Ints, arrays: ChainArrays, noise: Floats, frames: Floats) -> None:
     n = arrays.angles.shape[1]

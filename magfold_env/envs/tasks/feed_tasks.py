@@ -1,10 +1,12 @@
-"""Chains that are given, and the folds that their feed is to bring about."""
+"""Chains, or components, that are given, and the folds that are to come about."""
 
 import math
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Literal, TypedDict, Unpack, cast
 
+from magfold_env.envs.baselines.baseline import chain_name
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import ActionKind, SpeedTable
 from magfold_env.envs.spaces.observation import CameraLayout, StageLayout
@@ -20,20 +22,50 @@ from magfold_env.scene.io import parse_yaml
 from magfold_env.scene.parts import Part
 
 
-class FeedTask(Part):
-    """A chain, how it is fed and the fold to reach."""
+class Task(Part):
+    """How a chain is fed, and the fold to reach."""
 
-    sequence: tuple[str, ...]
-    """The components, component 1 first."""
     direction: Literal["forward", "backward"]
     """Direction of feed."""
     target: str
     """Word to reach."""
 
     @property
+    def n(self) -> int:
+        """Number of components of the chain."""
+        return len(self.target) + 1
+
+    @property
+    @abstractmethod
+    def parts(self) -> tuple[str, ...]:
+        """The components that there are."""
+
+    @property
     def words(self) -> tuple[str, ...]:
         """The words to reach, one after the other."""
         return (self.target,)
+
+    @property
+    def name(self) -> str:
+        """What its baseline is kept under."""
+        return chain_name(self.parts, self.direction, "-".join(self.words))
+
+
+class FeedTask(Task):
+    """The same, of a chain that is given."""
+
+    sequence: tuple[str, ...]
+    """The components, component 1 first."""
+
+    @property
+    def n(self) -> int:
+        """Number of components of the chain."""
+        return len(self.sequence)
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The components that there are."""
+        return self.sequence
 
 
 class RefoldTask(FeedTask):
@@ -54,8 +86,8 @@ def task_list_names() -> list[str]:
 
 
 def read_tasks(
-    tasks: str | Sequence[FeedTask | Mapping[str, Any]], kind: type[FeedTask] = FeedTask
-) -> tuple[FeedTask, ...]:
+    tasks: str | Sequence[Task | Mapping[str, Any]], kind: type[Task] = FeedTask
+) -> tuple[Any, ...]:
     """Return the tasks of a shipped list, the easiest first, or those given.
 
     Raises
@@ -65,7 +97,7 @@ def read_tasks(
     SceneError
         If a task is not valid; one line per problem.
     """
-    given: Sequence[FeedTask | Mapping[str, Any]]
+    given: Sequence[Task | Mapping[str, Any]]
     if isinstance(tasks, str) and tasks in task_list_names():
         path = configs_dir() / "tasks" / f"{tasks}.yaml"
         given = cast("Any", parse_yaml(path.read_text(encoding="utf-8")))
@@ -77,7 +109,7 @@ def read_tasks(
             f"{', '.join(task_list_names())}"
         )
     found = tuple(each if isinstance(each, kind) else kind(**dict(each)) for each in given)
-    lengths = sorted({len(task.sequence) for task in found})
+    lengths = sorted({task.n for task in found})
     if len(lengths) != 1:
         raise ValueError(
             f"tasks: chains of {lengths} components are not allowed; must be one or more tasks "
@@ -92,13 +124,13 @@ def read_tasks(
 
 
 def _is_task(value: object) -> bool:
-    return isinstance(value, (FeedTask, Mapping))
+    return isinstance(value, (Task, Mapping))
 
 
 class FeedOptions(TypedDict, total=False):
-    """Options where the speed of the feed is all that is free; every one may be left out."""
+    """Options where tasks are given; every one may be left out."""
 
-    tasks: str | Sequence[FeedTask | Mapping[str, Any]]
+    tasks: str | Sequence[Task | Mapping[str, Any]]
     """Name of a shipped list of tasks, by default the track's own, or the tasks."""
     match: Match
     """Whether a fold must be the target (``word``), or cover its cells (``outline``)."""
@@ -122,7 +154,7 @@ class FeedOptions(TypedDict, total=False):
     """As in `FoldOptions`."""
 
 
-class FeedWorld(World):
+class TaskWorld(World):
     """Tasks and the world they are set in.
 
     Parameters
@@ -141,11 +173,11 @@ class FeedWorld(World):
     option = ("task", int)
     fidelity = "dynamics"
 
-    kind: ClassVar[type[FeedTask]] = FeedTask
-    shipped: ClassVar[str] = "two-folds-6"
+    kind: ClassVar[type[Task]]
+    shipped: ClassVar[str]
     """Name of the list of tasks that there is by default."""
 
-    camera: ClassVar[type[CameraLayout]] = CameraLayout
+    layout: CameraLayout
 
     def __init__(self, scene: str | Path | Scene, **options: Unpack[FeedOptions]) -> None:
         refuse_unknown(options, FeedOptions)
@@ -162,17 +194,15 @@ class FeedWorld(World):
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
         self.words = tuple(task.target for task in self.tasks)
         self.scene = randomised(
-            scene.replace(sequence=found[0].sequence, start_angles=None),
+            scene.replace(sequence=found[0].parts[: found[0].n], start_angles=None),
             options.get("randomisation", "scene"),
         )
         self.match = one_of("match", options.get("match", "word"), Match)
-        self.actions = SpeedTable(options.get("speeds", 5), options.get("actions", "box"))
         self.rule = RewardRule.of(
             options.get("reward", "score"),
             options.get("shaping", False),
             options.get("gamma", 1.0),
         )
-        self.layout = self.camera(self.scene.n, scene.casing.side)
         directions = dict.fromkeys(task.direction for task in self.tasks)
         self.templates: tuple[Scene, ...] = tuple(
             self.scene.replace(feed={"direction": direction}) for direction in directions
@@ -184,6 +214,11 @@ class FeedWorld(World):
         """Which of the templates each task has."""
         # No functools.cache: environments are pickled.
         self._lattices: dict[int, LatticeFeed] = {}
+        self._set_spaces(**options)
+
+    @abstractmethod
+    def _set_spaces(self, **options: Unpack[FeedOptions]) -> None:
+        """Say how actions are written, and what is observed."""
 
     def number_of(self, value: int) -> int:
         """Return the number of a task; see `World.number_of`."""
@@ -199,6 +234,19 @@ class FeedWorld(World):
         if kind not in self._lattices:
             self._lattices[kind] = LatticeFeed(self.templates[kind])
         return self._lattices[kind]
+
+
+class FeedWorld(TaskWorld):
+    """The same where only the feed's speed is free; parameters are those of `TaskWorld`."""
+
+    tasks: tuple[FeedTask, ...]
+    kind = FeedTask
+    shipped = "two-folds-6"
+    camera: ClassVar[type[CameraLayout]] = CameraLayout
+
+    def _set_spaces(self, **options: Unpack[FeedOptions]) -> None:
+        self.actions = SpeedTable(options.get("speeds", 5), options.get("actions", "box"))
+        self.layout = self.camera(self.scene.n, self.scene.casing.side)
 
 
 class ChamberWorld(FeedWorld):

@@ -1,0 +1,115 @@
+"""The minimiser's chain from a tray at its best constant speed: b where components are taken.
+
+Of the sequences that can be had from the tray, the minimiser takes the one whose target lies
+farthest in energy below its best competitor, all magnets being sound; equal components are taken in
+the order of the tray. Of the speeds on offer the one is taken at which that chain scores best on
+draws of the stream ``selection``, the slowest of equally good ones, and b is its mean score on
+those of ``scoring``. Nothing is drawn back.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from magfold_env.designer.exhaustive import Exhaustive
+from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
+from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
+from magfold_env.envs.chains.arrays import Bools, Floats, Ints
+from magfold_env.envs.spaces.actions import PATTERNS
+from magfold_env.envs.spaces.tray_actions import LYING
+from magfold_env.envs.tasks.tray_tasks import Order, TrayTask
+from magfold_env.minimiser import sequence_of
+from magfold_env.scene import Scene
+
+SELECTION_DRAWS = 64
+SCORING_DRAWS = 128
+
+_KINDS: Ints = LYING.min(axis=1)  # the same number for patterns that are one component
+
+
+class TrayDesigns:
+    """Sequences that can be had from trays, for one target.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its casing and its magnets count, and its number of components.
+    target : str
+        The word.
+    """
+
+    def __init__(self, scene: Scene, target: str) -> None:
+        self.n = scene.n
+        every = Exhaustive(scene, target)
+        self.numbers: Ints = np.flatnonzero(every.gaps > every.tie)
+        self.gaps: Floats = every.gaps[self.numbers]
+        """Of sequences whose only ground state the target is."""
+        shifts = 4 * np.arange(self.n - 1, -1, -1)
+        digits = (self.numbers[:, None] >> shifts) & 15
+        # Only sequences that begin with N are listed: all poles may be changed.
+        self._kinds = np.stack([_KINDS[digits], _KINDS[15 - digits]])
+
+    def best(self, tray: Sequence[str]) -> tuple[str, ...] | None:
+        """Return the sequence of largest gap that can be had from a tray, or None."""
+        fits = self._fit(tray)
+        found = np.flatnonzero(fits.any(axis=0))
+        if not found.size:
+            return None
+        place = found[np.argmax(self.gaps[found] >= self.gaps[found].max() * (1.0 - 1e-9))]
+        sequence = sequence_of(int(self.numbers[place]), self.n)
+        if fits[0, place]:
+            return sequence
+        return tuple(faces.translate(_OTHER_POLES) for faces in sequence)
+
+    def _fit(self, tray: Sequence[str]) -> Bools:
+        """Return which sequences can be had from a tray, as they are and with all poles changed."""
+        had = np.bincount(_KINDS[[PATTERNS.index(faces) for faces in tray]], minlength=16)
+        fits = np.ones(self._kinds.shape[:2], dtype=np.bool_)
+        for kind in np.unique(_KINDS).tolist():
+            fits &= (self._kinds == kind).sum(axis=2) <= had[kind]
+        return fits
+
+
+_OTHER_POLES = str.maketrans("NS", "SN")
+
+
+class TrayStore(TaskStore):
+    """The baselines of trays; arguments are those of `TaskStore`."""
+
+    def __init__(
+        self, make_episodes: Callable[..., Any], world: Any, protocol: Sequence[Any]
+    ) -> None:
+        speeds = tuple(world.actions.speeds.tolist())
+        protocol = (speeds, SELECTION_DRAWS, SCORING_DRAWS, *protocol)
+        super().__init__(make_episodes, world, protocol)
+
+    def compute(self, name: str) -> Baseline:
+        """Return the baseline of a task, computed anew."""
+        number = self.names.index(name)
+        task: TrayTask = self._world.tasks[number]
+        sequence = TrayDesigns(self._world.scene, task.target).best(task.tray)
+        if sequence is None:
+            return unknown_baseline(task.target)
+        order = task.order_of(sequence)
+        assert order is not None
+
+        def score(speed: float) -> float:
+            plan = always(task, order, speed)
+            return float(self._trial(number, plan, "selection", SELECTION_DRAWS)["score"].mean())
+
+        speed = max(self._world.actions.speeds.tolist(), key=score)
+        ends = self._trial(number, always(task, order, speed), "scoring", SCORING_DRAWS)
+        mean, success = float(ends["score"].mean()), float(ends["is_success"].mean())
+        return Baseline(task.target, sequence, speed, mean, success, task.direction, tray=task.tray)
+
+
+def always(task: TrayTask, order: Order, speed: float) -> Plan:
+    """Return the plan of a chain, component 1 first, that is fed at a constant speed [m/s]."""
+    fed = np.array(order if task.direction == "forward" else order[::-1])
+
+    def plan(episodes: Any, rows: Ints) -> Any:
+        part, lie = fed[episodes.arrays.fed[rows]].T
+        return part, lie, np.full(len(rows), speed), np.zeros(len(rows), dtype=np.bool_)
+
+    return plan

@@ -1,0 +1,181 @@
+"""What tracks have in common of which a camera and the feed's force tell: what is hidden counts."""
+
+from abc import abstractmethod
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
+from magfold_env.envs.baselines.constant_speed import TaskStore
+from magfold_env.envs.chain_env import ChainEnv
+from magfold_env.envs.chains.arrays import UNSETTLED, Floats, Ints
+from magfold_env.envs.chains.draws import DrawnChains
+from magfold_env.envs.chains.dynamic import DynamicChains
+from magfold_env.envs.chains.lattice import LatticeFeed
+from magfold_env.envs.episodes import Columns, Episodes
+from magfold_env.envs.spaces.observation import squash
+from magfold_env.envs.tasks.feed_tasks import Task, TaskWorld
+
+TIME_COST = 0.02
+"""What a second costs."""
+
+FORCE_NOISE = 0.01
+"""Standard deviation of a measured force [N]."""
+
+FORCE_SCALE = 0.1
+"""Force that is shown as one half [N]."""
+
+
+class CameraEpisodes(Episodes[NDArray[np.float32]]):
+    """Episodes of tasks, seen by a camera."""
+
+    world: Any
+    chains: DynamicChains
+    shown: ClassVar[int]
+    """Which frame is shown: 1, the last, or 0, the last but one."""
+
+    kept = (*Episodes.kept, "_frames", "_force")
+
+    def __init__(
+        self, world: TaskWorld, count: int, threads: int = 1, frame_rate: float | None = None
+    ) -> None:
+        super().__init__(world, count, threads, frame_rate)
+        width = sum(world.layout.frame_sizes.values())
+        self._frames: Floats = np.zeros((2, count, width))  # the last but one, and the last
+        self._force: Floats = np.zeros(count)
+
+    def _make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
+        templates = self.world.templates
+        return DynamicChains(DrawnChains(templates, self.count, threads, frame_rate, endless=True))
+
+    def lattice(self, row: int) -> LatticeFeed:
+        """Return what energy minimisation needs to know of a chain."""
+        return self.world.lattice(int(self.numbers[row]))
+
+    @classmethod
+    @abstractmethod
+    def baselines(cls, world: Any) -> TaskStore:
+        """Return what simple choices make of the tasks of a world."""
+
+    def find_baseline(self, number: int) -> Baseline:
+        """Return what simple choices make of a task, if the reward asks for it."""
+        if self.world.rule.kind != "relative":
+            return unknown_baseline(self.world.words[number])
+        store = self.baselines(self.world)
+        return store.get(store.names[number])
+
+    @property
+    @abstractmethod
+    def late(self) -> float:
+        """Time after which it is too late [s]."""
+
+    @abstractmethod
+    def times(self, rows: Ints) -> Floats:
+        """Return for how long some episodes have gone on [s]."""
+
+    def told(self, rows: Ints) -> Columns:
+        """Return the info of some episodes: the little there is on their way."""
+        return {
+            "target": self.goals.names[rows],
+            "word": self.words(rows),
+            "time": self.times(rows),
+            "force": self._force[rows],
+        }
+
+    def told_at_end(self, rows: Ints) -> Columns:
+        """Return what is told besides of episodes that have terminated."""
+        ends = super().told_at_end(rows)
+        late = self.arrays.status[rows] == UNSETTLED
+        return ends | {"score": np.where(late, 0.0, ends["score"])}
+
+    def observe(self) -> NDArray[np.float32]:
+        """Return new observations, (m, size)."""
+        layout = self.world.layout
+        out = np.empty((self.count, layout.size), dtype=np.float32)
+        for name, entries in self._groups().items():
+            out[:, layout.slices[name]] = entries
+        out[:, layout.frame] = self._frames[self.shown]
+        return out
+
+    def _groups(self) -> dict[str, Any]:
+        """Return the entries of observations, but for the frame, by their groups' names."""
+        return {
+            "target": self.goals.one_hot,
+            "magnets": self.arrays.signs.reshape(self.count, -1),
+            "direction": np.where(self.arrays.forward, 1.0, -1.0)[:, None],
+            "force": [[squash(force / FORCE_SCALE)] for force in self._force.tolist()],
+            "time": np.minimum(self.times(self.rows) / self.late, 1.0)[:, None],
+        }
+
+    def _load(self, rows: Ints) -> None:
+        kinds = np.array(self.world.kinds)[self.numbers[rows]]
+        for kind in np.unique(kinds).tolist():
+            self.chains.begin(rows[kinds == kind], self.rngs, kind)
+        self._lay_out(rows)
+        self._frames[:, rows] = 0.0
+        self._measure(rows, np.zeros(len(rows)))
+
+    @abstractmethod
+    def _lay_out(self, rows: Ints) -> None:
+        """Prepare what episodes whose chains are in their tubes begin with."""
+
+    def _give_up(self, rows: Ints) -> None:
+        """End those of some episodes whose time is over."""
+        over = (self.times(rows) >= self.late - 1e-9) & ~self.terminated[rows]
+        self.chains.give_up(rows[over], f"late: not at rest and all out after {self.late:g} s")
+
+    def _measure(self, rows: Ints, force: Floats) -> None:
+        """Take frames of some chains, and note the force of their drives [N], all with noise.
+
+        It is drawn after everything else, so that a seed gives the physics that it gives without.
+        """
+        noises = 3 * self.world.layout.n + 1
+        noise = np.empty((len(rows), noises))
+        for place, row in enumerate(rows.tolist()):
+            self.rngs[row].standard_normal(out=noise[place])
+        self._frames[0, rows] = self._frames[1, rows]
+        self.world.layout.take(rows, self.arrays, noise[:, 1:], self._frames[1])
+        self._force[rows] = force + FORCE_NOISE * noise[:, 0]
+
+
+class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
+    """One episode of tasks; what is to be done is left to subclasses.
+
+    Parameters
+    ----------
+    world : TaskWorld
+        The tasks and what episodes share.
+    render_mode : {"human", "rgb_array", "ansi"}, optional
+        What `render` returns.
+    """
+
+    world: Any
+
+    @property
+    def tasks(self) -> tuple[Any, ...]:
+        """The tasks that `reset` draws from."""
+        return self.world.tasks
+
+    @property
+    def task(self) -> Task:
+        """The task of this episode."""
+        return self.tasks[int(self._running().numbers[0])]
+
+    @property
+    def actions(self) -> Any:
+        """How actions are read."""
+        return self.world.actions
+
+    def baseline_of(self, task: int) -> Baseline:
+        """Return what simple choices make of a task, by its number.
+
+        May take some seconds where neither the package nor the disk cache has it.
+        """
+        store = self._baselines
+        return store.get(store.names[self.world.number_of(task)])
+
+    @property
+    def _baselines(self) -> TaskStore:
+        episodes: Any = self.episodes
+        return episodes.baselines(self.world)
