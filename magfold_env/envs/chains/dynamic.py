@@ -30,8 +30,7 @@ from magfold_env.simulation.view import Orientation, advances, public_states
 
 _TURNED = tuple(TURNED)
 _AS_DRAWN = np.ones(4)
-_ROUNDING = 1e-9  # [s] in which a chain passes a place that it was to reach
-_AGAIN = 1e-3  # [s] after which a drive that slipped is looked at again, at the soonest
+_ROUNDING = 1e-9  # [s] within which a chain is where it was to be
 
 
 class DynamicChains:
@@ -92,7 +91,11 @@ class DynamicChains:
                 rows, signs, speeds, scaled, np.broadcast_to(grades, (len(rows), 4)), self._seen,
                 drawn.strengths, drawn.factors, chains.waiting, chains.speeds,
             )  # fmt: skip
-        chains.feed(rows, whole=whole, until=until)
+        again = chains.released[rows] >= self.arrays.fed[rows]
+        if again.any():  # was drawn back, and is not held
+            drawn.set_speeds(rows[again], speeds[again])
+            self._move(rows[again], -0.5 * _ROUNDING, until)
+        chains.feed(rows[~again], whole=whole, until=until)
         self._take_in(rows)
 
     def load(self, rows: Ints, signs: Floats) -> None:
@@ -118,26 +121,36 @@ class DynamicChains:
         return np.where(self.arrays.status[rows] == FAILED, 0.0, force)
 
     def draw_back(self, rows: Ints, speeds: Floats, until: float) -> None:
-        """Draw the last component that is out into the tube, at speeds [m/s], until it is held.
+        """Draw the last component that is out into the tube, at speeds [m/s].
 
-        It may then be chosen anew. Chains may end before, or come to a time ``until`` [s].
+        It has no magnets then and may be chosen anew, whether or not the tube holds it. Chains may
+        end before, or come to a time ``until`` [s].
         """
         arrays, chains, n = self.arrays, self._chains, self.arrays.angles.shape[1]
         self.drawn.set_speeds(rows, -speeds)
-        before, left, least = arrays.fed.copy(), rows, 0.0
-        while len(left):
-            held = n - chains.released[left]
-            way = chains.q[left, n] + self._length[held]
-            seconds = np.maximum(way / -chains.speeds[left, held - 1], least) + _ROUNDING
-            chains.push(left, np.minimum(seconds, until - chains.times[left]))
-            least = _AGAIN
-            going = (chains.outcomes[left] == outcomes.REACHED) & (chains.times[left] < until)
-            left = left[going & (chains.released[left] == before[left])]
-        self._take_in(rows)
-        for row in rows[chains.released[rows] < before[rows]].tolist():
-            arrays.fed[row] -= 1
+        arrays.fed[rows] -= 1
+        for row in rows.tolist():
             last = arrays.order(row)[int(arrays.fed[row])]
             arrays.signs[row, last] = arrays.speeds[row, last] = 0.0
+        chains.waiting[rows, n - 1 - arrays.fed[rows]] = 0.0
+        self._move(rows, _ROUNDING, until)
+        self._take_in(rows)
+
+    def _move(self, rows: Ints, excess: float, until: float) -> None:
+        """Feed chains until as many components as are chosen are out, and so long [s] besides.
+
+        The chains end where the next component begins, at the mouth, or a time ``until`` [s] comes.
+        """
+        chains, n, pitch, left = self._chains, self.arrays.angles.shape[1], self._length[0], rows
+        while len(left):
+            inside = chains.released[left] - self.arrays.fed[left]  # but released before
+            way = -inside * pitch - chains.q[left, n]
+            seconds = way / chains.speeds[left, n - 1 - chains.released[left]] + excess
+            on = seconds > 0.1 * _ROUNDING
+            left = left[on]
+            chains.push(left, np.minimum(seconds[on], until - chains.times[left]))
+            going = chains.outcomes[left] == outcomes.REACHED
+            left = left[going & (chains.times[left] < until)]
 
     def times(self, rows: Ints) -> Floats:
         """Return simulated times [s], (rows,)."""

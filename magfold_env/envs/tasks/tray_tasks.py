@@ -26,9 +26,6 @@ WEAKNESS = 0.3
 SPREAD = 0.15
 """Largest relative deviation of the strength of a magnet."""
 
-WIDEST = 1.17
-"""Widest tube [diagonals] in which a casing cannot lie more askew than it may be held."""
-
 Order = list[tuple[int, int]]
 """Components of a tray, by number, and how they lie: component 1 of the chain first."""
 
@@ -89,12 +86,6 @@ class TrayWorld(TaskWorld):
 
     def _set_spaces(self, **options: Unpack[FeedOptions]) -> None:
         scene = feedable(self.scene, "component")
-        bore, most = scene.bore, WIDEST * scene.casing.diagonal
-        if bore > most:
-            raise ValueError(
-                f"scene.feed.bore: {bore} is not allowed; must be at most {most:.6g}, or a casing "
-                "that is drawn back could lie askew"
-            )
         sizes = sorted({len(task.tray) for task in self.tasks})
         if len(sizes) != 1:
             raise ValueError(f"tasks: trays of {sizes} components are not allowed; must be alike")
