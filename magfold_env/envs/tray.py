@@ -124,9 +124,10 @@ class TrayEpisodes(CameraEpisodes):
     def _feed(self, rows: Ints, parts: Ints, lies: Ints, speeds: Floats) -> None:
         """Feed components, or the next ones on the tray, counted round, of those that are there."""
         there = self.places[rows] == 0
-        nearest: Ints = (parts[:, None] + np.arange(there.shape[1])) % there.shape[1]
-        near = np.take_along_axis(there, nearest, axis=1).argmax(axis=1)
-        parts = nearest[np.arange(len(rows)), near]
+        parts = parts.copy()
+        for k in np.flatnonzero(~there[np.arange(len(rows)), parts]).tolist():
+            on = np.roll(there[k], -parts[k]).argmax()
+            parts[k] = (parts[k] + on) % len(there[k])
         self.places[rows, parts] = self.arrays.fed[rows] + 1
         self.lies[rows, parts] = lies
         patterns = LYING[self.world.patterns[self.numbers[rows], parts], lies][:, None]
@@ -145,7 +146,87 @@ class TrayEpisodes(CameraEpisodes):
 
 
 class TrayEnv(CameraTrackEnv):
-    """DOC"""
+    """Fold a chain of components that are taken from a tray, and may be put back.
+
+    `reset` picks a task: a tray of components, the direction of feed, the fold to reach; and draws
+    what stays hidden: which magnets are dead (a tenth) or weak (a tenth, at 0.3 of their strength),
+    the strength of each (±15 %) and of all (±10 %), the floor's friction (±30 %), and how the chain
+    lies in its tube. Magnets act outside the tube only, as in `magfold_env.envs.tube_feed`.
+
+    A step takes a component from the tray, says how it lies, and feeds it out by its diagonal at a
+    speed; or it draws the last one back by as much, puts it on the tray, and the next step
+    chooses in its place. What is drawn in is without magnets, and is chosen anew whether or not the
+    tube holds it again; a component that is not held may lie askew. The first component, at which
+    the pusher is at its stop, cannot be drawn back, nor can the last one: once it is out the chain
+    is free, and settles in the same step.
+
+    **End**: when the chain is all out and at rest; when the drive has slipped for 0.1 s (10 N is
+    its most; status ``jammed``); after 10 s of simulated time (``unsettled``); or when the
+    simulation breaks down. All of them terminate the episode: the time is the task's own.
+
+    **Action**: ``MultiDiscrete([parts, 8, speeds, 2])``: the component, by its place on the tray;
+    how it lies, 0 to 3 quarter turns, then the same turned over
+    (`magfold_env.envs.spaces.tray_actions.FACES`); the speed level, 5 of them log-spaced from 0.03
+    to 0.6 m/s; and 1 to draw back at that speed, whatever the first two say. A component that is
+    out stands for the next one that is on the tray, counted round; where nothing can be drawn back,
+    a component is fed. `action_masks` leaves both out. ``actions="discrete"`` is the same as one
+    number.
+
+    **Observation**: a flat ``Box(−1, 1)`` of ``12 n + 1 + 9 parts`` entries; of the chain component
+    1 first, of the tray in its order.
+
+    ========= ========= ======================================================== =============
+    group     entries   meaning and unit                                         range
+    ========= ========= ======================================================== =============
+    target    3 (n − 1) the wanted letter of each joint, one-hot over L, S, R    0, 1
+    tray      4 parts   front-left, back-left, back-right, front-right of        −1, 1
+                        each component as it comes: 1 N, −1 S, as ordered
+    place     parts     where in the order of feed it is, from 1 / n; 0 on the   [0, 1]
+                        tray
+    lie       3 parts   1 with its one side up, −1 with the other, cosine and    −1, 0, 1
+                        sine of its turn; 0 on the tray
+    returned  parts     how often it was drawn back, x / (1 + x)                 [0, 1)
+    magnets   4 n       of the chain's components, as ordered; 0 not set yet     −1, 0, 1
+    direction 1         of the feed: 1 forward, −1 backward                      −1, 1
+    seen      n         1 where the camera sees a component: it has left the     0, 1
+                        tube and its centre is outside
+    heading   2 n       sine and cosine of the heading, noise of 1°              [−1, 1]
+    position  2 n       centre, mouth of the tube at 0, x / chain length, noise  (−1, 1) *
+                        of 0.3 mm along x and y
+    speed     1         of the feed in the last step, x / (0.6 m/s)              [−1, 1]
+    force     1         of the drive, mean over the last step, noise of 10 mN,   (−1, 1) *
+                        x / (0.1 N); negative pulls
+    time      1         x / (10 s)                                               [0, 1]
+    ========= ========= ======================================================== =============
+
+    Entries marked * are squashed by ``x / (1 + |x|)``. Noise is normal, with these standard
+    deviations. Velocities are not shown, and nothing of what is drawn.
+
+    **Reward**: at the end the score: 1 in the target, else half the similarity to it, and 0 if the
+    time is over or the simulation broke down; ``reward="sparse"``: 1 in the target, else 0;
+    ``reward="relative"``: the score less b, what the minimiser's chain from the tray scores at its
+    best constant speed (`magfold_env.envs.baselines.tray_order`). Every simulated second costs
+    0.02. Shaping: `magfold_env.envs.tasks.reward`.
+
+    **Info**: ``target``, ``word``, ``time`` [s], ``force`` [N], as measured; at the end also
+    ``status``, ``message``, ``energy`` [J], ``score``, ``baseline``, ``baseline_flagged`` (the
+    reward asks for none) and ``is_success``.
+
+    Parameters
+    ----------
+    scene : str, Path or Scene
+        A tube scene with ``feed.loading`` ``at_mouth``; its sequence, direction and speeds are
+        ignored.
+    render_mode : {"human", "rgb_array", "ansi"}, optional
+        What `render` returns; ``human`` shows every step in a window by itself.
+    **options
+        See `magfold_env.envs.tasks.feed_tasks.FeedOptions`.
+
+    Raises
+    ------
+    ValueError
+        For any argument that is not allowed; the message names it and what is.
+    """
 
     make_episodes = TrayEpisodes
 
