@@ -72,6 +72,7 @@ EnvId = Literal[
     "MagFold/UnknownFloor-v0",
     "MagFold/Reprogram-v0",
     "MagFold/Lumen-v0",
+    "MagFold/Tray-v0",
 ]
 TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
 DESIGN_ENV: EnvId = "MagFold/SequenceDesign-v0"
@@ -79,6 +80,8 @@ GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
 FLOOR_ENV: EnvId = "MagFold/UnknownFloor-v0"
 FEED_TRACKS: tuple[EnvId, ...] = (FLOOR_ENV, "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
 """Environments in which chains are given."""
+TRACKS: tuple[EnvId, ...] = (*FEED_TRACKS, "MagFold/Tray-v0")
+"""Environments in which chains, or components, are given, and time runs."""
 
 Targets = Annotated[
     Annotated[str, Tag("<word>")] | Annotated[tuple[str, ...], Tag("<other>")],

@@ -13,9 +13,9 @@ from gymnasium.utils.env_match import check_environments_match
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from magfold_env.envs import ENTRY_POINTS, register_envs
-from tests.envs.vectors import TRACKS
+from magfold_env.envs.camera_track import TIME_COST
+from tests.envs.vectors import TRACKS, TRAY, kinds_of
 
-KINDS = ("multidiscrete", "discrete", "box", "dict")
 FIDELITIES = ("dynamics", "quasistatic")
 
 
@@ -23,7 +23,7 @@ def variants() -> list[Any]:
     """Every id with every way to write its actions and, where it has them, both fidelities."""
     found = []
     for env_id in ENTRY_POINTS:
-        for kind in KINDS:
+        for kind in kinds_of(env_id):
             for fidelity in FIDELITIES:
                 options: dict[str, Any] = {"actions": kind, "fidelity": fidelity}
                 if env_id in TRACKS and fidelity == "quasistatic":
@@ -134,6 +134,10 @@ def test_no_observation_shares_memory_with_another(env_id: str) -> None:
 def test_steps_on_the_way_are_all_worth_the_same_without_shaping(env_id: str) -> None:
     said = play(gymnasium.make(env_id).unwrapped, 2)
     rewards = [each[1] for each in said[1:]]
+    if env_id == TRAY:
+        times = np.array([each[-1]["time"] for each in said])
+        np.testing.assert_allclose(rewards[:-1], -TIME_COST * np.diff(times)[:-1])
+        return
     wanted = -4e-4 if env_id in TRACKS else {"MagFold/TubeFeedGoal-v0": -1.0}.get(env_id, 0.0)
     assert rewards[:-1] == [wanted] * (len(rewards) - 1)
     assert -1.0 <= rewards[-1] <= 1.0

@@ -21,6 +21,7 @@ CASES = [
     pytest.param("MagFold/UnknownFloor-v0", {}, id="unknown floor"),
     pytest.param("MagFold/Reprogram-v0", {}, id="reprogram"),
     pytest.param("MagFold/Lumen-v0", {}, id="lumen"),
+    pytest.param("MagFold/Tray-v0", {"shaping": "energy"}, id="tray"),
 ]
 
 

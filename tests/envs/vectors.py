@@ -1,13 +1,22 @@
 """Vector environments beside Gymnasium's own, and whether both say the same."""
 
-from typing import Any
+from typing import Any, get_args
 
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
-TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
-"""Ids in which the chain is given."""
+from magfold_env.envs.spaces.actions import ActionKind
+from magfold_env.envs.spaces.tray_actions import TrayKind
+
+TRAY = "MagFold/Tray-v0"
+TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0", TRAY)
+"""Ids in which the chain, or its components, are given."""
+
+
+def kinds_of(env_id: str) -> tuple[str, ...]:
+    """Return the ways in which actions can be written."""
+    return get_args(TrayKind if env_id == TRAY else ActionKind)
 
 
 def pair(env_id: str, count: int, mode: AutoresetMode, **options: Any) -> tuple[Any, SyncVectorEnv]:

@@ -20,6 +20,8 @@ from magfold_env.envs.reprogram import three_speeds
 from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.feed_tasks import ChamberWorld, FeedWorld, RefoldWorld
 from magfold_env.envs.tasks.targets import resolve_targets
+from magfold_env.envs.tasks.tray_tasks import TrayWorld
+from magfold_env.envs.tray import TrayEpisodes
 from magfold_env.envs.unknown_floor import constant_speeds
 from magfold_env.scene import load_scene
 
@@ -35,6 +37,7 @@ STORES: dict[str, Callable[[], TaskStore]] = {
     "unknown-floor": lambda: constant_speeds(FeedWorld("unknown-floor")),
     "lumen": lambda: constant_speeds(ChamberWorld("lumen")),
     "reprogram": lambda: three_speeds(RefoldWorld("reprogram")),
+    "tray": lambda: TrayEpisodes.baselines(TrayWorld("tray")),
 }
 """What makes the stores of those scenes in which tasks are given."""
 

@@ -124,7 +124,7 @@ class DrawnChains:
         self.chains.clear(rows, kind)
         if self._first:
             self._take(rows)
-        self.chains.charge[rows] = 0.0
+        self.chains.charge[rows] = self.chains.waiting[rows] = 0.0
         self.chains.start(rows, self._offsets(rows))
 
     def _take(self, rows: Ints) -> None:

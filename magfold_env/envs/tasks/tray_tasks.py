@@ -14,7 +14,7 @@ from magfold_env.envs.tasks.fold_task import feedable
 from magfold_env.scene import Problem
 from magfold_env.scene.errors import refuse
 
-DEAD = 0.1
+DEAD = 0.15
 """Share of the magnets that are dead."""
 
 WEAK = 0.1

@@ -34,6 +34,7 @@ VARIANTS = [
     pytest.param("MagFold/UnknownFloor-v0", {}, id="unknown-floor"),
     pytest.param("MagFold/Reprogram-v0", {}, id="reprogram"),
     pytest.param("MagFold/Lumen-v0", {}, id="lumen"),
+    pytest.param("MagFold/Tray-v0", {}, id="tray"),
 ]
 every_variant = pytest.mark.parametrize(("env_id", "options"), VARIANTS)
 
