@@ -16,6 +16,9 @@
                                                                       a second
 ``Lumen-v0``          the same                   ``Box``, 12 n + 2    score at the end,   250 steps
                                                                       less 0.02 a second  (5 s)
+``Tray-v0``           a component of a tray, how ``Box``, 21 n + 28   score at the end,   10 s
+                      it lies, speed; or to draw                      less 0.02 a second
+                      the last one back
 ===================== ========================== ==================== =================== =========
 
 n is the number of components, 6 by default; b what the energy minimiser's own design scores. The

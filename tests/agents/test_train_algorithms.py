@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from agents.learning_rate import LearningRate
-from agents.settings import FEED_TRACKS, EnvSettings, StopSettings, TrainSettings, load_settings
+from agents.settings import TRACKS, EnvSettings, StopSettings, TrainSettings, load_settings
 from agents.training import policy_files
 from agents.training.envs import check_envs, make_env, make_training_envs
 from agents.training.folder import RunInfo
@@ -56,7 +56,7 @@ def test_a_run_changes_the_networks_and_leaves_its_files(
     written = records(tmp_path)
     assert "validation/success_rate" in written
     # On a track no episode need have ended.
-    assert "rollout/ep_rew_mean" in written or settings.env.id in FEED_TRACKS
+    assert "rollout/ep_rew_mean" in written or settings.env.id in TRACKS
 
 
 @pytest.mark.train

@@ -93,8 +93,7 @@ class DynamicChains:
             )  # fmt: skip
         again = chains.released[rows] >= self.arrays.fed[rows]
         if again.any():  # was drawn back, and is not held
-            drawn.set_speeds(rows[again], speeds[again])
-            self._move(rows[again], -0.5 * _ROUNDING, until)
+            self._move(rows[again], speeds[again], -0.5 * _ROUNDING, until)
         chains.feed(rows[~again], whole=whole, until=until)
         self._take_in(rows)
 
@@ -127,21 +126,22 @@ class DynamicChains:
         end before, or come to a time ``until`` [s].
         """
         arrays, chains, n = self.arrays, self._chains, self.arrays.angles.shape[1]
-        self.drawn.set_speeds(rows, -speeds)
         arrays.fed[rows] -= 1
         for row in rows.tolist():
             last = arrays.order(row)[int(arrays.fed[row])]
             arrays.signs[row, last] = arrays.speeds[row, last] = 0.0
         chains.waiting[rows, n - 1 - arrays.fed[rows]] = 0.0
-        self._move(rows, _ROUNDING, until)
+        self._move(rows, -speeds, _ROUNDING, until)
         self._take_in(rows)
 
-    def _move(self, rows: Ints, excess: float, until: float) -> None:
+    def _move(self, rows: Ints, speeds: Floats, excess: float, until: float) -> None:
         """Feed chains until as many components as are chosen are out, and so long [s] besides.
 
         The chains end where the next component begins, at the mouth, or a time ``until`` [s] comes.
         """
         chains, n, pitch, left = self._chains, self.arrays.angles.shape[1], self._length[0], rows
+        chosen = chains.speeds[rows]
+        self.drawn.set_speeds(rows, speeds)
         while len(left):
             inside = chains.released[left] - self.arrays.fed[left]  # but released before
             way = -inside * pitch - chains.q[left, n]
@@ -151,6 +151,7 @@ class DynamicChains:
             chains.push(left, np.minimum(seconds[on], until - chains.times[left]))
             going = chains.outcomes[left] == outcomes.REACHED
             left = left[going & (chains.times[left] < until)]
+        chains.speeds[rows] = chosen
 
     def times(self, rows: Ints) -> Floats:
         """Return simulated times [s], (rows,)."""
