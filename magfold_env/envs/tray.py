@@ -149,9 +149,10 @@ class TrayEnv(CameraTrackEnv):
     """Fold a chain of components that are taken from a tray, and may be put back.
 
     `reset` picks a task: a tray of components, the direction of feed, the fold to reach; and draws
-    what stays hidden: which magnets are dead (15 %) or weak (10 %, at 0.3 of their strength), the
-    strength of each (±15 %) and of all (±10 %), the floor's friction (±30 %), and how the chain
-    lies in its tube. Magnets act outside the tube only, as in `magfold_env.envs.tube_feed`.
+    what stays hidden: which components are bad (30 %), which magnets of those are dead (60 %) or
+    weak (20 %, at 0.3 of their strength), the strength of each magnet (±15 %) and of all (±10 %),
+    the floor's friction (±30 %), and how the chain lies in its tube. Magnets act outside
+    the tube only, as in `magfold_env.envs.tube_feed`.
 
     A step takes a component from the tray, says how it lies, and feeds it out by its diagonal at a
     speed; or it draws the last one back by as much, puts it on the tray, and the next step
