@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_env.envs.baselines import baseline
 from magfold_env.envs.feed_track import replay
 from magfold_env.envs.lumen import LumenEnv
+from magfold_env.envs.tasks.make_chamber_tasks import is_decided, words_at_speeds
 from magfold_env.laws.overlap import deepest_overlap
 
 
@@ -74,9 +76,19 @@ def test_an_observation_tells_nothing_of_the_chamber() -> None:
     np.testing.assert_array_equal(first[0], first[1])
 
 
-def test_the_shipped_tasks_have_baselines_that_came_with_the_package() -> None:
+def test_the_baselines_of_shipped_tasks_are_shipped(tmp_path: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
     env = LumenEnv()
     assert len(env.tasks) <= 24
-    store: Any = env.episodes
-    known = store.baselines(env.world)._known
-    assert {*store.baselines(env.world).names} == {*known}
+    found = [env.baseline_of(number) for number in range(len(env.tasks))]
+    assert not list(tmp_path.iterdir())
+    assert all(0.0 < each.score < 1.0 for each in found)
+
+
+@pytest.mark.slow
+def test_the_feed_decides_about_the_shipped_tasks() -> None:
+    tasks = list(LumenEnv().tasks)
+    assert len({task.sequence for task in tasks}) == len(tasks)
+    words = words_at_speeds(tasks, threads=2)
+    for task, found in zip(tasks, words, strict=True):
+        assert is_decided(found == task.target)

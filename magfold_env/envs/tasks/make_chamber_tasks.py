@@ -56,10 +56,7 @@ def find_tasks(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[Foun
     """Yield tasks without end, and the shares of runs that end in their targets."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
-        numbers = rng.integers(len(PATTERNS), size=(AT_ONCE, 6))
-        chains: list[tuple[str, ...]] = [
-            tuple(PATTERNS[int(k)] for k in row) for row in numbers.tolist()
-        ]
+        chains = np.array(PATTERNS)[rng.integers(len(PATTERNS), size=(AT_ONCE, 6))].tolist()
         # What they are asked for does not matter yet.
         tasks = [FeedTask(sequence=each, direction=direction, target="LRLRL") for each in chains]
         for task, words in zip(tasks, words_at_speeds(tasks, threads), strict=True):
