@@ -1,10 +1,10 @@
 """Find the tasks of the chamber: ``python -m magfold_env.envs.tasks.make_chamber_tasks``.
 
 Random chains are fed at constant speeds on draws of a stream of their own, each of another chamber,
-floor and strength of magnets. A word makes a task if the feed decides, in at least six draws of
-eight: at some speeds the chain folds into it, at others it does not. Of a chain's words the one
-that most runs end in is taken. Tasks are ordered by the share of all runs that end in the target:
-the easiest first.
+floor and strength of magnets. A word makes a task if it can be had, in at least six draws of eight
+at one speed or another, and if what is hidden decides at which: no speed leads to it in more than
+five. Of a chain's words the one that most runs end in is taken. Tasks are ordered by the share of
+all runs that end in the target: the easiest first.
 """
 
 from collections.abc import Iterator
@@ -27,8 +27,11 @@ AT_ONCE = 20
 """Chains that are tried side by side."""
 
 DRAWS = 8
-DECIDED = 6
-"""Of the draws, in how many some speed must lead to a word, and another must not."""
+LEAST = 6
+"""Of the draws, in how many some speed must lead to a word."""
+
+MOST = 5
+"""Of the draws, in how many one speed may."""
 
 Found = tuple[float, FeedTask]
 
@@ -45,9 +48,9 @@ def main(chains: int = 12, seed: int = 0, threads: int = 2) -> None:
         for share, task in sorted(found, key=lambda each: -each[0])
     ]
     head = (
-        "# Chains whose fold in a chamber the feed decides, the easiest first. At the end of each\n"
-        "# line: the share of runs at constant speeds that end in the target. Made by\n"
-        "# `python -m magfold_env.envs.tasks.make_chamber_tasks`.\n"
+        "# Chains whose folds take now this speed of the feed, now that, as the chamber is; the\n"
+        "# easiest first. At the end of each line: the share of runs at constant speeds that end\n"
+        "# in the target. Made by `python -m magfold_env.envs.tasks.make_chamber_tasks`.\n"
     )
     write_text(configs_dir() / "tasks" / "chamber-6.yaml", head + "\n".join(lines) + "\n")
 
@@ -60,16 +63,17 @@ def find_tasks(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[Foun
         # What they are asked for does not matter yet.
         tasks = [FeedTask(sequence=each, direction=direction, target="LRLRL") for each in chains]
         for task, words in zip(tasks, words_at_speeds(tasks, threads), strict=True):
-            had = [word for word in set(words.ravel()) - {""} if is_decided(words == word)]
+            had = [
+                word for word in set(words.ravel()) - {""} if takes_several_speeds(words == word)
+            ]
             if had:
                 share, word = max((float((words == word).mean()), word) for word in had)
                 yield share, task.model_copy(update={"target": word})
 
 
-def is_decided(came: Any) -> bool:
-    """Return whether the feed decides about a word, which came in some runs, (draws, speeds)."""
-    decided = came.any(axis=1) & ~came.all(axis=1)
-    return bool(decided.sum() >= DECIDED)
+def takes_several_speeds(came: Any) -> bool:
+    """Return whether a word that came in some runs, (draws, speeds), takes now this, now that."""
+    return bool(came.any(axis=1).sum() >= LEAST and came.sum(axis=0).max() <= MOST)
 
 
 def words_at_speeds(tasks: list[FeedTask], threads: int = 1) -> Any:
