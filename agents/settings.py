@@ -338,6 +338,8 @@ class TrainSettings(Group, frozen=True):
     """Phases before the main one, such as one without dynamics."""
     learner: LearnerSettings = PPOSettings()
     """The learner."""
+    start: str | None = None
+    """File of a policy whose weights its networks begin with; None: they are drawn."""
     timesteps: Count = 200_000
     """Environment steps in all, of the main phase."""
     stop: StopSettings = StopSettings()

@@ -12,19 +12,25 @@ from agents.training import envs, folder, run
 from magfold_env.checkpoint import CheckpointError
 
 
-def main(
+def main(  # noqa: PLR0913 - one parameter an option
     config: Annotated[str, typer.Argument(help="A YAML file, or a name in configs/agents.")],
+    *,
     timesteps: Annotated[int | None, typer.Option(help="Environment steps in all.")] = None,
     minutes: Annotated[float | None, typer.Option(help="Time limit.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the run.")] = None,
+    start: Annotated[
+        str | None,
+        typer.Option("--from", help="Begin with the weights of a policy (.safetensors)."),
+    ] = None,
     assignments: Assignments = None,
     output: Annotated[Path | None, typer.Option(help="Folder; runs/NAME by default.")] = None,
     resume: Annotated[
         bool | None,
         typer.Option(
             "--resume/--fresh",
-            help="Take up the run that the folder holds, or remove it; by default the same run is "
-            "taken up and another one is an error.",
+            help="Take up the run that the folder holds, which may be lengthened by more "
+            "--timesteps or --minutes, or remove it; by default the same run is taken up and "
+            "another one is an error.",
             show_default=False,
         ),
     ] = None,
@@ -33,7 +39,12 @@ def main(
     """Train a policy as CONFIG says; options take precedence over the file."""
     with reported_errors(SettingsError, CheckpointError, run.DivergedError):
         settings = load_settings(
-            config, assignments or (), timesteps=timesteps, minutes=minutes, seed=seed
+            config,
+            assignments or (),
+            timesteps=timesteps,
+            minutes=minutes,
+            seed=seed,
+            start=start,
         )
         if wandb:
             folder.import_wandb()

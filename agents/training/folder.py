@@ -40,6 +40,8 @@ EVALUATION_PACKAGES = ("scipy",)
 """Besides those that training depends on."""
 FILE = "run.json"
 EVENTS = "events.out.tfevents.*"
+_LENGTHS = {"timesteps", "minutes"}
+"""Settings that say how long a run is."""
 _REMEDY = "give another --output, or --fresh to remove it"
 
 
@@ -64,6 +66,8 @@ class RunInfo:
     """Result of the last validation."""
     wandb_id: str | None = None
     """The run's name with Weights & Biases; None if it is not logged there."""
+    start: str | None = None
+    """SHA-256 of the policy that it began with; None if weights were drawn."""
     finished: bool = False
     """Whether the training has come to its end."""
 
@@ -122,9 +126,9 @@ class RunFolder:
 
     @property
     def key(self) -> dict[str, Any]:
-        """Everything that must be the same for a run to go on as it would have."""
+        """Everything that must be the same for a run to go on: it may do so for longer."""
         return {
-            "settings": self.settings.model_dump(mode="json"),
+            "settings": self.settings.model_dump(mode="json", exclude=_LENGTHS),
             "physics": physics_digest(),
             "versions": versions(),
         }
@@ -134,8 +138,9 @@ class RunFolder:
 
         A checkpoint lies at `state` then if the run is to be taken up again.
 
-        If `resume` is True the run must be there; False removes what an earlier one has left. None
-        takes up the same run if there is one, and refuses another.
+        If `resume` is True the run must be there, and is lengthened, finished or not, if it is to
+        be longer now; False removes what an earlier one has left. None takes up the same run if
+        there is one, and refuses another.
 
         Raises
         ------
@@ -146,11 +151,13 @@ class RunFolder:
             # What a kill has left of a file that was being written.
             partial.unlink()
         if resume is not False and self._settings_file.is_file():
-            self._refuse_other()
+            longer = self._compare(bool(resume))
             info = RunInfo.read(self.path)
-            if info is not None and info.finished and self.policy.is_file():
+            if not longer and info is not None and info.finished and self.policy.is_file():
                 return False
             if self.state.is_file():
+                if longer:
+                    self._reopen(info)
                 return True
         if resume:
             raise SettingsError(f"{self.path}: there is no checkpoint to resume from")
@@ -161,15 +168,26 @@ class RunFolder:
         save_settings(self.settings, self._settings_file)
         return True
 
-    def _refuse_other(self) -> None:
-        """Refuse a folder whose run has other settings."""
+    def _reopen(self, info: RunInfo | None) -> None:
+        """Let the folder's run be as long as the settings say."""
+        if info is not None:
+            info.finished = False
+            info.write(self.path)
+        save_settings(self.settings, self._settings_file)
+
+    def _compare(self, may_be_longer: bool) -> bool:
+        """Return whether the folder's run is to be longer; refuse one of other settings."""
         try:
             there = load_settings(self._settings_file)
         except SettingsError as error:
             raise SettingsError(f"{error}\n{self.path}: holds another run; {_REMEDY}") from None
-        here = self.settings.model_dump(mode="json")
-        if where := difference(there.model_dump(mode="json"), here):
+        own = self.settings
+        longer = may_be_longer and own.timesteps >= there.timesteps
+        aside = _LENGTHS if longer else set[str]()
+        old, new = (each.model_dump(mode="json", exclude=aside) for each in (there, own))
+        if where := difference(old, new):
             raise SettingsError(f"{self.path}: holds another run, {where}; {_REMEDY}")
+        return there != own
 
 
 def event_sizes(folder: Path) -> dict[str, int]:

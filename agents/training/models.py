@@ -184,6 +184,8 @@ class Progress:
     """Steps at the last validation."""
     saved_at: int = 0
     """Steps at the last checkpoint."""
+    before: int = 0
+    """Steps that the policy had been trained for with which the run began."""
     last: dict[str, float] | None = None
     """Result of the last validation of the phase."""
     best: dict[str, float] | None = None

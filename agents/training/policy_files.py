@@ -34,6 +34,7 @@ from agents.settings import (
 )
 from agents.training.models import CLASSES, FEATURES, UNREADABLE, network
 from agents.training.shown import shown_space
+from magfold_env.checkpoint import difference
 from magfold_env.files import replacing
 from magfold_env.scene import Problem, SceneError
 
@@ -224,17 +225,21 @@ class PolicySettings(Shown, frozen=True):
         return 2 * sum(a * b for each in widths for a, b in itertools.pairwise(each))
 
 
-def save(model: base_class.BaseAlgorithm, path: str | Path, shown: Shown | None = None) -> None:
+def save(
+    model: base_class.BaseAlgorithm, path: str | Path, shown: Shown | None = None, before: int = 0
+) -> None:
     """Write the policy of `model` to `path` under a temporary name and move it into place.
 
-    It was trained with what `shown` says; None stands for observations as they are.
+    It was trained with what `shown` says; None stands for observations as they are. It had been
+    trained for some steps `before` the model was made.
 
     Raises
     ------
     ValueError
         If the policy is not one that `load` can make again.
     """
-    text = _settings_of(model, shown or Shown()).model_dump_json()
+    settings = _settings_of(model, shown or Shown())
+    text = settings.model_copy(update={"steps": settings.steps + before}).model_dump_json()
     tensors = model.policy.state_dict()
     header: dict[str, Any] = {}
     parts: list[bytes] = []
@@ -249,6 +254,27 @@ def save(model: base_class.BaseAlgorithm, path: str | Path, shown: Shown | None 
     head += b" " * (-len(head) % 8)
     with replacing(path) as temporary:
         temporary.write_bytes(len(head).to_bytes(8, "little") + head + data)
+
+
+def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: Shown) -> int:
+    """Give the networks of `model` the weights of a policy that `save` wrote.
+
+    Nothing else of it is taken over: optimisers begin anew. Returns the steps that it was trained
+    for.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file, it is damaged, or is of other networks, actions or observations.
+    """
+    settings, policy = _read(Path(path))
+    aside = {"steps", "blind"}
+    own = _settings_of(model, shown)
+    theirs, wanted = (each.model_dump(exclude=aside) for each in (settings, own))
+    if where := difference(theirs, wanted):
+        raise ValueError(f"{path}: holds another policy, {where}; must be one of the same networks")
+    model.policy.load_state_dict(policy.state_dict())
+    return settings.steps
 
 
 def load(path: str | Path, trust_pickle: bool = False) -> SavedPolicy:
@@ -268,19 +294,30 @@ def load(path: str | Path, trust_pickle: bool = False) -> SavedPolicy:
         If there is no such file, it is damaged, or a model of Stable-Baselines3 and not trusted.
     """
     path = Path(path)
-    if not path.is_file():
-        raise ValueError(f"{path}: no such file; must be a policy (.safetensors)")
-    content = path.read_bytes()
-    if content.startswith(b"PK\x03\x04"):
-        if not trust_pickle:
-            raise ValueError(
-                f"{path}: is a zip file, as Stable-Baselines3 saves models, and holds pickles, "
-                "which can run any code; must be a policy of agents.train (.safetensors), or, if "
-                "it is your own, be read with --trust-pickle of agents.evaluate (in Python "
-                "trust_pickle=True)"
-            )
+    if trust_pickle and _is_zip(path):
         model = _unpickled(path)
         return SavedPolicy(model.policy, Shown(), model.num_timesteps)
+    settings, policy = _read(path)
+    return SavedPolicy(policy, settings, settings.steps)
+
+
+def _is_zip(path: Path) -> bool:
+    if not path.is_file():
+        raise ValueError(f"{path}: no such file; must be a policy (.safetensors)")
+    with path.open("rb") as file:
+        return file.read(4) == b"PK\x03\x04"
+
+
+def _read(path: Path) -> tuple[PolicySettings, policies.BasePolicy]:
+    """Return what a policy file says, and the networks with its weights."""
+    if _is_zip(path):
+        raise ValueError(
+            f"{path}: is a zip file, as Stable-Baselines3 saves models, and holds pickles, "
+            "which can run any code; must be a policy of agents.train (.safetensors), or, if "
+            "it is your own, be read with --trust-pickle of agents.evaluate (in Python "
+            "trust_pickle=True)"
+        )
+    content = path.read_bytes()
     try:
         start = 8 + int.from_bytes(content[:8], "little")
         header = json.loads(content[8:start])
@@ -307,7 +344,7 @@ def load(path: str | Path, trust_pickle: bool = False) -> SavedPolicy:
     except ValueError as error:
         raise ValueError(f"{path}: weights: {error}") from None
     policy.set_training_mode(False)
-    return SavedPolicy(policy, settings, settings.steps)
+    return settings, policy
 
 
 def _weights(

@@ -13,7 +13,7 @@ from stable_baselines3.common import base_class, callbacks, logger, on_policy_al
 
 from agents.commands import progress_bar
 from agents.evaluation.episodes import warm_up
-from agents.settings import EnvSettings, Phase, Shown, TrainSettings
+from agents.settings import EnvSettings, Phase, SettingsError, Shown, TrainSettings
 from agents.training import folder as run_folder
 from agents.training import models, policy_files
 from agents.training.envs import make_env, make_training_envs
@@ -50,7 +50,8 @@ def train(
     Raises
     ------
     SettingsError
-        If another run lies in the folder, or none where one is to be taken up.
+        If another run lies in the folder, or none where one is to be taken up, or it cannot start
+        with the policy that it is to.
     CheckpointError
         If the checkpoint to take up is damaged, or another run's.
     DivergedError
@@ -59,6 +60,11 @@ def train(
     # The networks are small: more threads only get in the way of the simulations.
     torch.set_num_threads(1)
     folder = run_folder.RunFolder(path, settings)
+    if settings.start is not None and not folder.state.is_file():
+        # Before anything lies in the folder.
+        envs = make_training_envs(settings, 0)
+        _make_model(settings, envs)
+        envs.close()
     if not folder.open(resume):
         return folder.policy
     parts = models.read_archive(folder.state, folder.key) if folder.state.is_file() else None
@@ -67,6 +73,20 @@ def train(
             warm_up(phase.env)
     TrainingRun(folder, parts, wandb, watch).finish()
     return folder.policy
+
+
+def _make_model(
+    settings: TrainSettings, envs: vec_env.VecEnv
+) -> tuple[base_class.BaseAlgorithm, int]:
+    """Return the model that a run begins with, and the steps that it had been trained for."""
+    learner, before = settings.learner, 0
+    model = models.make_model(learner, envs, settings.seed, settings.device)
+    if settings.start is not None:
+        try:
+            before = policy_files.begin_with(settings.start, model, learner)
+        except ValueError as error:
+            raise SettingsError(f"start: {error}") from None
+    return model, before
 
 
 class Validation:
@@ -156,8 +176,8 @@ class TrainingRun:
     - ``settings.yaml`` and ``run.json``: everything it was made from and with, and its status;
     - TensorBoard's files;
     - ``checkpoints/``: the policies on the way; ``best.safetensors``: the one that validated best;
-    - ``resume.zip``: where it goes on after an interruption; it holds pickles, so take up only
-      your own runs;
+    - ``resume.zip``: where it goes on after an interruption, or for longer; it holds pickles, so
+      take up only your own runs;
     - at the end ``policy.safetensors``.
 
     It goes on from the state in `parts`, if there is one.
@@ -196,12 +216,11 @@ class TrainingRun:
         try:
             self._learn_all()
             if self._model is not None:
-                policy_files.save(self._model, self._folder.policy, self._settings.learner)
+                self._write(self._model, self._folder.policy)
             self._info.finished = True
         finally:
             self._note()
             self._logger.close()
-        self._folder.state.unlink(missing_ok=True)
 
     def _learn_all(self) -> None:
         """Train through the phases that are left."""
@@ -266,6 +285,10 @@ class TrainingRun:
                 boundaries.visit()
         if progress.validated_at < model.num_timesteps:
             self._validate(model, validation, phase)
+        if boundaries.out_of_time or progress.phase == len(settings.phases) - 1:
+            # Here it would go on, were it longer.
+            progress.saved_at = model.num_timesteps
+            self._keep(model, envs)
         progress.next_phase(model.num_timesteps)
         return boundaries.out_of_time
 
@@ -278,7 +301,8 @@ class TrainingRun:
             self._model = models.unpack_model(self._parts, settings, envs, self._logger)
             self._parts = None
         else:
-            self._model = models.make_model(settings.learner, envs, settings.seed, settings.device)
+            self._model, self._progress.before = _make_model(settings, envs)
+            self._info.start = run_folder.file_digest(settings.start) if settings.start else None
             self._model.set_logger(self._logger)
         return self._model
 
@@ -294,17 +318,26 @@ class TrainingRun:
         own.dump(model.num_timesteps)
         self._progress.validated_at = model.num_timesteps
         if self._progress.note(result, phase.stop):
-            policy_files.save(model, self._folder.best, self._settings.learner)
+            self._write(model, self._folder.best)
         if self._watch is not None and self._progress.phase == len(self._settings.phases) - 1:
             self._watch(self._progress.validations, result)
 
     def _save(self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor) -> None:
         """Write a checkpoint to go on from, and the policy as it is."""
+        self._keep(model, envs)
+        self._write(
+            model, self._folder.checkpoints / f"policy-{model.num_timesteps:09d}.safetensors"
+        )
+        self._note()
+
+    def _keep(self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor) -> None:
+        """Write the state to go on from."""
         parts = models.pack(model, envs, self._progress, run_folder.event_sizes(self._folder.path))
         models.write_archive(self._folder.state, self._key, parts)
-        name = f"policy-{model.num_timesteps:09d}.safetensors"
-        policy_files.save(model, self._folder.checkpoints / name, self._settings.learner)
-        self._note()
+
+    def _write(self, model: base_class.BaseAlgorithm, path: Path) -> None:
+        """Write the policy."""
+        policy_files.save(model, path, self._settings.learner, self._progress.before)
 
     def _note(self) -> None:
         """Bring ``run.json`` up to date."""

@@ -13,10 +13,11 @@ from typer.testing import CliRunner
 
 from agents.settings import SettingsError, TrainSettings, save_settings
 from agents.train import main
-from agents.training.folder import RunInfo, cut_events, event_sizes, import_wandb
+from agents.training import policy_files
+from agents.training.folder import RunInfo, cut_events, event_sizes, file_digest, import_wandb
 from agents.training.run import BoundaryCallback, train
 from magfold_env.checkpoint import CheckpointError
-from tests.agents.training import records, tiny
+from tests.agents.training import records, same_weights, tiny
 
 pytestmark = pytest.mark.train
 
@@ -121,6 +122,28 @@ def test_what_cannot_be_resumed_is_refused(tmp_path: Path) -> None:
     result = runner.invoke(app, arguments)
     assert result.exit_code == 1
     assert "there is no checkpoint to resume from" in " ".join(result.output.split())
+
+
+def test_a_run_begins_with_a_policy_of_the_same_networks(tmp_path: Path) -> None:
+    policy = train(tiny(timesteps=48), tmp_path / "first")
+    # A rate so small that weights stay.
+    still = {"learning_rate": 1e-30}
+    settings = tiny(own=still, timesteps=96, start=str(policy), seed=5)
+    second = train(settings, tmp_path / "second")
+    assert same_weights(policy, second)
+    assert policy_files.load(second).steps == 2 * 48 + 48
+    info = RunInfo.read(tmp_path / "second")
+    assert info is not None
+    assert info.start == file_digest(str(policy))
+    for changes, message in (
+        ({"own": {"hidden": [8]}}, r"whose actor is .*16.* where this one's is .*8"),
+        ({"own": {"frames": 2}}, "whose frames is 1 where this one's is 2; must be one of the"),
+        ({"start": "none.safetensors"}, "start: none.safetensors: no such file"),
+        ({"algorithm": "recurrent-ppo"}, "whose algorithm is 'ppo' where"),
+    ):
+        with pytest.raises(SettingsError, match=message):
+            train(tiny(**{"start": str(policy), **changes}), tmp_path / "third")
+        assert not (tmp_path / "third").exists()
 
 
 def test_events_are_cut_to_what_they_were(tmp_path: Path) -> None:

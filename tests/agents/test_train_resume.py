@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.settings import TrainSettings, save_settings
+from agents.settings import SettingsError, TrainSettings, save_settings
 from agents.training.folder import RunInfo
 from agents.training.run import BoundaryCallback, train
 from tests.agents.training import records, same_weights, tiny
@@ -96,7 +96,6 @@ def test_a_killed_run_goes_on_bit_for_bit(settings: TrainSettings, tmp_path: Pat
     assert info is not None
     assert info.finished
     assert info.resumed_at == sorted(info.resumed_at) != []
-    assert not (killed / "resume.zip").exists()
 
 
 def test_how_environments_are_stepped_changes_nothing(tmp_path: Path) -> None:
@@ -124,6 +123,42 @@ def test_a_finished_run_is_left_as_it_is(tmp_path: Path) -> None:
     assert policy.stat().st_mtime_ns == before
     train(tiny(), tmp_path, resume=False)
     assert policy.stat().st_mtime_ns > before
+
+
+@pytest.mark.parametrize("algorithm", ["ppo", "recurrent-ppo", pytest.param("sac", marks=SLOW)])
+def test_a_finished_run_that_is_lengthened_is_the_longer_run(
+    algorithm: str, tmp_path: Path
+) -> None:
+    short, long = (tiny(algorithm, envs=2, timesteps=steps) for steps in (200, 400))
+    train(long, tmp_path / "whole")
+    lengthened = tmp_path / "lengthened"
+    train(short, lengthened)
+    shorter, other = (tiny(algorithm, envs=2, **each) for each in ({"timesteps": 96}, {"seed": 1}))
+    refused = (long, None), (shorter, True), (other, True)
+    for settings, resume in refused:
+        with pytest.raises(SettingsError, match="holds another run, whose"):
+            train(settings, lengthened, resume)
+    # Killed on the way, and taken up as the longer one.
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BoundaryCallback, "_on_step", killing(3))
+        with pytest.raises(KilledError):
+            train(long, lengthened, resume=True)
+    train(long, lengthened)
+    assert same_weights(
+        tmp_path / "whole" / "policy.safetensors", lengthened / "policy.safetensors"
+    )
+    written, whole = records(lengthened), records(tmp_path / "whole")
+    for name, series in whole.items():
+        # Where the short one ended it was validated besides.
+        assert set(series) <= set(written[name])
+        assert name.startswith("validation/") or series == written[name]
+    info = RunInfo.read(lengthened)
+    assert info is not None
+    assert info.finished
+    assert info.resumed_at[0] >= 200
+    (lengthened / "resume.zip").unlink()
+    with pytest.raises(SettingsError, match="there is no checkpoint to resume from"):
+        train(long.model_copy(update={"timesteps": 500}), lengthened, resume=True)
 
 
 @pytest.mark.slow
