@@ -182,8 +182,9 @@ class _Learner(Shown, frozen=True):
     """Widths of the hidden layers of every network."""
     features: Features = "chain"
     """Whether networks see the chain from its first component to its last, or from the tube's mouth
-    outward, see `agents.features.FromTheMouth`, or so and always from one side, see
-    `agents.symmetry`; the latter two for tube feed alone, the last for PPO and MaskablePPO."""
+    outward, see `agents.training.features.FromTheMouth`, or so and always from one side, see
+    `agents.training.symmetry`; the latter two for tube feed alone, the last for PPO and
+    MaskablePPO."""
 
 
 class PPOSettings(_Learner, frozen=True):

@@ -31,7 +31,6 @@ from stable_baselines3.common import (
     vec_env,
 )
 
-from agents import features, learning_rate, symmetry, symmetry_masked
 from agents.settings import (
     Algorithm,
     Features,
@@ -43,6 +42,7 @@ from agents.settings import (
     StopSettings,
     TrainSettings,
 )
+from agents.training import features, learning_rate, symmetry, symmetry_masked
 from agents.training.envs import EnvsState, envs_state, set_envs_state
 from magfold_env.checkpoint import CheckpointError, difference
 from magfold_env.files import replacing

@@ -46,8 +46,8 @@ _WRITTEN |= {"lstm_hidden_size", "n_lstm_layers", "shared_lstm", "enable_critic_
 
 _MODULES: dict[str, type[base_class.BaseAlgorithm]] = {
     "stable_baselines3.common.policies": CLASSES["ppo"],
-    "agents.symmetry": CLASSES["ppo"],
-    "agents.symmetry_masked": CLASSES["maskable-ppo"],
+    "agents.training.symmetry": CLASSES["ppo"],
+    "agents.training.symmetry_masked": CLASSES["maskable-ppo"],
     "sb3_contrib.common.maskable.policies": CLASSES["maskable-ppo"],
     "sb3_contrib.common.recurrent.policies": CLASSES["recurrent-ppo"],
     "stable_baselines3.sac.policies": CLASSES["sac"],

@@ -5,9 +5,9 @@ import pytest
 import torch
 from gymnasium import spaces
 
-from agents.features import FromTheMouth
 from agents.training import policy_files
 from agents.training.envs import make_training_envs
+from agents.training.features import FromTheMouth
 from agents.training.models import make_model
 from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tube_feed import TubeFeedEnv

@@ -5,10 +5,10 @@ import pytest
 import torch
 from gymnasium import spaces
 
-from agents.symmetry import VIEWS, FromOneSide, SymmetricPolicy, is_symmetric
 from agents.training import policy_files
 from agents.training.envs import make_training_envs
 from agents.training.models import make_model
+from agents.training.symmetry import VIEWS, FromOneSide, SymmetricPolicy, is_symmetric
 from magfold_env.envs.spaces.actions import SIGNS
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv

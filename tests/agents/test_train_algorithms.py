@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import torch
 
-from agents.learning_rate import LearningRate
 from agents.settings import TRACKS, EnvSettings, StopSettings, TrainSettings, load_settings
 from agents.training import policy_files
 from agents.training.envs import check_envs, make_env, make_training_envs
 from agents.training.folder import RunInfo
+from agents.training.learning_rate import LearningRate
 from agents.training.models import Progress, due, make_model
 from agents.training.run import Validation, train
 from magfold_env.files import configs_dir

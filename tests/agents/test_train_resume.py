@@ -133,7 +133,7 @@ def test_a_finished_run_that_is_lengthened_is_the_longer_run(
     train(long, tmp_path / "whole")
     lengthened = tmp_path / "lengthened"
     train(short, lengthened)
-    shorter, other = (tiny(algorithm, envs=2, **each) for each in ({"timesteps": 96}, {"seed": 1}))
+    shorter, other = tiny(algorithm, timesteps=96), tiny(algorithm, seed=1)
     refused = (long, None), (shorter, True), (other, True)
     for settings, resume in refused:
         with pytest.raises(SettingsError, match="holds another run, whose"):

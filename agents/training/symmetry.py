@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common import policies, torch_layers
 from torch import nn
 
-from agents.features import FromTheMouth
+from agents.training.features import FromTheMouth
 from magfold_env.envs.spaces import actions, observation
 from magfold_env.scene import Scene
 
@@ -42,7 +42,7 @@ class FromOneSide(FromTheMouth):
     The component that left the tube last is shown with the first of its poles N. The last two
     features say whether left and right, and N and S, were exchanged.
 
-    Parameters and errors are those of `agents.features.FromTheMouth`.
+    Parameters and errors are those of `agents.training.features.FromTheMouth`.
     """
 
     _mirror: torch.Tensor
