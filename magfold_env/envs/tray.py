@@ -14,7 +14,7 @@ from magfold_env.envs.spaces.actions import FASTEST, scaled_speeds
 from magfold_env.envs.spaces.tray_actions import FACES, LYING, TrayChoice
 from magfold_env.envs.tasks.feed_tasks import FeedOptions
 from magfold_env.envs.tasks.forecast import or_dash
-from magfold_env.envs.tasks.tray_tasks import TrayWorld
+from magfold_env.envs.tasks.tray_tasks import DEAD, SPREAD, WEAK, WEAKNESS, TrayWorld
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import Scene
 
@@ -50,7 +50,7 @@ class TrayEpisodes(CameraEpisodes):
     @classmethod
     def baselines(cls, world: TrayWorld) -> TrayStore:
         """Return what the minimiser's chains make of the tasks of a world."""
-        return TrayStore(TrayEpisodes, world, (LATE,))
+        return TrayStore(TrayEpisodes, world, (LATE, DEAD, WEAK, WEAKNESS, SPREAD))
 
     @property
     def late(self) -> float:
@@ -149,10 +149,9 @@ class TrayEnv(CameraTrackEnv):
     """Fold a chain of components that are taken from a tray, and may be put back.
 
     `reset` picks a task: a tray of components, the direction of feed, the fold to reach; and draws
-    what stays hidden: which components are bad (30 %), which magnets of those are dead (60 %) or
-    weak (20 %, at 0.3 of their strength), the strength of each magnet (±15 %) and of all (±10 %),
-    the floor's friction (±30 %), and how the chain lies in its tube. Magnets act outside
-    the tube only, as in `magfold_env.envs.tube_feed`.
+    what stays hidden: which magnets are dead (15 %) or weak (10 %, at 0.3 of their strength), the
+    strength of each (±15 %) and of all (±10 %), the floor's friction (±30 %), and how the chain
+    lies in its tube. Magnets act outside the tube only, as in `magfold_env.envs.tube_feed`.
 
     A step takes a component from the tray, says how it lies, and feeds it out by its diagonal at a
     speed; or it draws the last one back by as much, puts it on the tray, and the next step

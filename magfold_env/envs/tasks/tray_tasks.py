@@ -14,14 +14,11 @@ from magfold_env.envs.tasks.fold_task import feedable
 from magfold_env.scene import Problem
 from magfold_env.scene.errors import refuse
 
-BAD = 0.3
-"""Share of the components that are bad."""
+DEAD = 0.15
+"""Share of the magnets that are dead."""
 
-DEAD = 0.6
-"""Share of a bad component's magnets that are dead."""
-
-WEAK = 0.2
-"""Share of those that are weak; the rest, and all those of the others, are sound."""
+WEAK = 0.1
+"""Share of those that are weak."""
 
 WEAKNESS = 0.3
 """Strength of a weak magnet, and of a sound one 1, both but for `SPREAD`."""
@@ -109,7 +106,6 @@ class TrayWorld(TaskWorld):
         As much is drawn for every task, so that a seed draws one physics whatever the task.
         """
         kind, spread = rng.random((2, self.actions.parts, len(FACES[0])))
-        kind[rng.random(self.actions.parts) >= BAD] = 1.0
         given = self.tasks[number].strengths
         if given is not None:
             return np.array(given)
