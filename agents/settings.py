@@ -16,20 +16,18 @@ from magfold_env.envs.tasks.reward import RewardKind, Shaping
 from magfold_env.envs.tasks.world import Fidelity
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Problem, SceneError, errors, io
+from magfold_env.scoring.policy_file import Algorithm, Count, Features, LSTMSettings, Shown, Widths
+from magfold_env.scoring.track import FEED_TRACKS
 
 MAX_TRAINING_SEED = 2**31 - 1
 """Training seeds are small numbers given by hand, up to this one; those of other purposes are in
 `magfold_env.envs.tasks.draws`."""
 
-Count = Annotated[int, Field(ge=1)]
 Unit = Annotated[float, Field(ge=0, le=1)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
-Widths = Annotated[tuple[Count, ...], Field(max_length=16)]
 
-Algorithm = Literal["ppo", "maskable-ppo", "recurrent-ppo", "sac", "tqc"]
 ALGORITHMS = get_args(Algorithm)
-Features = Literal["chain", "mouth", "symmetric"]
 
 
 def word_or_other(value: Any) -> str:
@@ -63,7 +61,7 @@ class Group(pydantic.BaseModel, frozen=True, allow_inf_nan=False):
         return given
 
 
-Settings = TypeVar("Settings", bound=Group)
+Settings = TypeVar("Settings", bound=pydantic.BaseModel)
 
 EnvId = Literal[
     "MagFold/TubeFeed-v0",
@@ -77,10 +75,7 @@ EnvId = Literal[
 TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
 DESIGN_ENV: EnvId = "MagFold/SequenceDesign-v0"
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
-FLOOR_ENV: EnvId = "MagFold/UnknownFloor-v0"
-FEED_TRACKS: tuple[EnvId, ...] = (FLOOR_ENV, "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
-"""Environments in which chains are given."""
-TRACKS: tuple[EnvId, ...] = (*FEED_TRACKS, "MagFold/Tray-v0")
+TRACKS = (*FEED_TRACKS, "MagFold/Tray-v0")
 """Environments in which chains, or components, are given, and time runs."""
 
 Targets = Annotated[
@@ -157,17 +152,7 @@ class CurriculumSettings(Group, frozen=True):
     """Number of episodes that the share is taken over."""
 
 
-class Shown(Group, frozen=True):
-    """What networks are shown of what is observed."""
-
-    frames: Annotated[int, Field(ge=1, le=64)] = 1
-    """How many of the last observations, the newest last; an episode's first stands for those
-    before it."""
-    blind: bool = False
-    """Whether motion is taken out of them, see `agents.training.shown.blind`."""
-
-
-class _Learner(Shown, frozen=True):
+class _Learner(Shown):
     """What all learners have."""
 
     learning_rate: Positive = 3e-4
@@ -187,7 +172,7 @@ class _Learner(Shown, frozen=True):
     MaskablePPO."""
 
 
-class PPOSettings(_Learner, frozen=True):
+class PPOSettings(_Learner):
     """Hyper-parameters of Stable-Baselines3's PPO."""
 
     algorithm: Literal["ppo"] = "ppo"
@@ -206,25 +191,14 @@ class PPOSettings(_Learner, frozen=True):
     """Weight of the value loss."""
 
 
-class MaskablePPOSettings(PPOSettings, frozen=True):
+class MaskablePPOSettings(PPOSettings):
     """Hyper-parameters of sb3-contrib's MaskablePPO."""
 
     algorithm: Literal["maskable-ppo"] = "maskable-ppo"  # pyright: ignore[reportIncompatibleVariableOverride]
     """PPO that never takes an action that the environment masks."""
 
 
-class LSTMSettings(Group, frozen=True):
-    """What a network remembers of an episode: layers of long short-term memory before the rest."""
-
-    hidden: Count = 128
-    """Width of every layer."""
-    layers: Annotated[int, Field(ge=1, le=4)] = 1
-    """How many."""
-    critic: Literal["own", "shared", "none"] = "own"
-    """Whether the critic remembers by layers of its own, by the actor's, or not at all."""
-
-
-class RecurrentPPOSettings(PPOSettings, frozen=True):
+class RecurrentPPOSettings(PPOSettings):
     """Hyper-parameters of sb3-contrib's RecurrentPPO."""
 
     algorithm: Literal["recurrent-ppo"] = "recurrent-ppo"  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -242,7 +216,7 @@ class HindsightSettings(Group, frozen=True):
     """Which moment of the episode gives the goal."""
 
 
-class SACSettings(_Learner, frozen=True):
+class SACSettings(_Learner):
     """Hyper-parameters of Stable-Baselines3's SAC."""
 
     algorithm: Literal["sac"] = "sac"
@@ -266,7 +240,7 @@ class SACSettings(_Learner, frozen=True):
     """Hindsight replay, for the goal environment; None replays what was."""
 
 
-class TQCSettings(SACSettings, frozen=True):
+class TQCSettings(SACSettings):
     """Hyper-parameters of sb3-contrib's TQC."""
 
     algorithm: Literal["tqc"] = "tqc"  # pyright: ignore[reportIncompatibleVariableOverride]

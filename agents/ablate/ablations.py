@@ -2,7 +2,7 @@
 
 ================ =================================================================================
 seeing           the policy as it is
-blind            no motion in what it sees, see `agents.training.shown.blind`
+blind            no motion in what it sees, see `magfold_env.scoring.shown.blind`
 frozen           the actions of one episode without randomisation, which starts straight, replayed
 a speed          its choice of magnets, every component fed at this one speed [m/s]
 random speeds    its choice of magnets, the speed of each step drawn evenly from those on offer,

@@ -33,11 +33,11 @@ from agents.admission.schedules import Schedule, constant
 from agents.commands import progress_bar, reported_errors
 from agents.evaluation.episodes import spread_over
 from agents.training.folder import file_digest, provenance
-from agents.training.player import Player
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.envs.baselines.constant_speed import SPEEDS
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, write_text
+from magfold_env.scoring.player import Player
 
 Job = tuple[Any, ...]
 

@@ -15,7 +15,7 @@ oracle, same draw the best of the same schedules on the very episode, which nobo
 trained           policies, which play the most probable action
 frozen            their actions of one episode in which nothing is drawn, replayed
 trained blind     policies that were trained without motion, shown none, as
-                  `agents.training.shown.blind` has it
+                  `magfold_env.scoring.shown.blind` has it
 ================= ================================================================================
 """
 
@@ -28,16 +28,17 @@ from zlib import crc32
 import numpy as np
 import torch
 
-from agents.admission.arena import SEARCH, WIDTH, Arena, Field, copies
+from agents.admission.arena import SEARCH, Arena, Field, copies
 from agents.admission.halving import Winner, halving
 from agents.admission.schedules import Schedule, constant
 from agents.training import policy_files
-from agents.training.player import Player
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.feed_track import FeedEpisodes
 from magfold_env.envs.spaces.actions import FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.scoring.player import Player, choices
+from magfold_env.scoring.track import WIDTH
 
 RANDOM, FORWARD, BASELINE, OPEN_LOOP = "random", "always forward", "baseline", "open loop"
 ORACLE, SAME_DRAW = "oracle", "oracle, same draw"
@@ -142,14 +143,8 @@ def _play(
     arena: Arena, saved: SavedPolicy, numbers: Ints, seeds: Sequence[int]
 ) -> tuple[FeedEpisodes, list[list[float]]]:
     """Return episodes that a policy has played, with success and score of each."""
-    env = arena.env_of(saved.policy.action_space)
-    player = Player(saved.policy, saved.shown, env, len(seeds))
-    episodes, read = arena.episodes(len(seeds)), env.actions.read
-
-    def choose(rows: Ints) -> tuple[Floats]:
-        # Episodes that go on have all taken the same steps.
-        return (read(player.act(episodes.observe()), len(seeds))[0][rows],)
-
+    env, episodes = arena.env_of(saved.policy.action_space), arena.episodes(len(seeds))
+    choose = choices(Player(saved.policy, saved.shown, env, len(seeds)), env, episodes)
     ends = episodes.play(seeds, numbers.tolist(), choose)
     return episodes, np.column_stack([ends["is_success"], ends["score"]]).tolist()
 

@@ -15,11 +15,11 @@ import torch
 from pydantic import TypeAdapter, ValidationError
 
 from agents.training import policy_files
-from agents.training.player import Player
-from agents.training.shown import blind
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.files import write_text
 from magfold_env.scene import Problem, errors
+from magfold_env.scoring.player import Player
+from magfold_env.scoring.shown import blind
 
 FORMAT = "magfold_env choices 1"
 BLIND = "blind:"
@@ -109,7 +109,7 @@ class TrainedPolicy(Policy):
 class BlindPolicy(Policy):
     """Plays a policy, however it was trained, that is shown no motion.
 
-    `agents.training.shown.blind` says what that is.
+    `magfold_env.scoring.shown.blind` says what that is.
     """
 
     def __init__(self, policy: Policy) -> None:

@@ -1,44 +1,25 @@
-"""Policies as files that run no code: weights and settings, of which code here makes the networks.
+"""Networks of Stable-Baselines3 to and from files of `magfold_env.scoring.policy_file`."""
 
-A file is one of `safetensors <https://github.com/huggingface/safetensors>`_: the length of a
-header, 8 bytes, little-endian; the header, JSON, with each weight's type, shape and place, and the
-settings, JSON too, among its metadata; then the weights.
-"""
-
-import hashlib
-import itertools
 import json
-import math
 import pickle
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Any
 
 import numpy as np
 import torch
 from gymnasium import spaces
-from pydantic import Discriminator, Field, Tag, model_validator
 from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
 from stable_baselines3.common import base_class, off_policy_algorithm, policies
 
-from agents.settings import (
-    Algorithm,
-    Features,
-    Group,
-    LSTMSettings,
-    SettingsError,
-    Shown,
-    Widths,
-    checked,
-)
+from agents.settings import checked
 from agents.training.models import CLASSES, FEATURES, UNREADABLE, network
-from agents.training.shown import shown_space
 from magfold_env.checkpoint import difference
-from magfold_env.files import replacing
-from magfold_env.scene import Problem, SceneError
+from magfold_env.scoring import policy_file
+from magfold_env.scoring.policy_file import PolicySettings, Shown
+from magfold_env.scoring.shown import shown_space
 
-FORMAT = "magfold_env policy 1"
 _ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 _WRITTEN = {"net_arch", "activation_fn", "features_extractor_class", "features_extractor_kwargs"}
 _WRITTEN |= {"lstm_hidden_size", "n_lstm_layers", "shared_lstm", "enable_critic_lstm"}
@@ -68,161 +49,28 @@ class SavedPolicy:
     """Environment steps that it was trained for."""
 
 
-_MAX = float(np.finfo(np.float32).max)
-_Bound = Annotated[float, Field(ge=-_MAX, le=_MAX)]
-_Choices = Annotated[int, Field(ge=1, lt=2**31)]
-
-
-class _Box(Group, frozen=True):
-    low: Annotated[tuple[_Bound, ...], Field(min_length=1, max_length=10_000)]
-    high: tuple[_Bound, ...]
-
-    @model_validator(mode="after")
-    def _of_one_length(self) -> Self:
-        if len(self.high) != len(self.low):
-            allowed = f"must have {len(self.low)} entries, as low has"
-            raise SceneError([Problem("high", len(self.high), allowed)])
-        return self
-
-    @property
-    def size(self) -> int:
-        return len(self.low)
-
-    def space(self) -> spaces.Box:
-        low, high = (np.array(each, dtype=np.float32) for each in (self.low, self.high))
-        return spaces.Box(low, high, dtype=np.float32)
-
-
-class _Boxes(Group, frozen=True):
-    boxes: Annotated[dict[str, _Box], Field(min_length=1)]
-
-    @property
-    def size(self) -> int:
-        return sum(box.size for box in self.boxes.values())
-
-    def space(self) -> spaces.Dict:
-        return spaces.Dict([(name, box.space()) for name, box in self.boxes.items()])
-
-
-class _Discrete(Group, frozen=True):
-    n: _Choices
-
-    @property
-    def size(self) -> int:
-        return self.n
-
-    def space(self) -> spaces.Discrete:
-        return spaces.Discrete(self.n)
-
-
-class _MultiDiscrete(Group, frozen=True):
-    nvec: Annotated[tuple[_Choices, ...], Field(min_length=1)]
-
-    @property
-    def size(self) -> int:
-        return sum(self.nvec)
-
-    def space(self) -> spaces.MultiDiscrete:
-        return spaces.MultiDiscrete(list(self.nvec))
-
-
-def _kind(value: Any) -> str | None:
-    """Return the tag of the space that `value` describes; None if it is none that is known."""
-    kinds = {"low": "<box>", "boxes": "<dict>", "n": "<discrete>", "nvec": "<multidiscrete>"}
-    given = value if isinstance(value, dict) else getattr(value, "__dict__", {})
-    return next((kind for key, kind in kinds.items() if key in given), None)
-
-
-def _one_of(allowed: str) -> Discriminator:
-    return Discriminator(
-        _kind, custom_error_type="space", custom_error_message=f"must be {allowed}"
+def _kind(settings: PolicySettings) -> tuple[type[policies.BasePolicy], dict[str, Any]]:
+    """Return the class of a policy with some settings, and the options of what it sees."""
+    dictionary = isinstance(settings.observations, policy_file.Boxes)
+    return network(
+        settings.algorithm, settings.features, dictionary, settings.backward, settings.lstm
     )
 
 
-_Observations = Annotated[
-    Annotated[_Box, Tag("<box>")] | Annotated[_Boxes, Tag("<dict>")],
-    _one_of("a box (low, high) or some by name (boxes)"),
-]
-_Actions = Annotated[
-    Annotated[_Box, Tag("<box>")]
-    | Annotated[_Discrete, Tag("<discrete>")]
-    | Annotated[_MultiDiscrete, Tag("<multidiscrete>")],
-    _one_of("a box (low, high), discrete (n) or multidiscrete (nvec)"),
-]
-
-
-class PolicySettings(Shown, frozen=True):
-    """Everything about a policy but its weights."""
-
-    algorithm: Algorithm
-    """What trained it."""
-    features: Features
-    """What it sees, as in `agents.settings.LearnerSettings`."""
-    backward: bool = False
-    """Whether the last component leaves the tube first, for features that count from its mouth."""
-    actor: Widths
-    """Widths of the hidden layers of the network that acts."""
-    critic: Widths
-    """The same of those that judge."""
-    lstm: LSTMSettings | None = None
-    """What they remember by, before these layers."""
-    activation: Literal["tanh", "relu"]
-    """What follows each of these layers."""
-    observations: _Observations
-    """What is observed at once."""
-    actions: _Actions
-    """What is chosen."""
-    steps: Annotated[int, Field(ge=0)]
-    """Environment steps that it was trained for."""
-
-    @model_validator(mode="after")
-    def _fits(self) -> Self:
-        recurrent, box = self.algorithm == "recurrent-ppo", isinstance(self.actions, _Box)
-        if recurrent != (self.lstm is not None):
-            told = f"must {'' if recurrent else 'not '}be given with {self.algorithm}"
-            raise SceneError([Problem("lstm", self.lstm, told)])
-        any_actions = self.algorithm in ("ppo", "recurrent-ppo")
-        if not any_actions and box == (self.algorithm == "maskable-ppo"):
-            allowed = "discrete or multidiscrete" if box else "a box"
-            told = f"must be {allowed} with {self.algorithm}"
-            raise SceneError([Problem("actions", self.actions.model_dump(), told)])
-        return self
-
-    def _network(self) -> tuple[type[policies.BasePolicy], dict[str, Any]]:
-        dictionary = isinstance(self.observations, _Boxes)
-        return network(self.algorithm, self.features, dictionary, self.backward, self.lstm)
-
-    @property
-    def kind(self) -> type[policies.BasePolicy]:
-        """The class of the policy."""
-        return self._network()[0]
-
-    def make(self) -> policies.BasePolicy:
-        """Return a policy with these settings, untrained."""
-        kind, options = self._network()
-        if self.algorithm not in ("sac", "tqc"):
-            options |= {"ortho_init": False}  # takes long, for weights that are replaced
-        judge = "vf" if "ortho_init" in options else "qf"
-        return kind(
-            shown_space(self, self.observations.space()),
-            self.actions.space(),
-            lambda _: 0.0,
-            net_arch={"pi": list(self.actor), judge: list(self.critic)},
-            activation_fn=_ACTIVATIONS[self.activation],
-            **options,
-        )
-
-    @property
-    def least_bytes(self) -> int:
-        """About what the weights take at least, to tell before any network is made."""
-        layers = (self.actor, self.actions.size), (self.critic, 1)
-        seen = self.frames * self.observations.size
-        widths = [(seen, *hidden, last) for hidden, last in layers]
-        if self.lstm is not None:
-            wide = self.lstm.hidden
-            widths = [(wide, *hidden, last) for hidden, last in layers]
-            widths.append((seen + wide, 4 * wide))
-        return 2 * sum(a * b for each in widths for a, b in itertools.pairwise(each))
+def make(settings: PolicySettings) -> policies.BasePolicy:
+    """Return a policy with some settings, untrained."""
+    kind, options = _kind(settings)
+    if settings.algorithm not in ("sac", "tqc"):
+        options |= {"ortho_init": False}  # takes long, for weights that are replaced
+    judge = "vf" if "ortho_init" in options else "qf"
+    return kind(
+        shown_space(settings, settings.observations.space()),
+        settings.actions.space(),
+        lambda _: 0.0,
+        net_arch={"pi": list(settings.actor), judge: list(settings.critic)},
+        activation_fn=_ACTIVATIONS[settings.activation],
+        **options,
+    )
 
 
 def save(
@@ -239,21 +87,10 @@ def save(
         If the policy is not one that `load` can make again.
     """
     settings = _settings_of(model, shown or Shown())
-    text = settings.model_copy(update={"steps": settings.steps + before}).model_dump_json()
+    settings = settings.model_copy(update={"steps": settings.steps + before})
     tensors = model.policy.state_dict()
-    header: dict[str, Any] = {}
-    parts: list[bytes] = []
-    end = 0
-    for name, tensor in tensors.items():
-        begin, end = end, end + 4 * tensor.numel()
-        header[name] = {"dtype": "F32", "shape": list(tensor.shape), "data_offsets": [begin, end]}
-        parts.append(tensor.detach().cpu().numpy().astype("<f4").tobytes())
-    data = b"".join(parts)
-    header["__metadata__"] = {"format": FORMAT, "settings": text, "sha256": _digest(text, data)}
-    head = json.dumps(header).encode()
-    head += b" " * (-len(head) % 8)
-    with replacing(path) as temporary:
-        temporary.write_bytes(len(head).to_bytes(8, "little") + head + data)
+    numbers = {name: each.detach().cpu().numpy() for name, each in tensors.items()}
+    policy_file.write(path, settings, numbers)
 
 
 def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: Shown) -> int:
@@ -317,64 +154,21 @@ def _read(path: Path) -> tuple[PolicySettings, policies.BasePolicy]:
             "it is your own, be read with --trust-pickle of agents.evaluate (in Python "
             "trust_pickle=True)"
         )
-    content = path.read_bytes()
+    file = policy_file.read(path)
     try:
-        start = 8 + int.from_bytes(content[:8], "little")
-        header = json.loads(content[8:start])
-        metadata = header.pop("__metadata__")
-        if metadata["format"] != FORMAT:
-            raise ValueError(f"format: {metadata['format']!r} is not {FORMAT!r}")
-        text, data = metadata["settings"], content[start:]
-        if metadata["sha256"] != _digest(text, data):
-            raise ValueError("sha256: the weights or settings are not what was saved")
-        given = json.loads(text)
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise ValueError(f"{path}: is not a policy, or is damaged: {error}") from None
-    settings = checked(PolicySettings, given, path)
-    if settings.least_bytes > len(data):
-        allowed = f"must be those of the weights, {len(data)} bytes"
-        widths = [*settings.actor, *settings.critic]
-        raise SettingsError([Problem("actor, critic", widths, allowed)], str(path))
-    try:
-        policy = settings.make()
+        policy = make(file.settings)
     except (*UNREADABLE, AssertionError) as error:
         raise ValueError(f"{path}: its networks cannot be made: {error}") from None
+    shapes = {name: tuple(tensor.shape) for name, tensor in policy.state_dict().items()}
     try:
-        policy.load_state_dict(_weights(policy.state_dict(), header, data))
+        if unknown := file.header.keys() - shapes.keys():
+            raise ValueError(f"{min(unknown)}: is not one of the network's")
+        weights = file.weights(shapes)
     except ValueError as error:
         raise ValueError(f"{path}: weights: {error}") from None
+    policy.load_state_dict({name: torch.from_numpy(each) for name, each in weights.items()})
     policy.set_training_mode(False)
-    return settings, policy
-
-
-def _weights(
-    wanted: dict[str, torch.Tensor], header: dict[str, Any], data: bytes
-) -> dict[str, torch.Tensor]:
-    """Return the weights in `data` whose names, shapes and places the header has."""
-    if unknown := header.keys() - wanted.keys():
-        raise ValueError(f"{min(unknown)}: is not one of the network's")
-    found: dict[str, torch.Tensor] = {}
-    for name, tensor in wanted.items():
-        shape = list(tensor.shape)
-        entry = header.get(name)
-        begin = _begin(entry)
-        size = 4 * math.prod(shape)
-        right = {"dtype": "F32", "shape": shape, "data_offsets": [begin, begin + size]}
-        if entry != right or begin + size > len(data):
-            raise ValueError(f"{name}: {entry} is not allowed; must be F32 numbers, {shape}")
-        numbers = np.frombuffer(data, "<f4", size // 4, begin).astype(np.float32).reshape(shape)
-        if not np.isfinite(numbers).all():
-            raise ValueError(f"{name}: has numbers that are not finite")
-        found[name] = torch.from_numpy(numbers)
-    return found
-
-
-def _begin(entry: Any) -> int:
-    """Return where a weight begins, as its entry in the header says; 0 if it says nothing."""
-    try:
-        return max(0, int(entry["data_offsets"][0]))
-    except (LookupError, TypeError, ValueError, OverflowError):
-        return 0
+    return file.settings, policy
 
 
 def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySettings:
@@ -411,7 +205,7 @@ def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySetting
     same = shown_space(shown, settings.observations.space()) == model.observation_space
     same = same and settings.actions.space() == model.action_space
     lost = [name for name, value in model.policy_kwargs.items() if value and name not in _WRITTEN]
-    if lost or model.use_sde or not same or type(policy) is not settings.kind:
+    if lost or model.use_sde or not same or type(policy) is not _kind(settings)[0]:
         raise ValueError(
             f"policy: {type(policy).__name__} with its options {lost} or its spaces cannot be "
             "written; must be one that agents.train makes"
@@ -448,7 +242,3 @@ def _unpickled(path: Path) -> base_class.BaseAlgorithm:
         return _MODULES[module].load(path, device="cpu", **without)
     except (*UNREADABLE, AssertionError, ImportError, pickle.UnpicklingError) as error:
         raise ValueError(f"{path}: is not a model, or is damaged: {error}") from None
-
-
-def _digest(text: str, data: bytes) -> str:
-    return hashlib.sha256(text.encode() + data).hexdigest()

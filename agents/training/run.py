@@ -17,10 +17,10 @@ from agents.settings import EnvSettings, Phase, SettingsError, Shown, TrainSetti
 from agents.training import folder as run_folder
 from agents.training import models, policy_files
 from agents.training.envs import make_env, make_training_envs
-from agents.training.player import Player
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.scoring.player import Player
 
 EPISODES_PER_RECORD = 60
 """How often learners that learn all the time write their numbers."""

@@ -16,7 +16,7 @@ from agents.ablate.ablations import play as play_ablated
 from agents.evaluation import episodes, policies
 from agents.evaluation.report import Method
 from agents.settings import EnvSettings
-from agents.training.shown import blind
+from magfold_env.scoring.shown import blind
 from tests.agents.test_intervals import WORDS
 from tests.killed import run_until_killed
 

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from agents.admission import __main__ as command
 from agents.admission import contestants, rule
-from agents.admission.arena import EVALUATION, SEARCH, Arena, choice_of_tasks, copies, own_arena
+from agents.admission.arena import EVALUATION, SEARCH, Arena, copies, own_arena
 from agents.admission.contestants import (
     BLIND,
     FROZEN,
@@ -28,13 +28,14 @@ from agents.admission.contestants import (
 from agents.admission.halving import halving, rounds
 from agents.admission.schedules import constant, out_by
 from agents.evaluation import intervals
-from agents.settings import FEED_TRACKS, Shown
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.chains.draws import REFERENCE_SPEED
 from magfold_env.envs.feed_track import INTERVAL
 from magfold_env.envs.spaces.actions import DEAD_BAND, FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.scoring.policy_file import Shown
+from magfold_env.scoring.track import FEED_TRACKS, choice_of_tasks
 from tests.killed import run_until_killed
 
 FLOOR = "MagFold/UnknownFloor-v0"

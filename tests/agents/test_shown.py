@@ -13,7 +13,7 @@ from agents.settings import SettingsError, TrainSettings, changed_settings
 from agents.training import policy_files
 from agents.training.envs import envs_state, make_training_envs, set_envs_state
 from agents.training.models import make_model
-from agents.training.shown import blind
+from magfold_env.scoring.shown import blind
 from tests.agents.training import tiny
 
 FLOOR = "MagFold/UnknownFloor-v0"

@@ -1,0 +1,103 @@
+"""The networks that act, without torch: layers of numbers, as Stable-Baselines3 makes them."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.scene import Problem
+from magfold_env.scene.errors import refuse
+from magfold_env.scoring import policy_file
+from magfold_env.scoring.policy_file import PolicyFile, PolicySettings
+from magfold_env.scoring.shown import shown_space
+
+Singles = NDArray[np.float32]
+
+
+class Actor:
+    """What a policy does at its best: the most probable of its actions.
+
+    Parameters
+    ----------
+    file : PolicyFile
+        What was read.
+
+    Raises
+    ------
+    ValueError
+        If its network is of another kind than those here, or its weights do not fit.
+    """
+
+    def __init__(self, file: PolicyFile) -> None:
+        settings = file.settings
+        _refuse_others(settings)
+        self.settings = settings
+        self.observation_space = shown_space(settings, settings.observations.space())
+        self.action_space = settings.actions.space()
+        shapes: dict[str, tuple[int, ...]] = {}
+        names = _layers(settings)
+        sizes = (settings.frames * settings.observations.size, *settings.actor)
+        for name, before, after in zip(
+            names, sizes, (*sizes[1:], settings.actions.size), strict=True
+        ):
+            shapes |= {f"{name}.weight": (after, before), f"{name}.bias": (after,)}
+        weights = file.weights(shapes)
+        self._layers = [(weights[f"{name}.weight"].T, weights[f"{name}.bias"]) for name in names]
+
+    def predict(
+        self,
+        observation: NDArray[Any],
+        state: None = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[NDArray[Any], None]:
+        """Return the actions for many observations, and nothing to remember.
+
+        Raises
+        ------
+        ValueError
+            If the numbers become too large.
+        """
+        entries: Singles = observation.reshape(len(observation), -1).astype(np.float32)
+        *hidden, (weight, bias) = self._layers
+        with np.errstate(over="ignore", invalid="ignore"):
+            for each in hidden:
+                entries = entries @ each[0] + each[1]
+                tanh = self.settings.activation == "tanh"
+                entries = np.tanh(entries) if tanh else np.maximum(entries, 0.0)
+            entries = entries @ weight + bias
+        if not np.isfinite(entries).all():
+            raise ValueError("weights: are too large; what the network makes of them is not finite")
+        return self._chosen(entries), None
+
+    def _chosen(self, entries: Singles) -> NDArray[Any]:
+        """Return the actions that the last layer stands for."""
+        actions = self.settings.actions
+        if isinstance(actions, policy_file.Discrete):
+            return entries.argmax(axis=1)
+        if isinstance(actions, policy_file.MultiDiscrete):
+            parts = np.split(entries, np.cumsum(actions.nvec)[:-1], axis=1)
+            return np.stack([each.argmax(axis=1) for each in parts], axis=1)
+        low, high = (np.array(each, np.float32) for each in (actions.low, actions.high))
+        if self.settings.algorithm == "ppo":
+            return np.clip(entries, low, high)
+        return low + np.float32(0.5) * (np.tanh(entries) + np.float32(1.0)) * (high - low)
+
+
+def _refuse_others(settings: PolicySettings) -> None:
+    """Raise a `SceneError` for networks that are not layers alone."""
+    problems: list[Problem] = []
+    if settings.features != "chain":
+        problems.append(Problem("features", settings.features, "must be 'chain'"))
+    if isinstance(settings.observations, policy_file.Boxes):
+        names = list(settings.observations.boxes)
+        problems.append(Problem("observations.boxes", names, "must be a box (low, high)"))
+    refuse(problems)
+
+
+def _layers(settings: PolicySettings) -> list[str]:
+    """Return the names of the layers in a file, the last one last."""
+    shared = settings.algorithm in ("ppo", "maskable-ppo")
+    hidden = "mlp_extractor.policy_net" if shared else "actor.latent_pi"
+    last = "action_net" if shared else "actor.mu"
+    return [*(f"{hidden}.{2 * k}" for k in range(len(settings.actor))), last]

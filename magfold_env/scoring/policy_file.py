@@ -1,0 +1,304 @@
+"""Policies as files that run no code: weights and settings, of which networks are made.
+
+A file is one of `safetensors <https://github.com/huggingface/safetensors>`_: the length of a
+header, 8 bytes, little-endian; the header, JSON, with each weight's type, shape and place, and the
+settings, JSON too, among its metadata; then the weights.
+"""
+
+import hashlib
+import itertools
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self, cast
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
+
+from magfold_env.files import replacing
+from magfold_env.scene import Problem, SceneError
+from magfold_env.scene.base import Part
+from magfold_env.scene.errors import problems_of, refuse
+
+FORMAT = "magfold_env policy 1"
+
+Algorithm = Literal["ppo", "maskable-ppo", "recurrent-ppo", "sac", "tqc"]
+Features = Literal["chain", "mouth", "symmetric"]
+Count = Annotated[int, Field(ge=1)]
+Widths = Annotated[tuple[Count, ...], Field(max_length=16)]
+
+_MAX = float(np.finfo(np.float32).max)
+_Bound = Annotated[float, Field(ge=-_MAX, le=_MAX)]
+_Choices = Annotated[int, Field(ge=1, lt=2**31)]
+
+
+class Shown(Part):
+    """What networks are shown of what is observed."""
+
+    frames: Annotated[int, Field(ge=1, le=64)] = 1
+    """How many of the last observations, the newest last; an episode's first stands for those
+    before it."""
+    blind: bool = False
+    """Whether motion is taken out of them, see `magfold_env.scoring.shown.blind`."""
+
+
+class LSTMSettings(Part):
+    """What a network remembers of an episode: layers of long short-term memory before the rest."""
+
+    hidden: Count = 128
+    """Width of every layer."""
+    layers: Annotated[int, Field(ge=1, le=4)] = 1
+    """How many."""
+    critic: Literal["own", "shared", "none"] = "own"
+    """Whether the critic remembers by layers of its own, by the actor's, or not at all."""
+
+
+class Box(Part):
+    """Numbers between bounds."""
+
+    low: Annotated[tuple[_Bound, ...], Field(min_length=1, max_length=10_000)]
+    high: tuple[_Bound, ...]
+
+    @model_validator(mode="after")
+    def _of_one_length(self) -> Self:
+        if len(self.high) != len(self.low):
+            allowed = f"must have {len(self.low)} entries, as low has"
+            refuse([Problem("high", len(self.high), allowed)])
+        return self
+
+    @property
+    def size(self) -> int:
+        """How many."""
+        return len(self.low)
+
+    def space(self) -> spaces.Box:
+        """Return Gymnasium's form of it."""
+        low, high = (np.array(each, dtype=np.float32) for each in (self.low, self.high))
+        return spaces.Box(low, high, dtype=np.float32)
+
+
+class Boxes(Part):
+    """Some of these, by name."""
+
+    boxes: Annotated[dict[str, Box], Field(min_length=1)]
+
+    @property
+    def size(self) -> int:
+        """How many numbers."""
+        return sum(box.size for box in self.boxes.values())
+
+    def space(self) -> spaces.Dict:
+        """Return Gymnasium's form of it."""
+        return spaces.Dict([(name, box.space()) for name, box in self.boxes.items()])
+
+
+class Discrete(Part):
+    """One of some choices."""
+
+    n: _Choices
+
+    @property
+    def size(self) -> int:
+        """How many."""
+        return self.n
+
+    def space(self) -> spaces.Discrete:
+        """Return Gymnasium's form of it."""
+        return spaces.Discrete(self.n)
+
+
+class MultiDiscrete(Part):
+    """Several such choices at once."""
+
+    nvec: Annotated[tuple[_Choices, ...], Field(min_length=1)]
+
+    @property
+    def size(self) -> int:
+        """How many in all."""
+        return sum(self.nvec)
+
+    def space(self) -> spaces.MultiDiscrete:
+        """Return Gymnasium's form of it."""
+        return spaces.MultiDiscrete(list(self.nvec))
+
+
+def _kind(value: Any) -> str | None:
+    """Return the tag of the space that `value` describes; None if it is none that is known."""
+    kinds = {"low": "<box>", "boxes": "<dict>", "n": "<discrete>", "nvec": "<multidiscrete>"}
+    own: Any = getattr(value, "__dict__", {})
+    given = cast("dict[str, Any]", value) if isinstance(value, dict) else own
+    return next((kind for key, kind in kinds.items() if key in given), None)
+
+
+def _one_of(allowed: str) -> Discriminator:
+    return Discriminator(
+        _kind, custom_error_type="space", custom_error_message=f"must be {allowed}"
+    )
+
+
+_Observations = Annotated[
+    Annotated[Box, Tag("<box>")] | Annotated[Boxes, Tag("<dict>")],
+    _one_of("a box (low, high) or some by name (boxes)"),
+]
+_Actions = Annotated[
+    Annotated[Box, Tag("<box>")]
+    | Annotated[Discrete, Tag("<discrete>")]
+    | Annotated[MultiDiscrete, Tag("<multidiscrete>")],
+    _one_of("a box (low, high), discrete (n) or multidiscrete (nvec)"),
+]
+
+
+class PolicySettings(Shown):
+    """Everything about a policy but its weights."""
+
+    algorithm: Algorithm
+    """What trained it."""
+    features: Features
+    """What it sees, as in `agents.settings.LearnerSettings`."""
+    backward: bool = False
+    """Whether the last component leaves the tube first, for features that count from its mouth."""
+    actor: Widths
+    """Widths of the hidden layers of the network that acts."""
+    critic: Widths
+    """The same of those that judge."""
+    lstm: LSTMSettings | None = None
+    """What they remember by, before these layers."""
+    activation: Literal["tanh", "relu"]
+    """What follows each of these layers."""
+    observations: _Observations
+    """What is observed at once."""
+    actions: _Actions
+    """What is chosen."""
+    steps: Annotated[int, Field(ge=0)]
+    """Environment steps that it was trained for."""
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        recurrent, box = self.algorithm == "recurrent-ppo", isinstance(self.actions, Box)
+        if recurrent != (self.lstm is not None):
+            told = f"must {'' if recurrent else 'not '}be given with {self.algorithm}"
+            refuse([Problem("lstm", self.lstm, told)])
+        any_actions = self.algorithm in ("ppo", "recurrent-ppo")
+        if not any_actions and box == (self.algorithm == "maskable-ppo"):
+            allowed = "discrete or multidiscrete" if box else "a box"
+            told = f"must be {allowed} with {self.algorithm}"
+            refuse([Problem("actions", self.actions.model_dump(), told)])
+        return self
+
+    @property
+    def least_bytes(self) -> int:
+        """About what the weights take at least, to tell before any network is made."""
+        layers = (self.actor, self.actions.size), (self.critic, 1)
+        seen = self.frames * self.observations.size
+        widths = [(seen, *hidden, last) for hidden, last in layers]
+        if self.lstm is not None:
+            wide = self.lstm.hidden
+            widths = [(wide, *hidden, last) for hidden, last in layers]
+            widths.append((seen + wide, 4 * wide))
+        return 2 * sum(a * b for each in widths for a, b in itertools.pairwise(each))
+
+
+@dataclass(frozen=True)
+class PolicyFile:
+    """A policy that was read; its weights are not until networks ask for them."""
+
+    settings: PolicySettings
+    """Everything but its weights."""
+    header: Mapping[str, Any]
+    """What the file says of each weight, by name."""
+    data: bytes
+    """The weights."""
+
+    def weights(self, shapes: Mapping[str, Sequence[int]]) -> dict[str, NDArray[np.float32]]:
+        """Return the weights of these names.
+
+        Raises
+        ------
+        ValueError
+            If one is not there, has another shape, or numbers that are not finite.
+        """
+        found: dict[str, NDArray[np.float32]] = {}
+        for name, each in shapes.items():
+            shape = list(each)
+            entry = self.header.get(name)
+            begin = _begin(entry)
+            size = 4 * math.prod(shape)
+            right = {"dtype": "F32", "shape": shape, "data_offsets": [begin, begin + size]}
+            if entry != right or begin + size > len(self.data):
+                raise ValueError(f"{name}: {entry} is not allowed; must be F32 numbers, {shape}")
+            numbers = np.frombuffer(self.data, "<f4", size // 4, begin).astype(np.float32)
+            if not np.isfinite(numbers).all():
+                raise ValueError(f"{name}: has numbers that are not finite")
+            found[name] = numbers.reshape(shape)
+        return found
+
+
+def _begin(entry: Any) -> int:
+    """Return where a weight begins, as its entry in the header says; 0 if it says nothing."""
+    try:
+        return max(0, int(entry["data_offsets"][0]))
+    except (LookupError, TypeError, ValueError, OverflowError):
+        return 0
+
+
+def write(
+    path: str | Path, settings: PolicySettings, weights: Mapping[str, NDArray[np.float32]]
+) -> None:
+    """Write a policy to `path` under a temporary name and move it into place."""
+    text = settings.model_dump_json()
+    header: dict[str, Any] = {}
+    parts: list[bytes] = []
+    end = 0
+    for name, each in weights.items():
+        begin, end = end, end + 4 * each.size
+        header[name] = {"dtype": "F32", "shape": list(each.shape), "data_offsets": [begin, end]}
+        parts.append(each.astype("<f4").tobytes())
+    data = b"".join(parts)
+    header["__metadata__"] = {"format": FORMAT, "settings": text, "sha256": _digest(text, data)}
+    head = json.dumps(header).encode()
+    head += b" " * (-len(head) % 8)
+    with replacing(path) as temporary:
+        temporary.write_bytes(len(head).to_bytes(8, "little") + head + data)
+
+
+def read(path: str | Path) -> PolicyFile:
+    """Read a policy that `write` wrote.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file, or it is damaged.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ValueError(f"{path}: no such file; must be a policy (.safetensors)")
+    content = path.read_bytes()
+    try:
+        start = 8 + int.from_bytes(content[:8], "little")
+        header = json.loads(content[8:start])
+        metadata = header.pop("__metadata__")
+        if metadata["format"] != FORMAT:
+            raise ValueError(f"format: {metadata['format']!r} is not {FORMAT!r}")
+        text, data = metadata["settings"], content[start:]
+        if metadata["sha256"] != _digest(text, data):
+            raise ValueError("sha256: the weights or settings are not what was saved")
+        given = json.loads(text)
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise ValueError(f"{path}: is not a policy, or is damaged: {error}") from None
+    try:
+        settings = PolicySettings.model_validate(given)
+    except ValidationError as error:
+        raise SceneError(problems_of(error, PolicySettings), str(path)) from None
+    if settings.least_bytes > len(data):
+        allowed = f"must be those of the weights, {len(data)} bytes"
+        widths = [*settings.actor, *settings.critic]
+        raise SceneError([Problem("actor, critic", widths, allowed)], str(path))
+    return PolicyFile(settings, header, data)
+
+
+def _digest(text: str, data: bytes) -> str:
+    return hashlib.sha256(text.encode() + data).hexdigest()

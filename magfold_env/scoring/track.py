@@ -1,0 +1,112 @@
+"""A track whose chains are given, and the episodes that those who are compared play.
+
+Episode i is of task i, counted round; its draws follow from the seed i of a stream. Streams differ
+from purpose to purpose, and training seeds, which are small numbers, are in none.
+"""
+
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+from gymnasium import Space, spaces
+
+from magfold_env.envs.chains.arrays import Ints
+from magfold_env.envs.feed_track import FeedEpisodes, FeedTrackEnv
+from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.envs.tasks.feed_tasks import FeedWorld
+
+FEED_TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
+"""Environments in which chains are given."""
+
+TASKS = 24
+"""Most tasks that are played."""
+
+WIDTH = 64
+"""Episodes played side by side."""
+
+_AT_ONCE = 1000
+
+
+def choice_of_tasks(available: int, wanted: int) -> list[int]:
+    """Return the numbers of so many tasks, spread evenly over the list, the first among them."""
+    wanted = min(available, wanted)
+    return [place * available // wanted for place in range(wanted)]
+
+
+@dataclass(frozen=True)
+class Track:
+    """An environment, the tasks of it that are played, and their draws.
+
+    Raises
+    ------
+    ValueError
+        If the feed's speed is not all that is free in it.
+    """
+
+    env_id: str
+    """Its name with Gymnasium."""
+    tasks: int = TASKS
+    """How many tasks at most."""
+    randomised: bool = True
+    """Whether physics and start are drawn, as the environment does by default."""
+    stream: str = field(kw_only=True)
+    """That of the draws."""
+
+    def __post_init__(self) -> None:
+        if self.env_id not in FEED_TRACKS:
+            allowed = ", ".join(FEED_TRACKS)
+            raise ValueError(f"id: {self.env_id!r} is not allowed; must be one of {allowed}")
+
+    @cached_property
+    def env(self) -> FeedTrackEnv:
+        """A single environment, in which nothing happens."""
+        return self._made()
+
+    def env_of(self, actions: Space[Any]) -> FeedTrackEnv:
+        """Return a single environment that takes some actions, if there is one."""
+        if isinstance(actions, spaces.Discrete):
+            return self._made(actions="discrete", speeds=max(2, int(actions.n) // 2))
+        return self.env
+
+    def _made(self, **options: Any) -> FeedTrackEnv:
+        if not self.randomised:
+            options["randomisation"] = "none"
+        made = gymnasium.make(self.env_id, disable_env_checker=True, **options)
+        return cast("FeedTrackEnv", made.unwrapped)
+
+    @property
+    def world(self) -> FeedWorld:
+        """What all episodes share."""
+        return self.env.world
+
+    @cached_property
+    def numbers(self) -> list[int]:
+        """The numbers of the tasks that are played."""
+        return choice_of_tasks(len(self.env.tasks), self.tasks)
+
+    @property
+    def horizon(self) -> int:
+        """Steps after which an episode is too late."""
+        return self._kind.horizon
+
+    def episodes(
+        self, count: int, world: FeedWorld | None = None, threads: int = 1
+    ) -> FeedEpisodes:
+        """Return room for so many episodes side by side, of these tasks or of another world."""
+        return self._kind(world or self.world, count, threads)
+
+    @property
+    def _kind(self) -> type[FeedEpisodes]:
+        return cast("type[FeedEpisodes]", type(self.env).make_episodes)
+
+    def draws(self, start: int, stop: int) -> tuple[Ints, list[int]]:
+        """Return the tasks, by number, and the seeds of some of the episodes."""
+        numbers = np.array(self.numbers)[np.arange(start, stop) % len(self.numbers)]
+        return numbers, _seeds(self.stream, -(-stop // _AT_ONCE) * _AT_ONCE)[start:stop]
+
+
+@cache
+def _seeds(stream: str, count: int) -> list[int]:
+    return episode_seeds(stream, count)
