@@ -13,6 +13,7 @@ from magfold_env.cli import (
     minimise,
     options,
     paper,
+    score,
     stress,
     sweep,
     warmup,
@@ -78,6 +79,7 @@ def play(
             env.close()
 
 
+app.command()(score.score)
 app.command()(stress.stress)
 app.command()(paper.paper)
 app.command()(warmup.warmup)

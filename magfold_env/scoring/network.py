@@ -1,11 +1,12 @@
 """The networks that act, without torch: layers of numbers, as Stable-Baselines3 makes them."""
 
-from typing import Any
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.scene import Problem
+from magfold_env.scene import Problem, SceneError
 from magfold_env.scene.errors import refuse
 from magfold_env.scoring import policy_file
 from magfold_env.scoring.policy_file import PolicyFile, PolicySettings
@@ -43,6 +44,23 @@ class Actor:
             shapes |= {f"{name}.weight": (after, before), f"{name}.bias": (after,)}
         weights = file.weights(shapes)
         self._layers = [(weights[f"{name}.weight"].T, weights[f"{name}.bias"]) for name in names]
+
+    @classmethod
+    def read(cls, path: str | Path) -> Self:
+        """Read a policy.
+
+        Raises
+        ------
+        ValueError
+            Likewise, or if it is damaged.
+        """
+        file = policy_file.read(path)
+        try:
+            return cls(file)
+        except SceneError as error:
+            raise SceneError(error.problems, str(path)) from None
+        except ValueError as error:
+            raise ValueError(f"{path}: weights: {error}") from None
 
     def predict(
         self,

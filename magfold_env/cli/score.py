@@ -1,0 +1,61 @@
+"""`magfold score`: how a policy or actions that were handed in do on draws of a seed."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from magfold_env.cli import options
+from magfold_env.scoring.score import EPISODES, MINUTES
+from magfold_env.scoring.score import score as scored
+
+
+def score(
+    file: Annotated[
+        Path,
+        typer.Argument(help="A policy (.safetensors), or actions chosen beforehand (.json)."),
+    ],
+    *,
+    env: Annotated[
+        str | None,
+        typer.Option(metavar="ID", help="The track, such as MagFold/UnknownFloor-v0."),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="The one announced for the draws; 0, to try, if left out."),
+    ] = None,
+    episodes: Annotated[
+        int | None, typer.Option(min=1, help=f"How many; {EPISODES} if left out.")
+    ] = None,
+    minutes: Annotated[float, typer.Option(min=0.0, help="The most it may take.")] = MINUTES,
+    out: Annotated[Path | None, typer.Option(help="Write the result as JSON.")] = None,
+) -> None:
+    """Play a policy on draws that it cannot know, or actions on those they were chosen for.
+
+    Nothing in the file is run as code. A file of actions says itself which track, seed and
+    episodes it is for.
+    """
+    with options.errors_in_one_line():
+        options.check_outputs({"--out": out})
+        with options.progress_bar(text=False, count=True) as bar:
+            task = bar.add_task("")
+            found = scored(
+                file,
+                env,
+                seed,
+                episodes,
+                minutes,
+                lambda played, wanted: bar.update(task, completed=played, total=wanted),
+            )
+        if out is not None:
+            found.write(out)
+    rows = {
+        "track": found.id,
+        "played": f"{len(found.episodes)} episodes of seed {found.seed}, {found.seconds:.0f} s",
+        "success": f"{100 * found.success.rate:.1f} % "
+        f"({100 * found.success.low:.1f}–{100 * found.success.high:.1f})",
+        "mean score": f"{found.score:.4f}",
+        "SHA-256": found.sha256,
+    }
+    options.show(options.entries(f"{found.name}, {found.kind}", rows))
+    options.say_written(out)
