@@ -28,7 +28,7 @@ def score(
         int | None, typer.Option(min=1, help=f"How many; {EPISODES} if left out.")
     ] = None,
     minutes: Annotated[float, typer.Option(min=0.0, help="The most it may take.")] = MINUTES,
-    out: Annotated[Path | None, typer.Option(help="Write the result as JSON.")] = None,
+    json: options.Json = None,
 ) -> None:
     """Play a policy on draws that it cannot know, or actions on those they were chosen for.
 
@@ -36,7 +36,7 @@ def score(
     episodes it is for.
     """
     with options.errors_in_one_line():
-        options.check_outputs({"--out": out})
+        options.check_outputs({"--json": json})
         with options.progress_bar(text=False, count=True) as bar:
             task = bar.add_task("")
             found = scored(
@@ -47,8 +47,8 @@ def score(
                 minutes,
                 lambda played, wanted: bar.update(task, completed=played, total=wanted),
             )
-        if out is not None:
-            found.write(out)
+        if json is not None:
+            found.write(json)
     rows = {
         "track": found.id,
         "played": f"{len(found.episodes)} episodes of seed {found.seed}, {found.seconds:.0f} s",
@@ -58,4 +58,4 @@ def score(
         "SHA-256": found.sha256,
     }
     options.show(options.entries(f"{found.name}, {found.kind}", rows))
-    options.say_written(out)
+    options.say_written(json)

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import time
 from collections.abc import Callable
 from importlib.metadata import version
@@ -41,11 +42,11 @@ class Score(Part):
     """How an entry did."""
 
     format: Literal["magfold_env score 1"] = FORMAT
-    name: str
-    """That of its file, without suffix."""
+    name: Annotated[str, Field(pattern=r"^[\w .+-]{1,80}$")]
+    """That of its file, without suffix; other characters than these are underscores."""
     kind: Literal["policy", "actions"]
     """Actions may have been chosen with knowledge of the draws."""
-    sha256: str
+    sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
     """Of its file."""
     id: str
     """The environment's name with Gymnasium."""
@@ -53,7 +54,7 @@ class Score(Part):
     """Of the draws."""
     draws: int
     """Version of the draws, see `magfold_env.envs.tasks.draws`."""
-    physics: str
+    physics: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
     """See `magfold_env.files.physics_digest`."""
     versions: dict[str, str]
     """Of what played."""
@@ -158,7 +159,7 @@ def score(
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     return Score(
-        name=path.stem,
+        name=re.sub(r"[^\w .+-]", "_", path.stem)[:80],
         kind="policy" if isinstance(entry, Actor) else "actions",
         sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
         id=env_id,

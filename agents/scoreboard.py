@@ -1,0 +1,223 @@
+"""Make ``agents/SCOREBOARD.md`` from files: ``python -m agents.scoreboard``.
+
+The files, in ``agents/scores``, are what ``magfold score --json`` and `agents.admission` have
+written; of the latter, ``admission-….json``, one a track, random actions, always forward and the
+oracle are taken.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Self
+
+import numpy as np
+import typer
+
+from agents.admission import FORMAT
+from agents.admission.contestants import FORWARD, ORACLE, RANDOM
+from agents.commands import reported_errors
+from agents.evaluation.intervals import Estimate
+from magfold_env.files import reading_json, write_text
+from magfold_env.scoring.score import Score
+from magfold_env.scoring.track import FEED_TRACKS
+
+SCORES = Path(__file__).parent / "scores"
+PAGE = Path(__file__).parent / "SCOREBOARD.md"
+
+HEAD = """# Scoreboard
+
+Made from the files in `agents/scores` by `python -m agents.scoreboard`; not to be edited.
+
+What is handed in is a file: a policy as `agents.train` writes it, weights and JSON, or actions
+chosen beforehand, JSON. Nothing in it is run as code or unpickled.
+
+1. Make the file, and try it: `magfold score FILE --env ID` plays 1,000 episodes of seed 0 in at
+   most ten minutes on two cores. Networks are hidden layers with `tanh` or `relu` on observations
+   as they are (`features: chain`), up to 64 of them, of PPO, MaskablePPO, SAC or TQC.
+2. Hand in the SHA-256 of the file with the track's ID, in an issue.
+3. The maintainers close the list and announce a seed only afterwards: a number that nobody could
+   know before, such as the first 15 hexadecimal digits, as a number, of the first output of a
+   public randomness beacon after a time named beforehand.
+4. Play it: `magfold score FILE --env ID --seed SEED --json NAME.json`, and hand in both files. The
+   maintainers play it again: the file must have that SHA-256, and what they find must lie within
+   the interval, since processors round the sums of a network differently.
+
+Actions may be chosen with knowledge of the draws, of any seed, and stand in the privileged column,
+as the oracle does: `magfold_env.scoring.action_file` has the format, and
+`magfold_env.scoring.score.track_of` gives the draws. Their replay is the same bit for bit, scores
+and energies, where the physics is.
+
+Success is the share of episodes that reach what is wanted, with Wilson's 95 % interval, on at most
+24 tasks in turn. The failure floor is the share in which the oracle fails, which knows the hidden
+physics and not the start ([how](../docs/evaluation.md#admission)): to fail less often is luck, or
+better play than its schedules. Normalised is the mean score where random actions have 0 and the
+oracle has 1. Physics is a hash of its sources: scores of two of them are not of one task.
+"""
+
+COLUMNS = (
+    "", "success", "privileged", "failure floor", "score", "normalised", "episodes", "seed",
+    "physics", "SHA-256",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Row:
+    """How somebody does in a track."""
+
+    name: str
+    success: Estimate
+    score: float
+    """Mean."""
+    episodes: int
+    physics: str
+    privileged: bool = False
+    """Whether the draws, or what is hidden of them, may be known."""
+    seed: str = "admission"
+    sha256: str = "–"
+
+    @classmethod
+    def of(cls, score: Score) -> Self:
+        """Return that of something that was handed in."""
+        found = score.success
+        return cls(
+            score.name,
+            Estimate(*map(np.asarray, (found.rate, found.low, found.high))),
+            score.score,
+            len(score.episodes),
+            score.physics,
+            privileged=score.kind == "actions",
+            seed=str(score.seed),
+            sha256=f"`{score.sha256[:12]}…`",
+        )
+
+
+@dataclass(frozen=True)
+class Track:
+    """What is known of a track."""
+
+    rows: Sequence[Row]
+    random: Row | None = None
+    forward: Row | None = None
+    oracle: Row | None = None
+
+    @property
+    def floor(self) -> str:
+        """The failure floor, as it is shown."""
+        if self.oracle is None:
+            return "no oracle yet"
+        value, low, high = self.oracle.success
+        return str(Estimate(1.0 - value, 1.0 - high, 1.0 - low))
+
+    def normalised(self, row: Row) -> str:
+        """Return the normalised score, as it is shown."""
+        if self.random is None or self.oracle is None:
+            return "no oracle yet"
+        low, high = self.random.score, self.oracle.score
+        return f"{(row.score - low) / (high - low):.3f}" if high > low else "–"
+
+    def table(self) -> Iterator[str]:
+        """Yield the lines of the table: what sets the scale, then the best first."""
+        yield f"| {' | '.join(COLUMNS)} |"
+        yield f"|{'---|' * len(COLUMNS)}"
+        for name, row in ((RANDOM, self.random), (FORWARD, self.forward), (ORACLE, self.oracle)):
+            if row is None:
+                yield f"| {name} | {' | '.join(['not measured yet'] * 2)} |{' |' * 7}"
+            else:
+                yield self._line(row)
+        for row in sorted(self.rows, key=lambda each: (-each.success.value, each.name)):
+            yield self._line(row)
+
+    def _line(self, row: Row) -> str:
+        success = [str(row.success), "–"]
+        cells = [
+            row.name,
+            *(reversed(success) if row.privileged else success),
+            self.floor,
+            f"{row.score:.3f}",
+            self.normalised(row),
+            str(row.episodes),
+            row.seed,
+            f"`{row.physics[:8]}`",
+            row.sha256,
+        ]
+        return f"| {' | '.join(cells)} |"
+
+
+def read_admission(path: Path) -> tuple[str, dict[str, Row]]:
+    """Return a track's ID, and its rows of `agents.admission` by name.
+
+    Raises
+    ------
+    ValueError
+        If the file holds none.
+    """
+    with reading_json(path, "what agents.admission wrote", FORMAT) as data:
+        rows = {
+            name: Row(
+                name,
+                Estimate(*map(np.asarray, data["rows"][name]["success"])),
+                float(data["rows"][name]["score"]),
+                int(data["episodes"]),
+                str(data["provenance"]["physics"]),
+                privileged=name == ORACLE,
+            )
+            for name in (RANDOM, FORWARD, ORACLE)
+        }
+        return str(data["id"]), rows
+
+
+def tracks(folder: Path) -> dict[str, Track]:
+    """Return what the files in a folder tell of every track, by its ID.
+
+    Raises
+    ------
+    ValueError
+        If a file is none of those that are understood, or is a track's second admission.
+    """
+    admitted: dict[str, dict[str, Row]] = {}
+    handed_in: dict[str, list[Row]] = {name: [] for name in FEED_TRACKS}
+    for path in sorted(folder.glob("*.json")):
+        if path.name.startswith("admission-"):
+            name, rows = read_admission(path)
+            wrong = name in admitted
+            admitted[name] = rows
+        else:
+            score = Score.read(path)
+            name, wrong = score.id, False
+            handed_in.setdefault(name, []).append(Row.of(score))
+        if wrong or name not in FEED_TRACKS:
+            allowed = f"must be one of {', '.join(FEED_TRACKS)}, one admission for each"
+            raise ValueError(f"{path}: id: {name!r} is not allowed; {allowed}")
+    return {
+        name: Track(rows, *(admitted.get(name, {}).get(each) for each in (RANDOM, FORWARD, ORACLE)))
+        for name, rows in handed_in.items()
+    }
+
+
+def page(folder: Path) -> str:
+    """Return the scoreboard of the files in a folder.
+
+    Raises
+    ------
+    ValueError
+        If one of them is not understood.
+    """
+    parts = [HEAD]
+    for name, track in tracks(folder).items():
+        parts.append("\n".join([f"## `{name}`", "", *track.table()]) + "\n")
+    return "\n".join(parts)
+
+
+def main(
+    *,
+    scores: Annotated[Path, typer.Option(help="Folder of the files.")] = SCORES,
+    output: Annotated[Path, typer.Option(help="The page.")] = PAGE,
+) -> None:
+    """Make the scoreboard from files."""
+    with reported_errors(ValueError, OSError):
+        write_text(output, page(scores))
+    typer.echo(f"written: {output}")
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,124 @@
+"""The scoreboard says what the files say."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from agents import scoreboard
+from agents.admission import FORMAT
+from magfold_env.scoring.score import Score
+
+FLOOR, LUMEN = "MagFold/UnknownFloor-v0", "MagFold/Lumen-v0"
+
+
+def score(folder: Path, name: str, successes: int, **changes: Any) -> None:
+    """Write a score of ten episodes, so many of which succeed."""
+    content: dict[str, Any] = {
+        "name": name,
+        "kind": "policy",
+        "sha256": "ab" * 32,
+        "id": FLOOR,
+        "seed": 7,
+        "draws": 2,
+        "physics": "0123456789abcdef",
+        "versions": {},
+        "seconds": 1.0,
+        "episodes": tuple((0, k < successes, float(k < successes), 0.0) for k in range(10)),
+    }
+    Score(**content | changes).write(folder / f"{name}.json")
+
+
+def admission(folder: Path, name: str = "admission-floor.json", **changes: Any) -> None:
+    """Write what a rehearsal of the admission could have written."""
+    rates = {"random": 0.2, "always forward": 0.4, "open loop": 0.5, "oracle": 0.9}
+    rows = {
+        name: {"success": [rate, rate - 0.05, rate + 0.06], "score": rate, "normalised": None}
+        for name, rate in rates.items()
+    }
+    content = {
+        "format": FORMAT, "id": FLOOR, "episodes": 1000, "rows": rows,
+        "provenance": {"physics": "fedcba9876543210"},
+    }  # fmt: skip
+    (folder / name).write_text(json.dumps(content | changes), encoding="utf-8")
+
+
+def tables(page: str) -> dict[str, list[list[str]]]:
+    """Return the cells of each track's rows, without headings."""
+    found: dict[str, list[list[str]]] = {}
+    for part in page.split("\n## `")[1:]:
+        lines = [line for line in part.splitlines() if line.startswith("| ")][1:]
+        cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
+        assert {len(each) for each in cells} <= {len(scoreboard.COLUMNS)}
+        found[part.partition("`")[0]] = cells
+    return found
+
+
+def test_the_page_is_that_of_its_files() -> None:
+    made = scoreboard.page(scoreboard.SCORES)
+    assert scoreboard.PAGE.read_text(encoding="utf-8") == made
+
+
+def test_scores_stand_between_random_actions_and_the_oracle(tmp_path: Path) -> None:
+    admission(tmp_path)
+    score(tmp_path, "good", 9)
+    score(tmp_path, "bad", 2)
+    score(tmp_path, "chosen", 10, kind="actions")
+    found = tables(scoreboard.page(tmp_path))
+    names = [row[0] for row in found[FLOOR]]
+    assert names == ["random", "always forward", "oracle", "chosen", "good", "bad"]
+    rows = {row[0]: dict(zip(scoreboard.COLUMNS, row, strict=True)) for row in found[FLOOR]}
+    assert [rows[name]["normalised"] for name in ("random", "oracle")] == ["0.000", "1.000"]
+    assert rows["good"]["normalised"] == "1.000"
+    assert rows["always forward"]["normalised"] == "0.286"  # (0.4 - 0.2) / (0.9 - 0.2)
+    assert {row["failure floor"] for row in rows.values()} == {"10.0 % (4.0–15.0)"}
+    # Wilson's, of 9 in 10.
+    assert rows["good"]["success"] == "90.0 % (59.6–98.2)"
+    privileged = {name for name, row in rows.items() if row["privileged"] != "–"}
+    assert privileged == {"oracle", "chosen"}
+    assert {name for name, row in rows.items() if row["success"] == "–"} == privileged
+    assert (rows["good"]["seed"], rows["good"]["physics"]) == ("7", "`01234567`")
+
+
+def test_what_no_oracle_has_played_is_said(tmp_path: Path) -> None:
+    score(tmp_path, "good", 9, id=LUMEN)
+    found = tables(scoreboard.page(tmp_path))
+    assert [row[0] for row in found[FLOOR]] == ["random", "always forward", "oracle"]
+    row = dict(zip(scoreboard.COLUMNS, found[LUMEN][3], strict=True))
+    assert row["failure floor"] == row["normalised"] == "no oracle yet"
+    assert row["score"] == "0.900"
+
+
+def test_what_is_not_understood_is_named(tmp_path: Path) -> None:
+    def made() -> Any:
+        app = typer.Typer()
+        app.command()(scoreboard.main)
+        out = str(tmp_path / "page.md")
+        done = CliRunner().invoke(app, ["--scores", str(tmp_path), "--output", out])
+        return done.exit_code, " ".join(done.output.split())
+
+    admission(tmp_path)
+    assert made()[0] == 0
+    admission(tmp_path, "admission-two.json")
+    code, told = made()
+    assert code == 1
+    assert "admission-two.json: id: 'MagFold/UnknownFloor-v0' is not allowed" in told
+    admission(tmp_path, "admission-two.json", rows={"random": {}})
+    assert "admission-two.json: is not what agents.admission wrote" in made()[1]
+    (tmp_path / "admission-two.json").unlink()
+    score(tmp_path, "elsewhere", 1, id="MagFold/TubeFeed-v0")
+    assert "elsewhere.json: id: 'MagFold/TubeFeed-v0' is not allowed" in made()[1]
+    (tmp_path / "elsewhere.json").write_text("{}", encoding="utf-8")
+    assert "elsewhere.json: is not a score" in made()[1]
+
+
+def test_names_cannot_break_the_table(tmp_path: Path) -> None:
+    score(tmp_path, "good", 9)
+    path = tmp_path / "good.json"
+    content = path.read_text(encoding="utf-8").replace('"good"', '"good | 100 %"')
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"good\.json: name: 'good \| 100 %' is not allowed"):
+        scoreboard.page(tmp_path)

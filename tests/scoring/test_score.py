@@ -1,0 +1,117 @@
+"""What is handed in plays the environment as it is, and its result is a file that says how."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+from magfold_env.scoring.network import Actor
+from magfold_env.scoring.player import Player
+from magfold_env.scoring.score import Score, score, track_of
+from magfold_env.scoring.track import FEED_TRACKS
+from tests.scoring.test_network import untrained
+
+FLOOR = "MagFold/UnknownFloor-v0"
+
+
+def entered(path: Path, env_id: str, **changes: Any) -> Path:
+    """Write an untrained policy for a track."""
+    space: Any = gymnasium.make(env_id).observation_space
+    box = {"low": space.low.tolist(), "high": space.high.tolist()}
+    untrained(path, observations=box, **{"actions": {"low": [-1.0], "high": [1.0]}} | changes)
+    return path
+
+
+def played_alone(path: Path, env_id: str, seed: int, count: int) -> tuple[list[Any], list[Any]]:
+    """Return how episodes of a single environment end, and the actions that led there."""
+    actor, track = Actor.read(path), track_of(env_id, seed)
+    env = track.env_of(actor.action_space)
+    ends: list[Any] = []
+    actions: list[Any] = []
+    for number, draw in zip(*track.draws(0, count), strict=True):
+        observation, _ = env.reset(seed=draw, options={"task": int(number)})
+        player, over = Player(actor, actor.settings, env), False
+        info: dict[str, Any] = {}
+        actions.append([])
+        while not over:
+            action = player.act(observation[None])[0]
+            actions[-1].append(np.asarray(action).ravel()[0].item())
+            observation, _, over, _, info = env.step(action)
+        ends.append((int(number), info["is_success"], info["score"], info["energy"]))
+    return ends, actions
+
+
+@pytest.mark.parametrize("env_id", FEED_TRACKS)
+def test_a_policy_plays_as_it_does_alone(env_id: str, tmp_path: Path) -> None:
+    # Of a few speeds it chooses the same whichever way numbers are rounded.
+    policy = entered(tmp_path / "mine.safetensors", env_id, frames=2, actions={"n": 11})
+    found = score(policy, env_id, seed=5, episodes=2)
+    assert list(found.episodes) == played_alone(policy, env_id, 5, 2)[0]
+    assert (found.kind, found.seed, found.id) == ("policy", 5, env_id)
+
+
+@pytest.mark.parametrize("env_id", FEED_TRACKS)
+def test_actions_replay_bit_for_bit(env_id: str, tmp_path: Path) -> None:
+    policy = entered(tmp_path / "mine.safetensors", env_id)
+    ends, actions = played_alone(policy, env_id, 5, 2)
+    content = {"format": "magfold_env actions 1", "id": env_id, "seed": 5, "actions": actions}
+    (tmp_path / "mine.json").write_text(json.dumps(content), encoding="utf-8")
+    found = score(tmp_path / "mine.json")
+    assert list(found.episodes) == ends
+    assert (found.kind, found.seed, found.id) == ("actions", 5, env_id)
+
+
+def test_seeds_draw_apart() -> None:
+    one, other = (track_of(FLOOR, seed).draws(0, 1000)[1] for seed in (1, 2))
+    assert len({*one, *other}) == 2000
+
+
+def changed(**changes: Any) -> dict[str, Any]:
+    whole = {"format": "magfold_env actions 1", "id": FLOOR, "seed": 0, "actions": [[0.5]]}
+    return whole | changes
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (changed(format="actions"), "format: 'actions' is not allowed; must be 'magfold_env act"),
+        (
+            changed(id="MagFold/TubeFeed-v0"),
+            "id: 'MagFold/TubeFeed-v0' is not allowed; must be one",
+        ),
+        (changed(seed=-1), "seed: -1 is not allowed; must be greater than or equal to 0"),
+        (changed(seed=1.5), "seed: 1.5 is not allowed; must be a valid integer"),
+        (changed(actions=[]), "actions: [] is not allowed; must have at least 1 item"),
+        (changed(actions=[[0.1], [0.2, 1.5]]), "actions[1][1]: 1.5 is not allowed; must be less"),
+        (changed(actions=[[0.1, "a"]]), "actions[0][1]: 'a' is not allowed; must be a valid num"),
+        (changed(actions=[[1e999]]), "actions[0][0]: inf is not allowed; must be"),
+        (changed(episodes=3), "episodes: 3 is not allowed; unknown key, must be one of format"),
+        (changed(self=3), "self: 3 is not allowed; unknown key"),
+        (changed(actions=[[0.5] * 9]), "actions[0]: 9 actions are not allowed; must be more"),
+        ([], "is not a file of actions"),
+    ],
+)
+def test_what_is_wrong_with_actions_is_named(content: Any, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.json"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(ValueError, match=re.escape(f"mine.json: {message}")):
+        score(path)
+
+
+def test_a_damaged_score_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "score.json"
+    made = Score(
+        name="mine", kind="policy", sha256="0" * 64, id=FLOOR, seed=0, draws=2, physics="0" * 16,
+        versions={}, seconds=1.0, episodes=((0, True, 1.0, None), (3, False, 0.25, -0.5)),
+    )  # fmt: skip
+    made.write(path)
+    assert Score.read(path) == made
+    content = json.loads(path.read_text(encoding="utf-8"))
+    content["episodes"][1][2] = "high"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(ValueError, match=r"score\.json: episodes\[1\]\[2\]: 'high' is not allowed"):
+        Score.read(path)
