@@ -92,27 +92,31 @@ def test_what_no_oracle_has_played_is_said(tmp_path: Path) -> None:
     assert row["score"] == "0.900"
 
 
+def test_the_command_writes_the_page(tmp_path: Path) -> None:
+    admission(tmp_path)
+    app = typer.Typer()
+    app.command()(scoreboard.main)
+    out = tmp_path / "page.md"
+    done = CliRunner().invoke(app, ["--scores", str(tmp_path), "--output", str(out)])
+    assert done.exit_code == 0
+    assert out.read_text(encoding="utf-8") == scoreboard.page(tmp_path)
+
+
 def test_what_is_not_understood_is_named(tmp_path: Path) -> None:
-    def made() -> Any:
-        app = typer.Typer()
-        app.command()(scoreboard.main)
-        out = str(tmp_path / "page.md")
-        done = CliRunner().invoke(app, ["--scores", str(tmp_path), "--output", out])
-        return done.exit_code, " ".join(done.output.split())
+    def refused(name: str, message: str) -> None:
+        with pytest.raises(ValueError, match=f"{name}: {message}"):
+            scoreboard.page(tmp_path)
 
     admission(tmp_path)
-    assert made()[0] == 0
     admission(tmp_path, "admission-two.json")
-    code, told = made()
-    assert code == 1
-    assert "admission-two.json: id: 'MagFold/UnknownFloor-v0' is not allowed" in told
+    refused("admission-two.json", "id: 'MagFold/UnknownFloor-v0' is not allowed")
     admission(tmp_path, "admission-two.json", rows={"random": {}})
-    assert "admission-two.json: is not what agents.admission wrote" in made()[1]
+    refused("admission-two.json", "is not what agents.admission wrote")
     (tmp_path / "admission-two.json").unlink()
     score(tmp_path, "elsewhere", 1, id="MagFold/TubeFeed-v0")
-    assert "elsewhere.json: id: 'MagFold/TubeFeed-v0' is not allowed" in made()[1]
+    refused("elsewhere.json", "id: 'MagFold/TubeFeed-v0' is not allowed")
     (tmp_path / "elsewhere.json").write_text("{}", encoding="utf-8")
-    assert "elsewhere.json: is not a score" in made()[1]
+    refused("elsewhere.json", "is not a score")
 
 
 def test_names_cannot_break_the_table(tmp_path: Path) -> None:

@@ -78,7 +78,7 @@ def changed(**changes: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (changed(format="actions"), "format: 'actions' is not allowed; must be 'magfold_env act"),
+        (changed(format="actions"), "is not a file of actions; format: 'actions' is not allowed"),
         (
             changed(id="MagFold/TubeFeed-v0"),
             "id: 'MagFold/TubeFeed-v0' is not allowed; must be one",
