@@ -187,6 +187,9 @@ class PPOSettings(_Learner):
     """How far an update may change the probability of an action, as a ratio."""
     ent_coef: NonNegative = 0.01
     """Weight of the entropy bonus."""
+    anneal_entropy: bool = False
+    """Whether it falls linearly to zero over each phase: in the end the most probable action is to
+    be as good as one that is drawn."""
     vf_coef: NonNegative = 0.5
     """Weight of the value loss."""
 

@@ -96,7 +96,7 @@ def make_model(
         If the features are to be symmetric and the scene is not.
     """
     own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
-    own |= {"lstm", *Shown.model_fields}
+    own |= {"anneal_entropy", "lstm", *Shown.model_fields}
     options: dict[str, Any] = settings.model_dump(exclude=own)
     if isinstance(settings, SACSettings) and settings.hindsight is not None:
         options["replay_buffer_class"] = HerReplayBuffer

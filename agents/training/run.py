@@ -2,8 +2,9 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from uuid import uuid4
 
 import numpy as np
@@ -13,7 +14,7 @@ from stable_baselines3.common import base_class, callbacks, logger, on_policy_al
 
 from agents.commands import progress_bar
 from agents.evaluation.episodes import warm_up
-from agents.settings import EnvSettings, Phase, SettingsError, Shown, TrainSettings
+from agents.settings import EnvSettings, Phase, PPOSettings, SettingsError, Shown, TrainSettings
 from agents.training import folder as run_folder
 from agents.training import models, policy_files
 from agents.training.envs import make_env, make_training_envs
@@ -162,6 +163,10 @@ class BoundaryCallback(callbacks.BaseCallback):
 
     def _on_rollout_start(self) -> None:
         self.visit()
+        learner, model = self._settings.learner, cast("Any", self.model)
+        if isinstance(learner, PPOSettings) and learner.anneal_entropy:
+            falling = replace(model.learning_rate, rate=learner.ent_coef, anneal=True)
+            model.ent_coef = falling(1.0 - model.num_timesteps / falling.end)
 
     def _on_step(self) -> bool:
         self._state.seconds = time.monotonic() - self._began

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from stable_baselines3 import PPO
 
 from agents.settings import TRACKS, EnvSettings, StopSettings, TrainSettings, load_settings
 from agents.training import policy_files
@@ -85,6 +86,21 @@ def test_shipped_settings_make_their_environments_and_learner(name: str) -> None
     envs = make_training_envs(settings, len(settings.phases) - 1)
     model = make_model(settings.learner, envs, 0)
     assert model.action_space == envs.action_space
+
+
+def test_the_bonus_of_entropy_falls_over_a_run(tmp_path: Path, monkeypatch: Any) -> None:
+    used: list[tuple[int, float]] = []
+
+    def update(model: PPO) -> None:
+        used.append((model.num_timesteps, model.ent_coef))
+
+    monkeypatch.setattr(PPO, "train", update)
+    settings = tiny("ppo", own={"ent_coef": 0.1, "anneal_entropy": True})
+    train(settings, tmp_path)
+    assert len(used) > 1
+    rollout = used[0][0]
+    for steps, weight in used:  # as the rollout began
+        assert weight == pytest.approx(0.1 * (1 - (steps - rollout) / settings.timesteps))
 
 
 def test_a_rate_falls_to_zero_over_its_phase_and_not_beyond() -> None:
