@@ -71,11 +71,12 @@ EnvId = Literal[
     "MagFold/Reprogram-v0",
     "MagFold/Lumen-v0",
     "MagFold/Tray-v0",
+    "MagFold/Anchor-v0",
 ]
 TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
 DESIGN_ENV: EnvId = "MagFold/SequenceDesign-v0"
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
-TRACKS = (*FEED_TRACKS, "MagFold/Tray-v0")
+TRACKS = (*FEED_TRACKS, "MagFold/Tray-v0", "MagFold/Anchor-v0")
 """Environments in which chains, or components, are given, and time runs."""
 
 Targets = Annotated[

@@ -19,6 +19,8 @@
 ``Tray-v0``           a component of a tray, how ``Box``, 21 n + 28   score at the end,   10 s
                       it lies, speed; or to draw                      less 0.02 a second
                       the last one back
+``Anchor-v0``         the same, or to pull       ``Box``, 18 n + 34   how far it holds,   10 s
+                                                                      less 0.02 a second
 ===================== ========================== ==================== =================== =========
 
 n is the number of components, 6 by default; b what the energy minimiser's own design scores. The
@@ -41,6 +43,7 @@ ENTRY_POINTS = {
     "MagFold/Reprogram-v0": "magfold_env.envs.reprogram:ReprogramEnv",
     "MagFold/Lumen-v0": "magfold_env.envs.lumen:LumenEnv",
     "MagFold/Tray-v0": "magfold_env.envs.tray:TrayEnv",
+    "MagFold/Anchor-v0": "magfold_env.envs.anchor:AnchorEnv",
 }
 
 
@@ -52,6 +55,7 @@ VECTOR_ENTRY_POINTS = {
     "MagFold/Reprogram-v0": "magfold_env.envs.reprogram:ReprogramVectorEnv",
     "MagFold/Lumen-v0": "magfold_env.envs.lumen:LumenVectorEnv",
     "MagFold/Tray-v0": "magfold_env.envs.tray:TrayVectorEnv",
+    "MagFold/Anchor-v0": "magfold_env.envs.anchor:AnchorVectorEnv",
 }
 
 

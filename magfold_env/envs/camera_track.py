@@ -32,6 +32,8 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     world: Any
     chains: DynamicChains
+    lacking: ClassVar[str] = "not at rest and all out"
+    """What those are not that come too late."""
     shown: ClassVar[int]
     """Which frame is shown: 1, the last, or 0, the last but one."""
 
@@ -123,7 +125,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     def _give_up(self, rows: Ints) -> None:
         """End those of some episodes whose time is over."""
         over = (self.times(rows) >= self.late - 1e-9) & ~self.terminated[rows]
-        self.chains.give_up(rows[over], f"late: not at rest and all out after {self.late:g} s")
+        self.chains.give_up(rows[over], f"late: {self.lacking} after {self.late:g} s")
 
     def _measure(self, rows: Ints, force: Floats) -> None:
         """Take frames of some chains, and note the force of their drives [N], all with noise.

@@ -1,7 +1,7 @@
 """``MagFold/Tray-v0``: fold a chain of components from a tray, some of whose magnets are bad."""
 
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, ClassVar, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from magfold_env.envs.camera_track import TIME_COST, CameraEpisodes, CameraTrack
 from magfold_env.envs.chains.arrays import FAILED, Bools, Floats, Ints
 from magfold_env.envs.episodes import Lines
 from magfold_env.envs.spaces.actions import FASTEST, scaled_speeds
-from magfold_env.envs.spaces.tray_actions import FACES, LYING, TrayChoice
+from magfold_env.envs.spaces.tray_actions import BACK, FACES, LYING, TrayChoice
 from magfold_env.envs.tasks.feed_tasks import FeedOptions
 from magfold_env.envs.tasks.forecast import or_dash
 from magfold_env.envs.tasks.tray_tasks import DEAD, SPREAD, WEAK, WEAKNESS, TrayWorld
@@ -20,6 +20,9 @@ from magfold_env.scene import Scene
 
 LATE = 10.0
 """Time after which it is too late [s]."""
+
+PROTOCOL = (LATE, DEAD, WEAK, WEAKNESS, SPREAD)
+"""What baselines depend on besides."""
 
 _TURNS = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])  # cosines and sines
 
@@ -50,7 +53,7 @@ class TrayEpisodes(CameraEpisodes):
     @classmethod
     def baselines(cls, world: TrayWorld) -> TrayStore:
         """Return what the minimiser's chains make of the tasks of a world."""
-        return TrayStore(TrayEpisodes, world, (LATE, DEAD, WEAK, WEAKNESS, SPREAD))
+        return TrayStore(cls, world, PROTOCOL)
 
     @property
     def late(self) -> float:
@@ -107,8 +110,8 @@ class TrayEpisodes(CameraEpisodes):
         self.speeds[rows] = 0.0
 
     def _act(self, rows: Ints, choice: TrayChoice) -> None:
-        parts, lies, speeds, back = choice
-        back = back & self.may_draw_back()[rows]
+        parts, lies, speeds, way = choice
+        back = (way == BACK) & self.may_draw_back()[rows]
         began, before = self.times(rows), self.chains.impulses(rows)
         self.speeds[rows] = np.where(back, -speeds, speeds)
         if back.any():
@@ -132,7 +135,12 @@ class TrayEpisodes(CameraEpisodes):
         self.lies[rows, parts] = lies
         patterns = LYING[self.world.patterns[self.numbers[rows], parts], lies][:, None]
         grades = np.take_along_axis(self.strengths[rows, parts], FACES[lies], axis=1)
-        self.chains.feed(rows, patterns, speeds, scaled_speeds(speeds), grades, self.late)
+        scaled, until = scaled_speeds(speeds), self._until(rows, speeds)
+        self.chains.feed(rows, patterns, speeds, scaled, grades, until)
+
+    def _until(self, rows: Ints, speeds: Floats) -> float | Floats:
+        """Return when feeds that bring the next component out pause [s], at the latest."""
+        return self.late
 
     def _draw_back(self, rows: Ints, speeds: Floats) -> None:
         """Draw the last components that are out back, and put them on the trays."""
@@ -229,6 +237,7 @@ class TrayEnv(CameraTrackEnv):
     """
 
     make_episodes = TrayEpisodes
+    make_world: ClassVar[type[TrayWorld]] = TrayWorld
 
     def __init__(
         self,
@@ -237,7 +246,7 @@ class TrayEnv(CameraTrackEnv):
         render_mode: str | None = None,
         **options: Unpack[FeedOptions],
     ) -> None:
-        super().__init__(TrayWorld(scene, **options), render_mode)
+        super().__init__(self.make_world(scene, **options), render_mode)
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return which actions ask for what can be done; `TrayTable.masks`."""

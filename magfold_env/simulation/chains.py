@@ -68,6 +68,7 @@ class Chains:
         self.obstacles: Array = self._models["obstacles"]
         self.rate_scale = self._models.number("rate_scale")
         self.light_rate = self._models.number("light_rate")
+        self._gravity = [self._models.number(f"gravity_{axis}") for axis in "xy"]
         self.q, self.v, self.stuck = (self._states[name] for name in ("q", "v", "stuck"))
         self.counters: IntArray = self._states["counter"]
         self.clocks: Array = self._states["clock"]
@@ -128,7 +129,7 @@ class Chains:
         if self._frame_rate is not None:
             self._frames = Frames(self.models[0], self._states.row(0), self._frame_rate)
 
-    def feed(self, rows: IntArray, *, whole: bool = False, until: float = math.inf) -> None:
+    def feed(self, rows: IntArray, *, whole: bool = False, until: float | Array = math.inf) -> None:
         """Feed out the next component of some chains, or all; chains that are all out settle.
 
         They pause at a time ``until`` [s], if they have not come so far.
@@ -143,6 +144,23 @@ class Chains:
         self.counters[rows, at.KEEP] = -1
         self._until[rows] = self.clocks[rows, at.TIME] + seconds
         self._run(rows)
+
+    def pull(self, rows: IntArray, forces: Array, seconds: float) -> None:
+        """Let forces [N] act on some chains, (rows, 2), while they move on for a time [s].
+
+        Each is spread evenly over the mass that the tube does not hold, as gravity would be.
+        """
+        free = np.arange(self.models[0].n) >= self.counters[rows, at.LO][:, None]
+        mass = np.where(free, self.mass[rows], 0.0).sum(axis=1)
+        usual = [gravity[rows] for gravity in self._gravity]
+        for gravity, force in zip(self._gravity, forces.T, strict=True):
+            gravity[rows] += np.divide(force, mass, out=np.zeros(len(rows)), where=mass > 0.0)
+        # What was found of the last step's end no longer holds.
+        self.counters[rows, at.FRESH] = 1
+        self.push(rows, seconds)
+        for gravity, before in zip(self._gravity, usual, strict=True):
+            gravity[rows] = before
+        self.counters[rows, at.FRESH] = 1
 
     def find_energies(self, rows: IntArray) -> None:
         """Fill `energies` in for some chains as they are."""

@@ -22,6 +22,7 @@ CASES = [
     pytest.param("MagFold/Reprogram-v0", {}, id="reprogram"),
     pytest.param("MagFold/Lumen-v0", {}, id="lumen"),
     pytest.param("MagFold/Tray-v0", {"shaping": "energy"}, id="tray"),
+    pytest.param("MagFold/Anchor-v0", {}, id="anchor"),
 ]
 
 

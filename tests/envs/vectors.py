@@ -9,14 +9,14 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from magfold_env.envs.spaces.actions import ActionKind
 from magfold_env.envs.spaces.tray_actions import TrayKind
 
-TRAY = "MagFold/Tray-v0"
-TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0", TRAY)
+TRAYS = ("MagFold/Tray-v0", "MagFold/Anchor-v0")
+TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0", *TRAYS)
 """Ids in which the chain, or its components, are given."""
 
 
 def kinds_of(env_id: str) -> tuple[str, ...]:
     """Return the ways in which actions can be written."""
-    return get_args(TrayKind if env_id == TRAY else ActionKind)
+    return get_args(TrayKind if env_id in TRAYS else ActionKind)
 
 
 def pair(env_id: str, count: int, mode: AutoresetMode, **options: Any) -> tuple[Any, SyncVectorEnv]:

@@ -217,6 +217,7 @@ CONTENDERS = (
     Contender("reprogram", "MagFold/Reprogram-v0", 4000),
     Contender("lumen", "MagFold/Lumen-v0", 4000),
     Contender("tray", "MagFold/Tray-v0", 500),
+    Contender("anchor", "MagFold/Anchor-v0", 500),
     Contender("Acrobot-v1", "Acrobot-v1", 2000),
     Contender("Swimmer-v5", "Swimmer-v5", 2000),
     Contender("HalfCheetah-v5", "HalfCheetah-v5", 2000),

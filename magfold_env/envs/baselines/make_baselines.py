@@ -8,6 +8,7 @@ from multiprocessing import get_context
 import typer
 from rich.progress import Progress
 
+from magfold_env.envs.anchor import AnchorEpisodes
 from magfold_env.envs.baselines.baseline import (
     Baseline,
     baseline_key,
@@ -17,6 +18,7 @@ from magfold_env.envs.baselines.baseline import (
 )
 from magfold_env.envs.baselines.constant_speed import TaskStore
 from magfold_env.envs.reprogram import three_speeds
+from magfold_env.envs.tasks.anchor_tasks import AnchorWorld
 from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.feed_tasks import ChamberWorld, FeedWorld, RefoldWorld
 from magfold_env.envs.tasks.targets import resolve_targets
@@ -38,6 +40,7 @@ STORES: dict[str, Callable[[], TaskStore]] = {
     "lumen": lambda: constant_speeds(ChamberWorld("lumen")),
     "reprogram": lambda: three_speeds(RefoldWorld("reprogram")),
     "tray": lambda: TrayEpisodes.baselines(TrayWorld("tray")),
+    "anchor-tray": lambda: AnchorEpisodes.baselines(AnchorWorld("anchor-tray")),
 }
 """What makes the stores of those scenes in which tasks are given."""
 

@@ -109,7 +109,8 @@ def always(task: TrayTask, order: Order, speed: float) -> Plan:
     fed = np.array(order if task.direction == "forward" else order[::-1])
 
     def plan(episodes: Any, rows: Ints) -> Any:
-        part, lie = fed[episodes.arrays.fed[rows]].T
+        # An anchor is left when all have been fed, whatever else is said.
+        part, lie = fed[np.minimum(episodes.arrays.fed[rows], len(fed) - 1)].T
         return part, lie, np.full(len(rows), speed), np.zeros(len(rows), dtype=np.bool_)
 
     return plan

@@ -20,10 +20,11 @@ STATUSES = (
     FoldStatus.UNSETTLED,
     FoldStatus.FAILED,
     FoldStatus.JAMMED,
+    FoldStatus.HELD,
 )
 """What the numbers of `ChainArrays.status` stand for; 0 is a chain that goes on."""
 
-FOLDED, MISFOLDED, UNSETTLED, FAILED, JAMMED = range(1, len(STATUSES))
+FOLDED, MISFOLDED, UNSETTLED, FAILED, JAMMED, HELD = range(1, len(STATUSES))
 
 
 @by_pointer

@@ -65,7 +65,7 @@ class DynamicChains:
         speeds: Floats,
         scaled: Floats,
         grades: Floats = _AS_DRAWN,
-        until: float = math.inf,
+        until: float | Floats = math.inf,
     ) -> None:
         """Feed the next component of each chain, or all; after its last one a chain settles.
 
@@ -77,7 +77,7 @@ class DynamicChains:
             Feed speeds [m/s], and the same on the log scale from −1 to 1.
         grades : array, shape (rows, 4), optional
             What the strengths of the next components' magnets are multiplied by.
-        until : float
+        until : float or array, shape (rows,)
             Time at which they pause [s], if they have not come so far.
         """
         drawn, chains = self.drawn, self._chains
@@ -91,10 +91,11 @@ class DynamicChains:
                 rows, signs, speeds, scaled, np.broadcast_to(grades, (len(rows), 4)), self._seen,
                 drawn.strengths, drawn.factors, chains.waiting, chains.speeds,
             )  # fmt: skip
+        until = np.broadcast_to(until, len(rows))
         again = chains.released[rows] >= self.arrays.fed[rows]
         if again.any():  # was drawn back, and is not held
-            self._move(rows[again], speeds[again], -0.5 * _ROUNDING, until)
-        chains.feed(rows[~again], whole=whole, until=until)
+            self._move(rows[again], speeds[again], -0.5 * _ROUNDING, until[again])
+        chains.feed(rows[~again], whole=whole, until=until[~again])
         self._take_in(rows)
 
     def load(self, rows: Ints, signs: Floats) -> None:
@@ -119,6 +120,17 @@ class DynamicChains:
         force = (chains.impulses[rows] - before) / seconds
         return np.where(self.arrays.status[rows] == FAILED, 0.0, force)
 
+    def pull(self, rows: Ints, forces: Floats, seconds: float) -> None:
+        """Let forces [N] act on what the tubes do not hold of chains, (rows, 2), for a time [s].
+
+        Their feeds stand still.
+        """
+        chosen = self._chains.speeds[rows]
+        self.drawn.set_speeds(rows, np.zeros(len(rows)))
+        self._chains.pull(rows, forces, seconds)
+        self._chains.speeds[rows] = chosen
+        self._take_in(rows)
+
     def draw_back(self, rows: Ints, speeds: Floats, until: float) -> None:
         """Draw the last component that is out into the tube, at speeds [m/s].
 
@@ -131,10 +143,10 @@ class DynamicChains:
             last = arrays.order(row)[int(arrays.fed[row])]
             arrays.signs[row, last] = arrays.speeds[row, last] = 0.0
         chains.waiting[rows, n - 1 - arrays.fed[rows]] = 0.0
-        self._move(rows, -speeds, _ROUNDING, until)
+        self._move(rows, -speeds, _ROUNDING, np.full(len(rows), until))
         self._take_in(rows)
 
-    def _move(self, rows: Ints, speeds: Floats, excess: float, until: float) -> None:
+    def _move(self, rows: Ints, speeds: Floats, excess: float, until: Floats) -> None:
         """Feed chains until as many components as are chosen are out, and so long [s] besides.
 
         The chains end where the next component begins, at the mouth, or a time ``until`` [s] comes.
@@ -147,10 +159,10 @@ class DynamicChains:
             way = -inside * pitch - chains.q[left, n]
             seconds = way / chains.speeds[left, n - 1 - chains.released[left]] + excess
             on = seconds > 0.1 * _ROUNDING
-            left = left[on]
+            left, until = left[on], until[on]
             chains.push(left, np.minimum(seconds[on], until - chains.times[left]))
-            going = chains.outcomes[left] == outcomes.REACHED
-            left = left[going & (chains.times[left] < until)]
+            going = (chains.outcomes[left] == outcomes.REACHED) & (chains.times[left] < until)
+            left, until = left[going], until[going]
         chains.speeds[rows] = chosen
 
     def times(self, rows: Ints) -> Floats:
@@ -171,9 +183,9 @@ class DynamicChains:
         """Return how many components of a chain have magnets that act now."""
         return int(self._chains.charge[row].any(axis=1).sum())
 
-    def give_up(self, rows: Ints, message: str) -> None:
-        """End some chains as they are, unsettled."""
-        self.arrays.status[rows] = UNSETTLED
+    def give_up(self, rows: Ints, message: str, status: int = UNSETTLED) -> None:
+        """End some chains as they are, unsettled if nothing else is said."""
+        self.arrays.status[rows] = status
         for row in rows.tolist():
             self._messages[row] = message
 

@@ -203,6 +203,17 @@ class TrayLayout(CameraLayout):
         }
 
 
+class AnchorLayout(TrayLayout):
+    """The same where no fold is given, but a pull that it must bear."""
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Number of entries of each group, by name, in the order in which they lie."""
+        sizes = super().sizes
+        del sizes["target"]
+        return {"pull": 2, **sizes, "borne": 1}
+
+
 @kernel
 def _take(side: float, rows: Ints, arrays: ChainArrays, noise: Floats, frames: Floats) -> None:
     n = arrays.angles.shape[1]

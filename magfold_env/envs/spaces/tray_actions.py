@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from gymnasium import spaces
@@ -33,9 +33,12 @@ LYING: Ints = np.array(
 )
 """Numbers of the patterns that each pattern makes in every way to lie, (16, 8)."""
 
+AHEAD, BACK, PULL = range(3)
+"""Ways to go: feed a component, draw one back, or pull at the chain."""
+
 TrayKind = Literal["multidiscrete", "discrete"]
-TrayChoice = tuple[Ints, Ints, Floats, NDArray[np.bool_]]
-"""Components, ways to lie, feed speeds [m/s], and whether to draw back instead, (m,)."""
+TrayChoice = tuple[Ints, Ints, Floats, Ints]
+"""Components, ways to lie, feed speeds [m/s], and ways to go, (m,)."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,9 @@ class TrayTable(Actions):
     levels: int
     kind: ActionKind = "multidiscrete"
 
+    ways: ClassVar[int] = 2
+    """Number of ways to go: ahead, back."""
+
     def __post_init__(self) -> None:
         whole("speeds", self.levels, 2)
         one_of("actions", self.kind, TrayKind)
@@ -69,7 +75,7 @@ class TrayTable(Actions):
     @property
     def sizes(self) -> tuple[int, ...]:
         """Number of components, ways to lie, speed levels, and of ways to go."""
-        return self.parts, len(FACES), self.levels, 2
+        return self.parts, len(FACES), self.levels, self.ways
 
     @cached_property
     def space(self) -> spaces.Space[Any]:
@@ -91,13 +97,15 @@ class TrayTable(Actions):
             digits = np.stack(np.unravel_index(number, self.sizes), axis=-1)
         else:
             digits = self._digits(actions, self.sizes, count)
-        part, lie, level, back = digits.T
-        return part, lie, self.speeds[level], back == 1
+        part, lie, level, way = digits.T
+        return part, lie, self.speeds[level], way
 
     def encode(self, part: int, lie: int, speed: float, *, back: bool = False) -> Any:
         """Return the action for a component, a way to lie and the level next to a speed [m/s]."""
         level = int(np.argmin(np.abs(np.log(self.speeds / speed))))
-        digits = part, lie, level, int(back)
+        return self._written(part, lie, level, BACK if back else AHEAD)
+
+    def _written(self, *digits: int) -> Any:
         if self.kind == "discrete":
             return np.int64(np.ravel_multi_index(digits, self.sizes))
         return np.array(digits)
@@ -119,13 +127,14 @@ class TrayTable(Actions):
             one after another.
         """
         count = len(back)
-        go = np.column_stack([np.ones(count, dtype=np.bool_), back])
+        go = np.ones((count, self.ways), dtype=np.bool_)
+        go[:, BACK] = back
         if self.kind == "multidiscrete":
             others = np.ones((count, len(FACES) + self.levels), dtype=np.bool_)
             return np.concatenate([there, others, go], axis=1)
-        mask = np.empty((count, *self.sizes), dtype=np.bool_)
-        mask[..., 0] = there[:, :, None, None]
-        mask[..., 1] = back[:, None, None, None]
+        mask = np.ones((count, *self.sizes), dtype=np.bool_)
+        mask[..., AHEAD] = there[:, :, None, None]
+        mask[..., BACK] = back[:, None, None, None]
         return mask.reshape(count, -1)
 
     @property
@@ -136,5 +145,24 @@ class TrayTable(Actions):
         most = [size - 1 for size in self.sizes]
         return (
             f"four integers, component 0..{most[0]}, way to lie 0..{most[1]}, speed level "
-            f"0..{most[2]} and 0 or 1, to draw back"
+            f"0..{most[2]} and {self._ways_allowed}"
         )
+
+    @property
+    def _ways_allowed(self) -> str:
+        return "0 or 1, to draw back"
+
+
+class AnchorTable(TrayTable):
+    """The same where a chain may be pulled at: the last number, or digit, is 2 then."""
+
+    ways = 3
+
+    @property
+    def pull(self) -> Any:
+        """The action that pulls."""
+        return self._written(0, 0, 0, PULL)
+
+    @property
+    def _ways_allowed(self) -> str:
+        return "0, 1, to draw back, or 2, to pull"

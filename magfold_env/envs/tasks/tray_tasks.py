@@ -1,7 +1,7 @@
 """Trays of components, the folds that chains of some of them are to reach, and what is hidden."""
 
 from collections.abc import Sequence
-from typing import Any, Unpack, cast
+from typing import Any, ClassVar, Unpack, cast
 
 import numpy as np
 
@@ -84,14 +84,17 @@ class TrayWorld(TaskWorld):
     kind = TrayTask
     shipped = "trays-6"
 
+    table: ClassVar[type[TrayTable]] = TrayTable
+    camera: ClassVar[type[TrayLayout]] = TrayLayout
+
     def _set_spaces(self, **options: Unpack[FeedOptions]) -> None:
         scene = feedable(self.scene, "component")
         sizes = sorted({len(task.tray) for task in self.tasks})
         if len(sizes) != 1:
             raise ValueError(f"tasks: trays of {sizes} components are not allowed; must be alike")
         kind: Any = options.get("actions", "multidiscrete")
-        self.actions = TrayTable(sizes[0], options.get("speeds", 5), kind)
-        self.layout = TrayLayout(scene.n, scene.casing.side, sizes[0])
+        self.actions = self.table(sizes[0], options.get("speeds", 5), kind)
+        self.layout = self.camera(scene.n, scene.casing.side, sizes[0])
         self.patterns = np.array(
             [[PATTERNS.index(faces) for faces in task.tray] for task in self.tasks]
         )

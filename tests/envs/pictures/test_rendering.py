@@ -35,6 +35,7 @@ VARIANTS = [
     pytest.param("MagFold/Reprogram-v0", {}, id="reprogram"),
     pytest.param("MagFold/Lumen-v0", {}, id="lumen"),
     pytest.param("MagFold/Tray-v0", {}, id="tray"),
+    pytest.param("MagFold/Anchor-v0", {}, id="anchor"),
 ]
 every_variant = pytest.mark.parametrize(("env_id", "options"), VARIANTS)
 

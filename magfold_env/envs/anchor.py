@@ -1,0 +1,242 @@
+"""``MagFold/Anchor-v0``: fold a chain of components from a tray that bears a pull."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Unpack
+
+import numpy as np
+
+from magfold_env.envs.baselines.baseline import Baseline
+from magfold_env.envs.baselines.tray_order import TrayStore
+from magfold_env.envs.chains.arrays import HELD, Bools, Floats, Ints
+from magfold_env.envs.episodes import Columns, Lines
+from magfold_env.envs.spaces.tray_actions import AHEAD, PULL, TrayChoice
+from magfold_env.envs.tasks.anchor_tasks import AnchorWorld
+from magfold_env.envs.tasks.feed_tasks import FeedOptions
+from magfold_env.envs.tasks.tray_tasks import TrayWorld
+from magfold_env.envs.tray import PROTOCOL, TrayEnv, TrayEpisodes, TrayVectorEnv
+from magfold_env.scene import Scene
+from magfold_env.simulation.endings import FOLDED_WITHIN
+
+OUT = 0.95
+"""Share of the last component that comes out of the tube."""
+
+SETTLING = 0.3
+"""Time that a chain has to settle in when its last component has been fed [s]."""
+
+STAGES = 5
+"""Equal parts in which a pull comes to its full size."""
+
+STAGE = 0.03
+"""How long each of them lasts [s]."""
+
+LASTING = 0.15
+"""How long the whole of it lasts [s]."""
+
+PULL_SCALE = 0.5
+"""Component of a pull that is shown as one half [N]."""
+
+
+class AnchorStore(TrayStore):
+    """The baselines of trays and pulls; arguments are those of `TrayStore`."""
+
+    def compute(self, name: str) -> Baseline:
+        """Return the baseline of a task, computed anew."""
+        task = self._world.tasks[self.names.index(name)]
+        return replace(super().compute(name), target=task.aim)
+
+
+class AnchorEpisodes(TrayEpisodes):
+    """Episodes in which folds are to bear a pull while the tube holds the last component."""
+
+    world: AnchorWorld
+    lacking = "not left"
+    kept = (*TrayEpisodes.kept, "scores", "_tested")
+
+    def __init__(
+        self, world: AnchorWorld, count: int, threads: int = 1, frame_rate: float | None = None
+    ) -> None:
+        super().__init__(world, count, threads, frame_rate)
+        self.scores: Floats = np.zeros(count)
+        """Scores of episodes whose chains were left, (m,)."""
+        self._tested: Bools = np.zeros(count, dtype=np.bool_)  # in the last step
+
+    @classmethod
+    def baselines(cls, world: TrayWorld) -> AnchorStore:
+        """Return what the minimiser's chains make of the tasks of a world."""
+        return AnchorStore(cls, world, (*PROTOCOL, OUT, SETTLING, STAGES, STAGE, LASTING))
+
+    def told(self, rows: Ints) -> Columns:
+        """Return the info of some episodes: the little there is on their way."""
+        return super().told(rows) | {"pull": self.world.sizes[self.numbers[rows]]}
+
+    def told_at_end(self, rows: Ints) -> Columns:
+        """Return what is told besides of episodes that have terminated."""
+        scores = self.scores[rows]
+        return super().told_at_end(rows) | {"score": scores, "is_success": scores == 1.0}
+
+    def turned(self, rows: Ints) -> Bools:
+        """Return which joints of some chains lie as in a fold, (rows, n - 1)."""
+        joints = np.diff(self.arrays.angles[rows], axis=1)
+        return np.abs(np.abs(joints) - 0.5 * np.pi) <= FOLDED_WITHIN
+
+    def is_whole(self, rows: Ints) -> Bools:
+        """Return which chains have been fed as far as they are to be."""
+        return self.arrays.fed[rows] == self.world.scene.n
+
+    def _groups(self) -> dict[str, Any]:
+        groups, pulls = super()._groups(), self.world.pulls[self.numbers] / PULL_SCALE
+        del groups["target"]
+        share = np.clip(self._force / self.world.sizes[self.numbers], 0.0, 1.0)
+        return groups | {
+            "pull": pulls / (1.0 + np.abs(pulls)),
+            "borne": np.where(self._tested, share, 0.0)[:, None],
+        }
+
+    def _shown(self, row: int) -> tuple[str, Lines, Lines]:
+        title, _, done = super()._shown(row)
+        task: Any = self.world.tasks[int(self.numbers[row])]
+        wanted: Lines = [("pull", f"{task.pull:.2f} N at {np.degrees(task.towards):.0f}°")]
+        return title, wanted, done
+
+    def _lay_out(self, rows: Ints) -> None:
+        super()._lay_out(rows)
+        self.scores[rows], self._tested[rows] = 0.0, False
+
+    def _act(self, rows: Ints, choice: TrayChoice) -> None:
+        parts, lies, speeds, way = choice
+        leaves = (way == AHEAD) & self.is_whole(rows)
+        pulled = leaves | (way == PULL)
+        self._tested[rows] = pulled
+        if pulled.any():
+            self._test(rows[pulled], leaves[pulled])
+        on = ~pulled
+        if on.any():
+            super()._act(rows[on], (parts[on], lies[on], speeds[on], way[on]))
+
+    def _feed(self, rows: Ints, parts: Ints, lies: Ints, speeds: Floats) -> None:
+        super()._feed(rows, parts, lies, speeds)
+        last = rows[self.is_whole(rows) & ~self.terminated[rows]]
+        if len(last):
+            self.chains.pull(last, np.zeros((len(last), 2)), SETTLING)
+
+    def _until(self, rows: Ints, speeds: Floats) -> Floats:
+        """Return when feeds pause [s]: the tube keeps a part of the last component."""
+        n, late = self.world.scene.n, np.full(len(rows), self.late)
+        factors = self.chains.drawn.factors[rows, np.where(self.arrays.forward[rows], n - 1, 0)]
+        way = OUT * self.world.scene.casing.diagonal / (speeds * factors)
+        last = self.arrays.fed[rows] == n - 1
+        return np.where(last, np.minimum(self.times(rows) + way, late), late)
+
+    def _test(self, rows: Ints, leaves: Bools) -> None:
+        """Pull at some chains, and leave those that are said."""
+        began, turned = self.times(rows), self.turned(rows)
+        borne = self._bear(rows, turned)
+        size = self.world.sizes[self.numbers[rows]]
+        self.speeds[rows] = 0.0
+        self._took[rows] = self.times(rows) - began
+        left = rows[leaves & ~self.terminated[rows]]
+        score = np.where(turned.all(axis=1), 0.5 + 0.5 * borne, 0.5 * turned.mean(axis=1))
+        self.scores[rows] = np.where(leaves & ~self.terminated[rows], score, 0.0)
+        self._measure(rows, borne * size)
+        self.chains.give_up(left, "left", HELD)
+        self._give_up(rows)
+
+    def _bear(self, rows: Ints, turned: Bools) -> Floats:
+        """Pull more and more until a joint leaves its stop; return which share chains bore."""
+        borne, pulls = np.zeros(len(rows)), self.world.pulls[self.numbers[rows]]
+        going = np.arange(len(rows))
+        for stage in range(1, STAGES + 1):
+            share = stage / STAGES
+            lasting = LASTING if stage == STAGES else STAGE
+            self.chains.pull(rows[going], share * pulls[going], lasting)
+            keeps = (self.turned(rows[going]) | ~turned[going]).all(axis=1)
+            going = going[keeps & ~self.terminated[rows[going]]]
+            borne[going] = share
+            if not len(going):
+                break
+        return borne
+
+
+class AnchorEnv(TrayEnv):
+    """Fold a chain of components from a tray so that it bears a pull while its end is held.
+
+    As `magfold_env.envs.tray.TrayEnv`, but for this:
+
+    `reset` picks a task: a tray, the direction of feed, and a pull, its size [N] and its direction
+    in the plane. Any fold will do. Hidden are the magnets that are dead or weak and the strength of
+    each, as there, the strength of all (±30 %) and the floor's friction (evenly on a scale of
+    powers from 0.05 to 1).
+
+    The tube keeps the last component: it comes out as far as 0.95 of its diagonal, and the chain
+    has 0.3 s to settle in. So all of it but the first component can be drawn back, and chosen anew.
+    The tube is 1.3 diagonals wide; drawing a fold back may still jam it.
+
+    **Pull**: spread evenly over the mass that the tube does not hold, as a flow or a slope would.
+    It grows in five steps of 0.03 s, the whole of it lasts 0.15 s, and it is let go when a joint
+    that lay within 0.05 rad of ±90° lies so no more. An agent may *test* at any time; when all
+    components have been fed, the next step that feeds *leaves* the chain: it is pulled at for good.
+
+    **End**: when the chain is left (status ``held``); when the drive has slipped for 0.1 s (10 N is
+    its most; ``jammed``); after 10 s of simulated time (``unsettled``); or when the simulation
+    breaks down. All of them terminate the episode.
+
+    **Action**: ``MultiDiscrete([parts, 8, speeds, 3])``: the last number is 0 to feed, or leave, 1
+    to draw back and 2 to test, whatever the others say then.
+
+    **Observation**: ``9 n + 7 + 9 parts`` entries: those of `TrayEnv`, but for the target, and
+
+    ===== ======= ================================================================ ========
+    group entries meaning and unit                                                 range
+    ===== ======= ================================================================ ========
+    pull  2       the pull along x and y, x / (0.5 N); comes first                 (−1, 1) *
+    borne 1       share of the pull that the chain bore, if the last step was a    [0, 1]
+                  test, from a force with noise of 10 mN; comes last
+    ===== ======= ================================================================ ========
+
+    ``force`` is that of the pull, after a test.
+
+    **Reward**: at the end the score: for a chain that is left half the share of its joints that lie
+    within 0.05 rad of ±90°; if all do, a half and half the share of the pull that they bear; 0
+    without leaving. Success: a fold that bears the whole pull. ``reward="relative"`` subtracts what
+    the minimiser's chain for the task's target word scores at its best constant speed. Every
+    simulated second costs 0.02. The shaping goes by that word, which is not shown.
+
+    **Info**: besides, ``pull`` [N].
+
+    Parameters
+    ----------
+    scene : str, Path or Scene
+        A tube scene with ``feed.loading`` ``at_mouth``; its sequence, direction and speeds are
+        ignored.
+    render_mode : {"human", "rgb_array", "ansi"}, optional
+        What `render` returns; ``human`` shows every step in a window by itself.
+    **options
+        See `magfold_env.envs.tasks.feed_tasks.FeedOptions`.
+
+    Raises
+    ------
+    ValueError
+        For any argument that is not allowed; the message names it and what is.
+    """
+
+    make_episodes = AnchorEpisodes
+    make_world = AnchorWorld
+
+    def __init__(
+        self,
+        scene: str | Path | Scene = "anchor-tray",
+        *,
+        render_mode: str | None = None,
+        **options: Unpack[FeedOptions],
+    ) -> None:
+        super().__init__(scene, render_mode=render_mode, **options)
+
+
+class AnchorVectorEnv(TrayVectorEnv):
+    """Many of `AnchorEnv`.
+
+    Arguments are those of `magfold_env.envs.vector_env.ChainVectorEnv`.
+    """
+
+    single = AnchorEnv

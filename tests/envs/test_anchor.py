@@ -1,0 +1,174 @@
+"""Folds of components from a tray are to bear a pull, and may be tried and mended before."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from magfold_env.envs.anchor import LASTING, OUT, SETTLING, STAGE, STAGES, AnchorEnv
+from magfold_env.envs.baselines import baseline, tray_order
+from magfold_env.envs.camera_track import FORCE_NOISE, TIME_COST
+from magfold_env.envs.spaces.tray_actions import FACES
+from magfold_env.envs.tray import LATE
+from magfold_env.scene import SceneError
+
+TASK: dict[str, Any] = {
+    "tray": ("SNSN", "NNSS", "NSSN", "NSNN", "SNNS", "NSNS", "SSNN", "SNNS", "SSSN"),
+    "direction": "forward",
+    "target": "RLLLR",
+    "strengths": ((1.0,) * 4,) * 9,
+    "pull": 0.5,
+    "towards": -0.06,
+}
+CHAIN = [(1, 3), (0, 0), (2, 2), (5, 1), (3, 3), (4, 2)]
+"""Components and how they lie, component 1 first."""
+FAST, SLOW = 0.6, 0.03
+ROW = np.array([0])
+
+
+def chains_of(env: AnchorEnv) -> Any:
+    """Return the episode."""
+    return env.episodes
+
+
+def made(**changes: Any) -> AnchorEnv:
+    """Return an environment of one task in which nothing is drawn, begun."""
+    env = AnchorEnv(tasks=[TASK | changes], randomisation="none")
+    env.reset(seed=0)
+    return env
+
+
+def folded(**changes: Any) -> AnchorEnv:
+    """Return one whose chain is whole and has folded into the target."""
+    env = made(**changes)
+    for part, lie in CHAIN if env.task.direction == "forward" else CHAIN[::-1]:
+        env.step(env.actions.encode(part, lie, 0.1))
+    assert chains_of(env).turned(ROW).all()
+    return env
+
+
+def group(env: AnchorEnv, observation: Any, name: str) -> Any:
+    """Return a group of an observation."""
+    return observation[env.layout.slices[name]]
+
+
+def feed(env: AnchorEnv, speed: float = FAST) -> tuple[Any, ...]:
+    """Feed the next component, or leave the chain."""
+    return env.step(env.actions.encode(0, 0, speed))
+
+
+def test_the_tube_keeps_the_last_component_which_can_be_drawn_back_and_fed_again() -> None:
+    env = made()
+    for _ in range(6):
+        feed(env, SLOW)
+    chains, arrays = chains_of(env).chains, chains_of(env).arrays
+    pitch = env.scene.casing.diagonal
+    outer = chains.drawn.chains.q[0, 6]
+    assert arrays.fed[0] == 6
+    assert arrays.released[0].sum() == 5
+    assert outer == pytest.approx(OUT * pitch)
+    assert (chains.drawn.chains.charge[0] != 0).all()
+    began = chains_of(env).times(ROW)[0]
+    observation, *_ = env.step(env.actions.encode(0, 0, SLOW, back=True))
+    assert chains_of(env).times(ROW)[0] - began == pytest.approx(OUT * pitch / SLOW)
+    assert arrays.fed[0] == arrays.released[0].sum() == 5
+    assert (group(env, observation, "place") > 0).sum() == 5
+    assert (chains.drawn.chains.charge[0] != 0).all(axis=1).sum() == 5
+    began = chains_of(env).times(ROW)[0]
+    feed(env, SLOW)
+    assert chains_of(env).times(ROW)[0] - began == pytest.approx(OUT * pitch / SLOW + SETTLING)
+    assert chains.drawn.chains.q[0, 6] == pytest.approx(outer)
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_a_fold_bears_what_it_bears_by_test_and_when_it_is_left(direction: str) -> None:
+    borne = []
+    for pull in (0.02, 3.0):
+        env = folded(direction=direction, pull=pull)
+        observation, *_ = env.step(env.actions.pull)
+        borne.append(chains_of(env)._force[0])
+        shown = group(env, observation, "borne")[0]
+        assert shown == pytest.approx(np.clip(borne[-1] / pull, 0.0, 1.0), abs=1e-6)
+        again = folded(direction=direction, pull=pull)
+        *_, info = feed(again)
+        assert info["status"] == "held"
+        stages = STAGES if pull < 1.0 else round(STAGES * borne[-1] / pull)
+        assert info["score"] == 0.5 + 0.5 * stages / STAGES
+        assert info["is_success"] == (pull < 1.0)
+    assert borne[0] == pytest.approx(0.02, abs=6.0 * FORCE_NOISE)
+    assert borne[1] < 2.9
+
+
+def test_a_chain_that_has_not_folded_is_worth_half_of_the_joints_that_have() -> None:
+    env = made()
+    for _ in range(6):
+        feed(env)
+    turned = chains_of(env).turned(ROW).mean()
+    assert turned < 1.0
+    *_, ended, _, info = feed(env)
+    assert ended
+    assert (info["score"], info["is_success"]) == (0.5 * turned, False)
+
+
+def test_a_test_takes_time_and_changes_neither_the_tray_nor_a_fold_that_bears_it() -> None:
+    env = folded(pull=0.02)
+    before, places = env.state.angles, chains_of(env).places.copy()
+    observation, reward, ended, _, info = env.step(env.actions.pull)
+    took = (STAGES - 1) * STAGE + LASTING
+    assert not ended
+    assert reward == pytest.approx(-TIME_COST * took)
+    assert info["pull"] == 0.02
+    assert group(env, observation, "speed") == 0.0
+    np.testing.assert_allclose(env.state.angles, before, atol=0.02)
+    np.testing.assert_array_equal(chains_of(env).places, places)
+    observation, *_ = env.step(env.actions.encode(0, 0, FAST, back=True))
+    assert group(env, observation, "borne") == 0.0
+
+
+def test_the_pull_is_shown_and_the_target_is_not() -> None:
+    env = made(pull=0.5, towards=0.5 * np.pi)
+    observation, info = env.reset(seed=1)
+    np.testing.assert_allclose(group(env, observation, "pull"), [0.0, 0.5], atol=1e-7)
+    assert "target" not in env.layout.slices
+    assert info["pull"] == 0.5
+
+
+def test_an_episode_that_is_never_left_is_late() -> None:
+    env, ended, info = made(), False, {}
+    while not ended:
+        *_, ended, _, info = env.step(env.actions.pull)
+    assert (info["status"], info["score"], info["is_success"]) == ("unsettled", 0.0, False)
+    assert info["message"] == f"late: not left after {LATE:g} s"
+
+
+def test_pulls_of_one_tray_have_baselines_of_their_own(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Any
+) -> None:
+    sequence = tuple("".join(TASK["tray"][part][k] for k in FACES[lie]) for part, lie in CHAIN)
+    monkeypatch.setattr(tray_order.TrayDesigns, "__init__", lambda *_: None)
+    monkeypatch.setattr(tray_order.TrayDesigns, "best", lambda *_: sequence)
+    monkeypatch.setattr(tray_order, "SELECTION_DRAWS", 1)
+    monkeypatch.setattr(tray_order, "SCORING_DRAWS", 1)
+    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
+    env = AnchorEnv(tasks=[TASK, TASK | {"pull": 0.02}], randomisation="none", speeds=2)
+    strong, weak = (env.baseline_of(number) for number in range(2))
+    assert strong.name == env.tasks[0].name != weak.name == env.tasks[1].name
+    assert strong.sequence == weak.sequence == sequence
+    assert strong.score <= weak.score
+
+
+def test_the_baselines_of_shipped_pulls_are_shipped(monkeypatch: Any, tmp_path: Any) -> None:
+    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
+    env = AnchorEnv()
+    assert len(env.tasks) <= 24
+    for number, task in enumerate(env.tasks):
+        assert task.order_of(env.baseline_of(number).sequence or ()) is not None
+        assert len(task.tray) - task.n == 3
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("changes", [{"pull": 0.0}, {"pull": np.inf}, {"towards": np.inf}])
+def test_wrong_pulls_are_named(changes: dict[str, Any]) -> None:
+    (key, value), *_ = changes.items()
+    with pytest.raises(SceneError, match=f"{key}: {value} is not allowed; must be"):
+        made(**changes)
