@@ -55,7 +55,7 @@ def score(
         "success": f"{100 * found.success.rate:.1f} % "
         f"({100 * found.success.low:.1f}–{100 * found.success.high:.1f})",
         "mean score": f"{found.score:.4f}",
-        "SHA-256": found.sha256,
     }
     options.show(options.entries(f"{found.name}, {found.kind}", rows))
+    typer.echo(f"SHA-256: {found.sha256}")
     options.say_written(json)

@@ -20,7 +20,7 @@ def test_the_command_writes_what_it_shows(tmp_path: Path) -> None:
     assert found.episodes == score(policy, FLOOR, seed=3, episodes=3).episodes
     assert [task for task, *_ in found.episodes] == track_of(FLOOR, 0).numbers[:3]
     shown = dict(rows(result.stdout))
-    assert shown["SHA-256"] == found.sha256
+    assert f"SHA-256: {found.sha256}" in result.stdout.splitlines()
     assert shown["mean score"] == f"{found.score:.4f}"
     # Wilson's, of three.
     low, high = {0: (0.0, 56.2), 1: (6.1, 79.2), 2: (20.8, 93.9), 3: (43.8, 100.0)}[
