@@ -33,7 +33,8 @@ chosen beforehand, JSON. Nothing in it is run as code or unpickled.
 
 1. Make the file, and try it: `magfold score FILE --env ID` plays 1,000 episodes of seed 0 in at
    most ten minutes on two cores. Networks are hidden layers with `tanh` or `relu` on observations
-   as they are (`features: chain`), up to 64 of them, of PPO, MaskablePPO, SAC or TQC.
+   as they are (`features: chain`), up to 64 of them, of PPO, MaskablePPO, RecurrentPPO, SAC or
+   TQC.
 2. Hand in the SHA-256 of the file with the track's ID, in an issue.
 3. The maintainers close the list and announce a seed only afterwards: a number that nobody could
    know before, such as the first 15 hexadecimal digits, as a number, of the first output of a

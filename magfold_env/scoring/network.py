@@ -13,6 +13,8 @@ from magfold_env.scoring.policy_file import PolicyFile, PolicySettings
 from magfold_env.scoring.shown import shown_space
 
 Singles = NDArray[np.float32]
+State = list[tuple[Singles, Singles]]
+"""Outputs and cells of the layers that remember, (episodes, width)."""
 
 
 class Actor:
@@ -36,14 +38,32 @@ class Actor:
         self.observation_space = shown_space(settings, settings.observations.space())
         self.action_space = settings.actions.space()
         shapes: dict[str, tuple[int, ...]] = {}
-        names = _layers(settings)
-        sizes = (settings.frames * settings.observations.size, *settings.actor)
+        names, memory = _layers(settings), settings.lstm
+        width = settings.frames * settings.observations.size
+        kept = range(memory.layers if memory else 0)
+        if memory is not None:
+            for k in kept:
+                for name, before in ("ih", width), ("hh", memory.hidden):
+                    shapes[f"lstm_actor.weight_{name}_l{k}"] = (4 * memory.hidden, before)
+                    shapes[f"lstm_actor.bias_{name}_l{k}"] = (4 * memory.hidden,)
+                width = memory.hidden
+        sizes = (width, *settings.actor)
         for name, before, after in zip(
             names, sizes, (*sizes[1:], settings.actions.size), strict=True
         ):
             shapes |= {f"{name}.weight": (after, before), f"{name}.bias": (after,)}
         weights = file.weights(shapes)
         self._layers = [(weights[f"{name}.weight"].T, weights[f"{name}.bias"]) for name in names]
+        self._memory = [
+            [
+                (
+                    weights[f"lstm_actor.weight_{name}_l{k}"].T,
+                    weights[f"lstm_actor.bias_{name}_l{k}"],
+                )
+                for name in ("ih", "hh")
+            ]
+            for k in kept
+        ]
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
@@ -65,11 +85,11 @@ class Actor:
     def predict(
         self,
         observation: NDArray[Any],
-        state: None = None,
-        episode_start: Any = None,
+        state: State | None = None,
+        episode_start: NDArray[np.bool_] | None = None,
         deterministic: bool = True,
-    ) -> tuple[NDArray[Any], None]:
-        """Return the actions for many observations, and nothing to remember.
+    ) -> tuple[NDArray[Any], State | None]:
+        """Return the actions for many observations, and what is remembered of their episodes.
 
         Raises
         ------
@@ -79,6 +99,9 @@ class Actor:
         entries: Singles = observation.reshape(len(observation), -1).astype(np.float32)
         *hidden, (weight, bias) = self._layers
         with np.errstate(over="ignore", invalid="ignore"):
+            if self._memory:
+                begun = np.zeros(len(entries), np.bool_) if episode_start is None else episode_start
+                entries, state = self._remembered(entries, state, begun)
             for each in hidden:
                 entries = entries @ each[0] + each[1]
                 tanh = self.settings.activation == "tanh"
@@ -86,7 +109,25 @@ class Actor:
             entries = entries @ weight + bias
         if not np.isfinite(entries).all():
             raise ValueError("weights: are too large; what the network makes of them is not finite")
-        return self._chosen(entries), None
+        return self._chosen(entries), state
+
+    def _remembered(
+        self, entries: Singles, state: State | None, begun: NDArray[np.bool_]
+    ) -> tuple[Singles, State]:
+        """Return what layers of long short-term memory make of entries, and their state."""
+        nothing = np.zeros(1, np.float32)
+        before = state or [(nothing, nothing)] * len(self._memory)
+        goes_on = (~begun)[:, None].astype(np.float32)
+        after: State = []
+        for (shown, kept), (output, cell) in zip(self._memory, before, strict=True):
+            gates = entries @ shown[0] + shown[1] + kept[1]
+            if state is not None:
+                gates = gates + (goes_on * output) @ kept[0]
+            taken, held, new, told = np.split(gates, 4, axis=1)
+            inside = _share(held) * goes_on * cell + _share(taken) * np.tanh(new)
+            entries = _share(told) * np.tanh(inside)
+            after.append((entries, inside))
+        return entries, after
 
     def _chosen(self, entries: Singles) -> NDArray[Any]:
         """Return the actions that the last layer stands for."""
@@ -97,9 +138,14 @@ class Actor:
             parts = np.split(entries, np.cumsum(actions.nvec)[:-1], axis=1)
             return np.stack([each.argmax(axis=1) for each in parts], axis=1)
         low, high = (np.array(each, np.float32) for each in (actions.low, actions.high))
-        if self.settings.algorithm == "ppo":
+        if self.settings.algorithm not in ("sac", "tqc"):
             return np.clip(entries, low, high)
         return low + np.float32(0.5) * (np.tanh(entries) + np.float32(1.0)) * (high - low)
+
+
+def _share(entries: Singles) -> Singles:
+    """Return the logistic function, from 0 to 1."""
+    return np.float32(0.5) * (np.float32(1.0) + np.tanh(np.float32(0.5) * entries))
 
 
 def _refuse_others(settings: PolicySettings) -> None:
@@ -115,7 +161,7 @@ def _refuse_others(settings: PolicySettings) -> None:
 
 def _layers(settings: PolicySettings) -> list[str]:
     """Return the names of the layers in a file, the last one last."""
-    shared = settings.algorithm in ("ppo", "maskable-ppo")
+    shared = settings.algorithm not in ("sac", "tqc")
     hidden = "mlp_extractor.policy_net" if shared else "actor.latent_pi"
     last = "action_net" if shared else "actor.mu"
     return [*(f"{hidden}.{2 * k}" for k in range(len(settings.actor))), last]

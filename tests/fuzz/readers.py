@@ -33,6 +33,9 @@ from magfold_env.ensembles.releases import Ensemble, ensemble
 from magfold_env.ensembles.sweeps import Sweep, sweep
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.files import configs_dir
+from magfold_env.scoring import action_file
+from magfold_env.scoring.network import Actor
+from magfold_env.scoring.score import Score
 
 SCENE = mf.Scene(sequence=("NSNS", "SN-N"), duration=0.01)
 KEY: dict[str, Any] = {"seed": 1, "settings": {"n": [1, 2]}}
@@ -155,6 +158,17 @@ def _policies() -> list[bytes]:
     return [_written(lambda path: policy_files.save(model, path))]
 
 
+ACTIONS = {
+    "format": "magfold_env actions 1", "id": "MagFold/UnknownFloor-v0", "seed": 3,
+    "actions": [[0.5, -1, 1.0], [0.25]],
+}  # fmt: skip
+SCORE = Score(
+    name="mine", kind="policy", sha256="0" * 64, id="MagFold/UnknownFloor-v0", seed=3, draws=2,
+    physics="0" * 16, versions={"numpy": "2.0"}, seconds=1.5,
+    episodes=((0, True, 1.0, -0.5), (3, False, 0.25, None)),
+)  # fmt: skip
+
+
 def resigned(content: bytes) -> bytes:
     """Make the checksum of a policy fit again."""
     try:
@@ -191,4 +205,7 @@ READERS: dict[str, Reader] = {
         lambda: [_written(lambda path: write_archive(path, KEY, {"a": b"1", "b": b"22"}))],
     ),
     "policy": Reader(".safetensors", TrainedPolicy.load, _policies, resigned),
+    "actor": Reader(".safetensors", Actor.read, _policies, resigned),
+    "actions": Reader(".json", action_file.read, lambda: [json.dumps(ACTIONS).encode()]),
+    "score": Reader(".json", Score.read, lambda: [_written(SCORE.write)]),
 }

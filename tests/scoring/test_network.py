@@ -14,6 +14,7 @@ from magfold_env.scoring import policy_file
 from magfold_env.scoring.network import Actor
 from magfold_env.scoring.policy_file import PolicySettings
 
+MEMORY = {"hidden": 5, "layers": 2}
 BOX = {"low": [-1.0, -0.2], "high": [1.0, 3.0]}
 CASES = [
     ("ppo", "tanh", [8, 6], 1, BOX),
@@ -22,6 +23,8 @@ CASES = [
     ("maskable-ppo", "relu", [6], 1, {"n": 4}),
     ("sac", "relu", [8, 8], 3, BOX),
     ("tqc", "tanh", [5], 1, BOX),
+    ("recurrent-ppo", "tanh", [6], 1, BOX),
+    ("recurrent-ppo", "relu", [], 2, {"n": 9}),
 ]
 
 
@@ -51,18 +54,22 @@ def untrained(path: Path, **changes: Any) -> PolicySettings:
 def same(path: Path, space: Any) -> None:
     """Assert that both choose the same for random observations."""
     rng = np.random.default_rng(0)
-    seen = rng.uniform(-1.0, 1.0, (200, *space.shape)).astype(np.float32)
-    actor = Actor.read(path)
+    actor, policy = Actor.read(path), policy_files.load(path).policy
     assert actor.observation_space == space
-    chosen, _ = actor.predict(seen)
-    expected, _ = policy_files.load(path).policy.predict(seen, deterministic=True)
-    assert chosen.shape == expected.shape
-    if isinstance(actor.action_space, spaces.Box):
-        assert all(each in actor.action_space for each in chosen)
-        np.testing.assert_allclose(chosen, expected, atol=1e-5)
-    else:
-        np.testing.assert_array_equal(chosen, expected)
-    assert len(np.unique(chosen, axis=0)) > 2
+    state: Any = None
+    remembered: Any = None
+    for _ in range(3):
+        seen = rng.uniform(-1.0, 1.0, (200, *space.shape)).astype(np.float32)
+        begun = rng.random(200) < 0.2
+        chosen, state = actor.predict(seen, state, begun)
+        expected, remembered = policy.predict(seen, remembered, begun, deterministic=True)
+        assert chosen.shape == expected.shape
+        if isinstance(actor.action_space, spaces.Box):
+            assert all(each in actor.action_space for each in chosen)
+            np.testing.assert_allclose(chosen, expected, atol=1e-5)
+        else:
+            np.testing.assert_array_equal(chosen, expected)
+        assert len(np.unique(chosen, axis=0)) > 2
 
 
 @pytest.mark.parametrize(("algorithm", "activation", "actor", "frames", "actions"), CASES)
@@ -72,7 +79,7 @@ def test_every_kind_of_network_chooses_what_torch_does(
     path = tmp_path / "policy.safetensors"
     untrained(
         path, algorithm=algorithm, activation=activation, actor=actor, frames=frames,
-        actions=actions,
+        actions=actions, lstm=MEMORY if algorithm == "recurrent-ppo" else None,
     )  # fmt: skip
     same(path, policy_files.load(path).policy.observation_space)
 
