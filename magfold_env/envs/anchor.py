@@ -124,9 +124,10 @@ class AnchorEpisodes(TrayEpisodes):
         """Return when feeds pause [s]: the tube keeps a part of the last component."""
         n, late = self.world.scene.n, np.full(len(rows), self.late)
         factors = self.chains.drawn.factors[rows, np.where(self.arrays.forward[rows], n - 1, 0)]
-        way = OUT * self.world.scene.casing.diagonal / (speeds * factors)
+        # A drive that has slipped may have let it come out a little.
+        way = OUT * self.world.scene.casing.diagonal - self.chains.drawn.chains.q[rows, n]
         last = self.arrays.fed[rows] == n - 1
-        return np.where(last, np.minimum(self.times(rows) + way, late), late)
+        return np.where(last, np.minimum(self.times(rows) + way / (speeds * factors), late), late)
 
     def _test(self, rows: Ints, leaves: Bools) -> None:
         """Pull at some chains, and leave those that are said."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magfold_env.envs.spaces.actions import PATTERNS
-from magfold_env.envs.spaces.tray_actions import FACES, LYING, TrayTable
+from magfold_env.envs.spaces.tray_actions import FACES, LYING, PULL, AnchorTable, TrayTable
 
 CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 """Where front-left, back-left, back-right and front-right are: along the chain, and to the left."""
@@ -53,6 +53,18 @@ def test_masks_leave_out_what_cannot_be_done(kind: str) -> None:
     sampled = space.sample(mask=tuple(part.astype(np.int8) for part in np.split(masks[0], cuts)))
     assert sampled[0] != 1
     assert sampled[3] == 0
+
+
+@pytest.mark.parametrize("kind", ["multidiscrete", "discrete"])
+def test_an_anchor_can_always_be_pulled_at(kind: str) -> None:
+    table = AnchorTable(3, 2, kind)  # pyright: ignore[reportArgumentType]
+    assert table.read_one(table.pull)[3] == [PULL]
+    mask = table.masks(np.array([[False, False, True]]), np.array([False]))[0]
+    assert mask[table.pull if kind == "discrete" else -1]
+    with pytest.raises(
+        ValueError, match=r"must be (an integer, 0\.\.143|.* and 0, 1, .*, or 2, to p)"
+    ):
+        table.read_one(144 if kind == "discrete" else [0, 0, 0, 3])
 
 
 def test_wrong_actions_and_options_are_named() -> None:
