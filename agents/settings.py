@@ -304,6 +304,17 @@ class Phase:
     stop: StopSettings
 
 
+class ImitationSettings(Group, frozen=True):
+    """What a learner imitates at first: the schedules that set its tasks' baselines."""
+
+    episodes: Count = 1024
+    """Episodes that it is shown, of all tasks in turn."""
+    epochs: Count = 4
+    """Passes over their steps."""
+    random: Annotated[float, Field(ge=0, lt=1)] = 0.1
+    """Share of the actions in them that are replaced by others at random."""
+
+
 class TrainSettings(Group, frozen=True):
     """One training run."""
 
@@ -319,6 +330,8 @@ class TrainSettings(Group, frozen=True):
     """The learner."""
     start: str | None = None
     """File of a policy whose weights its networks begin with; None: they are drawn."""
+    imitate: ImitationSettings | None = None
+    """What it imitates before it begins; None: nothing."""
     timesteps: Count = 200_000
     """Environment steps in all, of the main phase."""
     stop: StopSettings = StopSettings()
@@ -350,7 +363,7 @@ class TrainSettings(Group, frozen=True):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         """Refuse a learner that cannot take the environment."""
-        found = (*self._of_actions(), *self._of_what_is_shown())
+        found = (*self._of_actions(), *self._of_what_is_shown(), *self._of_imitation())
         if found:
             raise SceneError([Problem(key, at, f"must be {allowed}") for key, at, allowed in found])
         return self
@@ -368,6 +381,15 @@ class TrainSettings(Group, frozen=True):
                 yield "env.actions", env.actions, "'multidiscrete' or 'discrete' with maskable-ppo"
             if env.id in FEED_TRACKS:
                 yield "env.id", env.id, "one in which magnets are chosen, with maskable-ppo"
+
+    def _of_imitation(self) -> Iterator[tuple[str, object, str]]:
+        """Yield likewise who cannot imitate."""
+        if self.imitate is not None:
+            if self.learner.algorithm != "ppo":
+                yield "learner.algorithm", self.learner.algorithm, "ppo to imitate"
+            if self.pretraining or self.env.id not in TRACKS:
+                allowed = f"one of {', '.join(TRACKS)}, without pretraining, to imitate"
+                yield "env.id", self.env.id, allowed
 
     def _of_what_is_shown(self) -> Iterator[tuple[str, object, str]]:
         """Yield likewise what its networks cannot be shown."""

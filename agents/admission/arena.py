@@ -6,7 +6,7 @@ training use.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -74,7 +74,7 @@ class Field:
 
         def plan(part: slice) -> Plan:
             table = speeds[part]
-            return lambda episodes, rows: table[rows, episodes.steps[rows]]
+            return lambda episodes, rows: (table[rows, episodes.steps[rows]],)
 
         return self.play(numbers, seeds, plan)
 
@@ -83,11 +83,7 @@ class Field:
         episodes, ends = self._episodes, np.empty((len(seeds), 2))
         for start in range(0, len(seeds), episodes.count):
             part = slice(start, start + episodes.count)
-            speeds = plan(part)
-            columns = episodes.play(
-                seeds[part],
-                numbers[part].tolist(),
-                lambda rows, speeds=speeds: (speeds(episodes, rows),),
-            )
+            choose = partial(plan(part), episodes)
+            columns = episodes.play(seeds[part], numbers[part].tolist(), choose)
             ends[part] = np.column_stack([columns["is_success"], columns["score"]])
         return ends

@@ -10,6 +10,7 @@ from uuid import uuid4
 import numpy as np
 import torch
 from rich.console import Console
+from stable_baselines3 import PPO
 from stable_baselines3.common import base_class, callbacks, logger, on_policy_algorithm, vec_env
 
 from agents.commands import progress_bar
@@ -18,6 +19,7 @@ from agents.settings import EnvSettings, Phase, PPOSettings, SettingsError, Show
 from agents.training import folder as run_folder
 from agents.training import models, policy_files
 from agents.training.envs import make_env, make_training_envs
+from agents.training.imitation import imitate
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.tasks.draws import episode_seeds
@@ -307,6 +309,8 @@ class TrainingRun:
             self._parts = None
         else:
             self._model, self._progress.before = _make_model(settings, envs)
+            if settings.imitate is not None:
+                imitate(cast("PPO", self._model), settings)
             self._info.start = run_folder.file_digest(settings.start) if settings.start else None
             self._model.set_logger(self._logger)
         return self._model

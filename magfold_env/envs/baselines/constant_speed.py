@@ -78,7 +78,7 @@ class ConstantSpeedStore(TaskStore):
     def plan(baselines: Sequence[Baseline]) -> Plan:
         """Return what plays the schedules that set some baselines, each in a row of its own."""
         speeds = np.array([baseline.speed for baseline in baselines], dtype=np.float64)
-        return lambda _, rows: speeds[rows]
+        return lambda _, rows: (speeds[rows],)
 
     def compute(self, name: str) -> Baseline:
         """Return the baseline of a task, computed anew."""

@@ -91,16 +91,14 @@ class ThreeSpeedStore(TaskStore):
     def plan(baselines: Sequence[Baseline]) -> Plan:
         """Return what plays the schedules that set some baselines, each in a row of its own."""
         speeds = np.array([(each.speed, *each.later) for each in baselines], dtype=np.float64)
-        return PushPullPush(speeds, len(baselines))
+        return _plan(PushPullPush(speeds, len(baselines)))
 
     def compute(self, name: str) -> Baseline:
         """Return the baseline of a task, computed anew."""
         number = self.names.index(name)
 
         def trial(speeds: Speeds, stream: str, draws: int) -> Any:
-            schedule = PushPullPush(speeds, draws)
-            plan: Plan = lambda episodes, rows: (schedule(episodes, rows),)  # noqa: E731
-            return self._trial(number, plan, stream, draws)
+            return self._trial(number, _plan(PushPullPush(speeds, draws)), stream, draws)
 
         def drawn_in(speeds: Speeds) -> float:
             return float((trial(speeds, "selection", SELECTION_DRAWS)["stage"] == 2).mean())
@@ -121,3 +119,7 @@ class ThreeSpeedStore(TaskStore):
             task.direction,
             speeds[1:],
         )
+
+
+def _plan(schedule: PushPullPush) -> Plan:
+    return lambda episodes, rows: (schedule(episodes, rows),)

@@ -442,14 +442,18 @@ class SpeedTable(Actions):
 
     def encode(self, speed: float) -> Any:
         """Return the action nearest to a speed [m/s]."""
-        level = int(np.argmin(np.abs(self.speeds - speed)))
-        if self.kind == "discrete":
-            return np.int64(level)
-        if self.kind == "multidiscrete":
-            return np.array([level])
-        share = np.clip(speed / FASTEST, -1.0, 1.0)
-        number = np.array([np.sign(share) * np.sqrt(np.abs(share))], dtype=np.float32)
-        return number if self.kind == "box" else {"speed": number}
+        actions = self.write((np.array([speed]),))
+        return {"speed": actions["speed"][0]} if self.kind == "dict" else actions[0]
+
+    def write(self, choice: tuple[Floats]) -> Any:
+        """Return the actions nearest to speeds [m/s], as Gymnasium batches them."""
+        (speeds,) = choice
+        if self.kind in ("discrete", "multidiscrete"):
+            levels = np.abs(self.speeds - speeds[:, None]).argmin(axis=1)
+            return levels if self.kind == "discrete" else levels[:, None]
+        shares = np.clip(speeds / FASTEST, -1.0, 1.0)
+        numbers = (np.sign(shares) * np.sqrt(np.abs(shares))).astype(np.float32)[:, None]
+        return numbers if self.kind == "box" else {"speed": numbers}
 
     def read(self, actions: Any, count: int) -> tuple[Floats]:
         """Return the speeds [m/s] that `count` actions ask for, as Gymnasium batches them.

@@ -167,6 +167,8 @@ def test_speeds_of_the_table_are_what_their_actions_ask_for(kind: ActionKind) ->
     for speed in table.speeds.tolist():
         assert table.decode(table.encode(speed)) == pytest.approx(speed, rel=1e-6)
     np.testing.assert_array_equal(table.speeds, -table.speeds[::-1])
+    read = table.read(table.write((table.speeds,)), len(table.speeds))
+    np.testing.assert_allclose(read, (table.speeds,), rtol=1e-6)
 
 
 def test_a_feed_that_hardly_moves_stands_still() -> None:

@@ -1,0 +1,137 @@
+"""Imitating what sets a task's baseline, before a learner goes on from there by itself.
+
+Where success is rare, as where two folds are to be reached one after the other, chance finds
+nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`; they are
+cloned from what they do: the networks come to choose its actions, and to expect what it earns.
+Some of its actions are replaced by others at random, so that more is seen than it would meet, and
+no action becomes so improbable that it is not tried later.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from gymnasium.utils import seeding
+from numpy.typing import NDArray
+from stable_baselines3 import PPO
+from torch.nn import functional
+
+from agents.commands import progress_bar
+from agents.settings import TrainSettings
+from agents.training.envs import make_env
+from magfold_env.envs.chains.arrays import Floats
+from magfold_env.envs.episodes import Episodes
+from magfold_env.scoring.shown import View
+
+BLOCK = 128
+"""Episodes that are played, and learned from, at a time."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Steps of episodes.
+
+    Attributes
+    ----------
+    seen : array, shape (steps, …)
+        What networks are shown.
+    actions : array, shape (steps, …)
+        What was done.
+    returns : array, shape (steps,)
+        What was earned from there to the end.
+    """
+
+    seen: NDArray[Any]
+    actions: NDArray[Any]
+    returns: Floats
+
+
+class Demonstrations:
+    """Episodes of all tasks in turn, played as their baselines do; `settings` as in `imitate`."""
+
+    def __init__(self, settings: TrainSettings) -> None:
+        assert settings.imitate is not None
+        self._given, self._learner = settings.imitate, settings.learner
+        env: Any = make_env(settings.env, settings.learner.gamma).unwrapped
+        self._env, self._world = env, env.world
+        self._rng = np.random.default_rng(settings.seed)
+        env.action_space.seed(settings.seed)
+        self._baselines = [env.baseline_of(number) for number in range(len(env.tasks))]
+
+    def block(self, seeds: Sequence[int], first: int = 0) -> Steps:
+        """Return the steps of episodes of such seeds, numbered from `first`."""
+        count = len(seeds)
+        episodes: Episodes[Any] = self._env.make_episodes(self._world, count)
+        numbers = np.arange(first, first + count) % len(self._baselines)
+        plan = self._env.plan_of([self._baselines[number] for number in numbers.tolist()])
+        episodes.rngs[:] = [seeding.np_random(seed)[0] for seed in seeds]
+        episodes.begin(episodes.rows, numbers.tolist())
+        view = View(self._learner, self._env.layout, self._env.observation_space, count)
+        rows, begun = episodes.rows, np.ones(count, dtype=np.bool_)
+        parts: list[tuple[Any, ...]] = []
+        while len(rows):
+            seen = view.of(episodes.observe(), begun)[rows]
+            actions = self._actions(plan(episodes, rows))
+            rewards, _ = episodes.step(rows, self._world.actions.read(actions, len(rows)))
+            parts.append((rows, seen, actions, rewards))
+            rows, begun = episodes.rows[~episodes.terminated], np.zeros_like(begun)
+        value, returns = np.zeros(count), []
+        for rows, _, _, rewards in reversed(parts):
+            value[rows] = rewards + self._learner.gamma * value[rows]
+            returns.append(value[rows])
+        _, seen, actions, _ = zip(*parts, strict=True)
+        return Steps(*map(np.concatenate, (seen, actions, returns[::-1])))
+
+    def _actions(self, choice: Any) -> NDArray[Any]:
+        """Return the actions that ask for `choice`, some of them replaced by chance."""
+        actions = self._world.actions.write(choice)
+        for row in np.flatnonzero(self._rng.random(len(actions)) < self._given.random).tolist():
+            actions[row] = self._env.action_space.sample()
+        return actions
+
+
+def imitate(model: PPO, settings: TrainSettings) -> None:
+    """Let a new model imitate the baselines of its tasks, as settings ask for.
+
+    Parameters
+    ----------
+    model : PPO
+        A model of those `settings`.
+    settings : TrainSettings
+        Those of a run, ``imitate`` among them.
+
+    """
+    given, learner = settings.imitate, settings.learner
+    assert given is not None
+    shown, policy = Demonstrations(settings), model.policy
+    # Below 2³², as seeds of training are.
+    numbers = np.random.SeedSequence(settings.seed, spawn_key=(0,)).generate_state(given.episodes)
+    seeds: list[int] = numbers.tolist()
+    rng = np.random.default_rng(settings.seed)
+    policy.set_training_mode(True)
+    with progress_bar() as bar:
+        task = bar.add_task("imitation", total=given.episodes, note="")
+        for first in range(0, given.episodes, BLOCK):
+            part = seeds[first : first + BLOCK]
+            steps = shown.block(part, first)
+            parts: list[float] = []
+            for _ in range(given.epochs):
+                order = rng.permutation(len(steps.returns))
+                for start in range(0, len(order), learner.batch_size):
+                    batch = order[start : start + learner.batch_size]
+                    seen, actions, returns = (
+                        torch.as_tensor(each[batch])
+                        for each in (steps.seen, steps.actions, steps.returns)
+                    )
+                    values, log_probability, _ = policy.evaluate_actions(seen, actions)
+                    wrong = functional.mse_loss(values.flatten(), returns.float())
+                    loss = -log_probability.mean() + model.vf_coef * wrong
+                    policy.optimizer.zero_grad()
+                    loss.backward()
+                    torch.nn.utils.clip_grad_norm_(policy.parameters(), model.max_grad_norm)
+                    policy.optimizer.step()
+                    parts.append(log_probability.mean().item())
+            note = f"log-likelihood {np.mean(parts):.2f}"
+            bar.update(task, advance=len(part), note=note)

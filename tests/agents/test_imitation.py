@@ -1,0 +1,102 @@
+"""A learner that imitates does what sets the baselines, and expects what that earns."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from agents.settings import SettingsError, TrainSettings
+from agents.training import models
+from agents.training.envs import make_env, make_training_envs
+from agents.training.imitation import Demonstrations, imitate
+from agents.training.run import train
+from magfold_env.scoring.shown import blind
+from tests.agents.training import same_weights, tiny
+
+FLOOR = "MagFold/UnknownFloor-v0"
+
+
+def settings(own: Any = None, **given: Any) -> TrainSettings:
+    """Return those of a short run that imitates."""
+    env = {"id": FLOOR, "actions": "discrete"}
+    return tiny(own={"gamma": 0.99, "learning_rate": 0.003, **(own or {})}, env=env, imitate=given)
+
+
+def test_episodes_are_those_of_the_environment_played_as_baselines_do() -> None:
+    given, seeds = settings(episodes=3, random=0.0), [5, 6, 7]
+    steps = Demonstrations(given).block(seeds)
+    env: Any = make_env(given.env, given.learner.gamma).unwrapped
+    parts: list[tuple[int, int, Any, float]] = []
+    for number, seed in enumerate(seeds):
+        seen, _ = env.reset(seed=seed, options={"task": number})
+        action, over, took = env.actions.encode(env.baseline_of(number).speed), False, []
+        while not over:
+            before = seen
+            seen, reward, over, _, _ = env.step(action)
+            took.append((before, reward))
+        earned = 0.0
+        for at, (before, reward) in reversed(list(enumerate(took))):
+            earned = reward + 0.99 * earned
+            parts.append((at, number, (before, action), earned))
+    # Those of a block are of one time after another.
+    parts.sort(key=lambda part: part[:2])
+    np.testing.assert_array_equal(steps.seen, np.array([each[2][0] for each in parts]))
+    np.testing.assert_array_equal(steps.actions, np.array([each[2][1] for each in parts]))
+    np.testing.assert_allclose(steps.returns, [each[3] for each in parts], rtol=1e-12)
+
+
+def test_some_actions_are_others() -> None:
+    plain, mixed = (
+        Demonstrations(settings(episodes=4, random=x)).block(range(4)) for x in (0.0, 0.5)
+    )
+    assert len(np.unique(plain.actions)) <= 4
+    assert len(np.unique(mixed.actions)) > 4
+
+
+def test_the_blind_are_shown_no_motion() -> None:
+    given = settings({"blind": True}, episodes=2)
+    layout = make_env(given.env).unwrapped.layout  # pyright: ignore[reportAttributeAccessIssue]
+    seen = Demonstrations(given).block([0, 1]).seen
+    np.testing.assert_array_equal(seen, blind(layout, seen))
+
+
+def test_networks_come_to_choose_and_to_expect_the_same() -> None:
+    own = {"hidden": [64], "n_steps": 32, "batch_size": 64}
+    run = settings(own, episodes=80, epochs=10, random=0.0)
+    model: Any = models.make_model(run.learner, make_training_envs(run, 0), 0)
+    steps = Demonstrations(run).block(range(40))
+    seen = torch.as_tensor(steps.seen)
+
+    def told() -> tuple[float, float]:
+        values = model.policy.predict_values(seen).detach().numpy().ravel()
+        chosen, _ = model.policy.predict(steps.seen, deterministic=True)
+        return np.mean(chosen == steps.actions), np.corrcoef(values, steps.returns)[0, 1]
+
+    before = told()
+    imitate(model, run)
+    likely, expected = told()
+    assert likely > 0.8 > before[0]
+    assert expected > 0.5
+
+
+def test_a_run_that_imitates_repeats_itself(tmp_path: Path) -> None:
+    runs = [train(settings(episodes=4), tmp_path / name) for name in ("a", "b")]
+    assert same_weights(*runs)
+    other = train(settings(episodes=8), tmp_path / "c")
+    assert not same_weights(runs[0], other)
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"algorithm": "recurrent-ppo"}, "learner.algorithm"),
+        ({"env": {"id": "MagFold/TubeFeed-v0"}}, "env.id"),
+        ({"imitate": {"episodes": 0}}, "imitate.episodes"),
+        ({"imitate": {"random": 1.0}}, "imitate.random"),
+    ],
+)
+def test_who_cannot_imitate_is_told(changes: dict[str, Any], named: str) -> None:
+    with pytest.raises((SettingsError, ValueError), match=named.replace(".", r"\.")):
+        tiny(**{"env": {"id": FLOOR}, "imitate": {}} | changes)
