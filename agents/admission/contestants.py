@@ -77,10 +77,7 @@ def play_simple(
     ends = {
         name: arena.field.feed(numbers, seeds, np.array(table)) for name, table in tables.items()
     }
-    baselines = [arena.env.baseline_of(number) for number in listed]
-    ends[BASELINE] = arena.field.play(
-        numbers, seeds, lambda part: arena.env.plan_of(baselines[part])
-    )
+    ends[BASELINE] = arena.field.play(numbers, seeds, lambda part: arena.env.plan_of(listed[part]))
     return np.stack([ends[name] for name in SIMPLE], axis=1).tolist()
 
 

@@ -58,16 +58,15 @@ class Demonstrations:
         self._env, self._world = env, env.world
         self._rng = np.random.default_rng(settings.seed)
         env.action_space.seed(settings.seed)
-        self._baselines = [env.baseline_of(number) for number in range(len(env.tasks))]
 
     def block(self, seeds: Sequence[int], first: int = 0) -> Steps:
         """Return the steps of episodes of such seeds, numbered from `first`."""
         count = len(seeds)
         episodes: Episodes[Any] = self._env.make_episodes(self._world, count)
-        numbers = np.arange(first, first + count) % len(self._baselines)
-        plan = self._env.plan_of([self._baselines[number] for number in numbers.tolist()])
+        numbers: list[int] = (np.arange(first, first + count) % len(self._env.tasks)).tolist()
+        plan = self._env.plan_of(numbers)
         episodes.rngs[:] = [seeding.np_random(seed)[0] for seed in seeds]
-        episodes.begin(episodes.rows, numbers.tolist())
+        episodes.begin(episodes.rows, numbers)
         view = View(self._learner, self._env.layout, self._env.observation_space, count)
         rows, begun = episodes.rows, np.ones(count, dtype=np.bool_)
         parts: list[tuple[Any, ...]] = []

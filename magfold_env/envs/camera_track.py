@@ -1,13 +1,14 @@
 """What tracks have in common of which a camera and the feed's force tell: what is hidden counts."""
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
-from magfold_env.envs.baselines.constant_speed import TaskStore
+from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import UNSETTLED, Floats, Ints
 from magfold_env.envs.chains.draws import DrawnChains
@@ -176,6 +177,16 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         """
         store = self._baselines
         return store.get(store.names[self.world.number_of(task)])
+
+    def plan_of(self, numbers: Sequence[int]) -> Plan:
+        """Return what plays the schedules that set the baselines of tasks, each in its own row.
+
+        Raises
+        ------
+        ValueError
+            If the minimiser has no chain for one of them.
+        """
+        return self._baselines.plan(numbers)
 
     @property
     def _baselines(self) -> TaskStore:

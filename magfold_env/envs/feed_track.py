@@ -5,8 +5,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from magfold_env.envs.baselines.baseline import Baseline
-from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.camera_track import TIME_COST, CameraEpisodes, CameraTrackEnv
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.chains.draws import DrawnChains
@@ -119,10 +117,6 @@ class FeedTrackEnv(CameraTrackEnv):
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 50}  # noqa: RUF012
     world: FeedWorld
-
-    def plan_of(self, baselines: Sequence[Baseline]) -> Plan:
-        """Return what plays the schedules that set some baselines, each in a row of episodes."""
-        return self._baselines.plan(baselines)
 
     @property
     def history(self) -> tuple[float, ...]:

@@ -145,22 +145,6 @@ def test_the_field_plays_what_a_single_environment_plays(env_id: str) -> None:
         assert (info["is_success"], info["score"]) == tuple(end)
 
 
-@pytest.mark.parametrize("env_id", FEED_TRACKS)
-def test_what_sets_the_baseline_is_played(env_id: str) -> None:
-    arena = Arena(env_id, 2)
-    env, count = arena.env, 16
-    baselines = [env.baseline_of(number) for number in arena.numbers] * (count // 2)
-    ends = arena.field.play(
-        np.tile(arena.numbers, count // 2),
-        episode_seeds("validation", count),
-        lambda part: env.plan_of(baselines[part]),
-    )
-    # It is the mean over other draws: four standard deviations.
-    assert ends[:, 1].mean() == pytest.approx(
-        np.mean([each.score for each in baselines]), abs=4 * 0.5 / np.sqrt(count)
-    )
-
-
 def test_draws_of_results_are_used_for_nothing_else() -> None:
     others = ["evaluation", "validation", "selection", "scoring", "search 0", SEARCH]
     streams = [*others, *map(copies, range(1000))]

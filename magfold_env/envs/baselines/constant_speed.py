@@ -52,10 +52,14 @@ class TaskStore(Store):
         self.names = [task.name for task in world.tasks]
         """What the tasks are kept under."""
 
-    @staticmethod
+    def plan(self, numbers: Sequence[int]) -> Plan:
+        """Return what plays the schedules that set the baselines of tasks, each in its own row."""
+        found = {number: self.get(self.names[number]) for number in set(numbers)}
+        return self._plan([(number, found[number]) for number in numbers])
+
     @abstractmethod
-    def plan(baselines: Sequence[Baseline]) -> Plan:
-        """Return what plays the schedules that set some baselines, each in a row of its own."""
+    def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
+        """Return what plays the schedules of tasks, by number, that set baselines."""
 
     def _trial(self, number: int, plan: Plan, stream: str, draws: int) -> dict[str, Any]:
         """Return what is told of episodes of a task, played by a plan on draws of a stream."""
@@ -74,12 +78,6 @@ class ConstantSpeedStore(TaskStore):
         protocol = (SPEEDS, SELECTION_DRAWS, SCORING_DRAWS, *protocol)
         super().__init__(make_episodes, world, protocol)
 
-    @staticmethod
-    def plan(baselines: Sequence[Baseline]) -> Plan:
-        """Return what plays the schedules that set some baselines, each in a row of its own."""
-        speeds = np.array([baseline.speed for baseline in baselines], dtype=np.float64)
-        return lambda _, rows: (speeds[rows],)
-
     def compute(self, name: str) -> Baseline:
         """Return the baseline of a task, computed anew."""
         number = self.names.index(name)
@@ -92,6 +90,10 @@ class ConstantSpeedStore(TaskStore):
         mean, success = float(ends["score"].mean()), float(ends["is_success"].mean())
         task = self._world.tasks[number]
         return Baseline(task.target, task.sequence, speed, mean, success, task.direction)
+
+    def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
+        speeds = np.array([baseline.speed for _, baseline in schedules], dtype=np.float64)
+        return lambda _, rows: (speeds[rows],)
 
 
 def _always(speed: float) -> Plan:

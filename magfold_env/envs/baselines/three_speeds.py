@@ -87,18 +87,12 @@ class ThreeSpeedStore(TaskStore):
         own = (PUSHES, PULLS, SELECTION_DRAWS, SCORING_DRAWS, INSIDE, STAND, BRAKE)
         super().__init__(make_episodes, world, (*own, *protocol))
 
-    @staticmethod
-    def plan(baselines: Sequence[Baseline]) -> Plan:
-        """Return what plays the schedules that set some baselines, each in a row of its own."""
-        speeds = np.array([(each.speed, *each.later) for each in baselines], dtype=np.float64)
-        return _plan(PushPullPush(speeds, len(baselines)))
-
     def compute(self, name: str) -> Baseline:
         """Return the baseline of a task, computed anew."""
         number = self.names.index(name)
 
         def trial(speeds: Speeds, stream: str, draws: int) -> Any:
-            return self._trial(number, _plan(PushPullPush(speeds, draws)), stream, draws)
+            return self._trial(number, _played(PushPullPush(speeds, draws)), stream, draws)
 
         def drawn_in(speeds: Speeds) -> float:
             return float((trial(speeds, "selection", SELECTION_DRAWS)["stage"] == 2).mean())
@@ -120,6 +114,10 @@ class ThreeSpeedStore(TaskStore):
             speeds[1:],
         )
 
+    def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
+        speeds = np.array([(each.speed, *each.later) for _, each in schedules], dtype=np.float64)
+        return _played(PushPullPush(speeds, len(schedules)))
 
-def _plan(schedule: PushPullPush) -> Plan:
+
+def _played(schedule: PushPullPush) -> Plan:
     return lambda episodes, rows: (schedule(episodes, rows),)

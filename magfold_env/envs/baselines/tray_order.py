@@ -17,7 +17,7 @@ from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
 from magfold_env.envs.spaces.actions import PATTERNS
-from magfold_env.envs.spaces.tray_actions import LYING
+from magfold_env.envs.spaces.tray_actions import AHEAD, LYING
 from magfold_env.envs.tasks.tray_tasks import Order, TrayTask
 from magfold_env.minimiser import sequence_of
 from magfold_env.scene import Scene
@@ -103,14 +103,30 @@ class TrayStore(TaskStore):
         mean, success = float(ends["score"].mean()), float(ends["is_success"].mean())
         return Baseline(task.target, sequence, speed, mean, success, task.direction, tray=task.tray)
 
+    def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
+        fed: list[Order] = []
+        for number, baseline in schedules:
+            task: TrayTask = self._world.tasks[number]
+            order = task.order_of(baseline.sequence or ())
+            if not order:
+                raise ValueError(f"task: {task.name!r} has no chain of the minimiser's")
+            fed.append(order if task.direction == "forward" else order[::-1])
+        return _in_order(np.array(fed), np.array([each.speed for _, each in schedules]))
+
 
 def always(task: TrayTask, order: Order, speed: float) -> Plan:
     """Return the plan of a chain, component 1 first, that is fed at a constant speed [m/s]."""
     fed = np.array(order if task.direction == "forward" else order[::-1])
+    return _in_order(fed[None], np.array([speed]))
+
+
+def _in_order(fed: Ints, speeds: Floats) -> Plan:
+    """Return what feeds components and how they lie, (1 or m, n, 2), at speeds [m/s], (1 or m,)."""
 
     def plan(episodes: Any, rows: Ints) -> Any:
+        at = rows % len(fed)
         # An anchor is left when all have been fed, whatever else is said.
-        part, lie = fed[np.minimum(episodes.arrays.fed[rows], len(fed) - 1)].T
-        return part, lie, np.full(len(rows), speed), np.zeros(len(rows), dtype=np.bool_)
+        part, lie = fed[at, np.minimum(episodes.arrays.fed[rows], fed.shape[1] - 1)].T
+        return part, lie, speeds[at], np.full(len(rows), AHEAD)
 
     return plan

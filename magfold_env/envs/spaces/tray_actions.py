@@ -105,6 +105,14 @@ class TrayTable(Actions):
         level = int(np.argmin(np.abs(np.log(self.speeds / speed))))
         return self._written(part, lie, level, BACK if back else AHEAD)
 
+    def write(self, choice: TrayChoice) -> Any:
+        """Return the actions for components, ways to lie, levels next to speeds, and ways to go."""
+        part, lie, speeds, way = choice
+        level = np.abs(np.log(self.speeds / speeds[:, None])).argmin(axis=1)
+        if self.kind == "discrete":
+            return np.ravel_multi_index((part, lie, level, way), self.sizes)
+        return np.stack([part, lie, level, way], axis=1)
+
     def _written(self, *digits: int) -> Any:
         if self.kind == "discrete":
             return np.int64(np.ravel_multi_index(digits, self.sizes))

@@ -29,10 +29,11 @@ def test_patterns_lie_as_their_faces_do() -> None:
 def test_actions_are_read_as_they_were_written(kind: str) -> None:
     table = TrayTable(9, 5, kind)  # pyright: ignore[reportArgumentType]
     table.space.seed(0)
-    for _ in range(50):
-        action = table.space.sample()
+    actions = np.array([table.space.sample() for _ in range(50)])
+    for action in actions:
         (part,), (lie,), (speed,), (back,) = table.read_one(action)
         np.testing.assert_array_equal(table.encode(part, lie, speed, back=back), action)
+    np.testing.assert_array_equal(table.write(table.read(actions, 50)), actions)
 
 
 @pytest.mark.parametrize("kind", ["multidiscrete", "discrete"])
