@@ -312,7 +312,7 @@ class ImitationSettings(Group, frozen=True):
     epochs: Count = 4
     """Passes over their steps."""
     random: Annotated[float, Field(ge=0, lt=1)] = 0.1
-    """Share of the actions in them that are replaced by others at random."""
+    """Share of the actions in them of which one entry is replaced by another at random."""
 
 
 class TrainSettings(Group, frozen=True):

@@ -3,8 +3,8 @@
 Where success is rare, as where two folds are to be reached one after the other, chance finds
 nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`; they are
 cloned from what they do: the networks come to choose its actions, and to expect what it earns.
-Some of its actions are replaced by others at random, so that more is seen than it would meet, and
-no action becomes so improbable that it is not tried later.
+Entries of some of its actions are replaced by others at random, so that more is seen than it would
+meet, and nothing becomes so improbable that it is not tried later.
 """
 
 from collections.abc import Sequence
@@ -84,10 +84,12 @@ class Demonstrations:
         return Steps(*map(np.concatenate, (seen, actions, returns[::-1])))
 
     def _actions(self, choice: Any) -> NDArray[Any]:
-        """Return the actions that ask for `choice`, some of them replaced by chance."""
+        """Return the actions that ask for `choice`, of some of which chance replaces an entry."""
         actions = self._world.actions.write(choice)
+        entries = actions.reshape(len(actions), -1)
         for row in np.flatnonzero(self._rng.random(len(actions)) < self._given.random).tolist():
-            actions[row] = self._env.action_space.sample()
+            place = self._rng.integers(entries.shape[1])
+            entries[row, place] = np.ravel(self._env.action_space.sample())[place]
         return actions
 
 
