@@ -1,7 +1,7 @@
 """Make shipped policies of training runs: ``python -m agents.ship policies NAME RUN ...``.
 
-``python -m agents.ship results NAME results.json ablation.json ...`` then writes what
-`agents.evaluate NAME` and `agents.ablate NAME` found onto their card.
+``python -m agents.ship results NAME results.json ablation.json admission.json ...`` then writes
+what `agents.evaluate NAME`, `agents.ablate NAME` and `agents.admission` found onto their card.
 """
 
 import json
@@ -14,11 +14,15 @@ import typer
 from rich.console import Console
 
 from agents.ablate import FORMAT as ABLATION
+from agents.admission import FORMAT as ADMISSION
+from agents.admission.contestants import TRAINED
 from agents.commands import reported_errors
 from agents.evaluation.shipped import (
     AblationRow,
+    AdmissionRow,
     Card,
     CardAblation,
+    CardAdmission,
     CardError,
     CardResult,
     Training,
@@ -67,17 +71,21 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
 def with_results(card: Card, files: list[Path]) -> Card:
     """Return a card with the results of `agents.evaluate` in place of those that it had.
 
-    Those of `agents.ablate` replace its ablations likewise; what there is no file of stays.
+    Those of `agents.ablate` and `agents.admission` replace its ablations and admissions likewise;
+    what there is no file of stays.
 
     Raises
     ------
     CardError
         If a file has no results of these policies.
     """
-    found: dict[str, list[CardResult | CardAblation]] = defaultdict(list)
+    found: dict[str, list[CardResult | CardAblation | CardAdmission]] = defaultdict(list)
     for file in files:
         try:
             content = json.loads(file.read_text(encoding="utf-8"))
+            if content.get("format") == ADMISSION:
+                found["admissions"].append(_admission(card, content))
+                continue
             ablation = content.get("format") == ABLATION
             env = EnvSettings.model_validate(content["env"])
             shared = {
@@ -111,6 +119,22 @@ def _ends(card: Card, content: dict[str, Any]) -> dict[str, tuple[str, ...]]:
     return {target: tuple(rows) for target, rows in successes.items()}
 
 
+def _admission(card: Card, content: dict[str, Any]) -> CardAdmission:
+    """Return what a track's admission found of the policies of the card."""
+    seeds = {policy.sha256: policy.run.seed for policy in card.policies}
+    return CardAdmission(
+        id=content["id"],
+        physics=content["provenance"]["physics"],
+        verdict=content["verdict"],
+        rows={
+            name: AdmissionRow(**{key: row[key] for key in AdmissionRow.model_fields})
+            for name, row in content["rows"].items()
+        },
+        policies=tuple(seeds[each["sha256"]] for each in content["policies"][TRAINED]),
+        successes=tuple(each["successes"] for each in content["policies"][TRAINED]),
+    )
+
+
 def _ablation(card: Card, content: dict[str, Any]) -> dict[str, Any]:
     """Return the rows of an ablation, and which policies of the card played."""
     seeds = {policy.sha256: policy.run.seed for policy in card.policies}
@@ -140,7 +164,7 @@ def results_command(
     name: Name,
     files: Annotated[
         list[Path],
-        typer.Argument(help="results.json of agents.evaluate, ablation.json of agents.ablate."),
+        typer.Argument(help="What agents.evaluate, agents.ablate or agents.admission wrote."),
     ],
     folder: Folder = None,
 ) -> None:
@@ -153,7 +177,7 @@ def results_command(
 
 
 def _say(card: Card) -> None:
-    counts = {"policies": card.policies, "results": card.results, "ablations": card.ablations}
+    counts = {key: getattr(card, key) for key in ("policies", "results", "ablations", "admissions")}
     told = f"{card.name}: {', '.join(f'{len(each)} {name}' for name, each in counts.items())}"
     Console(stderr=True).print(told)
 

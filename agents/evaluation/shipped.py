@@ -73,6 +73,34 @@ class CardAblation(_Part):
     """By what was taken away."""
 
 
+class AdmissionRow(_Part):
+    """How a contestant did where a task was to be admitted."""
+
+    success: tuple[float, float, float]
+    """Share of the episodes, and its interval."""
+    score: float
+    """Mean over the episodes."""
+    normalised: float | None
+    """The same, random actions 0 and the oracle 1."""
+
+
+class CardAdmission(_Part):
+    """What `agents.admission` found of a track and the policies."""
+
+    id: str
+    """Of the environment."""
+    physics: str
+    """Digest of the physics' sources."""
+    verdict: str
+    """Whether the track is admitted."""
+    rows: dict[str, AdmissionRow]
+    """By contestant."""
+    policies: tuple[int, ...]
+    """Training seeds of those that played."""
+    successes: tuple[str, ...]
+    """By policy which episodes succeeded, a letter each: 1 or 0."""
+
+
 class Card(_Part):
     """What is known of a set of shipped policies."""
 
@@ -86,6 +114,8 @@ class Card(_Part):
     """What was measured."""
     ablations: tuple[CardAblation, ...] = ()
     """What is left of it without parts of the policies."""
+    admissions: tuple[CardAdmission, ...] = ()
+    """What they are worth beside others on their track."""
 
     @classmethod
     def read(cls, path: Path) -> Self:

@@ -8,6 +8,7 @@ import typer
 from typer.testing import CliRunner
 
 from agents.ablate import __main__ as ablate
+from agents.admission import FORMAT as ADMISSION
 from agents.evaluate import compare
 from agents.evaluation import shipped
 from agents.evaluation.report import Method
@@ -83,6 +84,31 @@ def test_the_card_takes_what_an_ablation_found_and_keeps_the_rest(
     assert (ablation.policies, ablation.env) == ((0,), card.results[0].env)
     content = json.loads((tmp_path / "ablation.json").read_text(encoding="utf-8"))
     assert ablation.model_dump(mode="json")["rows"] == content["rows"]
+
+
+def test_the_card_takes_what_an_admission_found(card: Card, tmp_path: Path) -> None:
+    row = {"success": [0.5, 0.1, 0.9], "score": 0.6, "normalised": None, "by task": {"0": 0.5}}
+    played = [
+        {"policy": "x", "sha256": policy.sha256, "successes": ends}
+        for policy, ends in zip(reversed(card.policies), ("01", "11"), strict=True)
+    ]
+    content = {
+        "format": ADMISSION,
+        "id": "MagFold/UnknownFloor-v0",
+        "provenance": {"physics": "abc"},
+        "verdict": "admitted",
+        "rows": {"trained": row},
+        "policies": {"trained": played},
+    }
+    path = tmp_path / "admission.json"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    (found,) = with_results(card, [path]).admissions
+    assert (found.policies, found.successes) == ((1, 0), ("01", "11"))
+    assert found.rows["trained"].success == (0.5, 0.1, 0.9)
+    played[0]["sha256"] = "of another"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(CardError, match=r"admission\.json: has no results of all of tiny-set"):
+        with_results(card, [path])
 
 
 def test_results_of_other_policies_are_refused(card: Card, tmp_path: Path) -> None:
