@@ -6,6 +6,7 @@ with Gymnasium and loads neither numba nor the engine. `__init__.pyi` lists it.
 
 import ast
 from importlib import import_module
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,8 @@ __all__ = list(sorted(_MODULES))  # pyright: ignore[reportUnsupportedDunderAll]
 
 def __getattr__(name: str) -> Any:
     """Load what is public, or a package that holds some of it."""
+    if name == "__version__":
+        return version(__name__)
     module = f"{__name__}.{name}"
     if name in _MODULES:
         value = getattr(import_module(_MODULES[name]), name)

@@ -41,3 +41,5 @@ from magfold_env.simulation.simulate import simulate as simulate
 from magfold_env.simulation.simulate import simulate_batch as simulate_batch
 
 __all__: list[str]
+
+__version__: str

@@ -13,11 +13,14 @@ import numpy.typing as npt
 from pydantic_core import from_json, to_json
 
 from magfold_env.files import reading_json, write_text
-from magfold_env.replay import Recording, write_html
+from magfold_env.replay import Recording, frame, write_html
 from magfold_env.scene import Scene
 from magfold_env.shapes import BoolArray, FloatArray, IntArray, centres, parse_word
 
 FORMAT = "magfold_env fold 1"
+
+MOST_JOINTS = 12
+"""So many joint angles, and four times as many letters, are told in a line."""
 
 
 class FoldStatus(StrEnum):
@@ -37,7 +40,7 @@ class FoldStatus(StrEnum):
     """Numbers broke down; the fold's message says where."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """A recorded fold: m frames of n components, component 1 first."""
 
@@ -61,6 +64,11 @@ class Trajectory:
         """Return the number of frames."""
         return len(self.time)
 
+    def __repr__(self) -> str:
+        """Return how many frames it has, and of which time."""
+        span = f", {self.time[0]:.3g} to {self.time[-1]:.3g} s" if len(self) else ""
+        return f"<Trajectory: {len(self)} frames of {self.angles.shape[1]} components{span}>"
+
     def finite(self) -> Self:
         """Return the frames before numbers broke down: all of them, if none did.
 
@@ -77,7 +85,7 @@ class Trajectory:
         return type(self)(**{name: value[:count] for name, value in vars(self).items()})
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fold:
     """The result of one simulation."""
 
@@ -115,6 +123,25 @@ class Fold:
 
     Simulations set it: to find them costs several times as much as the fold.
     """
+
+    def __repr__(self) -> str:
+        """Return how it ended in a line; joint angles are relative, `angles` are headings."""
+        joints = ", ".join(f"{angle:.1f}" for angle in np.degrees(self.joint_angles[:MOST_JOINTS]))
+        more = ", …" if len(self.joint_angles) > MOST_JOINTS else ""
+        cut = f"{self.word[: 4 * MOST_JOINTS]}…" if len(self.word) > 4 * MOST_JOINTS else self.word
+        word = f" {cut}" if cut else ""
+        frames = "" if self.trajectory is None else f", {len(self.trajectory)} frames"
+        return (
+            f"<Fold{word}: {self.status} after {self.time:.3g} s, joints at ({joints}{more})°, "
+            f"{1e3 * self.energy:.4g} mJ{frames}>"
+        )
+
+    def _repr_html_(self) -> str | None:
+        """Return a page that plays the fold, for notebooks; None if it cannot be played."""
+        try:
+            return frame(recording(self))
+        except ValueError:
+            return None
 
     @property
     def joint_angles(self) -> FloatArray:

@@ -121,3 +121,25 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="Error serializing to JSON"):
         broken.to_json(path)
     assert path.read_text(encoding="utf-8") == "old"
+
+
+def test_a_line_tells_how_a_fold_ended() -> None:
+    assert repr(_fold("LRS")) == (
+        "<Fold LRS: folded after 0.5 s, joints at (90.0, -90.0, 0.0)°, -1 mJ>"
+    )
+    assert len(repr(_fold("LR" * 50))) < 200
+    broken = replace(_fold("LR"), word="", angles=np.full(3, np.nan), energy=float("nan"))
+    assert repr(broken).startswith("<Fold: folded after 0.5 s, joints at (nan, nan)°")
+
+
+def test_notebooks_play_what_was_recorded() -> None:
+    fold = mf.simulate(mf.load_scene("paper/sequence-3"), seed=0, frame_rate=60.0)
+    assert repr(fold.trajectory).startswith(
+        f"<Trajectory: {len(fold.trajectory or ())} frames of 6"
+    )
+    assert repr(fold).endswith(f"{len(fold.trajectory or ())} frames>")
+    shown = fold._repr_html_() or ""
+    assert shown.startswith('<iframe srcdoc="&lt;!doctype html&gt;')
+    assert replace(fold, trajectory=None)._repr_html_() is None
+    nothing = {name: value[:0] for name, value in vars(fold.trajectory).items()}
+    assert "0 frames" in repr(mf.Trajectory(**nothing))

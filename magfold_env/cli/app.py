@@ -1,5 +1,6 @@
 """The `magfold` command: simulate folds, rank their energies, design sequences, measure."""
 
+from importlib.metadata import version
 from typing import Annotated, Any, cast
 
 import typer
@@ -21,12 +22,29 @@ from magfold_env.cli import (
 from magfold_env.scene import load_scene, scene_names
 
 app = typer.Typer(
-    help="Self-folding chains of magnets.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,  # plain messages, so that a wrong option is told in one line
     pretty_exceptions_enable=False,
 )
+
+
+def _tell_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"magfold_env {version('magfold_env')}")
+        raise typer.Exit
+
+
+@app.callback()
+def main(
+    _: Annotated[
+        bool,
+        typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version."),
+    ] = False,
+) -> None:
+    """Self-folding chains of magnets."""
+
+
 for _command in (
     fold.fold,
     hold.hold,

@@ -13,7 +13,7 @@ from typing import Any
 from magfold_env.files import write_text
 from magfold_env.replay.data import Recording, page_data
 
-__all__ = ["Recording", "page", "page_data", "write_html"]
+__all__ = ["Recording", "frame", "page", "page_data", "write_html"]
 
 # In the order in which they build on each other.
 _SCRIPTS = (
@@ -38,6 +38,12 @@ def write_html(fold: Recording, path: str | Path) -> None:
         Where to; written under a temporary name first.
     """
     write_text(path, page(page_data(fold)))
+
+
+def frame(fold: Recording) -> str:
+    """Return an HTML frame with that page in it, which another page may hold."""
+    content = html.escape(page(page_data(fold)))
+    return f'<iframe srcdoc="{content}" style="width: 100%; height: 640px; border: 0"></iframe>'
 
 
 def page(data: dict[str, Any]) -> str:

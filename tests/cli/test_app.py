@@ -3,6 +3,7 @@
 import json
 import math
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,11 @@ from magfold_env import minimiser
 from magfold_env.cli import fold
 from magfold_env.minimiser import minimise
 from tests.command_line import fails_in_one_line, rows, run
+
+
+def test_the_version_is_that_of_the_package() -> None:
+    assert run("--version").stdout.split() == ["magfold_env", version("magfold_env")]
+    assert mf.__version__ == version("magfold_env")
 
 
 def test_scenes_lists_every_shipped_scene() -> None:
