@@ -89,6 +89,7 @@ def play(
             randomisation=cast("Any", randomisation),
             baseline=None,
         )
+        options.need_display()
         game = Game(env, seed, target)
         try:
             game.begin()

@@ -1,5 +1,6 @@
 """What commands share: their options, checks before the long work, and how they tell things."""
 
+import os
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -76,6 +77,24 @@ def need_render(*, charts: bool = False) -> None:
         from magfold_env.reporting.plotting import figure_class  # noqa: PLC0415 - an extra
 
         figure_class()
+
+
+def need_display() -> None:
+    """Fail where a window would open that nobody sees, unless ``SDL_VIDEODRIVER`` asks for it."""
+    if "SDL_VIDEODRIVER" in os.environ:
+        return
+    import pygame  # noqa: PLC0415 - an extra
+
+    try:
+        pygame.display.init()
+        driver = pygame.display.get_driver()
+        pygame.display.quit()
+    except pygame.error as error:
+        raise ValueError(f"display: there is none to open a window on ({error})") from None
+    if driver in ("dummy", "offscreen"):
+        raise ValueError(
+            f"display: there is none to open a window on; SDL_VIDEODRIVER={driver} does without"
+        )
 
 
 def say_written(*paths: Path | None) -> None:

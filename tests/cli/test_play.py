@@ -3,7 +3,7 @@
 import pytest
 
 from magfold_env.envs.pictures.play import Game
-from tests.command_line import run
+from tests.command_line import fails_in_one_line, run
 
 
 def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -35,3 +35,10 @@ def test_wrong_options_are_named(arguments: tuple[str, ...], message: str) -> No
     result = run("play", *arguments)
     assert result.exit_code == 2
     assert message in result.stderr
+
+
+def test_a_window_that_nobody_would_see_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pygame.display.get_driver", lambda: "offscreen")
+    fails_in_one_line(run("play", "--target", "LRL"), "display: there is none to open a window on")

@@ -20,6 +20,9 @@ HELP = (
     "",
     "Any key cuts the motion short.",
 )
+PATIENCE = 200
+"""Longest wait for a key [ms]."""
+
 _OTHER = {"N": "S", "S": "N"}
 
 
@@ -64,7 +67,8 @@ class Game:
         import pygame  # noqa: PLC0415 - needs the extra, and a window is open by now
 
         while True:
-            event = pygame.event.wait()
+            # Python heeds Ctrl-C between two waits, not in one.
+            event = pygame.event.wait(PATIENCE)
             if event.type == pygame.QUIT:
                 return
             if event.type == pygame.KEYDOWN:

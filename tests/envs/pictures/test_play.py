@@ -1,5 +1,7 @@
 """Folding by keyboard, with keys that a script presses."""
 
+import signal
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -92,3 +94,15 @@ def test_closing_the_window_ends_the_game(game: Game) -> None:
     pygame.event.post(pygame.event.Event(pygame.QUIT))
     game.run()
     assert game.env.next_component == 0
+
+
+def test_ctrl_c_ends_the_game(game: Game) -> None:
+    pygame.event.clear()
+    interrupt = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    rescue = threading.Timer(10.0, pygame.event.post, [pygame.event.Event(pygame.QUIT)])
+    interrupt.start()
+    rescue.start()
+    with pytest.raises(KeyboardInterrupt):
+        game.run()
+    assert rescue.is_alive()
+    rescue.cancel()
