@@ -50,6 +50,10 @@ def design(  # noqa: PLR0913 - one parameter an option
     """Search for magnets and a feed speed that fold into a word; exit code 1 if none are found."""
     with options.errors_in_one_line():
         options.check_outputs({"--json": json})
+        options.check_folder("--out", out)
+        given = None if scene is None else load_scene(scene)
+        if given is not None and given.magnets is None:
+            raise ValueError("magnets: None is not allowed; a scene must have those to be designed")
         with options.progress_bar() as bar:
             tasks: dict[str, TaskID] = {}
 
@@ -60,7 +64,7 @@ def design(  # noqa: PLR0913 - one parameter an option
 
             found = designer.design(
                 target,
-                None if scene is None else load_scene(scene),
+                given,
                 # These options are text; the designer says which are allowed.
                 cast("Any", mode),
                 cast("Any", objective),

@@ -53,8 +53,9 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
 
 
 def check_pictures(out: Path | None, png: Path | None) -> None:
-    """Fail before the long work if pictures are wanted that cannot be drawn or written."""
+    """Fail before the long work if pictures or files are wanted that cannot be written."""
     options.check_outputs({"--png": png})
+    options.check_folder("--out", out)
     if out is not None or png is not None:
         options.need_render(charts=True)
 
@@ -75,6 +76,8 @@ def changed_scene(
     ------
     SceneError
         If an option is not allowed.
+    ValueError
+        If there is a speed and no tube.
     """
     if mode is not None:
         scene = releases.release(scene, cast("Any", mode))
@@ -84,7 +87,9 @@ def changed_scene(
     widths = dict(_named_width(text) for text in spreads)
     if _ANGLES in widths:
         changes |= {"start_angle_spread": widths.pop(_ANGLES), "start_angles": None}
-    return scene.replace(**changes, spreads=widths)
+    changed = scene.replace(**changes, spreads=widths)
+    options.check_feed(changed, {"--speed": speed})
+    return changed
 
 
 def show(made: releases.Ensemble) -> None:

@@ -82,7 +82,9 @@ def changed_scene(
         "feed": {key: value for key, value in feed.items() if value is not None} or None,
     }
     given = {key: value for key, value in changes.items() if value is not None}
-    return load_scene(name).replace(**given)
+    changed = load_scene(name).replace(**given)
+    options.check_feed(changed, {"--direction": direction, "--speed": speed})
+    return changed
 
 
 def check_sheet(path: Path) -> None:

@@ -13,6 +13,8 @@ from rich.markup import escape
 from rich.status import Status
 from rich.table import Table
 
+from magfold_env.scene import Scene
+
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
 Mode = Annotated[str, typer.Option(help="free, forward or backward.")]
 ReleaseMode = Annotated[
@@ -44,6 +46,9 @@ Results = Annotated[
     Path, typer.Option(help="Folder of the results; a killed command goes on in it.")
 ]
 
+SUFFIXES = {"--gif": ".gif", "--png": ".png", "--html": ".html", "--json": ".json"}
+"""How the files must end that options ask for."""
+
 FILE_WIDTH = 150  # of wide tables where they are not written to a terminal
 
 
@@ -65,6 +70,25 @@ def check_outputs(paths: Mapping[str, Path | None]) -> None:
             raise ValueError(f"{option}: {str(path)!r} is not allowed; its folder must exist")
         if path is not None and path.is_dir():
             raise ValueError(f"{option}: {str(path)!r} is not allowed; must not be a folder")
+        suffix = SUFFIXES.get(option)
+        if path is not None and suffix is not None and path.suffix.lower() != suffix:
+            raise ValueError(f"{option}: {str(path)!r} is not allowed; must end in {suffix}")
+
+
+def check_folder(option: str, path: Path | None) -> None:
+    """Fail before the long work if a folder of results could not be made."""
+    for existing in (path, *path.parents) if path is not None else ():
+        if existing.exists() and not existing.is_dir():
+            raise ValueError(f"{option}: {str(path)!r} is not allowed; {existing} is not a folder")
+
+
+def check_feed(scene: Scene, given: Mapping[str, object]) -> None:
+    """Refuse options of a feed where there is none."""
+    for option, value in given.items():
+        if value is not None and scene.mount != "tube":
+            raise ValueError(
+                f"{option}: {value!r} is not allowed for mount {scene.mount!r}; must be left out"
+            )
 
 
 def need_render(*, charts: bool = False) -> None:

@@ -29,6 +29,9 @@ def stress(
     from magfold_env.stress import campaign, laws, report  # noqa: PLC0415 - for this command only
 
     with options.errors_in_one_line():
+        options.check_folder("--out", out)
+        if rerun is not None and not rerun.is_file():
+            raise ValueError(f"--rerun: {str(rerun)!r} is not allowed; must be the file of a scene")
         if rerun is not None:
             verdict = laws.check(load_scene(rerun))
             options.wide_console().print(report.verdict_table(rerun.name, verdict))

@@ -45,8 +45,8 @@ def refuse_field(scene: Scene) -> None:
     """Refuse a scene in an external field with a ValueError."""
     if scene.field is not None and scene.field.any:
         raise ValueError(
-            f"field: {scene.field!r} is not allowed; energy minimisation does not know of "
-            "external fields, must be None"
+            "field: an external field is not allowed; energy minimisation knows of none, "
+            "must be None"
         )
 
 

@@ -74,7 +74,7 @@ def test_wrong_scenes_are_told_in_one_line(command: str, tmp_path: Path) -> None
 
 
 def test_minimise_refuses_a_scene_in_a_field_in_one_line() -> None:
-    fails_in_one_line(run("minimise", "anchor"), "field: ", "does not know of external fields")
+    fails_in_one_line(run("minimise", "anchor"), "field: an external field is not allowed")
 
 
 @pytest.mark.parametrize(
@@ -86,6 +86,8 @@ def test_minimise_refuses_a_scene_in_a_field_in_one_line() -> None:
         ("--friction", "nan", "friction: nan is not allowed; must be a finite number"),
         ("--gif", "/nowhere/fold.gif", "--gif: '/nowhere/fold.gif' is not allowed; its folder mu"),
         ("--json", "/", "--json: '/' is not allowed; must not be a folder"),
+        ("--gif", "x.mp4", "--gif: 'x.mp4' is not allowed; must end in .gif"),
+        ("--speed", "0.1", "--speed: 0.1 is not allowed for mount 'free'; must be left out"),
     ],
 )
 def test_wrong_options_of_fold_are_told_in_one_line(option: str, value: str, message: str) -> None:

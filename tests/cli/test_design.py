@@ -71,6 +71,8 @@ def test_what_cannot_be_reached_ends_with_1() -> None:
         (("LR", "--objective", "x"), "objective: 'x' is not allowed"),
         (("LR", "--backend", "x"), "backend: 'x' is not allowed"),
         (("LR", "--scene", "nowhere"), "nowhere: no such scene"),
+        (("LR", "--scene", "pendulum-3"), "magnets: None is not allowed; a scene must"),
+        (("LR", "--out", "pyproject.toml/x"), "pyproject.toml is not a folder"),
         (("LR", "--json", "/nowhere/x.json"), "--json: '/nowhere/x.json' is not allowed"),
     ],
 )

@@ -81,6 +81,11 @@ def test_a_spread_of_start_angles_takes_the_place_of_given_ones() -> None:
         (("--spread", "mass=much"), "--spread: 'mass=much' is not allowed; must be NAME=WIDTH"),
         (("--spread", "mass=2"), "spreads.mass: 2.0 is not allowed; must be less than 1"),
         (("--png", "/nowhere/x.png"), "--png: '/nowhere/x.png' is not allowed; its folder must"),
+        (
+            ("--out", "pyproject.toml/x"),
+            "--out: 'pyproject.toml/x' is not allowed; pyproject",
+        ),
+        (("--mode", "free", "--speed", 0.1), "--speed: 0.1 is not allowed for mount 'free'"),
     ],
 )
 def test_wrong_options_are_told_in_one_line(options: tuple[object, ...], message: str) -> None:

@@ -156,7 +156,7 @@ def test_a_scene_is_judged_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         ("--seed", -1, "seed: -1 is not allowed"),
         ("--minutes", "nan", "minutes: nan is not allowed"),
         ("--only", "easy", "only: 'easy' is not allowed; must be one of ordinary"),
-        ("--rerun", "nowhere.yaml", "nowhere.yaml: no such file"),
+        ("--rerun", "nowhere.yaml", "--rerun: 'nowhere.yaml' is not allowed; must be the file of"),
     ],
 )
 def test_wrong_options_are_told_in_one_line(
