@@ -45,7 +45,7 @@ def refuse_field(scene: Scene) -> None:
     """Refuse a scene in an external field with a ValueError."""
     if scene.field is not None and scene.field.any:
         raise ValueError(
-            "field: an external field is not allowed; energy minimisation knows of none, "
+            "field: an external field is not allowed; energy minimisation does not know of any, "
             "must be None"
         )
 
