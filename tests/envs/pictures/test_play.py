@@ -97,6 +97,8 @@ def test_closing_the_window_ends_the_game(game: Game) -> None:
 
 
 def test_ctrl_c_ends_the_game(game: Game) -> None:
+    # Jobs in the background are begun without it.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     pygame.event.clear()
     interrupt = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
     rescue = threading.Timer(10.0, pygame.event.post, [pygame.event.Event(pygame.QUIT)])
@@ -104,5 +106,6 @@ def test_ctrl_c_ends_the_game(game: Game) -> None:
     rescue.start()
     with pytest.raises(KeyboardInterrupt):
         game.run()
+    signal.signal(signal.SIGINT, before)
     assert rescue.is_alive()
     rescue.cancel()
