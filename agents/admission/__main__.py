@@ -241,7 +241,14 @@ def main(  # noqa: PLR0913 - one parameter an option
         "confidence": 0.95,
         "provenance": provenance(),
         "policies": {
-            kind: [{"policy": path, "sha256": file_digest(path)} for path in paths]
+            kind: [
+                {
+                    "policy": path,
+                    "sha256": file_digest(path),
+                    "successes": "".join(str(int(each)) for each in ends[kind][number, :, 0]),
+                }
+                for number, path in enumerate(paths)
+            ]
             for kind, paths in given.items()
         },
         "open loops": {

@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from agents.ablate import __main__ as ablate
 from agents.admission import FORMAT as ADMISSION
+from agents.admission import __main__ as admission
 from agents.evaluate import compare
 from agents.evaluation import shipped
 from agents.evaluation.report import Method
@@ -109,6 +110,23 @@ def test_the_card_takes_what_an_admission_found(card: Card, tmp_path: Path) -> N
     path.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(CardError, match=r"admission\.json: has no results of all of tiny-set"):
         with_results(card, [path])
+
+
+def test_an_admission_tells_what_cards_take(tmp_path: Path) -> None:
+    floor = "MagFold/UnknownFloor-v0"
+    train(tiny(env={"id": floor}, timesteps=24), tmp_path / "run")
+    card = ship_policies(NAME, [tmp_path / "run"], tmp_path)
+    command = typer.Typer()
+    command.command()(admission.main)
+    given = [floor, "--policy", str(tmp_path / "run" / "policy.safetensors"), "--tasks", "1"]
+    given += ["--episodes", "3", "--search", "13", "32", "--race", "13", "32"]
+    done = CliRunner().invoke(command, [*given, "--processes", "1", "--output", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    (found,) = with_results(card, [tmp_path / "admission.json"]).admissions
+    assert (found.id, found.policies) == (floor, (0,))
+    (successes,) = found.successes
+    assert len(successes) == 3
+    assert found.rows["trained"].success[0] == pytest.approx(successes.count("1") / 3)
 
 
 def test_results_of_other_policies_are_refused(card: Card, tmp_path: Path) -> None:
