@@ -20,6 +20,7 @@ from agents.admission import FORMAT, contestants, rule
 from agents.admission.arena import Arena, own_arena
 from agents.admission.contestants import (
     BLIND,
+    DRAWN,
     FROZEN,
     OPEN_LOOP,
     ORACLE,
@@ -28,7 +29,7 @@ from agents.admission.contestants import (
     TRAINED,
     Search,
 )
-from agents.admission.halving import Winner, rounds
+from agents.admission.halving import Ranked, rounds
 from agents.admission.schedules import Schedule, constant
 from agents.commands import progress_bar, reported_errors
 from agents.evaluation.episodes import spread_over
@@ -59,8 +60,8 @@ class Contest:
             "physics": physics_digest(),
         }
 
-    def search(self, effort: Search) -> dict[int, tuple[Schedule, Winner]]:
-        """Return the open loop of every task, by number, and what speaks for it."""
+    def search(self, effort: Search) -> dict[int, list[Ranked]]:
+        """Return the schedules of every task, by number, that have been tried, the best first."""
         numbers = self._arena.numbers
         found = self._played(
             OPEN_LOOP,
@@ -70,17 +71,21 @@ class Contest:
             _search,
             block=1,
         )
-        winners = [Winner(*each) for each in found]
         return {
-            number: (self._arena.schedules(effort.candidates, number)[each.place], each)
-            for number, each in zip(numbers, winners, strict=True)
+            number: [Ranked(*each) for each in ranked]
+            for number, ranked in zip(numbers, found, strict=True)
         }
 
     def play(
-        self, open_loops: dict[int, Schedule], searched: Search, raced: Search, episodes: int
+        self, best: dict[int, list[Schedule]], searched: Search, raced: Search, episodes: int
     ) -> dict[str, Any]:
-        """Return success and score of all that need no training, (1, episodes, 2)."""
+        """Return success and score of all that need no training, (1, episodes, 2).
+
+        `best` are those schedules of every task, by number, that the oracle races, the open loop's
+        first.
+        """
         key: dict[str, Any] = {"search": searched}
+        open_loops = {number: schedules[0] for number, schedules in best.items()}
         simple = self._played(
             "simple",
             key,
@@ -93,7 +98,7 @@ class Contest:
             ORACLE,
             key | {"race": raced},
             episodes,
-            lambda start, stop: (*self._given, open_loops, raced, start, stop),
+            lambda start, stop: (*self._given, best, raced.budget, start, stop),
             _play_oracle,
             block=1,
         )
@@ -144,9 +149,9 @@ class Contest:
         return records
 
 
-def _search(env_id: str, tasks: int, numbers: list[int], effort: Search) -> list[list[int]]:
+def _search(env_id: str, tasks: int, numbers: list[int], effort: Search) -> list[Any]:
     arena = own_arena(env_id, tasks)
-    return [list(contestants.search(arena, number, effort)) for number in numbers]
+    return [contestants.search(arena, number, effort) for number in numbers]
 
 
 def _play_simple(
@@ -156,13 +161,10 @@ def _play_simple(
 
 
 def _play_oracle(
-    env_id: str, tasks: int, open_loops: dict[int, Schedule], effort: Search, start: int, stop: int
+    env_id: str, tasks: int, best: dict[int, list[Schedule]], budget: int, start: int, stop: int
 ) -> list[Any]:
     arena = own_arena(env_id, tasks)
-    return [
-        contestants.play_oracle(arena, open_loops, effort, episode)
-        for episode in range(start, stop)
-    ]
+    return [contestants.play_oracle(arena, best, budget, episode) for episode in range(start, stop)]
 
 
 def _policy_job(given: tuple[str, int], path: str, kind: str, start: int, stop: int) -> Job:
@@ -196,7 +198,7 @@ def main(  # noqa: PLR0913 - one parameter an option
     race: Annotated[
         tuple[int, int],
         typer.Option(
-            help="Schedules that the oracle tries for an episode, and in how many copies."
+            help="Of these the ones that the oracle tries for an episode, and in how many copies."
         ),
     ] = (64, 250),
     processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
@@ -207,27 +209,30 @@ def main(  # noqa: PLR0913 - one parameter an option
     """Compare open loops, an oracle and trained policies, and say if the task is admitted."""
     folder = output or Path("runs") / f"admission-{env_id.rpartition('/')[2]}"
     searched, raced = Search(*search), Search(*race)
-    given = {TRAINED: policy or [], FROZEN: policy or [], BLIND: blind or []}
+    seeing, unseeing = policy or [], blind or []
+    given = {TRAINED: seeing, DRAWN: seeing, FROZEN: seeing, BLIND: unseeing}
     with reported_errors(ValueError):
         arena = own_arena(env_id, tasks)
-        for option, effort in {"--search": searched, "--race": raced}.items():
-            if effort.candidates < len(SPEEDS):
-                raise ValueError(
-                    f"{option}: {effort.candidates} schedules are not allowed; "
-                    f"must be {len(SPEEDS)} or more, constant speeds alone are as many"
-                )
+        if raced.candidates > searched.candidates:
+            raise ValueError(
+                f"--race: {raced.candidates} schedules are not allowed; "
+                f"must be among the {searched.candidates} of --search"
+            )
+        for effort in (searched, raced):
             rounds(*effort)
-        for path in (*given[TRAINED], *given[BLIND]):
+        for path in (*seeing, *unseeing):
             saved = contestants.own_policy(path)
             Player(saved.policy, saved.shown, arena.env_of(saved.policy.action_space))
         # The engine is compiled before processes share the work.
-        fastest = constant(SPEEDS[-1]).speeds(arena.horizon)
-        arena.field.feed(np.array(arena.numbers[:1]), [0], fastest[None])
+        arena.field.follow(np.array(arena.numbers[:1]), [0], [constant(SPEEDS[-1])])
         with progress_bar() as bar:
             contest = Contest(arena, processes, folder, bar)
             found = contest.search(searched)
-            open_loops = {number: schedule for number, (schedule, _) in found.items()}
-            ends = contest.play(open_loops, searched, raced, episodes)
+            best = {
+                number: arena.ranked(searched.candidates, number, ranked[: raced.candidates])
+                for number, ranked in found.items()
+            }
+            ends = contest.play(best, searched, raced, episodes)
             for kind, paths in given.items():
                 if paths:
                     ends[kind] = contest.play_policies(paths, kind, episodes)
@@ -252,8 +257,8 @@ def main(  # noqa: PLR0913 - one parameter an option
             for kind, paths in given.items()
         },
         "open loops": {
-            number: {"schedule": str(schedule), **winner._asdict()}
-            for number, (schedule, winner) in found.items()
+            number: {"schedule": str(best[number][0]), **ranked[0]._asdict()}
+            for number, ranked in found.items()
         },
         "rows": {
             row.name: {

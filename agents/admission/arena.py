@@ -10,8 +10,10 @@ from functools import cache, cached_property, partial
 
 import numpy as np
 
-from agents.admission.schedules import Schedule, schedules
-from magfold_env.envs.baselines.constant_speed import Plan
+from agents.admission.halving import Ranked
+from agents.admission.schedules import Schedule, constant, following, schedules
+from magfold_env.envs.baselines.constant_speed import SPEEDS, Plan
+from magfold_env.envs.baselines.three_speeds import way_of
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.feed_track import FeedEpisodes
 from magfold_env.scene import Scene
@@ -37,8 +39,16 @@ class Arena(Track):
 
     def schedules(self, count: int, number: int) -> list[Schedule]:
         """Return so many schedules that may be tried in a task, by its number."""
-        scene = self.world.scene
-        return schedules(count, scene.n * scene.casing.diagonal, self.horizon, number)
+        scene, refolds = self.world.scene, len(self.env.tasks[number].words) > 1
+        simple = [constant(speed) for speed in SPEEDS]
+        if refolds:
+            simple = [Schedule("baseline", way_of(scene, self.env.baseline_of(number)))]
+        return schedules(count, scene, self.horizon, number, simple, refolds)
+
+    def ranked(self, count: int, number: int, best: list[Ranked]) -> list[Schedule]:
+        """Return those of so many schedules of a task that came farthest."""
+        tried = self.schedules(count, number)
+        return [tried[each.place] for each in best]
 
     @cached_property
     def field(self) -> "Field":
@@ -77,6 +87,10 @@ class Field:
             return lambda episodes, rows: (table[rows, episodes.steps[rows]],)
 
         return self.play(numbers, seeds, plan)
+
+    def follow(self, numbers: Ints, seeds: list[int], found: list[Schedule]) -> Floats:
+        """Return the same of episodes that are fed by schedules."""
+        return self.play(numbers, seeds, lambda part: following(found[part]))
 
     def play(self, numbers: Ints, seeds: list[int], plan: Callable[[slice], Plan]) -> Floats:
         """Return the same of episodes that are fed by what `plan` returns for a part of them."""

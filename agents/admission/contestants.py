@@ -8,11 +8,12 @@ baseline          plays what sets the task's baseline b, chosen on draws of its 
                   best of three speeds (`magfold_env.envs.baselines.three_speeds`)
 open loop         of many schedules the one that is best for the task, by successive halving on
                   draws of its own, the same for all tasks; the constant speeds are among them
-oracle            knows an episode's hidden physics, not its start nor its noise: races a few
-                  schedules on copies that differ from the episode in these, then plays the best.
-                  The open loop's is among them
+oracle            knows an episode's hidden physics, not its start nor its noise: races the
+                  schedules that came farthest in the task's search on copies that differ from the
+                  episode in these, then plays the best
 oracle, same draw the best of the same schedules on the very episode, which nobody can know
 trained           policies, which play the most probable action
+trained, drawn    the same, which draw their actions as in training
 frozen            their actions of one episode in which nothing is drawn, replayed
 trained blind     policies that were trained without motion, shown none, as
                   `magfold_env.scoring.shown.blind` has it
@@ -29,7 +30,7 @@ import numpy as np
 import torch
 
 from agents.admission.arena import SEARCH, Arena, Field, copies
-from agents.admission.halving import Winner, halving
+from agents.admission.halving import Ranked, halving
 from agents.admission.schedules import Schedule, constant
 from agents.training import policy_files
 from agents.training.policy_files import SavedPolicy
@@ -42,7 +43,8 @@ from magfold_env.scoring.track import WIDTH
 
 RANDOM, FORWARD, BASELINE, OPEN_LOOP = "random", "always forward", "baseline", "open loop"
 ORACLE, SAME_DRAW = "oracle", "oracle, same draw"
-TRAINED, FROZEN, BLIND = "trained", "frozen", "trained blind"
+TRAINED, DRAWN = "trained", "trained, drawn"
+FROZEN, BLIND = "frozen", "trained blind"
 
 SIMPLE = (RANDOM, FORWARD, BASELINE, OPEN_LOOP)
 """Those of which an episode is all it takes."""
@@ -57,8 +59,8 @@ class Search(NamedTuple):
     """Episodes."""
 
 
-def search(arena: Arena, number: int, effort: Search) -> Winner:
-    """Return which of its schedules is the open loop of a task, by the task's number."""
+def search(arena: Arena, number: int, effort: Search) -> list[Ranked]:
+    """Return a task's schedules, by its number: the first is its open loop."""
     tried = arena.schedules(effort.candidates, number)
     return _race(arena.field, number, tried, SEARCH, effort.budget)
 
@@ -68,34 +70,26 @@ def play_simple(
 ) -> list[list[list[float]]]:
     """Return success and score of every one of `SIMPLE` in each of some episodes."""
     numbers, seeds = arena.draws(start, stop)
-    listed, horizon = numbers.tolist(), arena.horizon
-    tables = {
-        RANDOM: [_at_random(arena, *each) for each in zip(listed, seeds, strict=True)],
-        FORWARD: [constant(FASTEST).speeds(horizon)] * len(seeds),
-        OPEN_LOOP: [open_loops[number].speeds(horizon) for number in listed],
-    }
+    listed, field = numbers.tolist(), arena.field
+    drawn = [_at_random(arena, *each) for each in zip(listed, seeds, strict=True)]
     ends = {
-        name: arena.field.feed(numbers, seeds, np.array(table)) for name, table in tables.items()
+        RANDOM: field.feed(numbers, seeds, np.array(drawn)),
+        FORWARD: field.follow(numbers, seeds, [constant(FASTEST)] * len(seeds)),
+        BASELINE: field.play(numbers, seeds, lambda part: arena.env.plan_of(listed[part])),
+        OPEN_LOOP: field.follow(numbers, seeds, [open_loops[number] for number in listed]),
     }
-    ends[BASELINE] = arena.field.play(numbers, seeds, lambda part: arena.env.plan_of(listed[part]))
     return np.stack([ends[name] for name in SIMPLE], axis=1).tolist()
 
 
 def play_oracle(
-    arena: Arena, open_loops: dict[int, Schedule], effort: Search, episode: int
+    arena: Arena, best: dict[int, list[Schedule]], budget: int, episode: int
 ) -> list[list[float]]:
     """Return success and score of `ORACLE` and `SAME_DRAW` in an episode."""
     numbers, seeds = arena.draws(episode, episode + 1)
-    number = int(numbers[0])
-    tried = arena.schedules(effort.candidates - 1, number)
-    tried.append(open_loops[number])
+    tried = best[int(numbers[0])]
     field = Field(copied_episodes(arena, episode, WIDTH))
-    winner = _race(field, 0, tried, copies(episode), effort.budget)
-    ends = arena.field.feed(
-        np.repeat(numbers, len(tried)),
-        seeds * len(tried),
-        np.array([each.speeds(arena.horizon) for each in tried]),
-    )
+    winner = _race(field, 0, tried, copies(episode), budget)[0]
+    ends = arena.field.follow(np.repeat(numbers, len(tried)), seeds * len(tried), tried)
     return [ends[winner.place].tolist(), max(ends.tolist())]
 
 
@@ -112,7 +106,7 @@ def play_policy(
 ) -> list[list[float]]:
     """Return success and score of a policy in each of some episodes.
 
-    `kind` is `TRAINED`, `FROZEN` or `BLIND`.
+    `kind` is `TRAINED`, `DRAWN`, `FROZEN` or `BLIND`.
 
     Raises
     ------
@@ -126,7 +120,8 @@ def play_policy(
         return arena.field.feed(numbers, seeds, table).tolist()
     if kind == BLIND:
         saved = replace(saved, shown=saved.shown.model_copy(update={"blind": True}))
-    return _play(arena, saved, numbers, seeds)[1]
+    torch.manual_seed(start)
+    return _play(arena, saved, numbers, seeds, kind == DRAWN)[1]
 
 
 @cache
@@ -137,11 +132,12 @@ def own_policy(path: str) -> SavedPolicy:
 
 
 def _play(
-    arena: Arena, saved: SavedPolicy, numbers: Ints, seeds: Sequence[int]
+    arena: Arena, saved: SavedPolicy, numbers: Ints, seeds: Sequence[int], sampled: bool = False
 ) -> tuple[FeedEpisodes, list[list[float]]]:
     """Return episodes that a policy has played, with success and score of each."""
     env, episodes = arena.env_of(saved.policy.action_space), arena.episodes(len(seeds))
-    choose = choices(Player(saved.policy, saved.shown, env, len(seeds)), env, episodes)
+    player = Player(saved.policy, saved.shown, env, len(seeds), sampled)
+    choose = choices(player, env, episodes)
     ends = episodes.play(seeds, numbers.tolist(), choose)
     return episodes, np.column_stack([ends["is_success"], ends["score"]]).tolist()
 
@@ -154,14 +150,14 @@ def _rehearsed(arena: Arena, saved: SavedPolicy, number: int) -> Floats:
     return np.pad(driven, (0, arena.horizon - driven.size), mode="edge")
 
 
-def _race(field: Field, number: int, tried: Sequence[Schedule], stream: str, budget: int) -> Winner:
-    speeds = np.array([each.speeds(field.horizon) for each in tried])
-
+def _race(
+    field: Field, number: int, tried: Sequence[Schedule], stream: str, budget: int
+) -> list[Ranked]:
     def trial(candidates: Ints, start: int, stop: int) -> Floats:
         draws = stop - start
         seeds = episode_seeds(stream, stop)[start:] * len(candidates)
-        table = np.repeat(speeds[candidates], draws, axis=0)
-        ends = field.feed(np.full(len(seeds), number), seeds, table)
+        found = [tried[place] for place in np.repeat(candidates, draws).tolist()]
+        ends = field.follow(np.full(len(seeds), number), seeds, found)
         return ends.reshape(len(candidates), draws, 2)
 
     return halving(len(tried), budget, trial)

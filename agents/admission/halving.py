@@ -1,4 +1,4 @@
-"""Successive halving: which of many candidates does best, within a budget of episodes.
+"""Successive halving: which of many candidates do best, within a budget of episodes.
 
 All play the same draws; the better half goes on and plays more (Jamieson and Talwalkar,
 *Non-stochastic best arm identification*, 2016). Every round has about the same share of the budget.
@@ -16,15 +16,15 @@ Trial = Callable[[Ints, int, int], Floats]
 episodes, (candidates, draws, 2)."""
 
 
-class Winner(NamedTuple):
-    """The best of the candidates."""
+class Ranked(NamedTuple):
+    """One of the candidates."""
 
     place: int
     """Among them, from 0."""
+    successes: int
+    """How many of its episodes succeeded: of the best a flattering share, for it was chosen."""
     draws: int
     """How many episodes it had."""
-    successes: int
-    """How many of them succeeded: a flattering share, since it was chosen for it."""
 
 
 def rounds(candidates: int, budget: int) -> list[tuple[int, int]]:
@@ -51,18 +51,25 @@ def rounds(candidates: int, budget: int) -> list[tuple[int, int]]:
     return found
 
 
-def halving(candidates: int, budget: int, trial: Trial) -> Winner:
-    """Return the best of some candidates by share of successes, then by mean score.
+def halving(candidates: int, budget: int, trial: Trial) -> list[Ranked]:
+    """Return some candidates, the best first, by share of successes, then by mean score.
 
-    Of equally good ones the first is preferred. `budget` is the most episodes, as in `rounds`.
+    Those that went on come before the others; of equally good ones the first is preferred.
+    `budget` is the most episodes, as in `rounds`.
     """
-    field = np.arange(candidates)
-    ends = np.zeros((candidates, 0, 2))
+    field, ends = np.arange(candidates), np.zeros((candidates, 0, 2))
+    out: list[Ranked] = []
     for places, draws in rounds(candidates, budget):
+        out = _ranked(field[places:], ends[places:]) + out
         field, ends = field[:places], ends[:places]
         played = ends.shape[1]
         ends = np.concatenate([ends, trial(field, played, played + draws)], axis=1)
         success, score = -ends.mean(axis=1).T
         ranks = np.lexsort((field, score, success))
         field, ends = field[ranks], ends[ranks]
-    return Winner(int(field[0]), ends.shape[1], int(ends[0, :, 0].sum()))
+    return _ranked(field, ends) + out
+
+
+def _ranked(field: Ints, ends: Floats) -> list[Ranked]:
+    successes = ends[..., 0].sum(axis=1).astype(int).tolist()
+    return [Ranked(*each, ends.shape[1]) for each in zip(field.tolist(), successes, strict=True)]

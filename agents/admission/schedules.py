@@ -1,129 +1,161 @@
-"""Schedules of feed: speeds step by step, chosen before an episode begins.
+"""Schedules of feed, chosen before an episode begins: speeds, each up to an advance of the feed.
 
 ============== ===================================================================================
 family         what is drawn
 ============== ===================================================================================
-constant       nothing: one of the speeds that the best constant speed is chosen from, each once
-two speeds     the speeds, and where the feed goes from one to the other, evenly along the chain
+baseline       nothing: the constant speeds that the best is chosen from, each once, or the push,
+               pull and push that sets b
+two speeds     the speeds, and where the feed goes from one to the other, evenly along the way
 three speeds   likewise, with two places
 pulses         a speed, how far the feed goes in one push, a twentieth to half of the chain, and
                the pause after it, 20 ms to half a second
 push-pull-push three speeds, the second one back; how far the first push goes, a fifth to all of
-               the chain, and the share of it that is drawn in again, a tenth to all
+               the way, and the share of it that is drawn in again, a tenth to all
+refold         for two folds: up to where the tube holds nothing but 0.1 to 0.9 diagonals of the
+               last component by one, two or three speeds or pulses; to stand, 0.1 to 1.2 s; to
+               pull in up to 0.05 to 1 diagonals; and again the whole way by any of these families
 ============== ===================================================================================
 
-Speeds are from 0.03 to 0.6 m/s; they, the lengths of pulses and the pauses are even on a scale of
-powers. Schedules that do not have the chain out after four fifths of the time that
-there is are drawn again.
+Speeds are from 0.03 to 0.6 m/s; they, the lengths of pulses and the times to stand are even on a
+scale of powers. Schedules that do not have the chain out after four fifths of the time that
+there is are drawn again. Turning at advances, not at times, they make good what the drive is off
+by, as everyone can who reads how far the feed has gone.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
 
-from magfold_env.envs.baselines.constant_speed import SPEEDS
-from magfold_env.envs.chains.arrays import Floats
+from magfold_env.envs.baselines.legs import Following, Leg
 from magfold_env.envs.feed_track import INTERVAL
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
+from magfold_env.scene import Scene
+
+Way = tuple[Leg, ...]
 
 LONGEST_PAUSE = 25
 """Between two pulses, in steps."""
+
+STANDS = 5, 60
+"""Between two folds, in steps."""
 
 
 class Schedule(NamedTuple):
     """What an open loop decides."""
 
     family: str
-    pieces: tuple[tuple[float, int], ...]
-    """A speed [m/s] and for how many steps, one after another."""
-    repeats: bool = False
-    """Whether the pieces begin again after the last; else its speed is kept."""
+    way: Way
+    """Its legs, one after another; the last one is kept."""
 
-    def speeds(self, steps: int) -> Floats:
-        """Return the speeds of so many steps [m/s]."""
-        once = np.repeat(*map(np.array, zip(*self.pieces, strict=True)))
-        if self.repeats:
-            return np.resize(once, steps)
-        return np.pad(once, (0, steps), mode="edge")[:steps]
+    def time(self, length: float) -> float:
+        """Return when the feed has gone some way [m], where the drive is not off [s]."""
+        gone, passed = 0.0, 0.0
+        for leg in self.way:
+            place = min(leg.until, length)
+            if leg.speed == 0.0:
+                passed += INTERVAL * leg.steps
+            else:
+                passed += (place - gone) / leg.speed
+                gone = place
+        return passed
 
     def __str__(self) -> str:
         """Return it in words."""
-        parts = [f"{speed:.3f} m/s for {INTERVAL * steps:.2f} s" for speed, steps in self.pieces]
-        if not self.repeats:
-            parts[-1] = f"{self.pieces[-1][0]:.3f} m/s"
+        parts = []
+        for speed, until, steps, _ in self.way:
+            stands = f"stand for {INTERVAL * steps:.2f} s"
+            to = f" to {1e3 * until:.1f} mm" if np.isfinite(until) else ""
+            parts.append(f"{speed:.3f} m/s{to}" if speed else stands)
         return f"{self.family}: {', '.join(parts)}"
 
 
 def constant(speed: float) -> Schedule:
     """Return the schedule of one speed [m/s]."""
-    return Schedule("constant", ((speed, 1),))
+    return Schedule("baseline", (Leg(speed),))
 
 
-def out_by(horizon: int) -> int:
-    """Return after how many steps of an episode schedules have the chain out."""
-    return horizon * 4 // 5
+def following(schedules: Iterable[Schedule]) -> Following:
+    """Return what plays schedules, one a row."""
+    return Following([each.way for each in schedules])
 
 
-def schedules(count: int, length: float, horizon: int, seed: int) -> list[Schedule]:
-    """Return schedules for a chain of some length [m]; the constant speeds come first.
+def schedules(
+    count: int, scene: Scene, horizon: int, seed: int, simple: Iterable[Schedule], refolds: bool
+) -> list[Schedule]:
+    """Return schedules for a chain; the simple ones that are given come first.
 
-    The first schedules of a long list are those of a short one.
+    The first schedules of a long list are those of a short one. Where the chain is to fold twice,
+    all others are of the family ``refold``.
     """
     key = (crc32(b"schedules"),)
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
-    found = [constant(speed) for speed in SPEEDS]
+    found = list(simple)
+    latest = INTERVAL * (horizon * 4 // 5)
+    length, diagonal = scene.n * scene.casing.diagonal, scene.casing.diagonal
     while len(found) < count:
-        family = _FAMILIES[len(found) % len(_FAMILIES)]
-        drawn = family(rng, length)
-        while not INTERVAL * drawn.speeds(out_by(horizon)).cumsum().max() >= length:
-            drawn = family(rng, length)
-        found.append(drawn)
+        name, draw = _FAMILIES[len(found) % len(_FAMILIES)]
+        way = _refold(rng, length, diagonal, draw) if refolds else draw(rng, 0.0, length)
+        drawn = Schedule(f"refold, {name}" if refolds else name, way)
+        if drawn.time(length) <= latest:
+            found.append(drawn)
     return found[:count]
 
 
-def _two_speeds(rng: np.random.Generator, length: float) -> Schedule:
-    return Schedule("two speeds", _stretches(rng, length, 2))
+def _refold(rng: np.random.Generator, length: float, diagonal: float, second: "_Draw") -> Way:
+    held = length - diagonal * rng.uniform(0.1, 0.9)
+    *out, last = _FIRST[rng.integers(len(_FIRST))](rng, 0.0, held)
+    stand = Leg(0.0, steps=round(_even_in_powers(rng, *STANDS)))
+    inside = diagonal * rng.uniform(0.05, 1.0)
+    back = Leg(-_speed(rng), inside)
+    return *out, last._replace(until=held, brakes=True), stand, back, *second(rng, inside, length)
 
 
-def _three_speeds(rng: np.random.Generator, length: float) -> Schedule:
-    return Schedule("three speeds", _stretches(rng, length, 3))
+def _one_speed(rng: np.random.Generator, start: float, length: float) -> Way:
+    return _stretches(rng, start, length, 1)
 
 
-def _pulses(rng: np.random.Generator, length: float) -> Schedule:
-    push = _piece(_speed(rng), length * _even_in_powers(rng, 0.05, 0.5))
-    pause = round(_even_in_powers(rng, 1.0, LONGEST_PAUSE))
-    return Schedule("pulses", (push, (0.0, pause)), repeats=True)
+def _two_speeds(rng: np.random.Generator, start: float, length: float) -> Way:
+    return _stretches(rng, start, length, 2)
 
 
-def _push_pull_push(rng: np.random.Generator, length: float) -> Schedule:
-    pushed = length * rng.uniform(0.2, 1.0)
+def _three_speeds(rng: np.random.Generator, start: float, length: float) -> Way:
+    return _stretches(rng, start, length, 3)
+
+
+def _stretches(rng: np.random.Generator, start: float, length: float, count: int) -> Way:
+    """Return legs of so many speeds that share the way among them."""
+    places = np.sort(rng.uniform(start, length, count - 1)).tolist()
+    return tuple(Leg(_speed(rng), place) for place in (*places, np.inf))
+
+
+def _pulses(rng: np.random.Generator, start: float, length: float) -> Way:
+    speed, step = _speed(rng), length * _even_in_powers(rng, 0.05, 0.5)
+    pause = Leg(0.0, steps=round(_even_in_powers(rng, 1.0, LONGEST_PAUSE)))
+    way: list[Leg] = []
+    for place in np.arange(start + step, length, step).tolist():
+        way += [Leg(speed, place), pause]
+    return *way, Leg(speed)
+
+
+def _push_pull_push(rng: np.random.Generator, start: float, length: float) -> Way:
+    pushed = (length - start) * rng.uniform(0.2, 1.0)
     back, again = pushed * rng.uniform(0.1, 1.0), _speed(rng)
-    pieces = _piece(_speed(rng), pushed), _piece(-_speed(rng), back), (again, 1)
-    return Schedule("push-pull-push", pieces)
+    way = Leg(_speed(rng), start + pushed), Leg(-_speed(rng), start + pushed - back)
+    return *way, Leg(again)
 
 
-_FAMILIES: tuple[Callable[[np.random.Generator, float], Schedule], ...] = (
-    _two_speeds,
-    _three_speeds,
-    _pulses,
-    _push_pull_push,
+_Draw = Callable[[np.random.Generator, float, float], Way]
+
+_FAMILIES: tuple[tuple[str, _Draw], ...] = (
+    ("two speeds", _two_speeds),
+    ("three speeds", _three_speeds),
+    ("pulses", _pulses),
+    ("push-pull-push", _push_pull_push),
 )
 
-
-def _stretches(
-    rng: np.random.Generator, length: float, count: int
-) -> tuple[tuple[float, int], ...]:
-    """Return pieces of so many speeds that share the chain among them."""
-    places = np.sort(rng.uniform(0.0, length, count - 1))
-    shares = np.diff(places, prepend=0.0, append=length)
-    return tuple(_piece(_speed(rng), share) for share in shares.tolist())
-
-
-def _piece(speed: float, distance: float) -> tuple[float, int]:
-    """Return a speed [m/s] and the steps in which the feed goes some way [m] with it."""
-    return speed, max(1, round(distance / abs(speed) / INTERVAL))
+_FIRST: tuple[_Draw, ...] = (_one_speed, _two_speeds, _three_speeds, _pulses)
 
 
 def _speed(rng: np.random.Generator) -> float:

@@ -1,6 +1,7 @@
 """The rule of admission compares what it says it compares, on draws of their own."""
 
 import json
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -26,9 +27,10 @@ from agents.admission.contestants import (
     Search,
 )
 from agents.admission.halving import halving, rounds
-from agents.admission.schedules import constant, out_by
+from agents.admission.schedules import Schedule, constant, following
 from agents.evaluation import intervals
 from agents.training.policy_files import SavedPolicy
+from magfold_env.envs.baselines.legs import Leg
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.chains.draws import REFERENCE_SPEED
 from magfold_env.envs.feed_track import INTERVAL
@@ -68,7 +70,11 @@ def test_halving_finds_the_best_of_known_bandits(best: int) -> None:
         success = drawn[candidates, start:stop].astype(float)
         return np.stack([success, 0.5 + 0.5 * success], axis=-1)
 
-    winner = halving(100, 600, trial)
+    ranked = halving(100, 600, trial)
+    winner = ranked[0]
+    assert sorted(each.place for each in ranked) == list(range(100))
+    draws = [each.draws for each in ranked]
+    assert draws == sorted(draws, reverse=True)
     assert winner.place == best
     assert winner.draws == played[best] == played.max()
     assert winner.successes == drawn[best, : winner.draws].sum()
@@ -82,7 +88,7 @@ def test_of_as_many_successes_the_higher_score_wins_then_the_first() -> None:
         ends[..., 1] = scores[candidates, None]
         return ends
 
-    assert halving(4, 12, trial).place == 1
+    assert [each.place for each in halving(4, 12, trial)] == [1, 2, 3, 0]
 
 
 @pytest.mark.parametrize("env_id", FEED_TRACKS)
@@ -91,21 +97,51 @@ def test_schedules_are_ones_that_actions_can_ask_for(env_id: str) -> None:
     found = arena.schedules(60, 5)
     assert found[:30] == arena.schedules(30, 5)
     assert found[13:] != arena.schedules(60, 6)[13:]
-    scene = arena.world.scene
-    assert len({each.family for each in found}) == 5
-    assert constant(FASTEST) in found
+    scene, refolds = arena.world.scene, env_id == "MagFold/Reprogram-v0"
+    length, diagonal = scene.n * scene.casing.diagonal, scene.casing.diagonal
+    families = {"two speeds", "three speeds", "pulses", "push-pull-push"}
+    drawn = {each.family for each in found} - {"baseline"}
+    assert drawn == ({f"refold, {each}" for each in families} if refolds else families)
+    assert refolds or constant(FASTEST) in found
     for schedule in found:
-        speeds = schedule.speeds(arena.horizon)
-        assert speeds.shape == (arena.horizon,)
+        speeds = np.array([leg.speed for leg in schedule.way])
         size = np.abs(speeds)
         assert np.all((size == 0.0) | ((size >= DEAD_BAND) & (size <= FASTEST)))
-        actions = np.array([arena.world.actions.encode(speed) for speed in speeds])
-        read = arena.world.actions.read(actions, arena.horizon)[0]
-        np.testing.assert_allclose(read, speeds, rtol=1e-6)
-        out = INTERVAL * speeds[: out_by(arena.horizon)].cumsum().max()
-        assert out >= scene.n * scene.casing.diagonal
-    backward = [each.speeds(250).min() < 0.0 for each in found if each.family == "push-pull-push"]
-    assert all(backward)
+        assert speeds[-1] > 0.0
+        assert schedule.way[-1].until == np.inf
+        assert schedule.time(length) <= 0.8 * INTERVAL * arena.horizon
+        places = [leg.until for leg in schedule.way if leg.speed and leg.until < np.inf]
+        assert all(0.0 < each < length for each in places)
+        turns_back = [leg for leg in schedule.way if leg.speed < 0.0]
+        if refolds:
+            assert turns_back[0].until <= diagonal
+            assert length - diagonal < max(places) < length
+        else:
+            assert bool(turns_back) == (schedule.family == "push-pull-push")
+
+
+def test_schedules_turn_where_the_feed_has_gone_so_far_and_stand_so_long() -> None:
+    arena = Arena("MagFold/Reprogram-v0", 1, randomised=False)
+    episodes, row = arena.episodes(1), np.array([0])
+    legs = Leg(0.2, 0.041), Leg(0.0, steps=4), Leg(-0.1, 0.031), Leg(0.3)
+    episodes.play([0], [0], partial(following([Schedule("drawn", legs)]), episodes))
+    driven = episodes.driven[0, : int(episodes.steps[0])]
+    gone = INTERVAL * driven.cumsum()
+    turns = np.flatnonzero(np.diff(np.sign(driven)))
+    assert np.sign(driven[[0, *(turns + 1)]]).tolist() == [1.0, 0.0, -1.0, 1.0]
+    assert 0.041 < gone[turns[0]] < 0.041 + 0.2 * INTERVAL
+    assert turns[1] - turns[0] == 4
+    assert 0.031 - 0.1 * INTERVAL < gone[turns[2]] < 0.031
+    # Braked, it stands still near the place that is meant: unbraked it went half a diagonal a step.
+    braked = Leg(0.45, 0.06, brakes=True), Leg(0.0)
+    plan = following([Schedule("drawn", braked)])
+    episodes.rngs = [seeding.np_random(0)[0]]
+    episodes.begin(row, [0])
+    for _ in range(60):
+        episodes.step(row, plan(episodes, row))
+    left = 0.06 - float(episodes.chains.advances()[0])
+    assert abs(left) < 0.2 * arena.world.scene.casing.diagonal
+    assert plan.at[0] == 1
 
 
 @pytest.mark.parametrize("env_id", FEED_TRACKS)
@@ -129,7 +165,8 @@ def test_copies_have_the_physics_of_their_episode_and_other_starts(env_id: str) 
 def test_the_field_plays_what_a_single_environment_plays(env_id: str) -> None:
     arena = Arena(env_id, 2)
     numbers, seeds = arena.draws(0, 3)
-    tried = [arena.schedules(16, 0)[k].speeds(arena.horizon) for k in (4, 12, 15)]
+    rng, steps = np.random.default_rng(3), arena.horizon
+    tried = rng.uniform(0.1, 0.6, (3, 1)) * np.sign(rng.uniform(-0.2, 1.0, (3, steps)))
     encode, read = arena.world.actions.encode, arena.world.actions.read
     actions = np.array([[encode(speed) for speed in each] for each in tried])
     table = np.array([read(each, arena.horizon)[0] for each in actions])
@@ -333,7 +370,7 @@ def test_the_command_goes_on_where_it_was_killed(
     [
         (["MagFold/TubeFeed-v0"], "id: 'MagFold/TubeFeed-v0' is not allowed; must be"),
         ([FLOOR, "--search", "1000", "900"], "budget: 900 is not allowed for 1000 candidates"),
-        ([FLOOR, "--race", "5", "900"], "--race: 5 schedules are not allowed; must be 13"),
+        ([FLOOR, "--race", "1001", "9000"], "--race: 1001 schedules are not allowed; must be"),
         ([FLOOR, "--blind", "none.safetensors"], "none.safetensors: no such file"),
     ],
 )

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from magfold_env.envs.baselines import baseline, three_speeds
-from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, PushPullPush
+from magfold_env.envs.baselines.legs import Following
+from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, Speeds, push_pull_push
 from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.envs.chains.arrays import FOLDED
 from magfold_env.envs.feed_track import INTERVAL, replay
@@ -23,6 +24,7 @@ from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import read_tasks
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Goal
 from magfold_env.fold import FoldStatus
+from magfold_env.scene import load_scene
 from magfold_env.shapes import word_to_angles
 
 TASK = {
@@ -35,6 +37,11 @@ EASIEST = 4
 """Tasks that are tried: those in which a schedule leads to both words most often."""
 
 
+def following(*speeds: Speeds) -> Following:
+    """Return what plays schedules of three speeds."""
+    return Following([push_pull_push(load_scene("reprogram"), each) for each in speeds])
+
+
 def rolls(count: int = 24, **options: Any) -> tuple[ReprogramVectorEnv, list[Any], list[Any]]:
     """Play schedules of three speeds in the easiest tasks.
 
@@ -45,9 +52,9 @@ def rolls(count: int = 24, **options: Any) -> tuple[ReprogramVectorEnv, list[Any
     envs.reset(seed=1, options={"task": tasks})
     episodes: Any = envs.episodes
     speeds = [(PUSHES[k % 3], PULLS[k % 2], PUSHES[k // 8 % 3]) for k in range(count)]
-    plan, rows, said, chains = PushPullPush(speeds, count), episodes.rows, [], []
+    plan, rows, said, chains = following(*speeds), episodes.rows, [], []
     while len(rows):
-        rewards, ends = episodes.step(rows, (plan(episodes, rows),))
+        rewards, ends = episodes.step(rows, plan(episodes, rows))
         chains.append((episodes.stage.copy(), episodes.arrays.angles.copy(), episodes.is_in(rows)))
         said.append((rows, rewards, ends))
         rows = rows[~episodes.terminated[rows]]
@@ -130,11 +137,11 @@ def test_shaping_changes_the_return_by_the_first_potential_alone(played: Any, sh
     np.testing.assert_allclose(totals[0] - totals[1], first, atol=1e-9)
 
 
-def feed(env: ReprogramEnv, speeds: PushPullPush, steps: int = HORIZON) -> dict[str, Any]:
+def feed(env: ReprogramEnv, plan: Following, steps: int = HORIZON) -> dict[str, Any]:
     """Feed by a schedule for so many steps at most; return what was told last."""
     info: dict[str, Any] = {}
     for _ in range(steps):
-        speed = float(speeds(env.episodes, np.array([0]))[0])
+        speed = float(plan(env.episodes, np.array([0]))[0][0])
         *_, ended, _, info = env.step(env.actions.encode(speed))
         if ended:
             break
@@ -143,11 +150,11 @@ def feed(env: ReprogramEnv, speeds: PushPullPush, steps: int = HORIZON) -> dict[
 
 def test_a_chain_that_stands_still_in_its_first_word_is_late_and_has_half() -> None:
     env = ReprogramEnv()
-    plan, info, seed = PushPullPush(PULLS[:1] * 3, 1), {"stage": FIRST}, 0
+    plan, info, seed = following((PULLS[0], PULLS[0], PULLS[0])), {"stage": FIRST}, 0
     while info["stage"] != BACK:
         info = env.reset(seed=seed, options={"task": seed % EASIEST})[1]
-        plan, seed = PushPullPush((PUSHES[seed % 3], 0.0, 0.0), 1), seed + 1
-        while info["stage"] == FIRST and plan.leg[0] < 2:
+        plan, seed = following((PUSHES[seed % 3], 0.0, 0.0)), seed + 1
+        while info["stage"] == FIRST and plan.at[0] < 2:
             info = feed(env, plan, 1)
     assert env.layout.slices["stage"].stop == env.layout.size == 12 * 6 + 5
     stage = env.episodes.observe()[0, env.layout.slices["stage"]]
@@ -187,9 +194,9 @@ def test_the_baseline_is_what_the_best_of_the_schedules_scores(
     for seed in episode_seeds("scoring", 4):
         env.reset(seed=seed, options={"task": 0})
         envs = env.episodes
-        plan, row = PushPullPush((found.speed, *found.later), 1), np.array([0])
+        plan, row = env.plan_of([0]), np.array([0])
         while not envs.terminated[0]:
-            envs.step(row, (plan(envs, row),))
+            envs.step(row, plan(envs, row))
         scores.append(envs.told_at_end(row)["score"][0])
     assert found.score == pytest.approx(np.mean(scores))
     assert ReprogramEnv(reward="relative", difficulty=0.05).baseline_of(0) == found

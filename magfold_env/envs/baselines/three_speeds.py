@@ -11,14 +11,11 @@ from collections.abc import Callable, Sequence
 from itertools import product
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
-from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.spaces.actions import SLOWEST_LEVEL
+from magfold_env.envs.baselines.legs import BRAKE, Following, Leg
 from magfold_env.envs.tasks.feed_tasks import FeedWorld
+from magfold_env.scene import Scene
 
 PUSHES = (0.05, 0.15, 0.45)
 """The speeds to push at that are tried [m/s]."""
@@ -35,47 +32,19 @@ INSIDE = 0.3
 STAND = 15
 """Steps to stand still in between."""
 
-BRAKE = 8.0
-"""How hard the feed slows down before it stands still [m/s²]."""
-
 Speeds = tuple[float, float, float]
 
 
-class PushPullPush:
-    """The schedule of a push, a pull and a push, for every row of episodes.
-
-    Parameters
-    ----------
-    speeds : array_like, shape (3,) or (m, 3)
-        Of the three [m/s].
-    count : int
-        m, how many episodes there are.
-
-    Attributes
-    ----------
-    leg : array of int, shape (m,)
-        0: on the way out, 1: standing, 2: on the way in, 3: on the way out again.
-    """
-
-    def __init__(self, speeds: ArrayLike, count: int) -> None:
-        self._speeds = np.broadcast_to(speeds, (count, 3)) * [1.0, -1.0, 1.0]
-        self.leg: Ints = np.zeros(count, dtype=np.int64)
-        self._stood: Ints = np.zeros(count, dtype=np.int64)
-
-    def __call__(self, episodes: Any, rows: Ints) -> Floats:
-        """Return the speeds of some rows in the next step [m/s]."""
-        scene, leg = episodes.world.scene, self.leg
-        diagonal = scene.casing.diagonal
-        gone = episodes.chains.advances()[rows]
-        left = (scene.n - INSIDE) * diagonal - gone
-        leg[rows] += (leg[rows] == 0) & (left < 0.05 * diagonal)
-        self._stood[rows] += leg[rows] == 1
-        leg[rows] += (leg[rows] == 1) & (self._stood[rows] > STAND)
-        leg[rows] += (leg[rows] == 2) & (gone <= INSIDE * diagonal)
-        push, pull, last = self._speeds[rows].T
-        slowing = np.sqrt(2.0 * BRAKE * np.maximum(left, 0.0))
-        out = np.minimum(push, np.maximum(slowing, SLOWEST_LEVEL))
-        return np.choose(leg[rows], [out, np.zeros_like(out), pull, last])
+def push_pull_push(scene: Scene, speeds: Speeds) -> tuple[Leg, ...]:
+    """Return the schedule of a push, a pull and a push at three speeds [m/s]."""
+    push, pull, last = speeds
+    held = (scene.n - INSIDE) * scene.casing.diagonal
+    return (
+        Leg(push, held, brakes=True),
+        Leg(0.0, steps=STAND),
+        Leg(-pull, INSIDE * scene.casing.diagonal),
+        Leg(last),
+    )
 
 
 class ThreeSpeedStore(TaskStore):
@@ -92,7 +61,8 @@ class ThreeSpeedStore(TaskStore):
         number = self.names.index(name)
 
         def trial(speeds: Speeds, stream: str, draws: int) -> Any:
-            return self._trial(number, _played(PushPullPush(speeds, draws)), stream, draws)
+            way = push_pull_push(self._world.scene, speeds)
+            return self._trial(number, Following([way] * draws), stream, draws)
 
         def drawn_in(speeds: Speeds) -> float:
             return float((trial(speeds, "selection", SELECTION_DRAWS)["stage"] == 2).mean())
@@ -115,9 +85,11 @@ class ThreeSpeedStore(TaskStore):
         )
 
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
-        speeds = np.array([(each.speed, *each.later) for _, each in schedules], dtype=np.float64)
-        return _played(PushPullPush(speeds, len(schedules)))
+        return Following([way_of(self._world.scene, each) for _, each in schedules])
 
 
-def _played(schedule: PushPullPush) -> Plan:
-    return lambda episodes, rows: (schedule(episodes, rows),)
+def way_of(scene: Scene, baseline: Baseline) -> tuple[Leg, ...]:
+    """Return the schedule that has set a baseline of three speeds."""
+    assert baseline.speed is not None
+    first, second = baseline.later
+    return push_pull_push(scene, (baseline.speed, first, second))

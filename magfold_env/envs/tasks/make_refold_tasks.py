@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import typer
 from gymnasium.utils import seeding
-from numpy.typing import ArrayLike
 from rich.progress import track
 
-from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, PushPullPush
+from magfold_env.envs.baselines.legs import Following
+from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, Speeds, push_pull_push
 from magfold_env.envs.chains.arrays import FOLDED, Bools, Ints
 from magfold_env.envs.reprogram import ReprogramEpisodes
 from magfold_env.envs.spaces.actions import PATTERNS
@@ -54,7 +54,7 @@ def find_tasks(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Foun
         numbers = rng.integers(len(PATTERNS), size=(AT_ONCE, 6))
         tasks = [_blank([PATTERNS[k] for k in row], direction) for row in numbers.tolist()]
         middle = (PUSHES[1], PULLS[0], PUSHES[1])
-        words = words_in_turn(tasks, middle, _seeds(0, AT_ONCE), threads)
+        words = words_in_turn(tasks, [middle] * AT_ONCE, _seeds(0, AT_ONCE), threads)
         for task, pair in zip(tasks, words, strict=True):
             if all(pair):
                 yield from _task(task, threads)
@@ -78,7 +78,7 @@ def save(found: Sequence[Found]) -> None:
 def _task(chain: RefoldTask, threads: int) -> list[Found]:
     """Return the task of a chain, or none."""
     schedules = list(product(PUSHES, PULLS[:1], PUSHES))
-    speeds = np.repeat(schedules, DRAWS, axis=0)
+    speeds = [each for each in schedules for _ in range(DRAWS)]
     seeds = _seeds(AT_ONCE, DRAWS) * len(schedules)
     words = words_in_turn([chain] * len(seeds), speeds, seeds, threads)
     keys = [(k // DRAWS, pair) for k, pair in enumerate(words)]
@@ -87,37 +87,39 @@ def _task(chain: RefoldTask, threads: int) -> list[Found]:
         return []
     (best, pair), _ = counts.most_common(1)[0]
     seeds = _seeds(AT_ONCE + DRAWS, OTHER_DRAWS)
-    count = words_in_turn([chain] * len(seeds), schedules[best], seeds, threads).count(pair)
+    again = [schedules[best]] * len(seeds)
+    count = words_in_turn([chain] * len(seeds), again, seeds, threads).count(pair)
     task = chain.model_copy(update={"first": pair[0], "target": pair[1]})
     return [(count, task)] if count >= LEAST else []
 
 
 def words_in_turn(
-    tasks: Sequence[RefoldTask], speeds: ArrayLike, seeds: Sequence[int], threads: int = 1
+    tasks: Sequence[RefoldTask], speeds: Sequence[Speeds], seeds: Sequence[int], threads: int = 1
 ) -> list[tuple[str, str]]:
     """Return the two words that chains fold into, whatever their tasks ask for; "" for none.
 
     There is no second word where there is no first one or the chain is not drawn in.
     """
-    episodes = ReprogramEpisodes(RefoldWorld(SCENE, tasks=tasks), len(tasks), threads)
+    world = RefoldWorld(SCENE, tasks=tasks)
+    episodes = ReprogramEpisodes(world, len(tasks), threads)
     episodes.rngs = [seeding.np_random(seed)[0] for seed in seeds]
     rows = episodes.rows
     episodes.begin(rows, list(rows))
-    plan = PushPullPush(speeds, len(rows))
+    plan = Following([push_pull_push(world.scene, each) for each in speeds])
     first, second = [""] * len(rows), [""] * len(rows)
     while len(rows):
-        before = plan.leg[rows]
-        asked = plan(episodes, rows)
-        turned = plan.leg[rows] != before
-        right = (plan.leg[rows] == 3) & episodes.is_in(rows)
-        right |= (plan.leg[rows] == 2) & episodes.is_last_held(rows) & _is_folded(episodes, rows)
-        for row in rows[turned & right & (plan.leg[rows] == 2)]:
+        before = plan.at[rows]
+        (asked,) = plan(episodes, rows)
+        turned = plan.at[rows] != before
+        right = (plan.at[rows] == 3) & episodes.is_in(rows)
+        right |= (plan.at[rows] == 2) & episodes.is_last_held(rows) & _is_folded(episodes, rows)
+        for row in rows[turned & right & (plan.at[rows] == 2)]:
             first[row] = str(episodes.words(np.array([row]))[0])
-        on = ~turned | right | (plan.leg[rows] == 1)
+        on = ~turned | right | (plan.at[rows] == 1)
         rows, asked = rows[on], asked[on]
         episodes.step(rows, (asked,))
         over = episodes.terminated[rows]
-        for row in rows[over & (plan.leg[rows] == 3)]:
+        for row in rows[over & (plan.at[rows] == 3)]:
             if episodes.arrays.status[row] == FOLDED:
                 second[row] = str(episodes.words(np.array([row]))[0])
         rows = rows[~over]
