@@ -42,7 +42,10 @@ class FoldStatus(StrEnum):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
-    """A recorded fold: m frames of n components, component 1 first."""
+    """A recorded fold: m frames of n components, component 1 first.
+
+    Frames are evenly spaced in time but for the last one, which is how the fold ended.
+    """
 
     time: FloatArray
     """[s], shape (m,)."""
@@ -231,7 +234,7 @@ def recording(fold: Fold) -> Recording:
         raise ValueError(
             "fold: a fold without trajectory is not allowed; simulate it with a frame_rate"
         )
-    scene, motion = fold.scene, (fold.trajectory if len(fold.trajectory) else _still(fold)).finite()
+    scene, motion = fold.scene, fold.trajectory.finite()
     find = fold.magnetic_energy if scene.magnets is not None else None
     return Recording(
         scene=scene,
@@ -249,19 +252,6 @@ def recording(fold: Fold) -> Recording:
         push=motion.push,
         kinetic=kinetic_energy(scene, motion),
         magnetic=None if find is None else find(scene, motion),
-    )
-
-
-def _still(fold: Fold) -> Trajectory:
-    """Return the one frame of a chain that ended where it started."""
-    return Trajectory(
-        time=np.array([fold.time]),
-        angles=fold.angles[None],
-        base=fold.base[None],
-        rates=np.zeros_like(fold.angles)[None],
-        released=np.array([fold.scene.n - fold.in_tube]),
-        base_velocity=np.zeros_like(fold.base)[None],
-        push=np.zeros(1),
     )
 
 

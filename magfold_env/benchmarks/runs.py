@@ -127,10 +127,10 @@ def _joints(fold: Fold, times: Array) -> Array:
 
     The paper's solver has its frames at the ends of its own steps.
     """
-    assert fold.trajectory is not None
-    known: Array = np.append(fold.trajectory.time, fold.time)
-    angles = np.diff(np.concatenate([fold.trajectory.angles, fold.angles[None]]), axis=1)
-    joints: list[Array] = [np.interp(times, known, joint) for joint in angles.T]
+    motion = fold.trajectory
+    assert motion is not None
+    angles = np.diff(motion.angles, axis=1)
+    joints: list[Array] = [np.interp(times, motion.time, joint) for joint in angles.T]
     return np.array(joints).reshape(-1, times.size)
 
 

@@ -85,7 +85,8 @@ def engine_change(step: float, tolerance: float) -> float:
     )
     fold = simulate(scene, frame_rate=1.0 / step)
     assert fold.trajectory is not None
-    return change(scene, fold.trajectory.angles, fold.trajectory.rates)
+    evenly = slice(quoted.PENDULUM_STEPS + 1)  # without the end
+    return change(scene, fold.trajectory.angles[evenly], fold.trajectory.rates[evenly])
 
 
 def drift(quick: bool, progress: Progress) -> Measured:

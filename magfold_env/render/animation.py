@@ -79,7 +79,7 @@ class _Panel:
     """One fold in its own, steady view."""
 
     def __init__(self, fold: Fold, target: str | None, size: Size) -> None:
-        if fold.trajectory is None or len(fold.trajectory) == 0:
+        if fold.trajectory is None:
             raise ValueError(
                 "folds: a fold without trajectory is not allowed; simulate it with a frame_rate"
             )

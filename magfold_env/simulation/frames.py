@@ -15,17 +15,28 @@ from magfold_env.engine.state import Array, Model, Record, State
 from magfold_env.engine.stepping.integrator import LONGEST_STEP
 from magfold_env.engine.workspace import new_record, new_work
 from magfold_env.fold import Trajectory, loaded
-from magfold_env.scene import Scene
+from magfold_env.scene import Problem, Scene, SceneError
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.view import Orientation
 
 ROOM = 4096  # frames kept before they are moved out of the kernels' record
+FASTEST = 1e6  # frames a second [1/s]
+APART = 1e-9  # [s] frames that are nearer to each other are of one moment
 
 
 class Frames:
-    """What was recorded of a chain so far: frames at a rate [1/s], or nothing if that is None."""
+    """What was recorded of a chain so far: frames at a rate [1/s], or nothing if that is None.
+
+    Raises
+    ------
+    SceneError
+        If the rate is not positive, or more than `FASTEST`.
+    """
 
     def __init__(self, model: Model, state: State, frame_rate: float | None) -> None:
+        if frame_rate is not None and not 0.0 < frame_rate <= FASTEST:
+            allowed = f"must be None, or positive and at most {FASTEST:.0f}"
+            raise SceneError([Problem("frame_rate", frame_rate, allowed)])
         interval = 0.0 if frame_rate is None else 1.0 / frame_rate
         capacity = ROOM + int(LONGEST_STEP / interval) if interval else 0
         self._model, self._state = model, state
@@ -40,12 +51,19 @@ class Frames:
         self._parts.append([column[:count].copy() for column in columns])
         self._state.counter[at.FRAMES] = 0
 
-    def trajectory(self, view: Orientation) -> Trajectory | None:
-        """Return all frames as they are seen from outside; None if nothing is recorded."""
-        if self.record.interval == 0.0:
+    def trajectory(self, view: Orientation, *, ended: bool = False) -> Trajectory | None:
+        """Return all frames as they are seen from outside; None if nothing is recorded.
+
+        If the run has ``ended``, the last one is its end, whenever that was.
+        """
+        interval = self.record.interval
+        if interval == 0.0:
             return None
         self.empty()
-        time, q, v, lo, impulse = (np.concatenate(part) for part in zip(*self._parts, strict=True))
+        columns = [np.concatenate(part) for part in zip(*self._parts, strict=True)]
+        if ended:
+            columns = self._with_end(columns)
+        time, q, v, lo, impulse = columns
         n = self._model.n
         return Trajectory(
             time=time,
@@ -54,8 +72,22 @@ class Frames:
             rates=view.rates(v[:, :n]),
             released=n - lo,
             base_velocity=view.outer_velocity(q, v),
-            push=np.diff(impulse, prepend=0.0) / self.record.interval,
+            push=np.diff(impulse, prepend=0.0) / np.diff(time, prepend=-interval),
         )
+
+    def _with_end(self, columns: list[npt.NDArray[Any]]) -> list[npt.NDArray[Any]]:
+        """Return the columns of all frames with the present state as the last one.
+
+        A frame of the same moment is left out: an impact may have come after it.
+        """
+        state, time = self._state, columns[0]
+        now = state.clock[at.TIME]
+        same = len(time) > 0 and now - time[-1] < APART
+        last = now, state.q, state.v, state.counter[at.LO], state.account[at.IMPULSE]
+        return [
+            np.concatenate([column[: len(time) - same], [value]])
+            for column, value in zip(columns, last, strict=True)
+        ]
 
 
 def magnetic_energy(scene: Scene, motion: Trajectory) -> Array:

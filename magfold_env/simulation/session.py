@@ -78,12 +78,14 @@ class Session:
     scene
         What to simulate; anything it leaves to chance must be drawn first (`Scene.draw`).
     frame_rate
-        Frames recorded a simulated second [1/s]; None records nothing.
+        Frames recorded a simulated second [1/s], up to a million; None records nothing.
 
     Raises
     ------
     ValueError
         If the scene is not concrete, or too long for contact and friction.
+    SceneError
+        If the frame rate is not allowed.
     """
 
     def __init__(self, scene: Scene, frame_rate: float | None = None) -> None:
@@ -303,7 +305,7 @@ class Session:
             evaluations=self.evaluations,
             push_peak=self.account.push_peak,
             in_tube=self._held,
-            trajectory=self._frames.trajectory(self._view),
+            trajectory=self._frames.trajectory(self._view, ended=True),
             magnetic_energy=magnetic_energy,
         )
 

@@ -32,13 +32,18 @@ def simulate(
         Draws what the scene leaves to chance: its start angles and its spreads. One seed gives
         one fold, bit for bit.
     frame_rate
-        Frames recorded a simulated second [1/s]; None records no trajectory. Recording does not
-        change the fold.
+        Frames recorded a simulated second [1/s], up to a million, and one more at the end; None
+        records no trajectory. Recording does not change the fold.
 
     Returns
     -------
     Fold
         The result; ``fold.scene`` is the scene as drawn and gives the same fold again.
+
+    Raises
+    ------
+    SceneError
+        If the frame rate is not allowed.
     """
     session = Session(scene.draw(np.random.default_rng(seed)), frame_rate)
     session.settle()
@@ -66,7 +71,7 @@ def simulate_batch(
     threads
         How many folds run at a time; None takes as many as there are cores.
     frame_rate
-        Frames recorded a simulated second [1/s]; None records no trajectories.
+        Frames recorded a simulated second [1/s], as for `simulate`; None records no trajectories.
 
     Returns
     -------
@@ -76,7 +81,8 @@ def simulate_batch(
     Raises
     ------
     SceneError
-        If there are not as many scenes as seeds, or ``threads`` is not positive.
+        If there are not as many scenes as seeds, ``threads`` is not positive, or the frame rate is
+        not allowed.
     """
     draws = list(seeds)
     chosen = [scenes] * len(draws) if isinstance(scenes, Scene) else list(scenes)

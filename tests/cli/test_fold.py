@@ -72,3 +72,13 @@ def test_a_sheet_without_the_extra_is_refused_before_the_work(
     result = run("fold", quick, "--sheet", tmp_path / "sheet.pdf")
     assert result.exit_code == 2
     assert "pip install 'magfold_env[render]'" in result.stderr
+
+
+def test_a_chain_that_rests_at_once_is_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("PIL")
+    scene = tmp_path / "rest.yaml"
+    scene.write_text(f"sequence: [{', '.join(['----'] * 30)}]\n", encoding="utf-8")
+    files = {f"--{suffix}": tmp_path / f"rest.{suffix}" for suffix in ("gif", "png", "html")}
+    result = run("fold", scene, *(text for pair in files.items() for text in pair))
+    assert result.exit_code == 0, result.stderr
+    assert all(path.stat().st_size > 1000 for path in files.values())

@@ -73,7 +73,7 @@ def test_recording_in_pieces_changes_nothing(monkeypatch):
     assert (recorded.angles == plain.angles).all()
     path = recorded.fold().trajectory
     assert path is not None
-    assert len(path) == int(plain.time * 2000.0) + 1
+    assert len(path) == int(plain.time * 2000.0) + 2  # and the end
     assert (np.diff(path.time) > 0.0).all()
 
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from magfold_env.fold import Fold, FoldStatus
-from magfold_env.scene import SceneError, load_scene
+from magfold_env.scene import Scene, SceneError, load_scene
 from magfold_env.simulation.session import Session
 from magfold_env.simulation.simulate import accelerations, energy, forces, simulate
 
 TUBE = {"mount": "tube", "feed": {"direction": "backward", "speed": 0.05}}
+PAPER = {"mount": "pinned", "solver": {"method": "paper", "time_step": 1e-4}, "duration": 0.05}
 FORWARD = {"mount": "tube", "feed": {"direction": "forward", "speed": 0.05}}
 
 
@@ -57,13 +58,47 @@ def test_a_trajectory_has_even_frames_and_ends_at_the_fold(changes):
     fold = simulate(load_scene("paper/sequence-3").replace(**changes), frame_rate=500.0)
     run = fold.trajectory
     assert run is not None
-    assert run.time == pytest.approx(np.arange(len(run)) / 500.0, abs=1e-9)
-    assert fold.time - run.time[-1] < 1.0 / 500.0 + 1e-9
-    assert run.angles[-1] == pytest.approx(fold.angles, abs=1e-3)
-    # What the chain still slides within a frame.
-    assert run.base[-1] == pytest.approx(fold.base, abs=2e-5)
+    assert run.time[:-1] == pytest.approx(np.arange(len(run) - 1) / 500.0, abs=1e-9)
+    assert 0.0 < np.diff(run.time)[-1] < 1.0 / 500.0 + 1e-9
+    assert run.base[-1] == pytest.approx(fold.base, abs=1e-12)
     assert (np.diff(run.released) >= 0).all()
     assert run.released[-1] == 6
+
+
+@pytest.mark.parametrize("frame_rate", [1e-9, 7.0, 24.0, 240.0])
+@pytest.mark.parametrize("changes", [{}, TUBE, {"duration": 0.125}, PAPER], ids=str)
+def test_the_last_frame_is_the_end(changes, frame_rate):
+    scene = load_scene("paper/sequence-2").replace(**changes)
+    for seed in range(3):
+        fold = simulate(scene, seed, frame_rate=frame_rate)
+        run = fold.trajectory
+        assert run is not None
+        assert (run.time[0], run.time[-1]) == (0.0, fold.time)
+        assert (np.diff(run.time) > 0.0).all()
+        assert (np.diff(run.angles[-1]) == fold.joint_angles).all()
+        assert (run.angles[0] == Session(fold.scene).angles).all()
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        Scene(sequence=("----",) * 30, magnets=None, start_angle_spread=0.0),
+        load_scene("paper/sequence-3").replace(start_angles=(np.pi / 2,) * 5),  # overlaps
+    ],
+)
+def test_a_chain_that_rests_at_once_has_one_frame(scene):
+    fold = simulate(scene, frame_rate=24.0)
+    assert fold.trajectory is not None
+    assert fold.trajectory.time.tolist() == [fold.time] == [0.0]
+    assert (fold.trajectory.angles == fold.angles).all()
+
+
+@pytest.mark.parametrize("frame_rate", [0, -1.0, np.inf, np.nan, 1e12])
+def test_frame_rates_that_cannot_be_are_named(frame_rate):
+    allowed = "must be None, or positive and at most 1000000"
+    told = f"^frame_rate: {frame_rate} is not allowed; {allowed}$"
+    with pytest.raises(SceneError, match=told):
+        simulate(load_scene("paper/sequence-3"), frame_rate=frame_rate)
 
 
 @pytest.mark.parametrize("function", [forces, energy, lambda s, a: accelerations(s, a, [0.0] * 6)])
