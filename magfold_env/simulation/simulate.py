@@ -18,6 +18,10 @@ from magfold_env.simulation.session import Session
 
 Floats = npt.NDArray[np.float64]
 
+LARGEST = 1e14
+"""Angles [rad] and rates [rad/s] up to which sines and squares are right; there, floats are 0.02
+apart."""
+
 
 def simulate(
     scene: Scene, seed: int | np.random.Generator = 0, *, frame_rate: float | None = None
@@ -118,7 +122,7 @@ def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> 
     Raises
     ------
     SceneError
-        If a shape is not (..., n), the shapes differ or a number is not finite.
+        If a shape is not (..., n), the shapes differ, or a number is beyond `LARGEST`.
     """
     headings = checked("angles", angles, scene.n, stacked=True)
     speeds = checked("rates", rates, scene.n, stacked=True)
@@ -142,7 +146,7 @@ def forces(scene: Scene, angles: npt.ArrayLike) -> tuple[Floats, Floats]:
     Raises
     ------
     SceneError
-        If the shape is not (n,) or a number is not finite.
+        If the shape is not (n,) or a number is beyond `LARGEST`.
     """
     return _smooth_state(scene, checked("angles", angles, scene.n))[:2]
 
@@ -155,19 +159,20 @@ def energy(scene: Scene, angles: npt.ArrayLike) -> float:
     Raises
     ------
     SceneError
-        If the shape is not (n,) or a number is not finite.
+        If the shape is not (n,) or a number is beyond `LARGEST`.
     """
     return _smooth_state(scene, checked("angles", angles, scene.n))[2]
 
 
 def checked(key: str, values: npt.ArrayLike, n: int, *, stacked: bool = False) -> Floats:
-    """Return finite numbers of shape (n,), or (..., n) if ``stacked``, and refuse others."""
+    """Return numbers up to `LARGEST` of shape (n,), or (..., n) if ``stacked``; refuse others."""
     array = np.asarray(values, dtype=np.float64)
     if array.shape[-1:] != (n,) or (array.ndim > 1 and not stacked):
         wanted = f"(..., {n})" if stacked else f"({n},)"
         raise SceneError([Problem(key, array.shape, f"must have shape {wanted}")])
-    if not np.isfinite(array).all():
-        raise SceneError([Problem(key, array.tolist(), "must be finite")])
+    if not (np.abs(array) <= LARGEST).all():
+        allowed = f"must be finite and from {-LARGEST:g} to {LARGEST:g}"
+        raise SceneError([Problem(key, array.tolist(), allowed)])
     return array
 
 
