@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
-from pydantic import AfterValidator, Strict, model_validator
+from pydantic import AfterValidator, BeforeValidator, Strict, model_validator
 from pydantic import Field as Limits
 
 from magfold_env.scene import base, parts, strip
@@ -31,6 +31,10 @@ def _faces(letters: str) -> str:
     if len(letters) != len(FACES) or set(letters) - set(SIGNS):
         raise ValueError(f"must be four letters N, S or - for no magnet ({', '.join(FACES)})")
     return letters
+
+
+def _split(sequence: object) -> object:
+    return tuple(sequence.split()) if isinstance(sequence, str) else sequence
 
 
 def _some(sequence: tuple[str, ...]) -> tuple[str, ...]:
@@ -57,8 +61,9 @@ class Scene(base.Part):
     0.1
     """
 
-    sequence: Annotated[tuple[Component, ...], AfterValidator(_some)]
-    """The components' outward poles, component 1 first: N, S or - (none) of each of the FACES."""
+    sequence: Annotated[tuple[Component, ...], BeforeValidator(_split), AfterValidator(_some)]
+    """The components' outward poles, component 1 first: N, S or - (none) of each of the FACES. A
+    text with a space between components, "NSNN NSSN", is taken for as many."""
     casing: parts.Casing = parts.Casing()
     """The bodies."""
     magnets: Magnets | None = Magnets()

@@ -29,7 +29,9 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     ({"sequence": ["NSNS", "nsns"]}, "sequence[1]: 'nsns' is not allowed; must be four letters"),
     ({"sequence": []}, "sequence: [] is not allowed; must have at least one component"),
-    ({"sequence": "NSNS"}, "sequence: 'NSNS' is not allowed; must be"),
+    ({"sequence": "NSNS NSNSN"}, "sequence[1]: 'NSNSN' is not allowed; must be four letters"),
+    ({"sequence": " "}, "sequence: ' ' is not allowed; must have at least one component"),
+    ({"sequence": 5}, "sequence: 5 is not allowed; must be"),
     (
         {"feed": {"speed": [0.1] * 4}},
         "feed.speed: (0.1, 0.1, 0.1, 0.1) is not allowed; must have 3",

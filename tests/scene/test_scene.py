@@ -1,6 +1,8 @@
 """Scenes: frozen values, changed copies and the draw."""
 
 import math
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -179,3 +181,11 @@ def test_naming_one_way_to_start_drops_the_other(scene: mf.Scene) -> None:
     free = tube.replace(mount="free")
     assert not free.is_concrete
     assert free.draw(np.random.default_rng(0)).start_angles is not None
+
+
+def test_a_sequence_may_be_text(tmp_path: Path) -> None:
+    given: Any = "NSNS N-SS"
+    scene = mf.Scene(sequence=given)
+    assert scene == mf.Scene(sequence=("NSNS", "N-SS")) == scene.replace(sequence=given)
+    (tmp_path / "scene.yaml").write_text(f"sequence: {given}\n", encoding="utf-8")
+    assert mf.load_scene(tmp_path / "scene.yaml") == scene
