@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Annotated
 
 import typer
@@ -77,9 +78,16 @@ def check_outputs(paths: Mapping[str, Path | None]) -> None:
 
 def check_folder(option: str, path: Path | None) -> None:
     """Fail before the long work if a folder of results could not be made."""
-    for existing in (path, *path.parents) if path is not None else ():
-        if existing.exists() and not existing.is_dir():
-            raise ValueError(f"{option}: {str(path)!r} is not allowed; {existing} is not a folder")
+    if path is None:
+        return
+    existing = next(each for each in (path, *path.parents) if each.exists())
+    given = f"{option}: {str(path)!r} is not allowed; {existing}"
+    if not existing.is_dir():
+        raise ValueError(f"{given} is not a folder")
+    try:
+        TemporaryFile(dir=existing).close()
+    except OSError as error:
+        raise ValueError(f"{given} cannot be written to: {error.strerror}") from None
 
 
 def check_feed(scene: Scene, given: Mapping[str, object]) -> None:

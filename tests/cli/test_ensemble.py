@@ -81,6 +81,11 @@ def test_a_spread_of_start_angles_takes_the_place_of_given_ones() -> None:
         (("--spread", "mass=much"), "--spread: 'mass=much' is not allowed; must be NAME=WIDTH"),
         (("--spread", "mass=2"), "spreads.mass: 2.0 is not allowed; must be less than 1"),
         (("--png", "/nowhere/x.png"), "--png: '/nowhere/x.png' is not allowed; its folder must"),
+        pytest.param(
+            ("--out", "/proc/x"),
+            "--out: '/proc/x' is not allowed; /proc cannot be written to",
+            marks=pytest.mark.skipif(sys.platform != "linux", reason="there is no /proc"),
+        ),
         (
             ("--out", "pyproject.toml/x"),
             "--out: 'pyproject.toml/x' is not allowed; pyproject",
