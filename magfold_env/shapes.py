@@ -35,7 +35,11 @@ def parse_word(word: str, n: int | None = None) -> str:
         If there is another letter, or not n-1 letters.
     """
     if set(word) - set(LETTERS):
-        raise ValueError(f"word: {word!r} is not allowed; must consist of the letters L, S and R")
+        upper = word.upper()
+        meant = "" if set(upper) - set(LETTERS) else f"; did you mean {upper}?"
+        raise ValueError(
+            f"word: {word!r} is not allowed; must consist of the letters L, S and R{meant}"
+        )
     if n is not None and len(word) != n - 1:
         raise ValueError(
             f"word: {word!r} is not allowed; must have {n - 1} letters for {n} components"

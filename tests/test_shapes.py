@@ -42,6 +42,8 @@ def test_wrong_words_are_named() -> None:
         ValueError, match=r"word: 'LXR' is not allowed; must consist of the letters"
     ):
         shapes.parse_word("LXR")
+    with pytest.raises(ValueError, match=r"word: 'lrl' is .* did you mean LRL\?$"):
+        shapes.parse_word("lrl")
     with pytest.raises(ValueError, match=r"word: 'LR' is not allowed; must have 5 letters for 6"):
         shapes.parse_word("LR", n=6)
     assert shapes.parse_word("LRLLL", n=6) == "LRLLL"

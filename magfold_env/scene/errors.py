@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from typing import NamedTuple
 
 from pydantic import BaseModel, ValidationError
@@ -49,6 +50,16 @@ def unless_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Pr
 def unless_at_least(key: str, value: float, least: float) -> list[Problem]:
     """Return the problem with a number that is below the least allowed, or none at all."""
     return [] if value >= least else [Problem(key, value, f"must be at least {least}")]
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """Return the question whether the most similar of some names was meant, "; did you mean …?".
+
+    Capitals do not count; empty if none is similar.
+    """
+    known = {each.casefold(): each for each in names}
+    found = get_close_matches(name.casefold(), known, n=1)
+    return f"; did you mean {known[found[0]]}?" if found else ""
 
 
 def refuse(problems: Sequence[Problem]) -> None:

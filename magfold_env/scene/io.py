@@ -8,7 +8,7 @@ import yaml
 
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene.base import Part
-from magfold_env.scene.errors import SceneError
+from magfold_env.scene.errors import SceneError, nearest
 from magfold_env.scene.scene import Scene
 
 PartType = TypeVar("PartType", bound=Part)
@@ -118,7 +118,8 @@ def read_named(
         path = configs_dir() / folder / f"{name_or_path}.yaml"
     if not path.is_file():
         named = isinstance(name_or_path, str) and path.suffix not in _SUFFIXES
-        missing = f"no such {what if named else 'file'}; shipped: {', '.join(names)}"
+        meant = nearest(str(name_or_path), names)
+        missing = f"no such {what if named else 'file'}; shipped: {', '.join(names)}{meant}"
         raise SceneError(f"{name_or_path}: {missing}")
     try:
         return kind(**read_mapping(path, what))

@@ -26,6 +26,7 @@ def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
     ("arguments", "message"),
     [
         (("--target", "LXL"), "LXL"),
+        (("--target", "lrl"), "; did you mean LRL?"),
         (("--target", "LRL", "--components", "5"), "--components: 5 is not allowed; must be 4"),
         (("--scene", "pendulum-3"), "scene.mount: 'pinned' is not allowed; must be 'tube'"),
         (("--fidelity", "exact"), "fidelity: 'exact' is not allowed"),

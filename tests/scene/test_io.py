@@ -80,6 +80,14 @@ def test_paths_are_read_as_text_and_as_paths(tmp_path: Path) -> None:
     assert mf.load_scene(path).solver.tolerance == 1e-4  # YAML 1.1 takes this for a string
 
 
+@pytest.mark.parametrize("name", ["paper/sequnce-3", "Paper/Sequence-3"])
+def test_a_similar_name_is_told(name: str) -> None:
+    with pytest.raises(mf.SceneError, match=r"; did you mean paper/sequence-3\?$"):
+        mf.load_scene(name)
+    with pytest.raises(mf.SceneError, match=r"no such scene; .*unknown-floor$"):
+        mf.load_scene("x")
+
+
 def test_an_unknown_name_lists_what_there_is() -> None:
     with pytest.raises(mf.SceneError, match=r"^paper/sequence-9: no such scene; .*sequence-3"):
         mf.load_scene("paper/sequence-9")

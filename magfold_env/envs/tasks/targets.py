@@ -17,6 +17,7 @@ from magfold_env.envs.chains.lattice import TURNS, LatticeFeed
 from magfold_env.envs.spaces.actions import SIGNS
 from magfold_env.envs.tasks.checks import share_of
 from magfold_env.scene import Scene
+from magfold_env.scene.errors import nearest
 from magfold_env.shapes import folded_words, overlaps
 
 LONGEST_LISTED = 16
@@ -51,7 +52,7 @@ def resolve_targets(targets: Sequence[str] | None, n: int) -> tuple[str, ...]:
         if not is_target(word, n):
             raise ValueError(
                 f"targets: {word!r} is not allowed; must be a fully folded word of {n} "
-                f"components without overlap, such as {_examples(n)}"
+                f"components without overlap, such as {_examples(n)}{_meant(word, n)}"
             )
     return tuple(targets)
 
@@ -75,6 +76,11 @@ def _examples(n: int) -> str:
     return _listed(folded_words(n)) if n <= LONGEST_LISTED else ("LR" * n)[: n - 1]
 
 
+def _meant(word: object, n: int) -> str:
+    """Return the question whether a similar word was meant."""
+    return nearest(str(word), folded_words(n)) if n <= LONGEST_LISTED else ""
+
+
 def pick_target(word: object, targets: Sequence[str]) -> str:
     """Return `word` if it is one of `targets`.
 
@@ -86,6 +92,7 @@ def pick_target(word: object, targets: Sequence[str]) -> str:
     if word not in targets:
         raise ValueError(
             f"options['target']: {word!r} is not allowed; must be one of {_listed(targets)}"
+            f"{nearest(str(word), targets)}"
         )
     return str(word)
 

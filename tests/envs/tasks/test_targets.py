@@ -43,6 +43,8 @@ def test_wrong_targets_are_named(targets: list[str], named: str) -> None:
 def test_a_wrong_option_is_named_with_what_is_allowed() -> None:
     with pytest.raises(ValueError, match=r"options\['target'\]: 'LLRRL' .* one of LRLLL, LRLRL"):
         pick_target("LLRRL", ("LRLLL", "LRLRL"))
+    with pytest.raises(ValueError, match=r"one of LRLLL, LRLRL; did you mean LRLRL\?$"):
+        pick_target("lrlrl", ("LRLLL", "LRLRL"))
 
 
 def test_long_chains_need_a_list() -> None:
