@@ -76,7 +76,9 @@ EnvId = Literal[
 TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
 DESIGN_ENV: EnvId = "MagFold/SequenceDesign-v0"
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
-TRACKS = (*FEED_TRACKS, "MagFold/Tray-v0", "MagFold/Anchor-v0")
+ANCHOR_ENV = "MagFold/Anchor-v0"
+
+TRACKS = (*FEED_TRACKS, "MagFold/Tray-v0", ANCHOR_ENV)
 """Environments in which chains, or components, are given, and time runs."""
 
 Targets = Annotated[
@@ -305,8 +307,11 @@ class Phase:
 
 
 class ImitationSettings(Group, frozen=True):
-    """What a learner imitates at first: the schedules that set its tasks' baselines."""
+    """What a learner imitates at first."""
 
+    plan: Literal["baseline", "mending"] = "baseline"
+    """What plays: the schedules that set its tasks' baselines, or, with an anchor, what tests its
+    chains and builds those anew that fail; see `agents.training.mending`."""
     episodes: Count = 1024
     """Episodes that it is shown, of all tasks in turn."""
     epochs: Count = 4
@@ -390,6 +395,8 @@ class TrainSettings(Group, frozen=True):
             if self.pretraining or self.env.id not in TRACKS:
                 allowed = f"one of {', '.join(TRACKS)}, without pretraining, to imitate"
                 yield "env.id", self.env.id, allowed
+            if self.imitate.plan == "mending" and self.env.id != ANCHOR_ENV:
+                yield "imitate.plan", self.imitate.plan, f"'baseline' but with {ANCHOR_ENV}"
 
     def _of_what_is_shown(self) -> Iterator[tuple[str, object, str]]:
         """Yield likewise what its networks cannot be shown."""

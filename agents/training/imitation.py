@@ -1,7 +1,8 @@
-"""Imitating what sets a task's baseline, before a learner goes on from there by itself.
+"""Imitating what plays a task fairly well, before a learner goes on from there by itself.
 
 Where success is rare, as where two folds are to be reached one after the other, chance finds
-nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`; they are
+nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`, and so
+does building a chain anew that fails, see `agents.training.mending`; they are
 cloned from what they do: the networks come to choose its actions, and to expect what it earns.
 Entries of some of its actions are replaced by others at random, so that more is seen than it would
 meet, and nothing becomes so improbable that it is not tried later.
@@ -21,6 +22,8 @@ from torch.nn import functional
 from agents.commands import progress_bar
 from agents.settings import TrainSettings
 from agents.training.envs import make_env
+from agents.training.mending import Mending, mended
+from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Floats
 from magfold_env.envs.episodes import Episodes
 from magfold_env.scoring.shown import View
@@ -49,7 +52,7 @@ class Steps:
 
 
 class Demonstrations:
-    """Episodes of all tasks in turn, played as their baselines do; `settings` as in `imitate`."""
+    """Episodes of all tasks in turn, played as is imitated; `settings` as in `imitate`."""
 
     def __init__(self, settings: TrainSettings) -> None:
         assert settings.imitate is not None
@@ -58,13 +61,14 @@ class Demonstrations:
         self._env, self._world = env, env.world
         self._rng = np.random.default_rng(settings.seed)
         env.action_space.seed(settings.seed)
+        self._ways = mended(env) if self._given.plan == "mending" else None
 
     def block(self, seeds: Sequence[int], first: int = 0) -> Steps:
         """Return the steps of episodes of such seeds, numbered from `first`."""
         count = len(seeds)
         episodes: Episodes[Any] = self._env.make_episodes(self._world, count)
         numbers: list[int] = (np.arange(first, first + count) % len(self._env.tasks)).tolist()
-        plan = self._env.plan_of(numbers)
+        plan = self._plan(numbers)
         episodes.rngs[:] = [seeding.np_random(seed)[0] for seed in seeds]
         episodes.begin(episodes.rows, numbers)
         view = View(self._learner, self._env.layout, self._env.observation_space, count)
@@ -83,6 +87,12 @@ class Demonstrations:
         _, seen, actions, _ = zip(*parts, strict=True)
         return Steps(*map(np.concatenate, (seen, actions, returns[::-1])))
 
+    def _plan(self, numbers: Sequence[int]) -> Plan:
+        """Return what plays tasks, by number, one a row."""
+        if self._ways is None:
+            return self._env.plan_of(numbers)
+        return Mending([self._ways[number] for number in numbers])
+
     def _actions(self, choice: Any) -> NDArray[Any]:
         """Return the actions that ask for `choice`, of some of which chance replaces an entry."""
         actions = self._world.actions.write(choice)
@@ -94,7 +104,7 @@ class Demonstrations:
 
 
 def imitate(model: PPO, settings: TrainSettings) -> None:
-    """Let a new model imitate the baselines of its tasks, as settings ask for.
+    """Let a new model imitate what plays its tasks, as settings ask for.
 
     Parameters
     ----------

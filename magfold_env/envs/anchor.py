@@ -84,13 +84,21 @@ class AnchorEpisodes(TrayEpisodes):
         """Return which chains have been fed as far as they are to be."""
         return self.arrays.fed[rows] == self.world.scene.n
 
+    def is_tested(self, rows: Ints) -> Bools:
+        """Return which chains have been pulled at in the last step."""
+        return self._tested[rows]
+
+    def borne(self, rows: Ints) -> Floats:
+        """Return which share of their pulls chains bore that have been tested, as measured."""
+        share = np.clip(self._force[rows] / self.world.sizes[self.numbers[rows]], 0.0, 1.0)
+        return np.where(self._tested[rows], share, 0.0)
+
     def _groups(self) -> dict[str, Any]:
         groups, pulls = super()._groups(), self.world.pulls[self.numbers] / PULL_SCALE
         del groups["target"]
-        share = np.clip(self._force / self.world.sizes[self.numbers], 0.0, 1.0)
         return groups | {
             "pull": pulls / (1.0 + np.abs(pulls)),
-            "borne": np.where(self._tested, share, 0.0)[:, None],
+            "borne": self.borne(self.rows)[:, None],
         }
 
     def _shown(self, row: int) -> tuple[str, Lines, Lines]:

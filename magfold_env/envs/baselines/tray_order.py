@@ -52,15 +52,21 @@ class TrayDesigns:
 
     def best(self, tray: Sequence[str]) -> tuple[str, ...] | None:
         """Return the sequence of largest gap that can be had from a tray, or None."""
+        return next(iter(self.ranked(tray, 1)), None)
+
+    def ranked(self, tray: Sequence[str], count: int) -> list[tuple[str, ...]]:
+        """Return so many sequences that can be had from a tray, those of largest gap first."""
         fits = self._fit(tray)
         found = np.flatnonzero(fits.any(axis=0))
-        if not found.size:
-            return None
-        place = found[np.argmax(self.gaps[found] >= self.gaps[found].max() * (1.0 - 1e-9))]
+        # Gaps that differ by rounding are equal, so that it does not decide which is first.
+        gaps = np.round(self.gaps[found] / self.gaps.max(initial=0.0), 9)
+        found = found[np.argsort(-gaps, kind="stable")][:count]
+        return [self._sequence(place, bool(fits[0, place])) for place in found.tolist()]
+
+    def _sequence(self, place: int, listed: bool) -> tuple[str, ...]:
+        """Return a sequence as it is listed, or with all poles changed."""
         sequence = sequence_of(int(self.numbers[place]), self.n)
-        if fits[0, place]:
-            return sequence
-        return tuple(faces.translate(_OTHER_POLES) for faces in sequence)
+        return sequence if listed else tuple(each.translate(_OTHER_POLES) for each in sequence)
 
     def _fit(self, tray: Sequence[str]) -> Bools:
         """Return which sequences can be had from a tray, as they are and with all poles changed."""

@@ -206,6 +206,8 @@ class TrayLayout(CameraLayout):
 class AnchorLayout(TrayLayout):
     """The same where no fold is given, but a pull that it must bear."""
 
+    measured: ClassVar[tuple[str, ...]] = (*TrayLayout.measured, "borne")
+
     @property
     def sizes(self) -> dict[str, int]:
         """Number of entries of each group, by name, in the order in which they lie."""

@@ -1,6 +1,6 @@
 """Trays of components, the folds that chains of some of them are to reach, and what is hidden."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, ClassVar, Unpack, cast
 
 import numpy as np
@@ -55,9 +55,13 @@ class TrayTask(Task):
         """The components that there are."""
         return self.tray
 
-    def order_of(self, sequence: Sequence[str]) -> Order | None:
-        """Return how a sequence can be had from the tray, the first ways; None if it cannot."""
-        left, found = list(range(len(self.tray))), cast("Order", [])
+    def order_of(self, sequence: Sequence[str], parts: Iterable[int] | None = None) -> Order | None:
+        """Return how a sequence can be had from the tray, the first ways; None if it cannot.
+
+        Of like components those that come first in `parts` are taken, by default in the tray; what
+        is not in it stays there.
+        """
+        left, found = list(range(len(self.tray)) if parts is None else parts), cast("Order", [])
         for faces in sequence:
             pattern = PATTERNS.index(faces)
             for part in left:

@@ -1,0 +1,179 @@
+"""Building a chain, testing it, and building it anew where it fails: what demonstrates an anchor.
+
+On a tray whose magnets are not all sound the first chain often fails, and a test tells so before it
+is left: it bears less than the pull, or is no fold. Then it is drawn back, but for its first
+component, and another chain of the same fold is built. Which chains these are is searched for each
+task on draws of a stream of its own, the first one among them all, every later one on the draws in
+which those before it fail. On ``MagFold/Tray-v0`` nothing of the kind helps: whether a chain will
+be right is not seen before its last component is out, when it is too late.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from agents.commands import progress_bar
+from magfold_env.envs.anchor import AnchorEpisodes
+from magfold_env.envs.baselines.tray_order import TrayDesigns
+from magfold_env.envs.chains.arrays import Bools, Ints
+from magfold_env.envs.spaces.tray_actions import AHEAD, BACK, PULL, TrayChoice
+from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.envs.tasks.tray_tasks import Order, TrayTask
+
+STREAM = "mending"
+"""Of the draws that chains are chosen on."""
+
+DRAWS = 48
+SEQUENCES = 60
+"""Most sequences of a task that are tried, those of largest gap."""
+
+TRIED = 40
+"""Most chains that are compared."""
+
+CHAINS = 4
+"""Most chains that are built in an episode."""
+
+SPEED_BACK = 0.28
+"""To draw back at [m/s], nearly."""
+
+PATIENCE = 0.75
+"""Share of the time after which nothing is drawn back any more."""
+
+BEARS = 0.9
+"""Share of a pull, as it is measured, that counts as the whole."""
+
+
+Fed = tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class Chain:
+    """What is taken from the tray, and how it is fed."""
+
+    fed: Fed
+    """Components and how they lie, in the order of feed."""
+    speed: float
+    """[m/s]"""
+
+
+class Mending:
+    """Builds chains and tests them, one after another, in every row of episodes.
+
+    Parameters
+    ----------
+    ways : sequence of sequence of Chain
+        For each row the chains that it builds, alike in the first component.
+
+    Attributes
+    ----------
+    at : array of int, shape (m,)
+        Which of its chains every row is at, from 0.
+    """
+
+    def __init__(self, ways: Sequence[Sequence[Chain]]) -> None:
+        self._ways = ways
+        self.at: Ints = np.zeros(len(ways), dtype=np.int64)
+        self._back: Bools = np.zeros(len(ways), dtype=np.bool_)
+
+    def __call__(self, episodes: AnchorEpisodes, rows: Ints) -> TrayChoice:
+        """Return what some rows do in the next step."""
+        self._judge(episodes, rows)
+        fed, n = episodes.arrays.fed[rows], episodes.world.scene.n
+        self._back[rows] &= fed > 1
+        chains = [self._ways[row][place] for row, place in zip(rows, self.at[rows], strict=True)]
+        # A chain that is whole is left, or drawn back, whatever else is said.
+        pairs = zip(chains, np.minimum(fed, n - 1), strict=True)
+        parts, lies = np.array([chain.fed[place] for chain, place in pairs]).T
+        back = self._back[rows]
+        # Where there is only one chain, a test changes nothing.
+        test = np.array([len(self._ways[row]) > 1 for row in rows.tolist()])
+        test &= episodes.is_whole(rows) & ~back & ~episodes.is_tested(rows)
+        speeds = np.where(back, SPEED_BACK, [each.speed for each in chains])
+        return parts, lies, speeds, np.where(back, BACK, np.where(test, PULL, AHEAD))
+
+    def _judge(self, episodes: AnchorEpisodes, rows: Ints) -> None:
+        """Let the rows whose chains have failed a test draw them back, if there is another."""
+        left = [len(self._ways[row]) - 1 - self.at[row] for row in rows.tolist()]
+        failed = episodes.is_whole(rows) & episodes.is_tested(rows) & ~_holds(episodes, rows)
+        failed &= (np.array(left) > 0) & (episodes.times(rows) < PATIENCE * episodes.late)
+        self.at[rows] += failed
+        self._back[rows] |= failed
+
+
+def _holds(episodes: AnchorEpisodes, rows: Ints) -> Bools:
+    """Return which chains that were tested are folds that bear the pull."""
+    return np.logical_and(episodes.turned(rows).all(axis=1), episodes.borne(rows) >= BEARS)
+
+
+def mended(env: Any, draws: int = DRAWS) -> list[tuple[Chain, ...]]:
+    """Return for every task of an environment the chains that are built one after another."""
+    world, speeds = env.world, env.actions.speeds.tolist()
+    seeds = episode_seeds(STREAM, draws)
+    found: list[tuple[Chain, ...]] = []
+    with progress_bar() as bar:
+        shown = bar.add_task("chains to mend with", total=len(env.tasks), note="")
+        for number, task in enumerate(env.tasks):
+            rng = np.random.default_rng([number])
+            sequences = TrayDesigns(world.scene, task.target).ranked(task.tray, SEQUENCES)
+            chains: list[Chain] = []
+            left = np.ones(draws, dtype=np.bool_)
+            while len(chains) < CHAINS and left.any():
+                tried = _tried(task, sequences, chains, speeds, rng)
+                if not tried:
+                    break
+                success = _ends(env, number, tried, [seeds[k] for k in np.flatnonzero(left)])
+                best = int(success.sum(axis=1).argmax())
+                if chains and not success[best].any():
+                    break
+                chains.append(tried[best])
+                left[left] = ~success[best]
+            found.append(tuple(chains))
+            bar.update(shown, advance=1)
+    return found
+
+
+def _tried(
+    task: TrayTask,
+    sequences: Sequence[tuple[str, ...]],
+    chains: Sequence[Chain],
+    speeds: Sequence[float],
+    rng: np.random.Generator,
+) -> list[Chain]:
+    """Return chains that may be built after others, of what these have used least."""
+    if not chains:
+        best = [Chain(_fed(task, task.order_of(sequences[0])), speed) for speed in speeds]
+        others = [_fed(task, task.order_of(each)) for each in sequences[1 : TRIED // 2]]
+        return best + [Chain(each, float(rng.choice(speeds))) for each in others]
+    first, used = chains[0].fed[0], np.zeros(len(task.tray))
+    for chain in chains:
+        used[[part for part, _ in chain.fed]] += 1.0
+    parts = np.argsort(used + rng.random(used.size) * 0.5).tolist()
+    parts = [part for part in parts if part != first[0]]
+    found: dict[Fed, None] = {}
+    for sequence in sequences:
+        own = sequence if task.direction == "forward" else sequence[::-1]
+        at_first = task.order_of(own[:1], first[:1])
+        rest = task.order_of(own[1:], parts)
+        if at_first == [first] and rest is not None:
+            found[(first, *rest)] = None
+    known = {chain.fed for chain in chains}
+    fresh = [each for each in found if each not in known][:TRIED]
+    return [Chain(each, float(rng.choice(speeds[1:-1]))) for each in fresh]
+
+
+def _fed(task: TrayTask, order: Order | None) -> Fed:
+    """Return an order of components of a chain as they are fed."""
+    assert order is not None
+    return tuple(order if task.direction == "forward" else order[::-1])
+
+
+def _ends(env: Any, number: int, tried: Sequence[Chain], seeds: Sequence[int]) -> Bools:
+    """Return where chains succeed that are left as they are, (chains, draws)."""
+    count = len(tried) * len(seeds)
+    episodes: Any = env.make_episodes(env.world, count)
+    plan = Mending([(chain,) for chain in tried for _ in seeds])
+    ends = episodes.play(list(seeds) * len(tried), [number] * count, partial(plan, episodes))
+    return ends["is_success"].reshape(len(tried), len(seeds))

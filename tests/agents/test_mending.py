@@ -1,0 +1,84 @@
+"""What is mended holds more often, and nothing is known that a tray does not have."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+import magfold_env.envs  # noqa: F401
+from agents.settings import SettingsError
+from agents.training import mending
+from agents.training.imitation import Demonstrations
+from agents.training.mending import CHAINS, Mending, mended
+from magfold_env.envs.spaces.actions import PATTERNS
+from magfold_env.envs.spaces.tray_actions import AHEAD, BACK, LYING, PULL
+from magfold_env.envs.tasks.draws import episode_seeds
+from tests.agents.training import tiny
+
+ANCHOR = "MagFold/Anchor-v0"
+DRAWS = 24
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[Any, Any]:
+    env: Any = gymnasium.make(ANCHOR, difficulty=0.1).unwrapped
+    return env, mended(env, DRAWS)
+
+
+def play(env: Any, ways: Any, stream: str) -> tuple[Any, list[list[tuple[int, ...]]]]:
+    """Return the ends of episodes of task 0, and the way, the feed and the share borne by step."""
+    episodes = env.make_episodes(env.world, DRAWS)
+    plan, took = Mending([ways] * DRAWS), [[] for _ in range(DRAWS)]
+
+    def choose(rows: Any) -> Any:
+        before = episodes.arrays.fed[rows], episodes.borne(rows)
+        choice = plan(episodes, rows)
+        for row, *each in zip(rows.tolist(), choice[3], *before, strict=True):
+            took[row].append(tuple(each))
+        return choice
+
+    return episodes.play(episode_seeds(stream, DRAWS), [0] * DRAWS, choose), took
+
+
+def test_chains_can_be_had_from_their_trays_and_begin_alike(found: Any) -> None:
+    env, ways = found
+    assert len(ways) == len(env.tasks)
+    for task, chains in zip(env.tasks, ways, strict=True):
+        assert 1 <= len(chains) <= CHAINS
+        assert len({chain.fed[0] for chain in chains}) == 1
+        assert len({chain.fed for chain in chains}) == len(chains)
+        for chain in chains:
+            parts, lies = zip(*chain.fed, strict=True)
+            assert len(set(parts)) == task.n
+            patterns = [PATTERNS.index(task.tray[part]) for part in parts]
+            assert np.isin(LYING[patterns, lies], np.arange(16)).all()
+            assert chain.speed in env.actions.speeds
+
+
+def test_chains_that_fail_a_test_are_drawn_back_and_more_hold_in_the_end(found: Any) -> None:
+    env, ways = found
+    one, others = play(env, ways[0][:1], mending.STREAM)
+    ends, took = play(env, ways[0], mending.STREAM)
+    assert ends["is_success"].sum() > one["is_success"].sum()
+    assert all(BACK not in [step[0] for step in steps] for steps in others)
+    for success, steps in zip(one["is_success"], took, strict=True):
+        way = [step[0] for step in steps]
+        first = way.index(PULL)
+        assert way[:first] == [AHEAD] * env.world.scene.n
+        if success:  # it is left at once
+            assert way[first + 1 :] == [AHEAD]
+        elif BACK in way and AHEAD in way[first:]:
+            last = way.index(AHEAD, first) - 1
+            assert steps[last][:2] == (BACK, 2)  # all but the first component
+    assert any(BACK in [step[0] for step in steps] for steps in took)
+
+
+def test_demonstrations_can_show_it(found: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    _, ways = found
+    monkeypatch.setattr("agents.training.imitation.mended", lambda _env: ways)
+    given = tiny(env={"id": ANCHOR, "difficulty": 0.1}, imitate={"plan": "mending", "random": 0.0})
+    steps = Demonstrations(given).block(range(8))
+    assert {BACK, PULL} <= set(steps.actions[:, 3].tolist())
+    with pytest.raises((SettingsError, ValueError), match=r"imitate\.plan"):
+        tiny(env={"id": "MagFold/Tray-v0"}, imitate={"plan": "mending"})
