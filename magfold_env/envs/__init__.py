@@ -46,16 +46,9 @@ ENTRY_POINTS = {
     "MagFold/Anchor-v0": "magfold_env.envs.anchor:AnchorEnv",
 }
 
-
 VECTOR_ENTRY_POINTS = {
-    "MagFold/TubeFeed-v0": "magfold_env.envs.tube_feed:TubeFeedVectorEnv",
-    "MagFold/SequenceDesign-v0": "magfold_env.envs.sequence_design:SequenceDesignVectorEnv",
-    "MagFold/TubeFeedGoal-v0": "magfold_env.envs.tube_feed_goal:TubeFeedGoalVectorEnv",
-    "MagFold/UnknownFloor-v0": "magfold_env.envs.unknown_floor:UnknownFloorVectorEnv",
-    "MagFold/Reprogram-v0": "magfold_env.envs.reprogram:ReprogramVectorEnv",
-    "MagFold/Lumen-v0": "magfold_env.envs.lumen:LumenVectorEnv",
-    "MagFold/Tray-v0": "magfold_env.envs.tray:TrayVectorEnv",
-    "MagFold/Anchor-v0": "magfold_env.envs.anchor:AnchorVectorEnv",
+    env_id: f"{entry_point.removesuffix('Env')}VectorEnv"
+    for env_id, entry_point in ENTRY_POINTS.items()
 }
 
 

@@ -1,8 +1,7 @@
 """``MagFold/Anchor-v0``: fold a chain of components from a tray that bears a pull."""
 
 from dataclasses import replace
-from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 
@@ -12,10 +11,8 @@ from magfold_env.envs.chains.arrays import HELD, Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns, Lines
 from magfold_env.envs.spaces.tray_actions import AHEAD, PULL, TrayChoice
 from magfold_env.envs.tasks.anchor_tasks import AnchorWorld
-from magfold_env.envs.tasks.feed_tasks import FeedOptions
 from magfold_env.envs.tasks.tray_tasks import TrayWorld
 from magfold_env.envs.tray import PROTOCOL, TrayEnv, TrayEpisodes, TrayVectorEnv
-from magfold_env.scene import Scene
 from magfold_env.simulation.endings import FOLDED_WITHIN
 
 OUT = 0.95
@@ -213,33 +210,13 @@ class AnchorEnv(TrayEnv):
 
     **Info**: besides, ``pull`` [N].
 
-    Parameters
-    ----------
-    scene : str, Path or Scene
-        A tube scene with ``feed.loading`` ``at_mouth``; its sequence, direction and speeds are
-        ignored.
-    render_mode : {"human", "rgb_array", "ansi"}, optional
-        What `render` returns; ``human`` shows every step in a window by itself.
-    **options
-        See `magfold_env.envs.tasks.feed_tasks.FeedOptions`.
-
-    Raises
-    ------
-    ValueError
-        For any argument that is not allowed; the message names it and what is.
+    Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`. The scene needs
+    ``feed.loading`` ``at_mouth``.
     """
 
     make_episodes = AnchorEpisodes
     make_world = AnchorWorld
-
-    def __init__(
-        self,
-        scene: str | Path | Scene = "anchor-tray",
-        *,
-        render_mode: str | None = None,
-        **options: Unpack[FeedOptions],
-    ) -> None:
-        super().__init__(scene, render_mode=render_mode, **options)
+    default_scene = "anchor-tray"
 
 
 class AnchorVectorEnv(TrayVectorEnv):

@@ -2,7 +2,8 @@
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import Any, ClassVar, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,8 @@ from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.episodes import Columns, Episodes
 from magfold_env.envs.spaces.observation import squash
-from magfold_env.envs.tasks.feed_tasks import Task, TaskWorld
+from magfold_env.envs.tasks.feed_tasks import FeedOptions, Task, TaskWorld
+from magfold_env.scene import Scene
 
 TIME_COST = 0.02
 """What a second costs."""
@@ -147,13 +149,34 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
 
     Parameters
     ----------
-    world : TaskWorld
-        The tasks and what episodes share.
+    scene : str, Path or Scene, optional
+        A tube scene, by default the environment's own; its sequence, direction and speeds are
+        ignored.
     render_mode : {"human", "rgb_array", "ansi"}, optional
-        What `render` returns.
+        What `render` returns; ``human`` shows every step in a window by itself.
+    **options
+        See `magfold_env.envs.tasks.feed_tasks.FeedOptions`.
+
+    Raises
+    ------
+    ValueError
+        For any argument that is not allowed; the message names it and what is.
     """
 
+    make_world: ClassVar[type[TaskWorld]]
+    default_scene: ClassVar[str]
+
     world: Any
+
+    def __init__(
+        self,
+        scene: str | Path | Scene | None = None,
+        *,
+        render_mode: str | None = None,
+        **options: Unpack[FeedOptions],
+    ) -> None:
+        scene = self.default_scene if scene is None else scene
+        super().__init__(self.make_world(scene, **options), render_mode)
 
     @property
     def tasks(self) -> tuple[Any, ...]:

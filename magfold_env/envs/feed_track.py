@@ -107,12 +107,7 @@ class FeedEpisodes(CameraEpisodes):
 class FeedTrackEnv(CameraTrackEnv):
     """Feed a given chain, forth and back; what is wanted of it is left to subclasses.
 
-    Parameters
-    ----------
-    world : FeedWorld
-        The tasks and what episodes share.
-    render_mode : {"human", "rgb_array", "ansi"}, optional
-        What `render` returns.
+    Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 50}  # noqa: RUF012

@@ -1,7 +1,6 @@
 """``MagFold/Reprogram-v0``: fold a given chain, draw it in, and fold it into something else."""
 
-from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +9,9 @@ from magfold_env.envs.baselines.three_speeds import ThreeSpeedStore
 from magfold_env.envs.chains.arrays import FAILED, FOLDED, Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns
 from magfold_env.envs.feed_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
-from magfold_env.envs.tasks.feed_tasks import FeedOptions, FeedWorld, RefoldWorld
+from magfold_env.envs.tasks.feed_tasks import FeedWorld, RefoldWorld
 from magfold_env.envs.tasks.goals import Goals
 from magfold_env.envs.vector_env import ChainVectorEnv
-from magfold_env.scene import Scene
 
 HORIZON = 500
 """Steps after which it is too late: 10 s."""
@@ -44,7 +42,7 @@ class ReprogramEpisodes(FeedEpisodes):
     @classmethod
     def baselines(cls, world: FeedWorld) -> ThreeSpeedStore:
         """Return what pushing, pulling and pushing at constant speeds make of a world's tasks."""
-        return three_speeds(world)
+        return ThreeSpeedStore(cls, world, (INTERVAL, HORIZON, STEEPEST, LASTING))
 
     def told(self, rows: Ints) -> Columns:
         """Return the info of some episodes: the little there is on their way."""
@@ -104,11 +102,6 @@ class ReprogramEpisodes(FeedEpisodes):
             self._seek(rows[done])
 
 
-def three_speeds(world: FeedWorld) -> ThreeSpeedStore:
-    """Return what pushing, pulling and pushing at constant speeds make of a world's tasks."""
-    return ThreeSpeedStore(ReprogramEpisodes, world, (INTERVAL, HORIZON, STEEPEST, LASTING))
-
-
 class ReprogramEnv(FeedTrackEnv):
     """Fold a chain into a word, draw it in, and fold it into another, on a floor not known.
 
@@ -140,31 +133,12 @@ class ReprogramEnv(FeedTrackEnv):
 
     **Info**: besides, ``stage``; ``target`` is the word that is sought now.
 
-    Parameters
-    ----------
-    scene : str, Path or Scene
-        A tube scene; its sequence, direction and speeds are ignored.
-    render_mode : {"human", "rgb_array", "ansi"}, optional
-        What `render` returns; ``human`` shows every step in a window by itself.
-    **options
-        See `magfold_env.envs.tasks.feed_tasks.FeedOptions`.
-
-    Raises
-    ------
-    ValueError
-        For any argument that is not allowed; the message names it and what is.
+    Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """
 
     make_episodes = ReprogramEpisodes
-
-    def __init__(
-        self,
-        scene: str | Path | Scene = "reprogram",
-        *,
-        render_mode: str | None = None,
-        **options: Unpack[FeedOptions],
-    ) -> None:
-        super().__init__(RefoldWorld(scene, **options), render_mode)
+    make_world = RefoldWorld
+    default_scene = "reprogram"
 
 
 class ReprogramVectorEnv(ChainVectorEnv[NDArray[np.float32]]):

@@ -1,7 +1,6 @@
 """``MagFold/Tray-v0``: fold a chain of components from a tray, some of whose magnets are bad."""
 
-from pathlib import Path
-from typing import Any, ClassVar, Unpack
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,6 @@ from magfold_env.envs.chains.arrays import FAILED, Bools, Floats, Ints
 from magfold_env.envs.episodes import Lines
 from magfold_env.envs.spaces.actions import FASTEST, scaled_speeds
 from magfold_env.envs.spaces.tray_actions import BACK, FACES, LYING, TrayChoice
-from magfold_env.envs.tasks.feed_tasks import FeedOptions
 from magfold_env.envs.tasks.forecast import or_dash
 from magfold_env.envs.tasks.tray_tasks import DEAD, SPREAD, WEAK, WEAKNESS, TrayWorld
 from magfold_env.envs.vector_env import ChainVectorEnv
@@ -220,33 +218,13 @@ class TrayEnv(CameraTrackEnv):
     ``status``, ``message``, ``energy`` [J], ``score``, ``baseline``, ``baseline_flagged`` (the
     reward asks for none) and ``is_success``.
 
-    Parameters
-    ----------
-    scene : str, Path or Scene
-        A tube scene with ``feed.loading`` ``at_mouth``; its sequence, direction and speeds are
-        ignored.
-    render_mode : {"human", "rgb_array", "ansi"}, optional
-        What `render` returns; ``human`` shows every step in a window by itself.
-    **options
-        See `magfold_env.envs.tasks.feed_tasks.FeedOptions`.
-
-    Raises
-    ------
-    ValueError
-        For any argument that is not allowed; the message names it and what is.
+    Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`. The scene needs
+    ``feed.loading`` ``at_mouth``.
     """
 
     make_episodes = TrayEpisodes
-    make_world: ClassVar[type[TrayWorld]] = TrayWorld
-
-    def __init__(
-        self,
-        scene: str | Path | Scene = "tray",
-        *,
-        render_mode: str | None = None,
-        **options: Unpack[FeedOptions],
-    ) -> None:
-        super().__init__(self.make_world(scene, **options), render_mode)
+    make_world = TrayWorld
+    default_scene: ClassVar[str] = "tray"
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return which actions ask for what can be done; `TrayTable.masks`."""

@@ -1,16 +1,12 @@
 """``MagFold/UnknownFloor-v0``: feed a given chain, forth and back, over a floor unknown."""
 
-from pathlib import Path
-from typing import Unpack
-
 import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.constant_speed import ConstantSpeedStore
 from magfold_env.envs.feed_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
-from magfold_env.envs.tasks.feed_tasks import FeedOptions, FeedWorld
+from magfold_env.envs.tasks.feed_tasks import FeedWorld
 from magfold_env.envs.vector_env import ChainVectorEnv
-from magfold_env.scene import Scene
 
 HORIZON = 250
 """Steps after which it is too late: 5 s."""
@@ -24,12 +20,7 @@ class FloorEpisodes(FeedEpisodes):
     @classmethod
     def baselines(cls, world: FeedWorld) -> ConstantSpeedStore:
         """Return what the best constant speeds make of the tasks of a world."""
-        return constant_speeds(world)
-
-
-def constant_speeds(world: FeedWorld) -> ConstantSpeedStore:
-    """Return what the best constant speeds make of the tasks of a world."""
-    return ConstantSpeedStore(FloorEpisodes, world, (INTERVAL, HORIZON, STEEPEST))
+        return ConstantSpeedStore(cls, world, (INTERVAL, HORIZON, STEEPEST))
 
 
 class UnknownFloorEnv(FeedTrackEnv):
@@ -87,31 +78,12 @@ class UnknownFloorEnv(FeedTrackEnv):
     ``status``, ``message``, ``energy`` [J], ``score``, ``baseline``, ``baseline_flagged`` (the
     reward asks for none) and ``is_success``.
 
-    Parameters
-    ----------
-    scene : str, Path or Scene
-        A tube scene; its sequence, direction and speeds are ignored.
-    render_mode : {"human", "rgb_array", "ansi"}, optional
-        What `render` returns; ``human`` shows every step in a window by itself.
-    **options
-        See `magfold_env.envs.tasks.feed_tasks.FeedOptions`.
-
-    Raises
-    ------
-    ValueError
-        For any argument that is not allowed; the message names it and what is.
+    Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """
 
     make_episodes = FloorEpisodes
-
-    def __init__(
-        self,
-        scene: str | Path | Scene = "unknown-floor",
-        *,
-        render_mode: str | None = None,
-        **options: Unpack[FeedOptions],
-    ) -> None:
-        super().__init__(FeedWorld(scene, **options), render_mode)
+    make_world = FeedWorld
+    default_scene = "unknown-floor"
 
 
 class UnknownFloorVectorEnv(ChainVectorEnv[NDArray[np.float32]]):

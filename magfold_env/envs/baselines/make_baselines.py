@@ -4,11 +4,12 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
+from typing import Any
 
 import typer
 from rich.progress import Progress
 
-from magfold_env.envs.anchor import AnchorEpisodes
+from magfold_env.envs.anchor import AnchorEnv
 from magfold_env.envs.baselines.baseline import (
     Baseline,
     baseline_key,
@@ -17,14 +18,13 @@ from magfold_env.envs.baselines.baseline import (
     save_shipped,
 )
 from magfold_env.envs.baselines.constant_speed import TaskStore
-from magfold_env.envs.reprogram import three_speeds
-from magfold_env.envs.tasks.anchor_tasks import AnchorWorld
+from magfold_env.envs.camera_track import CameraTrackEnv
+from magfold_env.envs.lumen import LumenEnv
+from magfold_env.envs.reprogram import ReprogramEnv
 from magfold_env.envs.tasks.draws import Randomisation, randomised
-from magfold_env.envs.tasks.feed_tasks import ChamberWorld, FeedWorld, RefoldWorld
 from magfold_env.envs.tasks.targets import resolve_targets
-from magfold_env.envs.tasks.tray_tasks import TrayWorld
-from magfold_env.envs.tray import TrayEpisodes
-from magfold_env.envs.unknown_floor import constant_speeds
+from magfold_env.envs.tray import TrayEnv
+from magfold_env.envs.unknown_floor import UnknownFloorEnv
 from magfold_env.scene import load_scene
 
 SHIPPED: tuple[tuple[str, Randomisation], ...] = (
@@ -35,14 +35,8 @@ SHIPPED: tuple[tuple[str, Randomisation], ...] = (
     ("tube-built", "nominal"),
     ("tube-built", "strong"),
 )
-STORES: dict[str, Callable[[], TaskStore]] = {
-    "unknown-floor": lambda: constant_speeds(FeedWorld("unknown-floor")),
-    "lumen": lambda: constant_speeds(ChamberWorld("lumen")),
-    "reprogram": lambda: three_speeds(RefoldWorld("reprogram")),
-    "tray": lambda: TrayEpisodes.baselines(TrayWorld("tray")),
-    "anchor-tray": lambda: AnchorEpisodes.baselines(AnchorWorld("anchor-tray")),
-}
-"""What makes the stores of those scenes in which tasks are given."""
+TRACKS = (UnknownFloorEnv, LumenEnv, ReprogramEnv, TrayEnv, AnchorEnv)
+"""Environments in which tasks are given."""
 
 Job = Callable[[], Baseline]
 
@@ -71,14 +65,20 @@ def main(workers: int = 2, only: str = "") -> None:
                     for target in resolve_targets(None, scene.n)
                 ]
                 save(f"{name}-{randomisation}", baseline_key(scene), jobs)
-        for name, make_store in STORES.items():
-            if name.startswith(only):
-                store = make_store()
-                save(name, store.key, [partial(_of_task, name, task) for task in store.names])
+        for track in TRACKS:
+            if track.default_scene.startswith(only):
+                store = _store(track)
+                jobs = [partial(_of_task, track, task) for task in store.names]
+                save(track.default_scene, store.key, jobs)
 
 
-def _of_task(name: str, task: str) -> Baseline:
-    return STORES[name]().compute(task)
+def _of_task(track: type[CameraTrackEnv], task: str) -> Baseline:
+    return _store(track).compute(task)
+
+
+def _store(track: Any) -> TaskStore:
+    """Return what simple choices make of the tasks that a track has by default."""
+    return track.make_episodes.baselines(track.make_world(track.default_scene))
 
 
 if __name__ == "__main__":
