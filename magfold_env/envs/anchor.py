@@ -10,8 +10,7 @@ from magfold_env.envs.baselines.tray_order import TrayStore
 from magfold_env.envs.chains.arrays import HELD, Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns, Lines
 from magfold_env.envs.spaces.tray_actions import AHEAD, PULL, TrayChoice
-from magfold_env.envs.tasks.anchor_tasks import AnchorWorld
-from magfold_env.envs.tasks.tray_tasks import TrayWorld
+from magfold_env.envs.tasks.tray_tasks import AnchorWorld, TrayWorld
 from magfold_env.envs.tray import PROTOCOL, TrayEnv, TrayEpisodes, TrayVectorEnv
 from magfold_env.simulation.endings import FOLDED_WITHIN
 

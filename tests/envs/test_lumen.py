@@ -10,7 +10,7 @@ import magfold_env as mf
 from magfold_env.envs.baselines import baseline
 from magfold_env.envs.feed_track import replay
 from magfold_env.envs.lumen import LumenEnv
-from magfold_env.envs.tasks.make_chamber_tasks import takes_several_speeds, words_at_speeds
+from magfold_env.envs.tasks.make_feed_tasks import takes_several_speeds, words_at_speeds
 from magfold_env.laws.overlap import deepest_overlap
 
 

@@ -1,61 +1,63 @@
-"""Find the shipped tasks of a chain's feed: ``python -m magfold_env.envs.tasks.make_feed_tasks``.
+"""Find chains whose folds the feed decides.
 
-Random chains are fed out at constant speeds. Kept are those that fold into one word at one speed
-and into another at another, each in at least three of four draws of the nominal physics: the feed
-speed decides, and both folds can be had. Every such chain makes two tasks. Tasks are ordered by the
-share of all runs, over the speeds on offer, that end in the target: the easiest first.
+**Two folds.** Random chains are fed out at constant speeds. Kept are those that fold into one word
+at one speed and into another at another, each in at least three of four draws of the nominal
+physics: the feed speed decides, and both folds can be had. Every such chain makes two tasks, that
+are as easy as the share of all runs, over the speeds on offer, that end in the target.
+
+**Chambers.** Random chains are fed at constant speeds on draws of a stream of their own, each of
+another chamber, floor and strength of magnets. A word makes a task if it can be had, in at least
+six draws of eight at one speed or another, and if what is hidden decides at which: no speed leads
+to it in more than five. Of a chain's words the one that most runs end in is taken. A task is as
+easy as the share of all runs that end in the target.
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import cycle
+from typing import Any
 
 import numpy as np
-import typer
-from rich.progress import track
 
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS, draw_generator
+from magfold_env.envs.chains.arrays import FOLDED
 from magfold_env.envs.spaces.actions import PATTERNS
-from magfold_env.envs.tasks.draws import randomised
-from magfold_env.files import configs_dir, write_text
+from magfold_env.envs.tasks.draws import episode_seeds, randomised
+from magfold_env.envs.tasks.feed_tasks import ChamberWorld, FeedTask
+from magfold_env.envs.unknown_floor import FloorEpisodes
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.simulate import simulate
 
 DRAWS = 8
 RELIABLE = 0.75
+"""Share of the draws in which some speed must lead to a word, of a chain with two folds."""
 
-Task = tuple[float, tuple[str, ...], str, str]
+AT_ONCE = 20
+"""Chains that are tried in chambers side by side."""
+
+LEAST = 6
+"""Of the draws of chambers, in how many some speed must lead to a word."""
+
+MOST = 5
+"""Of the draws of chambers, in how many one speed may."""
+
+Found = tuple[float, FeedTask]
 
 
-def main(chains: int = 20, seed: int = 0) -> None:
-    """Write ``configs/tasks/two-folds-6.yaml`` with two tasks for each of some chains."""
-    rng = np.random.default_rng(seed)
-    scene = load_scene("tube-built")
-    tasks: list[Task] = []
-    for number in track(range(chains), "chains with two folds"):
-        found: list[Task] = []
+def find_two_folds(seed: int = 0) -> Iterator[Found]:
+    """Yield tasks without end, two for each chain, and the shares of runs that end in them."""
+    rng, scene = np.random.default_rng(seed), load_scene("tube-built")
+    for direction in cycle(("forward", "backward")):
+        found: list[Found] = []
         while not found:
             numbers = rng.integers(len(PATTERNS), size=scene.n)
             sequence = tuple(PATTERNS[int(number)] for number in numbers)
-            direction = ("forward", "backward")[number % 2]
             found = _tasks(scene.replace(sequence=sequence, feed={"direction": direction}))
-        tasks += found
-    tasks.sort(key=lambda task: -task[0])
-    lines = [
-        f"- {{sequence: [{', '.join(sequence)}], direction: {direction}, "
-        f"target: {target}}} # {share:.2f}"
-        for share, sequence, direction, target in tasks
-    ]
-    head = (
-        "# Chains with two folds, of which the feed speed decides, the easiest first. At the\n"
-        "# end of each line: the share of runs at constant speeds that end in the target.\n"
-        "# Made by `python -m magfold_env.envs.tasks.make_feed_tasks`.\n"
-    )
-    path = configs_dir() / "tasks" / "two-folds-6.yaml"
-    write_text(path, head + "\n".join(lines) + "\n")
+        yield from found
 
 
-def _tasks(scene: Scene) -> list[Task]:
+def _tasks(scene: Scene) -> list[Found]:
     """Return the two tasks of a chain, or none if its speed does not decide between two folds."""
     still = randomised(scene, "none")
     ends = {_fold(still.replace(feed={"speed": speed})) for speed in CANDIDATE_SPEEDS[::2]}
@@ -70,9 +72,10 @@ def _tasks(scene: Scene) -> list[Task]:
     return [_task(scene, counts, word) for word in reliable[:2]]
 
 
-def _task(scene: Scene, counts: Mapping[float, Counter[str]], target: str) -> Task:
+def _task(scene: Scene, counts: Mapping[float, Counter[str]], target: str) -> Found:
     share = sum(count[target] for count in counts.values()) / (DRAWS * len(counts))
-    return share, scene.sequence, scene.feed.direction, target
+    direction, sequence = scene.feed.direction, scene.sequence
+    return share, FeedTask(sequence=sequence, direction=direction, target=target)
 
 
 def _is_reliable(counts: Mapping[float, Counter[str]], word: str) -> bool:
@@ -92,5 +95,34 @@ def _fold(scene: Scene) -> str:
     return fold.word if fold.status is FoldStatus.FOLDED else ""
 
 
-if __name__ == "__main__":
-    typer.run(main)
+def find_chambers(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[Found]:
+    """Yield tasks without end, and the shares of runs that end in their targets."""
+    rng = np.random.default_rng([seed, direction == "forward"])
+    while True:
+        chains = np.array(PATTERNS)[rng.integers(len(PATTERNS), size=(AT_ONCE, 6))].tolist()
+        # What they are asked for does not matter yet.
+        tasks = [FeedTask(sequence=each, direction=direction, target="LRLRL") for each in chains]
+        for task, words in zip(tasks, words_at_speeds(tasks, threads), strict=True):
+            had = [
+                word for word in set(words.ravel()) - {""} if takes_several_speeds(words == word)
+            ]
+            if had:
+                share, word = max((float((words == word).mean()), word) for word in had)
+                yield share, task.model_copy(update={"target": word})
+
+
+def takes_several_speeds(came: Any) -> bool:
+    """Return whether a word that came in some runs, (draws, speeds), takes now this, now that."""
+    return bool(came.any(axis=1).sum() >= LEAST and came.sum(axis=0).max() <= MOST)
+
+
+def words_at_speeds(tasks: list[FeedTask], threads: int = 1) -> Any:
+    """Return the words that chains fold into, (tasks, draws, speeds), "" where they do not."""
+    shape = len(tasks), DRAWS, len(CANDIDATE_SPEEDS)
+    numbers, draws, _ = (each.ravel() for each in np.indices(shape))
+    speeds = np.resize(CANDIDATE_SPEEDS, numbers.size)
+    seeds = np.array(episode_seeds("lumen", DRAWS), dtype=object)[draws].tolist()
+    episodes = FloorEpisodes(ChamberWorld("lumen", tasks=tasks), numbers.size, threads)
+    episodes.play(seeds, numbers.tolist(), lambda rows: (speeds[rows],))
+    folded = episodes.arrays.status == FOLDED
+    return np.where(folded, episodes.words(episodes.rows), "").reshape(shape)

@@ -1,20 +1,18 @@
-"""Find the tasks of two words: ``python -m magfold_env.envs.tasks.make_refold_tasks``.
+"""Find chains that fold into two words, one after the other.
 
 Random chains are pushed out, pulled in and pushed out again at constant speeds. A chain for which
 that ends in two different words, on draws of a stream of its own, is tried at all speeds on offer;
 the two words that come about most often at some of them make a task if on other draws they do so
-again. Tasks are ordered by how often, the most first.
+again. A task is as easy as that was often.
 """
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from itertools import islice, product
+from itertools import product
 from typing import Any
 
 import numpy as np
-import typer
 from gymnasium.utils import seeding
-from rich.progress import track
 
 from magfold_env.envs.baselines.legs import Following
 from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, Speeds, push_pull_push
@@ -24,7 +22,6 @@ from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import RefoldTask, RefoldWorld
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
-from magfold_env.files import configs_dir, write_text
 
 SCENE = "reprogram"
 AT_ONCE = 250
@@ -38,16 +35,7 @@ LEAST = 3
 Found = tuple[int, RefoldTask]
 
 
-def main(chains: int = 8, seed: int = 0, threads: int = 2) -> None:
-    """Write ``configs/tasks/two-words-6.yaml`` with so many chains of each direction of feed."""
-    found: list[Found] = []
-    for direction in ("forward", "backward"):
-        tasks = islice(find_tasks(direction, seed, threads), chains)
-        found += track(tasks, direction, total=chains)
-    save(found)
-
-
-def find_tasks(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Found]:
+def find_refolds(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Found]:
     """Yield tasks without end, and how often both of their words came about."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
@@ -58,21 +46,6 @@ def find_tasks(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Foun
         for task, pair in zip(tasks, words, strict=True):
             if all(pair):
                 yield from _task(task, threads)
-
-
-def save(found: Sequence[Found]) -> None:
-    """Write tasks, the easiest first."""
-    lines = [
-        f"- {{sequence: [{', '.join(task.sequence)}], direction: {task.direction}, "
-        f"first: {task.first}, target: {task.target}}} # {count}"
-        for count, task in sorted(found, key=lambda each: -each[0])
-    ]
-    head = (
-        "# Chains that fold into two words, one after the other, the easiest first. At the end of\n"
-        f"# each line: in how many of {OTHER_DRAWS} draws one schedule of push, pull and push led\n"
-        "# to both. Made by `python -m magfold_env.envs.tasks.make_refold_tasks`.\n"
-    )
-    write_text(configs_dir() / "tasks" / "two-words-6.yaml", head + "\n".join(lines) + "\n")
 
 
 def _task(chain: RefoldTask, threads: int) -> list[Found]:
@@ -141,7 +114,3 @@ def _blank(sequence: list[str], direction: Any) -> RefoldTask:
 def _seeds(first: int, count: int) -> list[int]:
     """Return seeds of the stream that tasks are chosen on."""
     return episode_seeds("reprogram", first + count)[first:]
-
-
-if __name__ == "__main__":
-    typer.run(main)

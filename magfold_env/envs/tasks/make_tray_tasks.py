@@ -1,102 +1,146 @@
-"""Find the shipped trays: ``python -m magfold_env.envs.tasks.make_tray_tasks``.
+"""Find trays from which words can be folded, and pulls that folds can bear.
 
-Trays of random components, and words, are drawn. Kept are those from which, whichever component is
-left out, the minimiser has a chain whose only ground state is the word, and whose best chain, with
-sound magnets, folds into it at some constant speed in at least three of four draws. Tasks are
-ordered by the share of all such runs, over the speeds on offer, that end in the word: the easiest
-first.
+**Trays** of random components, and words, are drawn. Kept are those from which, whichever component
+is left out, the minimiser has a chain whose only ground state is the word, and whose best chain,
+with sound magnets, folds into it at some constant speed in at least three of four draws. A task is
+as easy as the share of all such runs, over the speeds on offer, that end in the word.
+
+**Pulls** are drawn with trays: 0.2 to 1 N, evenly on a scale of powers, towards any direction
+within a right angle of straight away from the tube. For every word the minimiser's chain from the
+tray is fed at the middle speed, with all that an episode draws; of the word whose chain bears the
+pull most often, every speed is tried. Kept are those that bear it at the best speed in a quarter to
+three quarters of the draws: the pull is neither out of reach nor borne by any fold. A task is as
+easy as that share.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
-from itertools import islice
 from typing import Any
 
 import numpy as np
-import typer
 from rich.progress import track
 
+from magfold_env.envs.anchor import AnchorEpisodes
 from magfold_env.envs.baselines.tray_order import TrayDesigns, always
+from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.tray_tasks import TrayTask, TrayWorld
+from magfold_env.envs.tasks.tray_tasks import AnchorTask, AnchorWorld, TrayTask, TrayWorld
 from magfold_env.envs.tray import TrayEpisodes
-from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import load_scene
 from magfold_env.shapes import folded_words
 
-SCENE = "tray"
-DRAWS = 16
-RELIABLE = 0.75
+TRAY_SCENE, ANCHOR_SCENE = "tray", "anchor-tray"
 
 SPARE = 3
 """Components that are left over."""
 
-Found = tuple[float, TrayTask]
+SOUND_DRAWS = 16
+RELIABLE = 0.75
+"""Share of the draws in which the chain of a tray must fold at some speed."""
+
+FIRST_DRAWS, BORNE_DRAWS = 8, 32
+LEAST, MOST = 0.25, 0.75
+"""Shares of the draws in which a pull is to be borne."""
+
+WEAKEST, STRONGEST = 0.2, 1.0
+"""Sizes of pulls [N]."""
 
 
-def main(trays: int = 12, seed: int = 0, threads: int = 2) -> None:
-    """Write ``configs/tasks/trays-6.yaml`` with so many trays of each direction of feed."""
-    found: list[Found] = []
-    for direction in ("forward", "backward"):
-        tasks = islice(find_tasks(direction, seed, threads), trays)
-        found += track(tasks, direction, total=trays)
-    save(found)
-
-
-def find_tasks(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[Found]:
+def find_trays(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[tuple[float, TrayTask]]:
     """Yield tasks without end, and the share of runs that end in their words."""
-    rng = np.random.default_rng([seed, direction == "forward"])
-    scene = load_scene(SCENE)
-    words = folded_words(scene.n)
-
-    @cache
-    def designs(word: str) -> TrayDesigns:
-        return TrayDesigns(scene, word)
-
+    rng, n = np.random.default_rng([seed, direction == "forward"]), load_scene(TRAY_SCENE).n
+    words = folded_words(n)
     while True:
         word = str(words[rng.integers(len(words))])
-        numbers: list[int] = rng.integers(len(PATTERNS), size=scene.n + SPARE).tolist()
-        tray = tuple(PATTERNS[number] for number in numbers)
+        tray = _random_tray(rng, n)
         rests = [tray[:k] + tray[k + 1 :] for k in range(len(tray))]
-        if all(designs(word).best(rest) for rest in rests):
+        design = _designs(TRAY_SCENE, word)
+        if all(design.best(rest) for rest in rests):
             task = TrayTask(tray=tray, direction=direction, target=word)
-            sequence = designs(word).best(tray)
+            sequence = design.best(tray)
             assert sequence is not None
-            shares = shares_of(task, sequence, threads)
+            shares = sound_shares(task, sequence, threads)
             if max(shares) >= RELIABLE:
                 yield sum(shares) / len(shares), task
 
 
-def shares_of(task: TrayTask, sequence: tuple[str, ...], threads: int = 1) -> list[float]:
+def sound_shares(task: TrayTask, sequence: tuple[str, ...], threads: int = 1) -> list[float]:
     """Return in what share of the draws a chain of sound magnets folds, for every speed."""
     sound = task.model_copy(update={"strengths": ((1.0,) * 4,) * len(task.tray)})
-    world, order = TrayWorld(SCENE, tasks=[sound]), task.order_of(sequence)
+    world, order = TrayWorld(TRAY_SCENE, tasks=[sound]), task.order_of(sequence)
     assert order is not None
-    episodes, seeds = TrayEpisodes(world, DRAWS, threads), episode_seeds("tray", DRAWS)
+    episodes, seeds = TrayEpisodes(world, SOUND_DRAWS, threads), episode_seeds("tray", SOUND_DRAWS)
     shares: list[float] = []
     for speed in world.actions.speeds.tolist():
         plan = always(task, order, speed)
-        ends = episodes.play(seeds, [0] * DRAWS, lambda rows, plan=plan: plan(episodes, rows))
+        ends = episodes.play(seeds, [0] * SOUND_DRAWS, lambda rows, plan=plan: plan(episodes, rows))
         shares.append(float(ends["is_success"].mean()))
     return shares
 
 
-def save(found: list[Found]) -> None:
-    """Write tasks, the easiest first."""
-    lines = [
-        f"- {{tray: [{', '.join(task.tray)}], direction: {task.direction}, "
-        f"target: {task.target}}} # {share:.2f}"
-        for share, task in sorted(found, key=lambda each: -each[0])
-    ]
-    head = (
-        "# Trays of components, and words that chains of some of them fold into, the easiest\n"
-        "# first. At the end of each line: the share of runs at constant speeds, with sound\n"
-        "# magnets, in which the minimiser's chain does.\n"
-        "# Made by `python -m magfold_env.envs.tasks.make_tray_tasks`.\n"
-    )
-    write_text(configs_dir() / "tasks" / "trays-6.yaml", head + "\n".join(lines) + "\n")
+def find_pulls(
+    direction: Any, seed: int = 0, threads: int = 1
+) -> Iterator[tuple[float, AnchorTask]]:
+    """Yield tasks without end, and the share of draws in which their chains bear the pull."""
+    rng, n = np.random.default_rng([seed, direction == "forward"]), load_scene(ANCHOR_SCENE).n
+    words = track(folded_words(n), "chains of every word")
+    designs = {str(word): _designs(ANCHOR_SCENE, str(word)) for word in words}
+    while True:
+        tray = _random_tray(rng, n)
+        towards = round(float(rng.uniform(-0.5, 0.5) * np.pi), 2)
+        pull = round(float(WEAKEST * (STRONGEST / WEAKEST) ** rng.random()), 2)
+        given: Any = {"tray": tray, "direction": direction, "pull": pull, "towards": towards}
+        chains = {word: each.best(tray) for word, each in designs.items()}
+        tasks = [AnchorTask(target=word, **given) for word, chain in chains.items() if chain]
+        if not tasks:
+            continue
+        sequences: list[Any] = [chains[task.target] for task in tasks]
+        speeds: Floats = AnchorWorld(ANCHOR_SCENE, tasks=tasks).actions.speeds
+        middle = speeds[len(speeds) // 2 : len(speeds) // 2 + 1]
+        first = shares_borne(tasks, sequences, middle, FIRST_DRAWS, threads)[:, 0]
+        best = int(np.argmax(first))
+        if first[best] < LEAST:
+            continue
+        task = tasks[best]
+        share = shares_borne([task], sequences[best:], speeds, BORNE_DRAWS, threads).max()
+        if LEAST <= share <= MOST:
+            yield float(share), task
 
 
-if __name__ == "__main__":
-    typer.run(main)
+def shares_borne(
+    tasks: Sequence[AnchorTask],
+    sequences: Sequence[tuple[str, ...]],
+    speeds: Floats,
+    draws: int,
+    threads: int = 1,
+) -> Floats:
+    """Return in what share of the draws chains bear their pulls, (tasks, speeds)."""
+    orders: list[Ints] = []
+    for task, sequence in zip(tasks, sequences, strict=False):
+        order = np.array(task.order_of(sequence))
+        orders.append(order if task.direction == "forward" else order[::-1])
+    fed, count = np.array(orders), len(tasks) * draws
+    episodes = AnchorEpisodes(AnchorWorld(ANCHOR_SCENE, tasks=list(tasks)), count, threads)
+    numbers, seeds = np.repeat(np.arange(len(tasks)), draws), episode_seeds("anchor", draws)
+    found = np.empty((len(tasks), len(speeds)))
+    for place, speed in enumerate(speeds):
+
+        def choose(rows: Ints, speed: float = speed) -> Any:
+            next_ones = np.minimum(episodes.arrays.fed[rows], fed.shape[1] - 1)
+            part, lie = fed[numbers[rows], next_ones].T
+            return part, lie, np.full(len(rows), speed), np.zeros(len(rows), dtype=np.int64)
+
+        ends = episodes.play(seeds * len(tasks), numbers.tolist(), choose)
+        found[:, place] = ends["is_success"].reshape(len(tasks), draws).mean(axis=1)
+    return found
+
+
+def _random_tray(rng: np.random.Generator, n: int) -> tuple[str, ...]:
+    numbers: list[int] = rng.integers(len(PATTERNS), size=n + SPARE).tolist()
+    return tuple(PATTERNS[number] for number in numbers)
+
+
+@cache
+def _designs(scene: str, word: str) -> TrayDesigns:
+    return TrayDesigns(load_scene(scene), word)
