@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_env.envs.anchor import AnchorEnv
 from magfold_env.envs.baselines import baseline, tray_order
 from magfold_env.envs.baselines.tray_order import TrayDesigns, always
 from magfold_env.envs.camera_track import TIME_COST
@@ -235,17 +236,9 @@ def test_the_baseline_is_what_the_minimisers_chain_scores(
     assert TrayEnv(reward="relative", tasks=[TASK], speeds=2).baseline_of(0) == found
 
 
-def test_the_baselines_of_shipped_trays_are_shipped(tmp_path: Any, monkeypatch: Any) -> None:
-    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
-    env = TrayEnv()
-    found = [env.baseline_of(number) for number in range(len(env.tasks))]
-    assert not list(tmp_path.iterdir())
-    for each, task in zip(found, env.tasks, strict=True):
-        assert task.order_of(each.sequence or ()) is not None
-
-
-def test_shipped_trays_have_three_components_to_spare() -> None:
-    tasks = TrayEnv().tasks
+@pytest.mark.parametrize("make", [TrayEnv, AnchorEnv])
+def test_shipped_trays_have_three_components_to_spare(make: type[TrayEnv]) -> None:
+    tasks = make().tasks
     assert len(tasks) <= 24
     assert {task.direction for task in tasks} == {"forward", "backward"}
     assert {len(task.tray) - task.n for task in tasks} == {3}

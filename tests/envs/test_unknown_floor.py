@@ -79,21 +79,6 @@ def test_every_speed_that_can_be_asked_for_empties_the_tube() -> None:
         assert said[-1][0][env.layout.slices["advance"]] == 1.0
 
 
-@pytest.mark.parametrize("actions", ["box", "discrete"])
-def test_episodes_replay_bit_for_bit(actions: Any) -> None:
-    env = UnknownFloorEnv(actions=actions)
-    env.action_space.seed(1)
-    for seed in range(4):
-        env.reset(seed=seed)
-        ended = False
-        while not ended:
-            *_, ended, _, _ = env.step(env.action_space.sample())
-        again = replay(env.to_scene(), env.history).arrays
-        np.testing.assert_array_equal(again.angles[0], env.state.angles)
-        np.testing.assert_array_equal(again.base[0], env.state.base)
-        np.testing.assert_array_equal(again.released[0], env.episodes.arrays.released[0])
-
-
 def test_the_drive_changes_its_speed_so_much_a_step() -> None:
     env = UnknownFloorEnv()
     play(env, [0.6, 0.6, 0.6, 0.6, -0.6])
@@ -170,17 +155,6 @@ def test_a_frame_is_one_step_late() -> None:
         apart = np.abs(np.arctan2(np.sin(apart), np.cos(apart)))[seen]
         assert (apart < np.radians(6.0)).all()
         before = env.state.angles
-
-
-def test_an_observation_tells_nothing_of_what_is_drawn() -> None:
-    """Before anything is outside, two draws look alike but for the noise of the force."""
-    env = UnknownFloorEnv()
-    first = [env.reset(seed=seed, options={"task": 3})[0] for seed in (0, 1)]
-    force = env.layout.slices["force"]
-    for observation in first:
-        assert observation[force] != 0.0
-        observation[force] = 0.0
-    np.testing.assert_array_equal(first[0], first[1])
 
 
 def test_noise_leaves_the_physics_of_a_seed_alone() -> None:
