@@ -34,8 +34,8 @@ class Training(_Part):
     """What was noted of the training: commit, versions, seed, steps, seconds."""
 
 
-class CardResult(_Part):
-    """What the policies scored in one environment."""
+class _Played(_Part):
+    """What was found in one environment."""
 
     env: dict[str, Any]
     """Settings of the environment that differ from its own."""
@@ -43,6 +43,11 @@ class CardResult(_Part):
     """Of the draws that every target was played on."""
     physics: str
     """Digest of the physics' sources."""
+
+
+class CardResult(_Played):
+    """What the policies scored in one environment."""
+
     successes: dict[str, tuple[str, ...]]
     """By target and policy which draws ended in it, a letter each: 1 or 0."""
 
@@ -58,15 +63,9 @@ class AblationRow(_Part):
     """Success above that of the policies as they are, and its interval."""
 
 
-class CardAblation(_Part):
+class CardAblation(_Played):
     """What `agents.ablate` found in one environment."""
 
-    env: dict[str, Any]
-    """Settings of the environment that differ from its own."""
-    seeds: tuple[int, ...]
-    """Of the draws that every target was played on."""
-    physics: str
-    """Digest of the physics' sources."""
     policies: tuple[int, ...]
     """Training seeds of those that played."""
     rows: dict[str, AblationRow]

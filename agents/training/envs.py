@@ -7,14 +7,16 @@ from typing import Any, cast
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
-from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMonitor
+from stable_baselines3.common import vec_env
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from agents.settings import CurriculumSettings, EnvSettings, SettingsError, TrainSettings
-from agents.training.shown import ShownVecEnv
 from magfold_env.envs.episodes import EpisodesState
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.envs.wrappers.curriculum import Curriculum
 from magfold_env.sb3 import FoldVecEnv, make_sb3_vec
+from magfold_env.scoring.policy_file import Shown
+from magfold_env.scoring.shown import View, shown_space
 
 
 class Resumable(gymnasium.Wrapper[Any, Any, Any, Any]):
@@ -27,6 +29,32 @@ class Resumable(gymnasium.Wrapper[Any, Any, Any, Any]):
     def restore(self, snapshot: bytes) -> None:
         """Go back to where `snapshot` was taken."""
         self.env = pickle.loads(snapshot)
+
+
+class ShownVecEnv(vec_env.VecEnvWrapper):
+    """Environments of Stable-Baselines3 of which is shown what is wanted."""
+
+    def __init__(self, venv: vec_env.VecEnv, shown: Shown) -> None:
+        layout = venv.get_attr("layout")[0] if shown.blind else None
+        self.view = View(shown, layout, venv.observation_space, venv.num_envs)
+        super().__init__(venv, shown_space(shown, venv.observation_space))
+
+    @property
+    def kept(self) -> NDArray[Any] | None:
+        """The observations that are shown again."""
+        return self.view.frames.kept if self.view.frames else None
+
+    def reset(self) -> Any:
+        """Begin new episodes."""
+        return self.view.of(self.venv.reset(), np.ones(self.num_envs, dtype=np.bool_))
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Take the step."""
+        observations, rewards, dones, infos = self.venv.step_wait()
+        for row in np.flatnonzero(dones).tolist():
+            last = infos[row]["terminal_observation"]
+            infos[row]["terminal_observation"] = self.view.last(last, row)
+        return self.view.of(observations, dones), rewards, dones, infos
 
 
 @dataclass(frozen=True)
@@ -80,7 +108,7 @@ def check_envs(settings: TrainSettings) -> None:
                 )
 
 
-def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
+def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonitor:
     """Return the environments of a phase of the run, numbered from 0, seeded."""
     env, learner = settings.phases[phase].env, settings.learner
     gamma = learner.gamma
@@ -93,9 +121,11 @@ def make_training_envs(settings: TrainSettings, phase: int) -> VecMonitor:
 
         makers = [make] * settings.envs
         apart = settings.envs > 1 and _stepping(settings, env) == "processes"
-        envs = VecMonitor(SubprocVecEnv(makers) if apart else DummyVecEnv(makers))
+        envs = vec_env.VecMonitor(
+            vec_env.SubprocVecEnv(makers) if apart else vec_env.DummyVecEnv(makers)
+        )
     if (learner.frames, learner.blind) != (1, False):
-        envs = VecMonitor(ShownVecEnv(envs.venv, learner))
+        envs = vec_env.VecMonitor(ShownVecEnv(envs.venv, learner))
     # The first phase has the seed of the run, the others one that follows from it.
     follow = np.random.SeedSequence(settings.seed, spawn_key=(phase,)).generate_state(1)
     envs.seed(int(follow[0]) if phase else settings.seed)
@@ -117,7 +147,7 @@ def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
     return "serial" if env.fidelity == "quasistatic" else "processes"
 
 
-def envs_state(envs: VecMonitor) -> EnvsState:
+def envs_state(envs: vec_env.VecMonitor) -> EnvsState:
     """Return where `envs` are."""
     native = _native(envs)
     inner = (
@@ -132,13 +162,13 @@ def envs_state(envs: VecMonitor) -> EnvsState:
     )
 
 
-def _native(envs: VecMonitor) -> ChainVectorEnv[Any] | None:
+def _native(envs: vec_env.VecMonitor) -> ChainVectorEnv[Any] | None:
     """Return the native vector environment within; None if there is none."""
     inner = envs.venv.venv if isinstance(envs.venv, ShownVecEnv) else envs.venv
     return inner.vector if isinstance(inner, FoldVecEnv) else None
 
 
-def set_envs_state(envs: VecMonitor, state: EnvsState) -> None:
+def set_envs_state(envs: vec_env.VecMonitor, state: EnvsState) -> None:
     """Go back to where `envs` were when `state` was taken."""
     native = _native(envs)
     if native is not None and isinstance(state.inner, EpisodesState):

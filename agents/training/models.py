@@ -31,17 +31,7 @@ from stable_baselines3.common import (
     vec_env,
 )
 
-from agents.settings import (
-    Algorithm,
-    Features,
-    LearnerSettings,
-    LSTMSettings,
-    RecurrentPPOSettings,
-    SACSettings,
-    Shown,
-    StopSettings,
-    TrainSettings,
-)
+from agents import settings as train_settings
 from agents.training import features, learning_rate, symmetry, symmetry_masked
 from agents.training.envs import EnvsState, envs_state, set_envs_state
 from magfold_env.checkpoint import CheckpointError, difference
@@ -86,7 +76,7 @@ _REMEDY = "train afresh, or in another folder"
 
 
 def make_model(
-    settings: LearnerSettings, env: vec_env.VecEnv, seed: int, device: str = "cpu"
+    settings: train_settings.LearnerSettings, env: vec_env.VecEnv, seed: int, device: str = "cpu"
 ) -> base_class.BaseAlgorithm:
     """Return an untrained model; `seed` is that of networks and actions.
 
@@ -96,9 +86,9 @@ def make_model(
         If the features are to be symmetric and the scene is not.
     """
     own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
-    own |= {"anneal_entropy", "lstm", *Shown.model_fields}
+    own |= {"anneal_entropy", "lstm", *train_settings.Shown.model_fields}
     options: dict[str, Any] = settings.model_dump(exclude=own)
-    if isinstance(settings, SACSettings) and settings.hindsight is not None:
+    if isinstance(settings, train_settings.SACSettings) and settings.hindsight is not None:
         options["replay_buffer_class"] = HerReplayBuffer
         options["replay_buffer_kwargs"] = settings.hindsight.model_dump()
     dictionary = isinstance(env.observation_space, gymnasium.spaces.Dict)
@@ -111,7 +101,7 @@ def make_model(
                 "learner.features: 'symmetric' is not allowed for a scene with a field, a "
                 "slope or magnets that differ from left to right; must be chain or mouth"
             )
-    lstm = settings.lstm if isinstance(settings, RecurrentPPOSettings) else None
+    lstm = settings.lstm if isinstance(settings, train_settings.RecurrentPPOSettings) else None
     kind, policy = network(settings.algorithm, settings.features, dictionary, backward, lstm)
     return CLASSES[settings.algorithm](
         kind,
@@ -125,11 +115,11 @@ def make_model(
 
 
 def network(
-    algorithm: Algorithm,
-    seen: Features,
+    algorithm: train_settings.Algorithm,
+    seen: train_settings.Features,
     dictionary: bool,
     backward: bool,
-    lstm: LSTMSettings | None,
+    lstm: train_settings.LSTMSettings | None,
 ) -> tuple[Any, dict[str, Any]]:
     """Return the class of a policy, and the options that decide what it sees and remembers.
 
@@ -197,7 +187,7 @@ class Progress:
     stopping: bool = False
     """Whether the phase ends with the next step."""
 
-    def note(self, result: dict[str, float], stop: StopSettings) -> bool:
+    def note(self, result: dict[str, float], stop: train_settings.StopSettings) -> bool:
         """Take in the result of a validation; return whether it is the best of the phase.
 
         More successes are better; among equally many the higher score is.
@@ -299,7 +289,7 @@ def unpack_rest(parts: dict[str, bytes]) -> RunState:
 
 def unpack_model(
     parts: dict[str, bytes],
-    settings: TrainSettings,
+    settings: train_settings.TrainSettings,
     envs: vec_env.VecMonitor,
     records: logger.Logger,
 ) -> base_class.BaseAlgorithm:

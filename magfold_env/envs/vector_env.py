@@ -18,13 +18,7 @@ from numpy.typing import NDArray
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
 from magfold_env.envs.pictures.viewer import Viewer
-from magfold_env.envs.tasks.checks import (
-    autoreset_mode_of,
-    check_count,
-    mask_of,
-    seeds_of,
-    threads_of,
-)
+from magfold_env.envs.tasks import checks
 
 if TYPE_CHECKING:
     from magfold_env.render.snapshot import Snapshot
@@ -65,9 +59,9 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         threads: int | None = None,
         **options: Any,
     ) -> None:
-        check_count(num_envs, options.get("render_mode"))
-        self.autoreset_mode = autoreset_mode_of(autoreset_mode)
-        threads = threads_of(threads)
+        checks.check_count(num_envs, options.get("render_mode"))
+        self.autoreset_mode = checks.autoreset_mode_of(autoreset_mode)
+        threads = checks.threads_of(threads)
         one = self.single(**options)
         self.template: Any = one
         """A single environment with the same options, in which nothing happens."""
@@ -104,8 +98,8 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         """
         options, episodes = options or {}, self.episodes
         given = episodes.given(options, ("reset_mask",))
-        mask = mask_of(options, self.num_envs)
-        for row, number in enumerate(seeds_of(seed, self.num_envs)):
+        mask = checks.mask_of(options, self.num_envs)
+        for row, number in enumerate(checks.seeds_of(seed, self.num_envs)):
             if number is not None and mask[row]:
                 episodes.rngs[row], _ = seeding.np_random(number)
         rows = np.flatnonzero(mask)

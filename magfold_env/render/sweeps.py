@@ -9,16 +9,7 @@ import numpy as np
 
 from magfold_env.ensembles.sweeps import Outcome, Sweep
 from magfold_env.render.ensembles import COLOUR_OF
-from magfold_env.reporting.plotting import (
-    COLOURS,
-    GRID,
-    INK,
-    MARKERS,
-    figure_class,
-    legend_below,
-    panels,
-    save_figure,
-)
+from magfold_env.reporting import plotting
 from magfold_env.shapes import FloatArray
 
 LINES = 6
@@ -48,7 +39,7 @@ def draw_sweep(sweep: Sweep, path: str | Path, outcome: Outcome | None = None) -
         The only outcome to draw; None draws those that occurred most, full folds by their words
         and others by their status alone.
     """
-    save_figure(chart(sweep, outcome), path)
+    plotting.save_figure(chart(sweep, outcome), path)
 
 
 def chart(sweep: Sweep, outcome: Outcome | None = None) -> Any:
@@ -65,7 +56,7 @@ def _title(sweep: Sweep) -> str:
 
 def _lines(sweep: Sweep, outcome: Outcome | None) -> Any:
     ((key, values),) = sweep.over.items()
-    figure, (axis,) = panels(1, _title(sweep), width=7.2, height=4.8)
+    figure, (axis,) = plotting.panels(1, _title(sweep), width=7.2, height=4.8)
     shown = [*sweep.leading][:LINES] if outcome is None else [outcome]
     rest = np.ones(len(values))
     for k, (each, colour) in enumerate(zip(shown, _colours(shown), strict=True)):
@@ -73,25 +64,27 @@ def _lines(sweep: Sweep, outcome: Outcome | None) -> Any:
         rates = np.array([share.rate for share in shares])
         low, high = ([getattr(share, end) for share in shares] for end in ("low", "high"))
         axis.fill_between(values, low, high, color=colour, alpha=0.16, linewidth=0.0)
-        marker = MARKERS[k % len(MARKERS)]
+        marker = plotting.MARKERS[k % len(plotting.MARKERS)]
         axis.plot(values, rates, color=colour, marker=marker, markersize=5, label=str(each))
         rest -= rates
     if outcome is None and len(sweep.leading) > LINES:
-        axis.plot(values, rest, color=INK, linestyle=":", label="others")
-    axis.set_xlabel(key, color=INK)
+        axis.plot(values, rest, color=plotting.INK, linestyle=":", label="others")
+    axis.set_xlabel(key, color=plotting.INK)
     if _log(values):
         axis.set_xscale("log")
     axis.set_ylim(-0.02, 1.02)
     axis.set_yticks(np.linspace(0.0, 1.0, 5), ["0", "25 %", "50 %", "75 %", "100 %"])
-    axis.set_ylabel("share, 95 % interval", color=INK)
-    legend_below(figure, axis, ncols=4)
+    axis.set_ylabel("share, 95 % interval", color=plotting.INK)
+    plotting.legend_below(figure, axis, ncols=4)
     return figure
 
 
 def _colours(outcomes: Sequence[Outcome]) -> list[str]:
     """Return a colour each: of a status alone its own, of words those that are left."""
     own = [None if each.word else COLOUR_OF[str(each.status)] for each in outcomes]
-    left = iter([each for each in (*COLOURS[3:], *COLOURS[:3]) if each not in own])
+    left = iter(
+        [each for each in (*plotting.COLOURS[3:], *plotting.COLOURS[:3]) if each not in own]
+    )
     return [each or next(left) for each in own]
 
 
@@ -136,26 +129,26 @@ def map_chart(
     rows = -(-len(rates) // columns)
     width, height = (_CELL * min(max(len(values), 6), _TICKS) for values in (x, y))
     size = (columns * (width + 0.8) + 1.2, rows * (height + 0.8) + 0.9)
-    figure = figure_class()(figsize=size, layout="constrained")
+    figure = plotting.figure_class()(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     image = None
     for axis, (name, shares) in zip(axes, rates.items(), strict=False):
         image = axis.imshow(shares, vmin=0.0, vmax=1.0, cmap=_MAP, origin="lower", aspect="auto")
-        axis.set_title(name, fontsize=10, color=INK)
+        axis.set_title(name, fontsize=10, color=plotting.INK)
         _mark(axis.set_xticks, x)
         _mark(axis.set_yticks, y)
         axis.tick_params(length=0, labelsize=8)
-        axis.spines[:].set_color(GRID)
+        axis.spines[:].set_color(plotting.GRID)
         if max(shares.shape) <= _TICKS:
             _write_numbers(axis, shares)
     for axis in axes[len(rates) :]:
         axis.set_axis_off()
-    figure.suptitle(title, color=INK)
-    figure.supxlabel(x_name, fontsize=10, color=INK)
-    figure.supylabel(y_name, fontsize=10, color=INK)
+    figure.suptitle(title, color=plotting.INK)
+    figure.supxlabel(x_name, fontsize=10, color=plotting.INK)
+    figure.supylabel(y_name, fontsize=10, color=plotting.INK)
     bar = figure.colorbar(image, ax=axes.tolist(), fraction=0.05, aspect=30)
     bar.set_ticks([0.0, 0.5, 1.0], labels=["0", "50 %", "100 %"])
-    bar.outline.set_edgecolor(GRID)
+    bar.outline.set_edgecolor(plotting.GRID)
     return figure
 
 
@@ -172,6 +165,6 @@ def _mark(set_ticks: Any, values: Sequence[float]) -> None:
 def _write_numbers(axis: Any, rates: Any) -> None:
     """Write shares in per cent into their cells."""
     for (row, column), rate in np.ndenumerate(rates):
-        colour = "white" if rate > _DARK else INK
+        colour = "white" if rate > _DARK else plotting.INK
         text = {"ha": "center", "va": "center", "fontsize": 8, "color": colour}
         axis.text(column, row, f"{100 * rate:.0f}", **text)
