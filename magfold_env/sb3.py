@@ -43,7 +43,7 @@ class FoldVecEnv(VecEnv):
     """A vector environment as Stable-Baselines3 has them.
 
     Methods and attributes asked for by name are those of a single environment with the same
-    options: ``action_masks`` and ``compute_reward`` are the same for all.
+    options, ``compute_reward`` among them; of ``action_masks`` each environment has its own.
 
     Parameters
     ----------
@@ -131,6 +131,9 @@ class FoldVecEnv(VecEnv):
         **method_kwargs: Any,
     ) -> list[Any]:
         """Return what a method of a single environment returns, as often as it is asked for."""
+        if method_name == "action_masks":
+            masks: Any = cast("Any", self.vector).action_masks()
+            return [masks[row] for row in self._rows(indices)]
         method = getattr(self.vector.template, method_name)
         return [method(*method_args, **method_kwargs)] * len(self._rows(indices))
 

@@ -107,6 +107,15 @@ def test_masks_reach_the_learner() -> None:
     assert masks[:, :16].sum() == 4
 
 
+def test_masks_that_change_are_those_of_each_environment() -> None:
+    env = make_sb3_vec("MagFold/Tray-v0", 3)
+    env.reset()
+    env.step(np.array([[row, 0, 4, 0] for row in range(3)]))
+    masks = get_action_masks(env)
+    np.testing.assert_array_equal(masks[:, :9], ~np.eye(3, 9, dtype=bool))
+    assert not masks[:, -1].any()
+
+
 @pytest.mark.train
 def test_hindsight_replay_relabels_goals() -> None:
     env = make_sb3_vec(GOAL, 2, actions="box", **QUICK)

@@ -20,10 +20,9 @@ from agents.training import folder as run_folder
 from agents.training import models, policy_files
 from agents.training.envs import make_env, make_training_envs
 from agents.training.imitation import imitate
-from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.scoring.player import Player
+from magfold_env.scoring.player import Player, choices
 
 EPISODES_PER_RECORD = 60
 """How often learners that learn all the time write their numbers."""
@@ -110,12 +109,7 @@ class Validation:
         """Return the rate of success and the mean score of `model`."""
         episodes = self._episodes
         player = Player(model.policy, self._shown, self._env, episodes.count)
-        read = self._env.world.actions.read
-
-        def choose(rows: Ints) -> Any:
-            choice = read(player.act(episodes.observe()), episodes.count)
-            return tuple(part[rows] for part in choice)
-
+        choose = choices(player, self._env, episodes)
         ends = episodes.play(self._seeds, self._numbers.tolist(), choose)
         return {
             "success_rate": float(np.mean(ends["is_success"])),

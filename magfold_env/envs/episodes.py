@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
+from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.chains.arrays import STATUSES, Bools, ChainArrays, Floats, Ints, write_words
@@ -302,6 +303,13 @@ class Episodes(Generic[ObsType]):
             "baseline": self.baseline[rows],
             "baseline_flagged": self._flagged[rows],
         }
+
+    def action_masks(self, actions: Any) -> NDArray[np.bool_] | None:
+        """Return which actions of a table ask for what can be done, (m, …).
+
+        None where that is the same all along, and `actions` says it.
+        """
+        return None
 
     def baseline_at(self, row: int) -> Baseline:
         """Return the baseline of an episode."""

@@ -77,6 +77,10 @@ class TrayEpisodes(CameraEpisodes):
         """Return which episodes have a component that can be drawn back: the first one cannot."""
         return self.arrays.fed > 1
 
+    def action_masks(self, actions: Any) -> NDArray[np.bool_]:
+        """Return which actions of a table ask for what can be done; `TrayTable.masks`."""
+        return actions.masks(self.places == 0, self.may_draw_back())
+
     def _groups(self) -> dict[str, Any]:
         world, lies = self.world, self.lies
         tray = world.poles[self.numbers]
@@ -228,7 +232,7 @@ class TrayEnv(CameraTrackEnv):
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return which actions ask for what can be done; `TrayTable.masks`."""
-        return _masks(self._running())[0]
+        return self._running().action_masks(self.actions)[0]
 
 
 class TrayVectorEnv(ChainVectorEnv[NDArray[np.float32]]):
@@ -241,8 +245,5 @@ class TrayVectorEnv(ChainVectorEnv[NDArray[np.float32]]):
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return the masks of all environments, (m, …); `TrayEnv.action_masks`."""
-        return _masks(self.episodes)
-
-
-def _masks(episodes: Any) -> NDArray[np.bool_]:
-    return episodes.world.actions.masks(episodes.places == 0, episodes.may_draw_back())
+        episodes: Any = self.episodes
+        return episodes.action_masks(episodes.world.actions)

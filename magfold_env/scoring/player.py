@@ -7,8 +7,8 @@ from typing import Any, Protocol
 import numpy as np
 from gymnasium import Space
 
-from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.feed_track import FeedEpisodes, FeedTrackEnv
+from magfold_env.envs.chains.arrays import Ints
+from magfold_env.envs.episodes import Episodes
 from magfold_env.scoring.policy_file import Shown
 from magfold_env.scoring.shown import View, shown_space
 
@@ -74,31 +74,42 @@ class Player:
         """How many episodes."""
         self._begun = np.ones(count, dtype=np.bool_)
         self._memory: Any = None
-        self._masks: dict[str, Any] = {}
+        self._own_masks: Callable[[], Any] | None = None
         if "action_masks" in inspect.signature(policy.predict).parameters:
-            self._masks = {"action_masks": np.tile(env.action_masks(), (count, 1))}
+            self._own_masks = env.action_masks
 
-    def act(self, observations: Any) -> Any:
-        """Return the actions of all episodes, each of which has taken a step since the last."""
+    def act(self, observations: Any, masks: Any = None) -> Any:
+        """Return the actions of all episodes, each of which has taken a step since the last.
+
+        `masks` say which can be taken, (count, …); by default those that the environment's do.
+        """
         seen = self._view.of(observations, self._begun)
-        actions, self._memory = self._predict(
-            seen, self._memory, self._begun, self._best, **self._masks
-        )
+        given: dict[str, Any] = {}
+        if self._own_masks is not None:
+            if masks is None:
+                masks = np.tile(self._own_masks(), (self.count, 1))
+            given["action_masks"] = masks
+        actions, self._memory = self._predict(seen, self._memory, self._begun, self._best, **given)
         self._begun = np.zeros_like(self._begun)
         return actions
 
 
-def choices(
-    player: Player, env: FeedTrackEnv, episodes: FeedEpisodes
-) -> Callable[[Ints], tuple[Floats]]:
+def choices(player: Player, env: Any, episodes: Episodes[Any]) -> Callable[[Ints], Any]:
     """Return what a player asks for in its episodes, as `Episodes.play` wants it.
 
     They are the first ones, and those of them that go on have all taken the same steps; `env` is a
     single environment that takes its actions.
     """
+    table, first = env.world.actions, slice(player.count)
 
-    def choose(rows: Ints) -> tuple[Floats]:
-        observations = episodes.observe()[: player.count]
-        return (env.actions.read(player.act(observations), player.count)[0][rows],)
+    def choose(rows: Ints) -> Any:
+        masks = episodes.action_masks(table)
+        if masks is not None:
+            masks = masks[first]
+        observations: Any = episodes.observe()
+        if player.count < episodes.count:
+            observations = observations[first]
+        choice = table.read(player.act(observations, masks), player.count)
+        return tuple(part[rows] for part in choice)
 
     return choose

@@ -129,6 +129,7 @@ def test_the_first_component_is_not_drawn_back_and_used_ones_stand_for_others() 
     mask = env.action_masks()
     np.testing.assert_array_equal(mask[:9], episodes(env).places[0] == 0)
     assert mask[-1]
+    assert episodes(env).action_masks(env.actions).tolist() == [mask.tolist()]
 
 
 def test_the_time_is_simulated_costs_and_ends_the_episode() -> None:
