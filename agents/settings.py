@@ -17,7 +17,7 @@ from magfold_env.envs.tasks.world import Fidelity
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Problem, SceneError, errors, io
 from magfold_env.scoring.policy_file import Algorithm, Count, Features, LSTMSettings, Shown, Widths
-from magfold_env.scoring.track import FEED_TRACKS
+from magfold_env.scoring.track import FEED_TRACKS, TRACKS
 
 MAX_TRAINING_SEED = 2**31 - 1
 """Training seeds are small numbers given by hand, up to this one; those of other purposes are in
@@ -77,9 +77,6 @@ TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
 DESIGN_ENV: EnvId = "MagFold/SequenceDesign-v0"
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
 ANCHOR_ENV = "MagFold/Anchor-v0"
-
-TRACKS = (*FEED_TRACKS, "MagFold/Tray-v0", ANCHOR_ENV)
-"""Environments in which chains, or components, are given, and time runs."""
 
 Targets = Annotated[
     Annotated[str, Tag("<word>")] | Annotated[tuple[str, ...], Tag("<other>")],

@@ -104,8 +104,11 @@ def track_of(env_id: str, seed: int) -> Track:
     Raises
     ------
     ValueError
-        If there is no such track.
+        If there is no such track, or the feed's speed is not all that is free in it.
     """
+    if env_id not in FEED_TRACKS:
+        allowed = ", ".join(FEED_TRACKS)
+        raise ValueError(f"id: {env_id!r} is not allowed; must be one of {allowed}")
     return Track(env_id, stream=f"score {seed}")
 
 

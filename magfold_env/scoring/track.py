@@ -1,4 +1,4 @@
-"""A track whose chains are given, and the episodes that those who are compared play.
+"""A track, and the episodes that those who are compared play.
 
 Episode i is of task i, counted round; its draws follow from the seed i of a stream. Streams differ
 from purpose to purpose, and training seeds, which are small numbers, are in none.
@@ -12,13 +12,19 @@ import gymnasium
 import numpy as np
 from gymnasium import Space, spaces
 
+from magfold_env.envs.camera_track import CameraTrackEnv
 from magfold_env.envs.chains.arrays import Ints
-from magfold_env.envs.feed_track import FeedEpisodes, FeedTrackEnv
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.feed_tasks import FeedWorld
+from magfold_env.envs.tasks.feed_tasks import TaskWorld
 
 FEED_TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
-"""Environments in which chains are given."""
+"""Environments in which chains are given, and the feed's speed is all that is free."""
+
+TRAYS = ("MagFold/Tray-v0", "MagFold/Anchor-v0")
+"""Environments in which components are taken from a tray."""
+
+TRACKS = (*FEED_TRACKS, *TRAYS)
+"""Environments in which chains, or components, are given, and time runs."""
 
 TASKS = 24
 """Most tasks that are played."""
@@ -42,7 +48,7 @@ class Track:
     Raises
     ------
     ValueError
-        If the feed's speed is not all that is free in it.
+        If it is none of `TRACKS`.
     """
 
     env_id: str
@@ -55,29 +61,30 @@ class Track:
     """That of the draws."""
 
     def __post_init__(self) -> None:
-        if self.env_id not in FEED_TRACKS:
-            allowed = ", ".join(FEED_TRACKS)
+        if self.env_id not in TRACKS:
+            allowed = ", ".join(TRACKS)
             raise ValueError(f"id: {self.env_id!r} is not allowed; must be one of {allowed}")
 
     @cached_property
-    def env(self) -> FeedTrackEnv:
+    def env(self) -> CameraTrackEnv:
         """A single environment, in which nothing happens."""
         return self._made()
 
-    def env_of(self, actions: Space[Any]) -> FeedTrackEnv:
+    def env_of(self, actions: Space[Any]) -> CameraTrackEnv:
         """Return a single environment that takes some actions, if there is one."""
         if isinstance(actions, spaces.Discrete):
-            return self._made(actions="discrete", speeds=max(2, int(actions.n) // 2))
+            levels = int(actions.n) // self.world.actions.per_level
+            return self._made(actions="discrete", speeds=max(2, levels))
         return self.env
 
-    def _made(self, **options: Any) -> FeedTrackEnv:
+    def _made(self, **options: Any) -> CameraTrackEnv:
         if not self.randomised:
             options["randomisation"] = "none"
         made = gymnasium.make(self.env_id, disable_env_checker=True, **options)
-        return cast("FeedTrackEnv", made.unwrapped)
+        return cast("CameraTrackEnv", made.unwrapped)
 
     @property
-    def world(self) -> FeedWorld:
+    def world(self) -> Any:
         """What all episodes share."""
         return self.env.world
 
@@ -86,20 +93,9 @@ class Track:
         """The numbers of the tasks that are played."""
         return choice_of_tasks(len(self.env.tasks), self.tasks)
 
-    @property
-    def horizon(self) -> int:
-        """Steps after which an episode is too late."""
-        return self._kind.horizon
-
-    def episodes(
-        self, count: int, world: FeedWorld | None = None, threads: int = 1
-    ) -> FeedEpisodes:
-        """Return room for so many episodes side by side, of these tasks or of another world."""
-        return self._kind(world or self.world, count, threads)
-
-    @property
-    def _kind(self) -> type[FeedEpisodes]:
-        return cast("type[FeedEpisodes]", type(self.env).make_episodes)
+    def episodes(self, count: int, world: TaskWorld | None = None, threads: int = 1) -> Any:
+        """Return room for so many `CameraEpisodes`, of these tasks or of another world."""
+        return type(self.env).make_episodes(world or self.world, count, threads)
 
     def draws(self, start: int, stop: int) -> tuple[Ints, list[int]]:
         """Return the tasks, by number, and the seeds of some of the episodes."""

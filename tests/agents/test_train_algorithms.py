@@ -8,7 +8,7 @@ import pytest
 import torch
 from stable_baselines3 import PPO
 
-from agents.settings import TRACKS, EnvSettings, StopSettings, TrainSettings, load_settings
+from agents.settings import EnvSettings, StopSettings, TrainSettings, load_settings
 from agents.training import policy_files
 from agents.training.envs import check_envs, make_env, make_training_envs
 from agents.training.folder import RunInfo
@@ -16,6 +16,7 @@ from agents.training.learning_rate import LearningRate
 from agents.training.models import Progress, due, make_model
 from agents.training.run import Validation, train
 from magfold_env.files import configs_dir
+from magfold_env.scoring.track import TRACKS
 from tests.agents.training import LEARNERS, records, tiny, weights
 
 FLOOR = {"id": "MagFold/UnknownFloor-v0", "actions": "box"}

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any, Literal, cast
+from typing import Any, ClassVar, Literal, cast
 
 import numpy as np
 from gymnasium import spaces
@@ -409,6 +409,9 @@ class SpeedTable(Actions):
 
     levels: int
     kind: ActionKind = "box"
+
+    per_level: ClassVar[int] = 2
+    """How many of the ``discrete`` actions a speed level makes."""
 
     def __post_init__(self) -> None:
         whole("speeds", self.levels, 2)

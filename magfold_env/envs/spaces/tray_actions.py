@@ -77,6 +77,11 @@ class TrayTable(Actions):
         """Number of components, ways to lie, speed levels, and of ways to go."""
         return self.parts, len(FACES), self.levels, self.ways
 
+    @property
+    def per_level(self) -> int:
+        """How many of the ``discrete`` actions a speed level makes."""
+        return int(np.prod(self.sizes)) // self.levels
+
     @cached_property
     def space(self) -> spaces.Space[Any]:
         """Gymnasium's description of the actions."""

@@ -7,10 +7,9 @@ import gymnasium
 import pytest
 
 import magfold_env.envs  # noqa: F401
-from agents.settings import TRACKS
 from magfold_env.envs.baselines import baseline, constant_speed, three_speeds, tray_order
 from magfold_env.envs.tasks.draws import episode_seeds
-from tests.envs.vectors import TRAYS
+from magfold_env.scoring.track import TRACKS, TRAYS
 
 DRAWS = {
     constant_speed.ConstantSpeedStore: constant_speed.SCORING_DRAWS,
