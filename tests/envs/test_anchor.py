@@ -11,6 +11,7 @@ from magfold_env.envs.camera_track import FORCE_NOISE, TIME_COST
 from magfold_env.envs.spaces.tray_actions import FACES
 from magfold_env.envs.tray import LATE
 from magfold_env.scene import SceneError
+from magfold_env.scoring.shown import blind
 
 TASK: dict[str, Any] = {
     "tray": ("SNSN", "NNSS", "NSSN", "NSNN", "SNNS", "NSNS", "SSNN", "SNNS", "SSSN"),
@@ -55,6 +56,13 @@ def group(env: AnchorEnv, observation: Any, name: str) -> Any:
 def feed(env: AnchorEnv, speed: float = FAST) -> tuple[Any, ...]:
     """Feed the next component, or leave the chain."""
     return env.step(env.actions.encode(0, 0, speed))
+
+
+def test_the_blind_are_not_told_what_a_test_tells() -> None:
+    env = folded()
+    seen = env.step(env.actions.pull)[0]
+    assert group(env, seen, "borne") > 0.0
+    assert group(env, blind(env.layout, seen), "borne") == 0.0
 
 
 def test_the_tube_keeps_the_last_component_which_can_be_drawn_back_and_fed_again() -> None:
