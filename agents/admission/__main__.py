@@ -30,12 +30,10 @@ from agents.admission.contestants import (
     Search,
 )
 from agents.admission.halving import Ranked, rounds
-from agents.admission.schedules import Schedule, constant
 from agents.commands import progress_bar, reported_errors
 from agents.evaluation.episodes import spread_over
 from agents.training.folder import file_digest, provenance
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.envs.baselines.constant_speed import SPEEDS
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, write_text
 from magfold_env.scoring.player import Player
@@ -61,7 +59,7 @@ class Contest:
         }
 
     def search(self, effort: Search) -> dict[int, list[Ranked]]:
-        """Return the schedules of every task, by number, that have been tried, the best first."""
+        """Return what has been tried in every task, by number, the best first."""
         numbers = self._arena.numbers
         found = self._played(
             OPEN_LOOP,
@@ -77,15 +75,15 @@ class Contest:
         }
 
     def play(
-        self, best: dict[int, list[Schedule]], searched: Search, raced: Search, episodes: int
+        self, best: dict[int, list[Any]], searched: Search, raced: Search, episodes: int
     ) -> dict[str, Any]:
         """Return success and score of all that need no training, (1, episodes, 2).
 
-        `best` are those schedules of every task, by number, that the oracle races, the open loop's
-        first.
+        `best` are those that came farthest in every task, by number, as many as the oracle races:
+        the first is the open loop.
         """
         key: dict[str, Any] = {"search": searched}
-        open_loops = {number: schedules[0] for number, schedules in best.items()}
+        open_loops = {number: ranked[0] for number, ranked in best.items()}
         simple = self._played(
             "simple",
             key,
@@ -155,13 +153,13 @@ def _search(env_id: str, tasks: int, numbers: list[int], effort: Search) -> list
 
 
 def _play_simple(
-    env_id: str, tasks: int, open_loops: dict[int, Schedule], start: int, stop: int
+    env_id: str, tasks: int, open_loops: dict[int, Any], start: int, stop: int
 ) -> list[Any]:
     return contestants.play_simple(own_arena(env_id, tasks), open_loops, start, stop)
 
 
 def _play_oracle(
-    env_id: str, tasks: int, best: dict[int, list[Schedule]], budget: int, start: int, stop: int
+    env_id: str, tasks: int, best: dict[int, list[Any]], budget: int, start: int, stop: int
 ) -> list[Any]:
     arena = own_arena(env_id, tasks)
     return [contestants.play_oracle(arena, best, budget, episode) for episode in range(start, stop)]
@@ -191,14 +189,12 @@ def main(  # noqa: PLR0913 - one parameter an option
     episodes: Annotated[int, typer.Option(min=1, help="Episodes a row, of all tasks.")] = 1000,
     search: Annotated[
         tuple[int, int],
-        typer.Option(
-            help="Schedules that are tried as a task's open loop, and in how many episodes."
-        ),
+        typer.Option(help="What is tried as a task's open loop, and in how many episodes."),
     ] = (1000, 6000),
     race: Annotated[
         tuple[int, int],
         typer.Option(
-            help="Of these the ones that the oracle tries for an episode, and in how many copies."
+            help="How many of these the oracle tries for an episode, and in how many copies."
         ),
     ] = (64, 250),
     processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
@@ -215,7 +211,7 @@ def main(  # noqa: PLR0913 - one parameter an option
         arena = own_arena(env_id, tasks)
         if raced.candidates > searched.candidates:
             raise ValueError(
-                f"--race: {raced.candidates} schedules are not allowed; "
+                f"--race: {raced.candidates} open loops are not allowed; "
                 f"must be among the {searched.candidates} of --search"
             )
         for effort in (searched, raced):
@@ -224,7 +220,7 @@ def main(  # noqa: PLR0913 - one parameter an option
             saved = contestants.own_policy(path)
             Player(saved.policy, saved.shown, arena.env_of(saved.policy.action_space))
         # The engine is compiled before processes share the work.
-        arena.field.follow(np.array(arena.numbers[:1]), [0], [constant(SPEEDS[-1])])
+        arena.field.follow(np.array(arena.numbers[:1]), [0], [arena.open_loops.fastest])
         with progress_bar() as bar:
             contest = Contest(arena, processes, folder, bar)
             found = contest.search(searched)

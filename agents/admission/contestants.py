@@ -2,16 +2,19 @@
 
 ================= ================================================================================
 random            actions drawn evenly
-always forward    the highest speed
+always forward    the highest speed; of a tray the first components as they come
 baseline          plays what sets the task's baseline b, chosen on draws of its own: the best
-                  constant speed (`magfold_env.envs.baselines.constant_speed`), or of two words the
-                  best of three speeds (`magfold_env.envs.baselines.three_speeds`)
-open loop         of many schedules the one that is best for the task, by successive halving on
-                  draws of its own, the same for all tasks; the constant speeds are among them
-oracle            knows an episode's hidden physics, not its start nor its noise: races the
-                  schedules that came farthest in the task's search on copies that differ from the
-                  episode in these, then plays the best
-oracle, same draw the best of the same schedules on the very episode, which nobody can know
+                  constant speed (`magfold_env.envs.baselines.constant_speed`), of two words the
+                  best of three speeds (`magfold_env.envs.baselines.three_speeds`), of a tray the
+                  minimiser's chain (`magfold_env.envs.baselines.tray_order`)
+open loop         of many (`agents.admission.schedules`, `agents.admission.orders`) the one that is
+                  best for the task, by successive halving on draws of its own, the same for all
+                  tasks; what may set b is among them
+oracle            knows an episode's hidden physics, not its start nor its noise: races the open
+                  loops that came farthest in the task's search, of trays half of them and as many
+                  chosen for the strengths of the episode, on copies that differ from it in start
+                  and noise, then plays the best
+oracle, same draw the best of the same on the very episode, which nobody can know
 trained           policies, which play the most probable action
 trained, drawn    the same, which draw their actions as in training
 frozen            their actions of one episode in which nothing is drawn, replayed
@@ -21,22 +24,21 @@ trained blind     policies that were trained without motion, shown none, as
 """
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import replace
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
 import torch
 
-from agents.admission.arena import SEARCH, Arena, Field, copies
+from agents.admission.arena import SEARCH, Arena, Field, copies, replaying
 from agents.admission.halving import Ranked, halving
-from agents.admission.schedules import Schedule, constant
 from agents.training import policy_files
 from agents.training.policy_files import SavedPolicy
+from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.feed_track import FeedEpisodes
-from magfold_env.envs.spaces.actions import FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.player import Player, choices
 from magfold_env.scoring.track import WIDTH
@@ -54,27 +56,28 @@ class Search(NamedTuple):
     """How much is tried."""
 
     candidates: int
-    """Schedules."""
+    """Open loops."""
     budget: int
     """Episodes."""
 
 
 def search(arena: Arena, number: int, effort: Search) -> list[Ranked]:
-    """Return a task's schedules, by its number: the first is its open loop."""
-    tried = arena.schedules(effort.candidates, number)
+    """Return what was tried in a task, by its number: the first is its open loop."""
+    tried = arena.open_loops.candidates(effort.candidates, number)
     return _race(arena.field, number, tried, SEARCH, effort.budget)
 
 
 def play_simple(
-    arena: Arena, open_loops: dict[int, Schedule], start: int, stop: int
+    arena: Arena, open_loops: dict[int, Any], start: int, stop: int
 ) -> list[list[list[float]]]:
     """Return success and score of every one of `SIMPLE` in each of some episodes."""
     numbers, seeds = arena.draws(start, stop)
     listed, field = numbers.tolist(), arena.field
-    drawn = [_at_random(arena, *each) for each in zip(listed, seeds, strict=True)]
     ends = {
-        RANDOM: field.feed(numbers, seeds, np.array(drawn)),
-        FORWARD: field.follow(numbers, seeds, [constant(FASTEST)] * len(seeds)),
+        RANDOM: field.play(
+            numbers, seeds, lambda part: _at_random(arena, listed[part], seeds[part])
+        ),
+        FORWARD: field.follow(numbers, seeds, [arena.open_loops.fastest] * len(seeds)),
         BASELINE: field.play(numbers, seeds, lambda part: arena.env.plan_of(listed[part])),
         OPEN_LOOP: field.follow(numbers, seeds, [open_loops[number] for number in listed]),
     }
@@ -82,21 +85,22 @@ def play_simple(
 
 
 def play_oracle(
-    arena: Arena, best: dict[int, list[Schedule]], budget: int, episode: int
+    arena: Arena, best: dict[int, list[Any]], budget: int, episode: int
 ) -> list[list[float]]:
     """Return success and score of `ORACLE` and `SAME_DRAW` in an episode."""
     numbers, seeds = arena.draws(episode, episode + 1)
-    tried = best[int(numbers[0])]
-    field = Field(copied_episodes(arena, episode, WIDTH))
+    number = int(numbers[0])
+    tried = arena.open_loops.raced(best[number], number, arena.drawn(episode)[1])
+    field = Field(copied_episodes(arena, episode, WIDTH), arena.open_loops)
     winner = _race(field, 0, tried, copies(episode), budget)[0]
     ends = arena.field.follow(np.repeat(numbers, len(tried)), seeds * len(tried), tried)
     return [ends[winner.place].tolist(), max(ends.tolist())]
 
 
-def copied_episodes(arena: Arena, episode: int, count: int) -> FeedEpisodes:
+def copied_episodes(arena: Arena, episode: int, count: int) -> Any:
     """Return room for copies of an episode: its physics, with start and noise drawn anew."""
-    scene = arena.drawn_scene(episode)
-    found = arena.episodes(count, type(arena.world)(scene, tasks=[arena.env.task]))
+    scene, task = arena.drawn(episode)
+    found = arena.episodes(count, type(arena.world)(scene, tasks=[task]))
     found.chains.drawn.drive_as(scene)
     return found
 
@@ -115,13 +119,13 @@ def play_policy(
     """
     numbers, seeds = arena.draws(start, stop)
     if kind == FROZEN:
-        speeds = {number: _rehearsed(arena, saved, number) for number in set(numbers.tolist())}
-        table = np.array([speeds[number] for number in numbers.tolist()])
-        return arena.field.feed(numbers, seeds, table).tolist()
+        chosen = {number: _rehearsed(arena, saved, number) for number in set(numbers.tolist())}
+        of_each = [chosen[number] for number in numbers.tolist()]
+        return arena.field.play(numbers, seeds, lambda part: replaying(of_each[part])).tolist()
     if kind == BLIND:
         saved = replace(saved, shown=saved.shown.model_copy(update={"blind": True}))
     torch.manual_seed(start)
-    return _play(arena, saved, numbers, seeds, kind == DRAWN)[1]
+    return _play(arena, saved, numbers, seeds, kind == DRAWN)[0]
 
 
 @cache
@@ -133,25 +137,30 @@ def own_policy(path: str) -> SavedPolicy:
 
 def _play(
     arena: Arena, saved: SavedPolicy, numbers: Ints, seeds: Sequence[int], sampled: bool = False
-) -> tuple[FeedEpisodes, list[list[float]]]:
-    """Return episodes that a policy has played, with success and score of each."""
+) -> tuple[list[list[float]], list[Any]]:
+    """Return success and score of a policy in episodes, and its choices in the first of them."""
     env, episodes = arena.env_of(saved.policy.action_space), arena.episodes(len(seeds))
     player = Player(saved.policy, saved.shown, env, len(seeds), sampled)
-    choose = choices(player, env, episodes)
-    ends = episodes.play(seeds, numbers.tolist(), choose)
-    return episodes, np.column_stack([ends["is_success"], ends["score"]]).tolist()
+    choose, first = choices(player, env, episodes), list[Any]()
+
+    def noted(rows: Ints) -> Any:
+        choice = choose(rows)
+        if rows[0] == 0:
+            first.append([part[0] for part in choice])
+        return choice
+
+    ends = episodes.play(seeds, numbers.tolist(), noted)
+    return np.column_stack([ends["is_success"], ends["score"]]).tolist(), first
 
 
-def _rehearsed(arena: Arena, saved: SavedPolicy, number: int) -> Floats:
-    """Return the speeds of a policy where nothing is drawn [m/s], the last one kept."""
+def _rehearsed(arena: Arena, saved: SavedPolicy, number: int) -> list[Any]:
+    """Return what a policy chooses in an episode of a task in which nothing is drawn."""
     still = Arena(arena.env_id, arena.tasks, randomised=False)
-    episodes, _ = _play(still, saved, np.array([number]), [0])
-    driven = episodes.driven[0, : int(episodes.steps[0])]
-    return np.pad(driven, (0, arena.horizon - driven.size), mode="edge")
+    return _play(still, saved, np.array([number]), [0])[1]
 
 
 def _race(
-    field: Field, number: int, tried: Sequence[Schedule], stream: str, budget: int
+    field: Field, number: int, tried: Sequence[Any], stream: str, budget: int
 ) -> list[Ranked]:
     def trial(candidates: Ints, start: int, stop: int) -> Floats:
         draws = stop - start
@@ -163,9 +172,17 @@ def _race(
     return halving(len(tried), budget, trial)
 
 
-def _at_random(arena: Arena, number: int, seed: int) -> Floats:
-    """Return the speeds that actions drawn evenly ask for [m/s]."""
-    key = (1, crc32(arena.world.words[number].encode()))
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
-    actions = rng.uniform(-1.0, 1.0, (arena.horizon, 1)).astype(np.float32)
-    return arena.world.actions.read(actions, arena.horizon)[0]
+def _at_random(arena: Arena, numbers: Sequence[int], seeds: Sequence[int]) -> Plan:
+    """Return what draws actions evenly, each row its own."""
+    own: list[Any] = []
+    for number, seed in zip(numbers, seeds, strict=True):
+        key = (1, crc32(arena.world.words[number].encode()))
+        sequence = np.random.SeedSequence(seed, spawn_key=key)
+        own.append(deepcopy(arena.env.action_space))
+        own[-1].seed(int(sequence.generate_state(1)[0]))
+
+    def plan(_: Any, rows: Ints) -> Any:
+        actions = np.array([own[row].sample() for row in rows.tolist()])
+        return arena.world.actions.read(actions, len(rows))
+
+    return plan

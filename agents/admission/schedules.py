@@ -22,15 +22,18 @@ there is are drawn again. Turning at advances, not at times, they make good what
 by, as everyone can who reads how far the feed has gone.
 """
 
-from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
 
+from magfold_env.envs.baselines.constant_speed import SPEEDS
 from magfold_env.envs.baselines.legs import Following, Leg
-from magfold_env.envs.feed_track import INTERVAL
+from magfold_env.envs.baselines.three_speeds import way_of
+from magfold_env.envs.feed_track import INTERVAL, FeedEpisodes, FeedTrackEnv
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
+from magfold_env.envs.tasks.feed_tasks import FeedTask
 from magfold_env.scene import Scene
 
 Way = tuple[Leg, ...]
@@ -76,9 +79,37 @@ def constant(speed: float) -> Schedule:
     return Schedule("baseline", (Leg(speed),))
 
 
-def following(schedules: Iterable[Schedule]) -> Following:
-    """Return what plays schedules, one a row."""
-    return Following([each.way for each in schedules])
+class Schedules:
+    """The open loops of an environment in which the feed's speed is all that is free."""
+
+    fastest = constant(FASTEST)
+    """The highest speed."""
+
+    def __init__(self, env: FeedTrackEnv) -> None:
+        self._env = env
+
+    def candidates(self, count: int, number: int) -> list[Schedule]:
+        """Return so many schedules for a task, by its number."""
+        env: Any = self._env
+        episodes: FeedEpisodes = env.episodes
+        scene, refolds = env.world.scene, len(env.tasks[number].words) > 1
+        simple = [constant(speed) for speed in SPEEDS]
+        if refolds:
+            simple = [Schedule("baseline", way_of(scene, env.baseline_of(number)))]
+        return schedules(count, scene, episodes.horizon, number, simple, refolds)
+
+    def following(self, found: Sequence[Schedule]) -> Following:
+        """Return what plays schedules, one a row."""
+        return Following([each.way for each in found])
+
+    def drawn(self) -> tuple[Scene, FeedTask]:
+        """Return scene and task of the environment's episode, with all that was drawn of them."""
+        task: Any = self._env.task
+        return self._env.to_scene(), task
+
+    def raced(self, best: list[Schedule], number: int, task: FeedTask) -> list[Schedule]:
+        """Return the schedules for the oracle to race: those that came farthest in the search."""
+        return best
 
 
 def schedules(

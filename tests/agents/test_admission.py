@@ -2,9 +2,9 @@
 
 import json
 from functools import partial
-from itertools import pairwise
+from itertools import chain, pairwise, repeat
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -14,8 +14,8 @@ from gymnasium.utils import seeding
 from typer.testing import CliRunner
 
 from agents.admission import __main__ as command
-from agents.admission import contestants, rule
-from agents.admission.arena import EVALUATION, SEARCH, Arena, copies, own_arena
+from agents.admission import contestants, orders, rule
+from agents.admission.arena import EVALUATION, SEARCH, Arena, copies, own_arena, replaying
 from agents.admission.contestants import (
     BLIND,
     FROZEN,
@@ -27,7 +27,8 @@ from agents.admission.contestants import (
     Search,
 )
 from agents.admission.halving import halving, rounds
-from agents.admission.schedules import Schedule, constant, following
+from agents.admission.orders import Orders
+from agents.admission.schedules import Schedule, constant
 from agents.evaluation import intervals
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.legs import Leg
@@ -35,9 +36,11 @@ from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.chains.draws import REFERENCE_SPEED
 from magfold_env.envs.feed_track import INTERVAL
 from magfold_env.envs.spaces.actions import DEAD_BAND, FASTEST
+from magfold_env.envs.spaces.tray_actions import FACES
 from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.minimiser import minimise
 from magfold_env.scoring.policy_file import Shown
-from magfold_env.scoring.track import FEED_TRACKS, choice_of_tasks
+from magfold_env.scoring.track import FEED_TRACKS, TRACKS, TRAYS, choice_of_tasks
 from tests.killed import run_until_killed
 
 FLOOR = "MagFold/UnknownFloor-v0"
@@ -94,9 +97,9 @@ def test_of_as_many_successes_the_higher_score_wins_then_the_first() -> None:
 @pytest.mark.parametrize("env_id", FEED_TRACKS)
 def test_schedules_are_ones_that_actions_can_ask_for(env_id: str) -> None:
     arena = own_arena(env_id, 2)
-    found = arena.schedules(60, 5)
-    assert found[:30] == arena.schedules(30, 5)
-    assert found[13:] != arena.schedules(60, 6)[13:]
+    found = arena.open_loops.candidates(60, 5)
+    assert found[:30] == arena.open_loops.candidates(30, 5)
+    assert found[13:] != arena.open_loops.candidates(60, 6)[13:]
     scene, refolds = arena.world.scene, env_id == "MagFold/Reprogram-v0"
     length, diagonal = scene.n * scene.casing.diagonal, scene.casing.diagonal
     families = {"two speeds", "three speeds", "pulses", "push-pull-push"}
@@ -109,7 +112,7 @@ def test_schedules_are_ones_that_actions_can_ask_for(env_id: str) -> None:
         assert np.all((size == 0.0) | ((size >= DEAD_BAND) & (size <= FASTEST)))
         assert speeds[-1] > 0.0
         assert schedule.way[-1].until == np.inf
-        assert schedule.time(length) <= 0.8 * INTERVAL * arena.horizon
+        assert schedule.time(length) <= 0.8 * INTERVAL * arena.episodes(1).horizon
         places = [leg.until for leg in schedule.way if leg.speed and leg.until < np.inf]
         assert all(0.0 < each < length for each in places)
         turns_back = [leg for leg in schedule.way if leg.speed < 0.0]
@@ -124,6 +127,7 @@ def test_schedules_turn_where_the_feed_has_gone_so_far_and_stand_so_long() -> No
     arena = Arena("MagFold/Reprogram-v0", 1, randomised=False)
     episodes, row = arena.episodes(1), np.array([0])
     legs = Leg(0.2, 0.041), Leg(0.0, steps=4), Leg(-0.1, 0.031), Leg(0.3)
+    following = arena.open_loops.following
     episodes.play([0], [0], partial(following([Schedule("drawn", legs)]), episodes))
     driven = episodes.driven[0, : int(episodes.steps[0])]
     gone = INTERVAL * driven.cumsum()
@@ -134,7 +138,7 @@ def test_schedules_turn_where_the_feed_has_gone_so_far_and_stand_so_long() -> No
     assert 0.031 - 0.1 * INTERVAL < gone[turns[2]] < 0.031
     # Braked, it stands still near the place that is meant: unbraked it went half a diagonal a step.
     braked = Leg(0.45, 0.06, brakes=True), Leg(0.0)
-    plan = following([Schedule("drawn", braked)])
+    plan: Any = following([Schedule("drawn", braked)])
     episodes.rngs = [seeding.np_random(0)[0]]
     episodes.begin(row, [0])
     for _ in range(60):
@@ -144,38 +148,120 @@ def test_schedules_turn_where_the_feed_has_gone_so_far_and_stand_so_long() -> No
     assert plan.at[0] == 1
 
 
-@pytest.mark.parametrize("env_id", FEED_TRACKS)
+@pytest.mark.parametrize("env_id", TRAYS)
+def test_orders_are_ones_that_can_be_had_from_the_tray(env_id: str) -> None:
+    arena, number = own_arena(env_id, 2), 13
+    task, loops, speeds = arena.env.tasks[number], arena.open_loops, arena.world.actions.speeds
+    found = loops.candidates(60, number)
+    assert found[:30] == loops.candidates(30, number)
+    assert [each.speeds[0] for each in found[1:5]] == sorted(each.speeds[0] for each in found[1:5])
+    assert {each.speeds[0] for each in found[:5]} == set(speeds.tolist())
+    assert {len(set(each.speeds)) for each in found[:5]} == {1}
+    assert {each.family for each in found[5:]} == {"one speed", "a speed each"}
+    seen: set[Any] = set()
+    words: set[str] = set()
+    for each in found:
+        laid = each.fed if task.direction == "forward" else each.fed[::-1]
+        assert len({part for part, _ in laid}) == arena.world.scene.n
+        assert set(each.speeds) <= set(speeds.tolist())
+        faces = ["".join(task.tray[part][k] for k in FACES[lie]) for part, lie in laid]
+        seen.add((*faces, each.speeds))
+        states = minimise(arena.world.scene.replace(sequence=faces), mode="free", top=2).states
+        assert states[1].energy > states[0].energy
+        words.add(states[0].word)
+    assert len(seen) == len(found)
+    anchor = env_id == "MagFold/Anchor-v0"
+    assert words > {task.target} if anchor else words == {task.target}
+    assert all("S" not in word for word in words)
+    # Each as a single environment plays it.
+    seeds = episode_seeds("any", 3)
+    ends = arena.field.follow(np.full(3, number), seeds, found[4:7])
+    for seed, each, end in zip(seeds, found[4:7], ends, strict=True):
+        arena.env.reset(seed=seed, options={"task": number})
+        plan, over, info = loops.following([each]), False, {}
+        while not over:
+            action = arena.world.actions.write(plan(arena.env.episodes, np.array([0])))[0]
+            *_, over, _, info = arena.env.step(action)
+        assert (info["is_success"], info["score"]) == tuple(end)
+
+
+@pytest.mark.parametrize("env_id", TRAYS)
+def test_the_oracle_takes_orders_by_their_gaps_with_the_strengths_of_an_episode(
+    env_id: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(orders, "KNOWN", 200)
+    arena, loops = Arena(env_id, 24), Orders(cast("Any", own_arena(env_id, 24).env))
+    number = int(arena.draws(3, 4)[0][0])
+    task: Any = arena.drawn(3)[1]
+    assert len({strength for part in task.strengths for strength in part}) > 20
+    best = loops.candidates(13, number)
+    found = loops.raced(best, number, task)
+    assert found[:7] == best[:7]
+    assert [each.speeds for each in found[7:]] == [each.speeds for each in best[:6]]
+    gaps = loops.gaps(np.array([each.fed for each in found]), number, task)
+    assert (np.diff(gaps[7:]) <= 0.0).all()
+    assert gaps[7] > gaps[:7].max()
+    # Magnets that are dead or sound are what the minimiser knows of.
+    rng = np.random.default_rng(5)
+    sound = (rng.random((len(task.tray), 4)) > 0.1).astype(float)
+    dead = task.model_copy(update={"strengths": sound})
+    told = loops.gaps(np.array([each.fed for each in found]), number, dead)
+    for each, gap in zip(found[:7], told[:7], strict=True):
+        laid = each.fed if task.direction == "forward" else each.fed[::-1]
+        faces = [
+            "".join(task.tray[part][k] if sound[part, k] else "-" for k in FACES[lie])
+            for part, lie in laid
+        ]
+        states = minimise(arena.world.scene.replace(sequence=faces), mode="free", top=300).states
+        wanted = [state for state in states if state.word == task.target]
+        if env_id == "MagFold/Anchor-v0":
+            wanted = [state for state in states if "S" not in state.word]
+        others = [state for state in states if state.word != wanted[0].word]
+        assert gap == pytest.approx(others[0].energy - wanted[0].energy, abs=1e-9)
+
+
+@pytest.mark.parametrize("env_id", TRACKS)
 def test_copies_have_the_physics_of_their_episode_and_other_starts(env_id: str) -> None:
     arena = Arena(env_id, 3)
     for episode in (0, 4):
-        scene, again = arena.drawn_scene(episode), contestants.copied_episodes(arena, episode, 2)
+        (scene, task), again = arena.drawn(episode), contestants.copied_episodes(arena, episode, 2)
         seeds = episode_seeds(copies(episode), 2)
         again.rngs = [seeding.np_random(seed)[0] for seed in seeds]
         again.begin(again.rows)
         drawn = [scene, *map(again.scene, (0, 1))]
         assert len({each.start_offsets for each in drawn}) == 3
         # A scene tells what its own drive makes of speeds, and a copy's is of one that is not off.
-        same = {"start_offsets": scene.start_offsets, "feed": {"speed": scene.feed.speed}}
+        # The sequence is the task's, or chosen.
+        kept = {"start_offsets": scene.start_offsets, "sequence": scene.sequence}
+        same = {**kept, "feed": {"speed": scene.feed.speed}}
         assert [each.replace(**same) for each in drawn] == [scene] * 3
         np.testing.assert_array_equal(again.chains.drawn.factors[0] * REFERENCE_SPEED, scene.speeds)
-    assert arena.drawn_scene(0).friction != arena.drawn_scene(4).friction
+        if env_id in TRAYS:
+            arena.drawn(episode)
+            env: Any = arena.env
+            for row in (0, 1):
+                np.testing.assert_array_equal(again.strengths[row], env.episodes.strengths[0])
+        assert again.world.tasks == (task,)
+    assert arena.drawn(0)[0].friction != arena.drawn(4)[0].friction
 
 
-@pytest.mark.parametrize("env_id", FEED_TRACKS)
+@pytest.mark.parametrize("env_id", TRACKS)
 def test_the_field_plays_what_a_single_environment_plays(env_id: str) -> None:
     arena = Arena(env_id, 2)
     numbers, seeds = arena.draws(0, 3)
-    rng, steps = np.random.default_rng(3), arena.horizon
-    tried = rng.uniform(0.1, 0.6, (3, 1)) * np.sign(rng.uniform(-0.2, 1.0, (3, steps)))
-    encode, read = arena.world.actions.encode, arena.world.actions.read
-    actions = np.array([[encode(speed) for speed in each] for each in tried])
-    table = np.array([read(each, arena.horizon)[0] for each in actions])
-    ends = arena.field.feed(numbers, seeds, table)
-    env = arena.env
+    rng, env, table = np.random.default_rng(3), arena.env, arena.world.actions
+    if env_id in TRAYS:
+        env.action_space.seed(3)
+        actions = [[env.action_space.sample() for _ in range(9)] for _ in numbers]
+    else:
+        tried = rng.uniform(0.1, 0.6, (3, 1)) * np.sign(rng.uniform(-0.2, 1.0, (3, 90)))
+        actions = [[table.encode(speed) for speed in each] for each in tried]
+    chosen = [[[part[0] for part in table.read_one(each)] for each in one] for one in actions]
+    ends = arena.field.play(numbers, seeds, lambda part: replaying(chosen[part]))
     for number, seed, asked, end in zip(numbers, seeds, actions, ends, strict=True):
         env.reset(seed=seed, options={"task": int(number)})
         info: dict[str, Any] = {}
-        for action in asked:
+        for action in chain(asked, repeat(asked[-1])):
             *_, terminated, _, info = env.step(action)
             if terminated:
                 break
@@ -315,6 +401,48 @@ def test_policies_see_their_frames_and_the_blind_and_frozen_do_not(kind: type[St
             contestants.play_policy(arena, wrong, TRAINED, 0, 2)
 
 
+class Careful:
+    """Takes the first component that may be taken; where it may it goes back, once."""
+
+    def __init__(self, env: Any) -> None:
+        self.observation_space, self.action_space = env.observation_space, env.action_space
+        self.masks: list[Any] = []
+
+    def predict(
+        self, observation: Any, state: Any, episode_start: Any, deterministic: bool,
+        action_masks: Any = None,
+    ) -> Any:  # fmt: skip
+        self.masks.append(action_masks)
+        parts = action_masks[:, :9].argmax(axis=1)
+        ways = 9 + 8 + 5
+        step = state or 0
+        back = action_masks[:, ways + 1] & (step == 3)
+        return np.stack([parts, 0 * parts, 0 * parts + 4, back], axis=1), step + 1
+
+
+@pytest.mark.parametrize("env_id", TRAYS)
+def test_masks_are_those_of_every_episode_at_every_step(env_id: str) -> None:
+    arena = Arena(env_id, 2)
+    policy = Careful(arena.env)
+    played = contestants.play_policy(arena, saved(policy), TRAINED, 0, 2)
+    masks = np.array(policy.masks)
+    assert masks.shape[1:] == (2, 9 + 8 + 5 + arena.world.actions.ways)
+    assert masks[:6, :, :9].sum(axis=2).T.tolist() == [[9, 8, 7, 6, 7, 6]] * 2
+    assert masks[:4, :, 23].T.tolist() == [[False, False, True, True]] * 2
+    alone = Careful(arena.env)
+    frozen = contestants.play_policy(arena, saved(alone), FROZEN, 0, 2)
+    assert {each.shape for each in alone.masks} == {(1, masks.shape[2])}
+    still = Arena(env_id, 2, randomised=False)
+    steps = [(0, 0), (1, 0), (2, 0), (0, 1), (2, 0), (3, 0), (4, 0), (5, 0)]
+    chosen = [[(part, 0, FASTEST, way) for part, way in steps]] * 2
+    for where, ends in ((arena, played), (arena, frozen)):
+        numbers, seeds = where.draws(0, 2)
+        again = where.field.play(numbers, seeds, lambda part: replaying(chosen[part]))
+        np.testing.assert_array_equal(again, ends)
+    discrete = still.env_of(spaces.Discrete(9 * 8 * 3 * arena.world.actions.ways))
+    assert len(discrete.actions.speeds) == 3
+
+
 KILLED = """
 import sys
 from agents.admission.__main__ import main
@@ -370,7 +498,7 @@ def test_the_command_goes_on_where_it_was_killed(
     [
         (["MagFold/TubeFeed-v0"], "id: 'MagFold/TubeFeed-v0' is not allowed; must be"),
         ([FLOOR, "--search", "1000", "900"], "budget: 900 is not allowed for 1000 candidates"),
-        ([FLOOR, "--race", "1001", "9000"], "--race: 1001 schedules are not allowed; must be"),
+        ([FLOOR, "--race", "1001", "9000"], "--race: 1001 open loops are not allowed; must be"),
         ([FLOOR, "--blind", "none.safetensors"], "none.safetensors: no such file"),
     ],
 )

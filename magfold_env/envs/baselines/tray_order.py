@@ -25,7 +25,7 @@ from magfold_env.scene import Scene
 SELECTION_DRAWS = 64
 SCORING_DRAWS = 128
 
-_KINDS: Ints = LYING.min(axis=1)  # the same number for patterns that are one component
+_KINDS = LYING.min(axis=1).astype(np.int8)  # the same number for patterns that are one component
 
 
 class TrayDesigns:
@@ -45,10 +45,9 @@ class TrayDesigns:
         self.numbers: Ints = np.flatnonzero(every.gaps > every.tie)
         self.gaps: Floats = every.gaps[self.numbers]
         """Of sequences whose only ground state the target is."""
-        shifts = 4 * np.arange(self.n - 1, -1, -1)
-        digits = (self.numbers[:, None] >> shifts) & 15
+        patterns = self._patterns(self.numbers)
         # Only sequences that begin with N are listed: all poles may be changed.
-        self._kinds = np.stack([_KINDS[digits], _KINDS[15 - digits]])
+        self._kinds = np.stack([_KINDS[patterns], _KINDS[15 - patterns]])
 
     def best(self, tray: Sequence[str]) -> tuple[str, ...] | None:
         """Return the sequence of largest gap that can be had from a tray, or None."""
@@ -67,6 +66,20 @@ class TrayDesigns:
         """Return a sequence as it is listed, or with all poles changed."""
         sequence = sequence_of(int(self.numbers[place]), self.n)
         return sequence if listed else tuple(each.translate(_OTHER_POLES) for each in sequence)
+
+    def every(self, tray: Sequence[str]) -> Ints:
+        """Return all sequences that can be had from a tray, the largest gap first, (k, n).
+
+        Components are numbers of patterns, component 1 first.
+        """
+        changed, place = np.nonzero(self._fit(tray))
+        # To the picojoule: rounding is not to decide between equal ones.
+        ranks = np.argsort(-self.gaps[place].round(12), kind="stable")
+        patterns = self._patterns(self.numbers[place[ranks]])
+        return np.where(changed[ranks, None] == 1, 15 - patterns, patterns)
+
+    def _patterns(self, numbers: Ints) -> Ints:
+        return (numbers[:, None] >> 4 * np.arange(self.n - 1, -1, -1)) & 15
 
     def _fit(self, tray: Sequence[str]) -> Bools:
         """Return which sequences can be had from a tray, as they are and with all poles changed."""
@@ -117,22 +130,27 @@ class TrayStore(TaskStore):
             if not order:
                 raise ValueError(f"task: {task.name!r} has no chain of the minimiser's")
             fed.append(order if task.direction == "forward" else order[::-1])
-        return _in_order(np.array(fed), np.array([each.speed for _, each in schedules]))
+        speeds = np.array([[each.speed] for _, each in schedules], dtype=np.float64)
+        return in_order(np.array(fed), speeds)
 
 
 def always(task: TrayTask, order: Order, speed: float) -> Plan:
     """Return the plan of a chain, component 1 first, that is fed at a constant speed [m/s]."""
     fed = np.array(order if task.direction == "forward" else order[::-1])
-    return _in_order(fed[None], np.array([speed]))
+    return in_order(fed[None], np.array([[speed]]))
 
 
-def _in_order(fed: Ints, speeds: Floats) -> Plan:
-    """Return what feeds components and how they lie, (1 or m, n, 2), at speeds [m/s], (1 or m,)."""
+def in_order(fed: Ints, speeds: Floats) -> Plan:
+    """Return what feeds components and how they lie, (1 or m, n, 2), in the order of feed.
+
+    `speeds` are theirs [m/s], (1 or m, n), or (1 or m, 1) where they have the same.
+    """
+    speeds = np.broadcast_to(speeds, (len(fed), fed.shape[1]))
 
     def plan(episodes: Any, rows: Ints) -> Any:
-        at = rows % len(fed)
         # An anchor is left when all have been fed, whatever else is said.
-        part, lie = fed[at, np.minimum(episodes.arrays.fed[rows], fed.shape[1] - 1)].T
+        at = rows % len(fed), np.minimum(episodes.arrays.fed[rows], fed.shape[1] - 1)
+        part, lie = fed[at].T
         return part, lie, speeds[at], np.full(len(rows), AHEAD)
 
     return plan
