@@ -58,7 +58,7 @@ class TrayDesigns:
         fits = self._fit(tray)
         found = np.flatnonzero(fits.any(axis=0))
         # Gaps that differ by rounding are equal, so that it does not decide which is first.
-        gaps = np.round(self.gaps[found] / self.gaps.max(initial=0.0), 9)
+        gaps = (self.gaps[found] / float(self.gaps.max(initial=0.0))).round(9)
         found = found[np.argsort(-gaps, kind="stable")][:count]
         return [self._sequence(place, bool(fits[0, place])) for place in found.tolist()]
 
