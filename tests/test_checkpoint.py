@@ -1,15 +1,33 @@
 """Files of a long run: whole or refused, and only for the run that wrote them."""
 
+import errno
 import json
+import os
+import signal
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from magfold_env import checkpoint
 from magfold_env.checkpoint import Checkpoint, CheckpointError
+from magfold_env.files import write_text
 
 KEY = {"seed": 1, "scene": {"friction": 0.35, "sequence": ("NSNS", "SNSN")}}
+
+# No file may grow beyond 1,000 bytes: the system kills the process in the middle of its writing.
+KILLED_IN_WRITING = """
+import resource, signal, sys
+from magfold_env.files import write_text
+
+resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+write_text(sys.argv[1], "new" * 100_000)
+"""
 
 
 def written(folder: Path, *batches: list[object]) -> Checkpoint:
@@ -112,6 +130,39 @@ def test_what_a_kill_leaves_of_a_file_is_no_file(tmp_path: Path) -> None:
     written(tmp_path, [1])
     (tmp_path / ".abc.json").write_text("{")  # a temporary name
     assert Checkpoint(tmp_path, KEY).load() == [1]
+
+
+def test_a_kill_while_a_file_is_written_leaves_the_file_that_was_there(tmp_path: Path) -> None:
+    path = tmp_path / "state.json"
+    write_text(path, "old" * 100_000)
+    run = subprocess.run(
+        [sys.executable, "-c", KILLED_IN_WRITING, path],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        check=False,
+    )
+    assert run.returncode == -signal.SIGXFSZ
+    assert path.read_text() == "old" * 100_000
+
+
+def test_no_file_has_its_name_before_it_is_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = written(tmp_path, [1])
+    before = {path: path.read_bytes() for path in parts(tmp_path)}
+    write = Path.write_text
+
+    def full_disk(path: Path, text: str, **options: Any) -> int:
+        write(path, text[: len(text) // 2], **options)
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    kept.add(2)
+    with monkeypatch.context() as broken:
+        broken.setattr(Path, "write_text", full_disk)
+        with pytest.raises(OSError, match=os.strerror(errno.ENOSPC)):
+            kept.save()
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+    kept.save()
+    assert Checkpoint(tmp_path, KEY).load() == [1, 2]
 
 
 def parts(folder: Path) -> list[Path]:
