@@ -32,14 +32,20 @@ def minimise(
     json: options.Json = None,
 ) -> None:
     """Rank the states of a chain by magnetic energy, and search it component by component."""
-    with options.errors_in_one_line(), options.busy("searching"):
+    with options.errors_in_one_line():
         options.check_outputs({"--png": png, "--json": json})
         loaded = load_scene(scene)
         if png is not None:
             options.need_render()
-        # The options are text; the minimiser says which are allowed.
-        found = minimiser.minimise(loaded, cast("Any", mode), top, cast("Any", among))
-        feeds = _feeds(loaded)
+        with options.progress_of(1.0) as tell:
+            tell(0.0, "searching")
+            # The options are text; the minimiser says which are allowed.
+            found = minimiser.minimise(
+                loaded, cast("Any", mode), top, cast("Any", among),
+                progress=lambda done: tell(done, "searching"),
+            )  # fmt: skip
+            tell(1.0, "component by component")
+            feeds = _feeds(loaded)
     decisions = [decisions_table(found)] if found.decisions else []
     options.show(states_table(found), *decisions, one_by_one_table(loaded, feeds))
     with options.errors_in_one_line(), options.busy("drawing"):

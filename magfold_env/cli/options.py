@@ -11,6 +11,7 @@ import typer
 from rich import progress
 from rich.console import Console, RenderableType
 from rich.markup import escape
+from rich.measure import Measurement
 from rich.status import Status
 from rich.table import Table
 
@@ -51,13 +52,20 @@ SUFFIXES = {"--gif": ".gif", "--png": ".png", "--html": ".html", "--json": ".jso
 """How the files must end that options ask for."""
 
 FILE_WIDTH = 150  # of wide tables where they are not written to a terminal
+WIDEST = 10_000  # of any table
 
 
 @contextmanager
 def errors_in_one_line() -> Generator[None]:
-    """Tell what the user got wrong on one line of stderr and end with exit code 2."""
+    """Tell what the user got wrong on one line of stderr and end with exit code 2.
+
+    So it is told that Ctrl-C was pressed.
+    """
     try:
         yield
+    except KeyboardInterrupt:
+        typer.echo("interrupted", err=True)
+        raise typer.Exit(130) from None
     except (ValueError, OSError, ImportError) as error:
         message = "; ".join(str(error).splitlines())
         typer.echo(f"error: {message}", err=True)
@@ -176,10 +184,28 @@ def progress_of(
 
 
 def show(*what: RenderableType) -> None:
-    """Print tables on stdout."""
-    console = Console()
+    """Print tables and other things on stdout; no word in a table is broken."""
     for each in what:
+        console = Console()
+        if isinstance(each, Table):
+            console.width = max(console.width, _least_width(each, console))
         console.print(each)
+
+
+def _least_width(table: Table, console: Console) -> int:
+    """Return the width at which all columns have room for the longest word in any.
+
+    The widest columns are the first that are made narrower.
+    """
+    room = console.options.update(width=WIDEST)
+    columns = [
+        [Measurement.get(console, room, cell) for cell in (column.header, *column.cells)]
+        for column in table.columns
+    ]
+    longest = max(cell.minimum for cells in columns for cell in cells)
+    widths = [max(cell.maximum for cell in cells) for cells in columns]
+    whole = Measurement.get(console, room, table).maximum
+    return whole - sum(max(0, width - longest) for width in widths)
 
 
 def wide_console() -> Console:

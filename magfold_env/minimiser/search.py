@@ -25,8 +25,11 @@ LONGEST = 12
 The states of longer chains are found by `ground_state`.
 """
 
+LONGEST_CUT: Final = {"all": 32, "folded": 56, "stable": 56}
+"""Most components of a chain whose halves `ground_state` lists, by which words are ranked."""
+
 MOST_ENTRIES: Final = 40_000_000
-"""Most words of half a chain, shorter ones included: 20 bytes each."""
+"""No half of these has more words, shorter ones included: 20 bytes each."""
 
 _FIRST = 100  # words of the near arm that are completed where there is no time to order them
 _STRETCH = 20_000  # entries bounded, and
@@ -91,7 +94,14 @@ class Minimum(Ranking):
     """Number of words whose energies were compared; of words of half the chain for long ones."""
 
 
-def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "all") -> Minimum:
+def minimise(
+    scene: Scene,
+    mode: Mode = "free",
+    top: int = 5,
+    among: Among = "all",
+    *,
+    progress: Progress | None = None,
+) -> Minimum:
     """Predict a fold by the energy of the magnets alone.
 
     Parameters
@@ -108,6 +118,8 @@ def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "al
     among
         Which words `free` ranks: `all`, only the `folded` ones (no S), or only the
         `stable` ones (folded, and no equal poles touch).
+    progress
+        Of branch and bound, as for `ground_state`.
 
     Raises
     ------
@@ -126,7 +138,7 @@ def minimise(scene: Scene, mode: Mode = "free", top: int = 5, among: Among = "al
     if mode != "free":
         return _one_by_one(scene, mode)
     if scene.n > LONGEST:
-        found = ground_state(scene, top, among)
+        found = ground_state(scene, top, among, progress=progress)
         return Minimum("free", found.states, decisions=(), examined=found.nodes)
     lattice = all_words(scene.n)
     if among != "all":
@@ -228,7 +240,7 @@ def ground_state(
     Raises
     ------
     ValueError
-        If an argument is out of range, or half the chain has too many words to list.
+        If an argument is out of range, or the chain has more components than `LONGEST_CUT`.
     """
     problems = [
         *errors.unless_one_of("among", among, get_args(Among)),
@@ -239,6 +251,11 @@ def ground_state(
             problems.append(errors.Problem(key, limit, "must be None or at least 0"))
     errors.refuse(problems)
     energies.refuse_field(scene)
+    if scene.n > LONGEST_CUT[among]:
+        raise ValueError(
+            f"sequence: {scene.n} components are not allowed; must be {LONGEST_CUT[among]} or "
+            f"fewer to rank {among} words"
+        )
     if scene.n == 1:
         return GroundStates((states.state_of(scene, ""),), math.inf, nodes=1)
     letters = ORDER if among == "all" else "LR"
@@ -273,7 +290,9 @@ class _BranchAndBound:
         self._end, self._most_nodes, self._progress = end, most_nodes, progress
         root = scene.n // 2 - 1
         self._near, self._far = arms.near_arm(root, letters), arms.far_arm(root, scene.n, letters)
-        near_count, far_count = (_counted(scene.n, arm) for arm in (self._near, self._far))
+        near_count, far_count = (
+            arms.count_entries(arm, MOST_ENTRIES) for arm in (self._near, self._far)
+        )
         table = arms.pair_table(scene, energies.poles(scene), clashes_excluded=stable)
         self._near_words = arms.arm_words(table, self._near, 0, near_count)
         self._far_words = arms.arm_words(table, self._far, 1, far_count)
@@ -362,13 +381,3 @@ def _letters(arm: arms.Arm, words: arms.ArmWords, entry: int) -> str:
         letters.append(ORDER[following.tolist().index(int(words.node[entry]))])
         entry = above
     return "".join(reversed(letters))
-
-
-def _counted(n: int, arm: arms.Arm) -> int:
-    count = arms.count_entries(arm, MOST_ENTRIES)
-    if count >= MOST_ENTRIES:
-        raise ValueError(
-            f"sequence: {n} components are not allowed; the halves of a chain may have at most "
-            f"{MOST_ENTRIES:,} words, shorter ones included"
-        )
-    return count

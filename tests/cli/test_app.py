@@ -3,6 +3,8 @@
 import json
 import math
 import sys
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 
@@ -11,7 +13,7 @@ from PIL import Image
 
 import magfold_env as mf
 from magfold_env import minimiser
-from magfold_env.cli import fold
+from magfold_env.cli import fold, options
 from magfold_env.minimiser import minimise
 from tests.command_line import fails_in_one_line, rows, run
 
@@ -159,6 +161,36 @@ def test_minimise_shows_the_decisions_of_a_feed() -> None:
     assert [int(row[0]) for row in found] == [decision.joint for decision in decisions]
     assert [row[4] for row in found] == [decision.letter for decision in decisions]
     assert "--" in shown  # joint 2 turned left would overlap
+
+
+def test_words_of_long_chains_are_whole(tmp_path: Path) -> None:
+    scene = mf.load_scene("paper/sequence-3").replace(sequence=("NSNS", "SN-N", "SSNN", "NNSS") * 5)
+    mf.save_scene(scene, tmp_path / "long.yaml")
+    lines = run("minimise", tmp_path / "long.yaml", "--among", "folded").stdout
+    shown = [row[1] for row in rows(lines) if row[0]]
+    assert shown[:5] == [state.word for state in minimise(scene, among="folded").states]
+    assert {len(word) for word in shown} == {19}
+
+
+def test_a_search_tells_how_far_it_is_and_ends_in_one_line(
+    quick: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[tuple[float, str]] = []
+
+    @contextmanager
+    def progress_of(total: float) -> Generator[Callable[..., None]]:
+        yield lambda done, what: told.append((done / total, what))
+
+    def interrupted(*_: object, progress: Callable[[float], None]) -> None:
+        progress(0.5)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(options, "progress_of", progress_of)
+    monkeypatch.setattr(minimiser, "minimise", interrupted)
+    result = run("minimise", quick)
+    assert told == [(0.0, "searching"), (0.5, "searching")]
+    assert result.exit_code == 130
+    assert (result.stdout, result.stderr.strip()) == ("", "interrupted")
 
 
 def test_a_feed_that_shuts_itself_in_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

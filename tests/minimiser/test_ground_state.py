@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.minimiser import Among, GroundStates, Landscape, ground_state, minimise
+from magfold_env.minimiser import Among, GroundStates, Landscape, arms, ground_state, minimise
 from magfold_env.minimiser.lattice import from_words
+from magfold_env.minimiser.search import LONGEST_CUT, MOST_ENTRIES
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings, word_to_angles
 from tests.minimiser.scenes import scene_of
@@ -155,6 +156,28 @@ def test_wrong_arguments_are_named(changes: dict[str, Any], message: str) -> Non
         ground_state(random_scene(0, 3), **changes)
 
 
-def test_a_chain_that_is_too_long_is_refused_at_once() -> None:
-    with pytest.raises(ValueError, match="sequence: 40 components are not allowed; the halves"):
-        ground_state(random_scene(13, 40, "points"))
+@pytest.mark.parametrize("among", ["all", "folded", "stable"])
+def test_a_chain_that_is_too_long_is_refused_at_once(
+    among: Among, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(arms, "count_entries", lambda *_: pytest.fail("counted all the same"))
+    longest = LONGEST_CUT[among]
+    message = f"sequence: {longest + 1} components are not allowed; must be {longest} or fewer"
+    with pytest.raises(ValueError, match=message):
+        ground_state(random_scene(13, longest + 1, "points"), among=among)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("among", "letters"), [("all", "SLR"), ("folded", "LR")])
+def test_the_halves_of_the_longest_chain_are_as_large_as_may_be(among: Among, letters: str) -> None:
+    longest = LONGEST_CUT[among]
+    for n, fits in ((longest, True), (longest + 1, False)):
+        far = arms.far_arm(n // 2 - 1, n, letters)
+        assert (arms.count_entries(far, MOST_ENTRIES) < MOST_ENTRIES) == fits
+
+
+def test_a_full_search_of_a_long_chain_tells_how_far_it_is() -> None:
+    told: list[float] = []
+    minimise(random_scene(13, 13, "points"), progress=told.append)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
