@@ -1,11 +1,13 @@
 """What the commands of this package share: options, a bar of progress, tables, errors."""
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Annotated
 
 import typer
-from rich import box, console, progress, table, text
+from rich import box, console, progress, table
+
+from magfold_env.cli import options
 
 EnvConfig = Annotated[str, typer.Option(help="Training settings that give the environment.")]
 EnvChanges = Annotated[
@@ -18,30 +20,30 @@ Assignments = Annotated[
 ]
 
 
+def run_command(main: Callable[..., None]) -> None:
+    """Run a command; its help and its messages are as those of `magfold`."""
+    command = options.application()
+    command.command()(main)
+    command()
+
+
 @contextmanager
 def reported_errors(*kinds: type[Exception], extras: str = "") -> Generator[None]:
-    """Tell what the user got wrong on stderr and end with exit code 1.
+    """Tell what the user got wrong on one line of stderr and end with exit code 2.
 
-    The `kinds` of errors are the user's to mend, and so is a missing module if it comes with
-    `extras`, which are told then; all others pass.
+    The `kinds` of errors are the user's to mend, and so are files and missing modules, which come
+    with `extras` if these are given; all others pass.
     """
-    try:
-        yield
-    except kinds as error:
-        message = str(error)
-    except ModuleNotFoundError as error:
-        if not extras:
-            raise
-        message = f"{error}; it comes with {extras}"
-    else:
-        return
-    # Not as markup: messages hold brackets of their own.
-    console.Console(stderr=True).print(text.Text.assemble(("error: ", "red"), message))
-    raise typer.Exit(1)
+    with options.errors_in_one_line((*kinds, OSError, ImportError)):
+        try:
+            yield
+        except ModuleNotFoundError as error:
+            remedy = f"; install it, pip install 'magfold_env[{extras}]'" if extras else ""
+            raise ImportError(f"{error}{remedy}") from None
 
 
 def progress_bar() -> progress.Progress:
-    """Return a bar that has room for a rate of success."""
+    """Return a bar on stderr that has room for a rate of success."""
     return progress.Progress(
         progress.TextColumn("{task.description}"),
         progress.BarColumn(),
@@ -49,6 +51,7 @@ def progress_bar() -> progress.Progress:
         progress.TextColumn("{task.fields[note]}"),
         progress.TimeElapsedColumn(),
         progress.TimeRemainingColumn(),
+        console=console.Console(stderr=True),
     )
 
 
@@ -57,7 +60,7 @@ def text_table(title: str, rows: Sequence[Mapping[str, str]]) -> table.Table:
     shown = table.Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
     cells = [[cell.replace(" (", "\n(") for cell in row.values()] for row in rows]
     first, *others = rows[0]
-    shown.add_column(first, overflow="fold")
+    shown.add_column(first)
     for k, name in enumerate(others, start=1):
         # Headings may be broken, cells not.
         width = max(len(line) for row in cells for line in row[k].splitlines() or [""])

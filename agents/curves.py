@@ -15,11 +15,11 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich import console
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from agents.commands import reported_errors
+from agents.commands import reported_errors, run_command
 from agents.training.folder import RunInfo
+from magfold_env.cli import options
 from magfold_env.envs.chains.arrays import Floats
 from magfold_env.files import write_text
 from magfold_env.reporting.plotting import COLOURS, legend_below, panels, save_figure
@@ -151,8 +151,8 @@ def main(
         output.parent.mkdir(parents=True, exist_ok=True)
         draw(output, found)
         write_text(output.with_suffix(".json"), json.dumps(content) + "\n")
-    console.Console(stderr=True).print(f"written: {output}, {output.with_suffix('.json')}")
+    options.say_written(output, output.with_suffix(".json"))
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

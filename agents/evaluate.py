@@ -5,11 +5,18 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors, text_table
-from agents.evaluation import episodes, page, policies, report
+from agents.commands import (
+    EnvChanges,
+    EnvConfig,
+    progress_bar,
+    reported_errors,
+    run_command,
+    text_table,
+)
+from agents.evaluation import episodes, page, report
 from agents.settings import EnvSettings, env_settings
+from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
 
 RANDOM = "random"
@@ -66,12 +73,11 @@ def compare(
     Random actions and the energy minimiser's designs are compared with, the latter unless one of
     the targets has none. The rest is as for `evaluate`.
     """
-    console = Console()
     folder.mkdir(parents=True, exist_ok=True)
-    every = [*_usual(methods, settings, console), *methods]
+    every = [*_usual(methods, settings), *methods]
     results = evaluate(every, settings, draws, processes, built, trust_pickle)
     summaries = report.summarise(results)
-    console.print(
+    options.show(
         text_table("Success by target", report.targets_rows(summaries)),
         text_table("In all", report.overall_rows(summaries)),
     )
@@ -85,19 +91,17 @@ def compare(
     if moving:
         written.append(folder / "folds.gif")
         page.save_folds(written[-1], results[every[-1].name][0])
-    console.print(f"written: {', '.join(map(str, written))}")
+    options.say_written(*written)
     return results
 
 
-def _usual(
-    given: Sequence[report.Method], settings: EnvSettings, console: Console
-) -> list[report.Method]:
+def _usual(given: Sequence[report.Method], settings: EnvSettings) -> list[report.Method]:
     """Return what is compared with, unless it is given."""
     env = episodes.make_env(settings)
     names = [RANDOM]
     missing = [target for target in env.targets if env.baseline_of(target).flagged]
     if missing:
-        console.print(f"the minimiser has no design for {', '.join(missing)} and is left out")
+        typer.echo(f"the minimiser has no design for {', '.join(missing)} and is left out")
     else:
         names.append(report.REFERENCE)
     taken = {method.name for method in given}
@@ -131,14 +135,15 @@ def main(
 ) -> None:
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
     with reported_errors(ValueError):
+        options.need_render(charts=True)
+        options.check_folder("--output", output)
         settings = env_settings(config, env or [])
         methods = report.parse_methods(agents or [])
-        for method in methods:
-            for policy in method.policies:
-                policies.make_policy(policy, trust_pickle)
+        for policy in (each for method in methods for each in method.policies):
+            episodes.check(policy, settings, trust_pickle)
         episodes.warm_up(settings)
         compare(methods, settings, draws, processes, output, built, trust_pickle)
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

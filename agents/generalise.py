@@ -13,14 +13,14 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich import console
 
-from agents.commands import Assignments, reported_errors, text_table
+from agents.commands import Assignments, reported_errors, run_command, text_table
 from agents.evaluate import evaluate
-from agents.evaluation import intervals, report
+from agents.evaluation import episodes, intervals, report
 from agents.settings import EnvSettings, TrainSettings, env_settings, load_settings
 from agents.training.folder import file_digest, provenance
 from agents.training.run import train
+from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import write_text
 from magfold_env.shapes import folded_words, mirror
@@ -163,17 +163,19 @@ def main(
         ]
         own = [each[4:] for each in assignments or () if each.startswith("env.")]
         places = env_settings(config, [*own, f"components={components}"])
+        words = [word for held in dealt for word in held]
+        if against is not None:
+            episodes.check(against, places.model_copy(update={"targets": tuple(words)}))
         found = measure(settings, places, dealt, (draws, -(-draws // 4)), folder, processes)
         other = None
         if against is not None:
-            words = [word for held in dealt for word in held]
             other = play(against, places, words, draws, processes)
     rows = summary(found, other)
     told = [
         {"": name, "success (95 %)": each.points(" points") if name in DIFFERENCES else str(each)}
         for name, each in rows.items()
     ]
-    console.Console().print(text_table(f"Words held out, {folds} folds", told))
+    options.show(text_table(f"Words held out, {folds} folds", told))
     content = {
         "format": FORMAT,
         "env": places.model_dump(mode="json"),
@@ -184,8 +186,8 @@ def main(
         "other": other,
     }
     write_text(folder / "generalise.json", json.dumps(content, indent=1) + "\n")
-    console.Console().print(f"written: {folder / 'generalise.json'}")
+    options.say_written(folder / "generalise.json")
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

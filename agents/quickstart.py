@@ -6,11 +6,13 @@ from typing import Annotated
 import joblib
 import typer
 
+from agents.commands import reported_errors, run_command
 from agents.evaluate import compare
 from agents.evaluation.policies import BLIND
 from agents.evaluation.report import Method
-from agents.settings import env_settings, load_settings
+from agents.settings import SettingsError, env_settings, load_settings
 from agents.training.run import train
+from magfold_env.cli import options
 
 CONFIG = "ppo-quickstart"
 """Settings of the training."""
@@ -25,12 +27,14 @@ def main(
 
     It also plays blind: what that costs is what it owes to seeing the chain.
     """
-    settings = load_settings(CONFIG, minutes=minutes)
-    policy = train(settings, output, resume=False)
-    method = Method.parse(str(policy))
-    blind = Method(f"{method.name}, blind", (f"{BLIND}{policy}",))
-    compare([blind, method], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
+    with reported_errors(SettingsError):
+        options.need_render(charts=True)
+        settings = load_settings(CONFIG, minutes=minutes)
+        policy = train(settings, output, resume=False)
+        method = Method.parse(str(policy))
+        blind = Method(f"{method.name}, blind", (f"{BLIND}{policy}",))
+        compare([blind, method], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

@@ -14,15 +14,16 @@ from typing import Annotated, Any, cast
 import gymnasium
 import numpy as np
 import typer
-from rich import console
 
-from agents.commands import EnvChanges, progress_bar, reported_errors
-from agents.evaluation.policies import Policy, make_policy
+from agents.commands import EnvChanges, progress_bar, reported_errors, run_command
+from agents.evaluation.episodes import check
+from agents.evaluation.policies import Policy, make_policy, shipped_names
+from agents.evaluation.shipped import shipped_files
 from agents.settings import EnvSettings, checked, parse_assignment, put
 from agents.training.envs import make_env
 from magfold_env.envs.fold_env import FoldEnv
 
-EXTRAS = "the extras agents and minari"
+EXTRAS = "agents,minari"
 TOLD = ("target", "is_success", "score")
 """What is kept of the info at the end of an episode."""
 
@@ -39,9 +40,12 @@ def record(settings: EnvSettings, policy: str, episodes: int, seed: int, name: s
     import minari  # noqa: PLC0415 (an extra of its own)
 
     _check_name(name)
-    env, player = make_env(settings), make_policy(policy)
+    played_by = str(shipped_files(policy)[0]) if policy in shipped_names() else policy
+    env, player = make_env(settings), make_policy(played_by)
     if policy != "random" and not isinstance(env.unwrapped, FoldEnv):
         raise ValueError(f"policy: {policy!r} is not allowed in {settings.id}; must be random")
+    if policy != "random":
+        check(played_by, settings)
     # Below 2³², as seeds of training are.
     seeds: list[int] = np.random.SeedSequence(seed).generate_state(episodes).tolist()
     with progress_bar() as bar:
@@ -114,7 +118,11 @@ def _columns(space: gymnasium.Space[Any], values: list[Any]) -> Any:
 def main(
     env_id: Annotated[str, typer.Argument(metavar="ENV", help="Such as MagFold/TubeFeed-v0.")],
     policy: Annotated[
-        str, typer.Option(help="random, minimiser, choices (.json) or a policy (.safetensors).")
+        str,
+        typer.Option(
+            help="random, minimiser, a set of shipped policies (of which the first plays), "
+            "choices (.json) or a policy (.safetensors)."
+        ),
     ] = "random",
     env: EnvChanges = None,
     episodes: Annotated[int, typer.Option(min=1, help="How many.")] = 1000,
@@ -133,8 +141,8 @@ def main(
         short = env_id.removeprefix("MagFold/").rpartition("-v")[0]
         name = dataset or f"magfold/{short}/{Path(policy).stem}-v0"
         made = record(settings, policy, episodes, seed, name)
-    console.Console(stderr=True).print(f"dataset: {name}, {made.total_steps} steps")
+    typer.echo(f"dataset: {name}, {made.total_steps} steps", err=True)
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

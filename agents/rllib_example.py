@@ -11,9 +11,9 @@ import typer
 from ray.rllib.algorithms.ppo import PPO, PPOConfig
 from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.tune.registry import register_env
-from rich.console import Console
 
 import magfold_env  # noqa: F401 (registers the environments, in every process of a cluster)
+from agents.commands import reported_errors, run_command
 from agents.settings import PPOSettings, SettingsError, TrainSettings, load_settings
 
 
@@ -76,20 +76,22 @@ def main(
     output: Annotated[Path, typer.Option(help="Folder of the checkpoint.")] = Path("runs/rllib"),
 ) -> None:
     """Train by RLlib and save its checkpoint."""
-    console = Console(stderr=True)
-    settings = load_settings(config, timesteps=timesteps)
+    with reported_errors(SettingsError):
+        settings = load_settings(config, timesteps=timesteps)
+        algorithm_config = ppo_config(settings, runners)
     ray.init(address=address, logging_level="warning")
-    algorithm: PPO = ppo_config(settings, runners).build_algo()
+    algorithm: PPO = algorithm_config.build_algo()
     steps = 0
     while steps < settings.timesteps:
         result = algorithm.train()
         steps = int(result["num_env_steps_sampled_lifetime"])
         mean = result["env_runners"].get("episode_return_mean", float("nan"))
-        console.print(f"{steps}/{settings.timesteps} steps, mean return {mean:.3f}")
-    console.print(f"checkpoint: {algorithm.save_to_path(str(output.resolve()))}")
+        typer.echo(f"{steps}/{settings.timesteps} steps, mean return {mean:.3f}", err=True)
+    algorithm.save_to_path(str(output.resolve()))
+    typer.echo(f"checkpoint: {output}", err=True)
     algorithm.stop()
     ray.shutdown()
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

@@ -15,14 +15,21 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich import console
 
 from agents.baselines.searches import SEARCHES, frozen_by
-from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors, text_table
+from agents.commands import (
+    EnvChanges,
+    EnvConfig,
+    progress_bar,
+    reported_errors,
+    run_command,
+    text_table,
+)
 from agents.evaluation import episodes, intervals, policies, report
 from agents.evaluation.page import make_figure
 from agents.settings import EnvSettings, env_settings
 from agents.training.folder import file_digest, provenance
+from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import write_text
 from magfold_env.reporting.plotting import COLOURS, GRID, save_figure
@@ -168,11 +175,16 @@ def main(
 ) -> None:
     """Measure what physics calls at test time buy each method."""
     with reported_errors(ValueError):
+        options.need_render(charts=True)
+        options.check_folder("--output", output)
         settings, budgets = env_settings(config, env or []), _budgets(calls)
         every = report.parse_methods(methods)
         for policy in (policy for method in every for policy in method.policies):
             if policy not in SEARCHES:
+                if not Path(policy).is_file():
+                    raise ValueError(policies.none_called(policy, SEARCHES))
                 policies.TrainedPolicy.load(policy)
+                episodes.check(policy, settings)
         episodes.warm_up(settings)
         curves = measure(every, settings, budgets, draws, seed, processes)
     found = success(curves, budgets)
@@ -200,9 +212,8 @@ def main(
         {"": name, **{str(k): str(each) for k, each in zip(budgets, row, strict=True)}}
         for name, row in found.items()
     ]
-    out = console.Console()
-    out.print(text_table("Success with so many physics calls a target", rows))
-    out.print(f"written: {output / 'sample-cost.json'}, {output / 'sample-cost.png'}")
+    options.show(text_table("Success with so many physics calls a target", rows))
+    options.say_written(output / "sample-cost.json", output / "sample-cost.png")
 
 
 def _budgets(text: str) -> list[int]:
@@ -214,4 +225,4 @@ def _budgets(text: str) -> list[int]:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

@@ -15,7 +15,7 @@ import typer
 
 from agents.admission import FORMAT
 from agents.admission.contestants import FORWARD, ORACLE, RANDOM
-from agents.commands import reported_errors
+from agents.commands import reported_errors, run_command
 from agents.evaluation.intervals import Estimate
 from magfold_env.files import reading_json, write_text
 from magfold_env.scoring.score import Score
@@ -221,4 +221,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

@@ -446,7 +446,7 @@ def load_settings(
     content |= {key: value for key, value in overrides.items() if value is not None}
     for assignment in assignments:
         put(content, *parse_assignment(assignment))
-    return checked(TrainSettings, content, file)
+    return checked(TrainSettings, content, path)
 
 
 def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:

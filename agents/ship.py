@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 
 from agents.ablate import FORMAT as ABLATION
 from agents.admission import FORMAT as ADMISSION
 from agents.admission.contestants import TRAINED
 from agents.commands import reported_errors
+from agents.evaluation.policies import policies_dir
 from agents.evaluation.shipped import (
     AblationRow,
     AdmissionRow,
@@ -26,14 +26,14 @@ from agents.evaluation.shipped import (
     CardError,
     CardResult,
     Training,
-    policies_dir,
 )
 from agents.settings import EnvSettings, load_settings
 from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
+from magfold_env.cli import options
 from magfold_env.files import replacing
 
-app = typer.Typer(help=__doc__, rich_markup_mode=None, no_args_is_help=True)
+app = options.application(help=__doc__, no_args_is_help=True)
 """The command."""
 
 
@@ -179,7 +179,7 @@ def results_command(
 def _say(card: Card) -> None:
     counts = {key: getattr(card, key) for key in ("policies", "results", "ablations", "admissions")}
     told = f"{card.name}: {', '.join(f'{len(each)} {name}' for name, each in counts.items())}"
-    Console(stderr=True).print(told)
+    typer.echo(told, err=True)
 
 
 if __name__ == "__main__":

@@ -4,12 +4,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from agents.commands import Assignments, reported_errors
+from agents.commands import Assignments, reported_errors, run_command
 from agents.settings import SettingsError, load_settings
 from agents.training import envs, folder, run
 from magfold_env.checkpoint import CheckpointError
+from magfold_env.cli import options
 
 
 def main(  # noqa: PLR0913 - one parameter an option
@@ -37,7 +37,10 @@ def main(  # noqa: PLR0913 - one parameter an option
     wandb: Annotated[bool, typer.Option("--wandb", help="Log to Weights & Biases too.")] = False,
 ) -> None:
     """Train a policy as CONFIG says; options take precedence over the file."""
-    with reported_errors(SettingsError, CheckpointError, run.DivergedError):
+    with (
+        options.errors_in_one_line((run.DivergedError,), code=1),
+        reported_errors(SettingsError, CheckpointError),
+    ):
         settings = load_settings(
             config,
             assignments or (),
@@ -50,8 +53,8 @@ def main(  # noqa: PLR0913 - one parameter an option
             folder.import_wandb()
         envs.check_envs(settings)
         policy = run.train(settings, output or Path("runs") / settings.name, resume, wandb)
-        Console(stderr=True).print(f"policy: {policy}")
+        typer.echo(f"policy: {policy}", err=True)
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

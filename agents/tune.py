@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from agents.commands import Assignments, reported_errors
+from agents.commands import Assignments, reported_errors, run_command
 from agents.settings import SettingsError
 from agents.tuning.search import load_search, report_best
 from magfold_env.checkpoint import CheckpointError
@@ -27,7 +27,7 @@ def main(
     ] = None,
 ) -> None:
     """Train with settings drawn from ranges and tell the best; called again, go on."""
-    with reported_errors(SettingsError, CheckpointError, extras="the extra tune"):
+    with reported_errors(SettingsError, CheckpointError, extras="tune"):
         from agents.tuning.study import search_here  # noqa: PLC0415 (only searches need Optuna)
 
         search = load_search(config, assignments or (), trials)
@@ -36,4 +36,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

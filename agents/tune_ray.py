@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from agents.commands import Assignments, reported_errors
+from agents.commands import Assignments, reported_errors, run_command
 from agents.settings import SettingsError
 from agents.tune import Config, Output, Trials
 from agents.tuning.search import load_search, report_best
@@ -23,7 +23,7 @@ def main(
     cpus: Annotated[int, typer.Option(min=1, help="CPUs of a trial.")] = 1,
 ) -> None:
     """Spread the trials over a cluster; called again, go on."""
-    with reported_errors(SettingsError, extras="the extras tune and ray"):
+    with reported_errors(SettingsError, extras="tune,ray"):
         from agents.tuning.cluster import search_on_ray  # noqa: PLC0415 (needs Ray and Optuna)
 
         search = load_search(config, assignments or (), trials)
@@ -32,4 +32,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

@@ -13,17 +13,17 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich import box, console, table
+from rich import box, table
 
 from agents.ablate import FORMAT
 from agents.ablate.ablations import SEEING, Ablation, ablations, play
-from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
+from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors, run_command
 from agents.evaluation import episodes, intervals
-from agents.evaluation.policies import make_policy
 from agents.evaluation.report import Method
 from agents.settings import EnvSettings, env_settings
 from agents.training.folder import file_digest, provenance
 from magfold_env.checkpoint import Checkpoint
+from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import physics_digest, write_text
 from magfold_env.reporting.intervals import share
@@ -168,7 +168,7 @@ def main(
         parsed = Method.parse(policy)
         method = Method(parsed.name, parsed.policies[:seeds])
         for each in method.policies:
-            make_policy(each)
+            episodes.check(each, settings)
         folder = output or Path("runs") / f"ablation-{method.name}"
         episodes.warm_up(settings)
         rows = measure(method, settings, draws, processes, folder)
@@ -191,10 +191,9 @@ def main(
     }
     write_text(folder / "ablation.json", json.dumps(content, indent=1) + "\n")
     count = len(method.policies) * len(episodes.make_env(settings).targets) * draws
-    out = console.Console()
-    out.print(show(method.name, rows, count))
-    out.print(f"written: {folder / 'ablation.json'}")
+    options.show(show(method.name, rows, count))
+    options.say_written(folder / "ablation.json")
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

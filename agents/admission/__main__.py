@@ -30,7 +30,7 @@ from agents.admission.contestants import (
     Search,
 )
 from agents.admission.halving import Ranked, rounds
-from agents.commands import progress_bar, reported_errors
+from agents.commands import progress_bar, reported_errors, run_command
 from agents.evaluation.episodes import spread_over
 from agents.training.folder import file_digest, provenance
 from magfold_env.checkpoint import Checkpoint
@@ -285,4 +285,4 @@ def main(  # noqa: PLR0913 - one parameter an option
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

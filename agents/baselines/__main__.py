@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from agents.baselines.searches import SEARCHES, choose
-from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors
+from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors, run_command
 from agents.evaluation.episodes import make_env
 from agents.settings import env_settings
 
@@ -32,13 +31,14 @@ def main(
     with reported_errors(ValueError):
         settings = env_settings(config, env or [])
         total = len(make_env(settings).targets)
+        found = choose(search, settings, path, budget, goal, seed, processes)
         with progress_bar() as bar:
             task = bar.add_task(search, total=total, note="")
-            for _, chosen in choose(search, settings, path, budget, goal, seed, processes):
+            for _, chosen in found:
                 calls, targets = calls + chosen.calls, targets + 1
                 bar.update(task, advance=1, note=f"{calls / targets:.0f} calls a target")
-    Console().print(f"{calls} physics calls for {targets} targets; choices written to {path}")
+    typer.echo(f"{calls} physics calls for {targets} targets; choices written to {path}")
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

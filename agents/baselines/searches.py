@@ -257,7 +257,7 @@ def choose(
     seed: int = 0,
     processes: int = 1,
 ) -> Iterator[tuple[str, policies.Chosen]]:
-    """Search for a choice for every target and keep it in a file; yield each as it is known.
+    """Search for a choice for every target and keep it in a file; return each as it is known.
 
     Targets that are in the file already, which is made if need be, are not searched for again.
     `budget` is the most physics calls for each target, `goal` the share of successes that ends a
@@ -284,13 +284,18 @@ def choose(
         "env": settings.model_dump(mode="json", exclude={"targets", "difficulty", "shaping"}),
     }
     file = policies.ChoiceFile(path, key)
-    yield from ((target, file.chosen[target]) for target in env.targets if target in file.chosen)
+    known = [target for target in env.targets if target in file.chosen]
     missing = [target for target in env.targets if target not in file.chosen]
-    jobs = [(name, settings, target, budget, goal, seed) for target in missing]
-    found = episodes.spread_over(processes, _search, jobs)
-    for target, chosen in zip(missing, found, strict=True):
-        file.add(target, chosen)
-        yield target, chosen
+
+    def each() -> Iterator[tuple[str, policies.Chosen]]:
+        yield from ((target, file.chosen[target]) for target in known)
+        jobs = [(name, settings, target, budget, goal, seed) for target in missing]
+        found = episodes.spread_over(processes, _search, jobs)
+        for target, chosen in zip(missing, found, strict=True):
+            file.add(target, chosen)
+            yield target, chosen
+
+    return each()
 
 
 def _search(

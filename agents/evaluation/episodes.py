@@ -84,6 +84,25 @@ def warm_up(settings: EnvSettings) -> None:
         ended = terminated or truncated
 
 
+def check(policy: str, settings: EnvSettings, trust_pickle: bool = False) -> None:
+    """Let a policy choose how it begins with each target, before anything else begins.
+
+    Raises
+    ------
+    ValueError
+        If there is no such policy, it has nothing for a target, or knows other observations or
+        actions.
+    """
+    env, player = own_env(settings), own_policy(policy, trust_pickle)
+    for target in env.targets:
+        observation, _ = env.reset(seed=0, options={"target": target})
+        player.begin()
+        try:
+            player.act(env, observation, np.random.default_rng(0))
+        except ValueError as error:
+            raise ValueError(f"{policies.as_given(policy)}: {error}") from None
+
+
 def play(
     policy: policies.Policy,
     env: FoldEnv[Any],

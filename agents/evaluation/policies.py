@@ -5,7 +5,7 @@ A choice is the magnets of every component and its speed; files hold those of se
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, Self
@@ -16,7 +16,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from agents.training import policy_files
 from magfold_env.envs.fold_env import FoldEnv
-from magfold_env.files import write_text
+from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Problem, errors
 from magfold_env.scoring.player import Player
 from magfold_env.scoring.shown import blind
@@ -149,13 +149,35 @@ def make_policy(name: str, trust_pickle: bool = False) -> Policy:
         return DesignPolicy()
     path = Path(name)
     if not path.is_file():
-        raise ValueError(
-            f"{name}: no such file; must be random, minimiser, choices (.json) "
-            "or a policy (.safetensors)"
-        )
+        raise ValueError(none_called(name, ("random", "minimiser")))
     if path.suffix == ".json":
         return FrozenPolicy(read_choices(path))
     return TrainedPolicy.load(path, trust_pickle=trust_pickle)
+
+
+def policies_dir() -> Path:
+    """Return the folder of the sets of policies that come with the project."""
+    return configs_dir() / "policies"
+
+
+def shipped_names() -> list[str]:
+    """Return the names of these sets."""
+    return sorted(path.stem for path in policies_dir().glob("*.json"))
+
+
+def as_given(policy: str) -> str:
+    """Return how a user calls a policy: one that comes with the project by its name alone."""
+    path = Path(policy)
+    return path.stem if path.parent == policies_dir() else policy
+
+
+def none_called(name: str, others: Iterable[str]) -> str:
+    """Return which policies there are, beside `others`, and which may have been meant."""
+    known = [*others, *shipped_names()]
+    return (
+        f"{name}: no such file; must be {', '.join(known)}, or a file of choices (.json) or of "
+        f"a policy (.safetensors){errors.nearest(name, known)}"
+    )
 
 
 class OpenLoop(NamedTuple):

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from agents.evaluation import episodes, intervals
-from agents.evaluation.shipped import shipped_files, shipped_names
+from agents.evaluation.policies import shipped_names
+from agents.evaluation.shipped import shipped_files
 from agents.settings import EnvSettings
 from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE

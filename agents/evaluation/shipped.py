@@ -10,9 +10,9 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from agents.evaluation.policies import TrainedPolicy
+from agents.evaluation import policies
 from agents.training.folder import RunInfo, file_digest
-from magfold_env.files import configs_dir, write_text
+from magfold_env.files import write_text
 
 
 class CardError(ValueError):
@@ -139,16 +139,6 @@ class Card(_Part):
         write_text(path, self.model_dump_json(indent=1) + "\n")
 
 
-def policies_dir() -> Path:
-    """Return the folder of the policies."""
-    return configs_dir() / "policies"
-
-
-def shipped_names() -> list[str]:
-    """Return the names of the sets of policies."""
-    return sorted(path.stem for path in policies_dir().glob("*.json"))
-
-
 def shipped_card(name: str) -> Card:
     """Return the card of the policies called `name`.
 
@@ -157,18 +147,18 @@ def shipped_card(name: str) -> Card:
     ValueError
         If there are none, or they are damaged.
     """
-    if name not in shipped_names():
-        known = ", ".join(shipped_names())
+    if name not in policies.shipped_names():
+        known = ", ".join(policies.shipped_names())
         raise ValueError(f"{name}: no such policies; must be one of {known}")
-    return Card.read(policies_dir() / f"{name}.json")
+    return Card.read(policies.policies_dir() / f"{name}.json")
 
 
 def shipped_files(name: str) -> list[Path]:
     """Return the files of the policies called `name`, one a seed; see `shipped_card`."""
-    return [policies_dir() / policy.file for policy in shipped_card(name).policies]
+    return [policies.policies_dir() / policy.file for policy in shipped_card(name).policies]
 
 
-def load_shipped(name: str, number: int = 0) -> TrainedPolicy:
+def load_shipped(name: str, number: int = 0) -> policies.TrainedPolicy:
     """Load a policy that comes with the project: of a set such as ``ppo-tube-feed``, one seed.
 
     Raises
@@ -179,4 +169,4 @@ def load_shipped(name: str, number: int = 0) -> TrainedPolicy:
     files = shipped_files(name)
     if not 0 <= number < len(files):
         raise ValueError(f"number: {number} is not allowed; must be 0 to {len(files) - 1}")
-    return TrainedPolicy.load(files[number])
+    return policies.TrainedPolicy.load(files[number])

@@ -8,12 +8,14 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
+import typer
 from pydantic import Discriminator, Field, Tag, model_validator
-from rich import console, table
+from rich import table
 
 from agents import settings as train_settings
 from agents.training import envs, run
 from agents.training.folder import RunInfo
+from magfold_env.cli import options
 from magfold_env.scene import Problem, SceneError
 
 Drawn = float | int | str
@@ -152,16 +154,15 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
         If there is no such file, or something is not allowed: in the search, in the settings it
         varies, or in those that a trial would have at either end of a range.
     """
-    file = train_settings.find_config(path, "tuning")
-    content = train_settings.read_mapping(file)
+    content = train_settings.read_mapping(train_settings.find_config(path, "tuning"))
     if trials is not None:
         content["trials"] = trials
-    settings = train_settings.checked(TuneSettings, content, file)
-    with _named_source(file, "settings"):
+    settings = train_settings.checked(TuneSettings, content, path)
+    with _named_source(path, "settings"):
         given = settings.settings | dict(map(train_settings.parse_assignment, assignments))
         base = train_settings.changed_settings(train_settings.load_settings(settings.config), given)
         envs.check_envs(base)
-    with _named_source(file, "space"):
+    with _named_source(path, "space"):
         for key, domain in settings.space.items():
             for value in domain.ends:
                 envs.check_envs(train_settings.changed_settings(base, {key: value}))
@@ -169,17 +170,17 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
     if settings.least_validations > search.validations:
         allowed = f"must be at most {search.validations}, the validations of a trial"
         problem = Problem("least_validations", settings.least_validations, allowed)
-        raise train_settings.SettingsError([problem], str(file))
+        raise train_settings.SettingsError([problem], path)
     return search
 
 
 @contextmanager
-def _named_source(file: Path, group: str) -> Generator[None]:
+def _named_source(path: str, group: str) -> Generator[None]:
     """Name the file and the group of settings that wrong training settings come from."""
     try:
         yield
     except train_settings.SettingsError as error:
-        raise train_settings.SettingsError(f"{file}: {group}: {error}") from None
+        raise train_settings.SettingsError(f"{path}: {group}: {error}") from None
 
 
 class Trial(NamedTuple):
@@ -197,7 +198,7 @@ def run_trial(
     try:
         run.train(settings, folder, watch=watch)
     except run.DivergedError as error:
-        console.Console(stderr=True).print(f"{folder.name}: {error}", highlight=False)
+        typer.echo(f"{folder.name}: {error}", err=True)
         return NOTHING
     info = RunInfo.read(folder)
     assert info is not None
@@ -207,18 +208,17 @@ def run_trial(
 
 def report_best(search: Search, trials: Sequence[Trial], output: Path) -> None:
     """Print the best trials; write the settings of the best as those of a run of its own."""
-    shown = console.Console()
     if not trials:
-        shown.print("no trial has come to its end")
+        typer.echo("no trial has come to its end")
         return
-    shown.print(best_table(search, trials))
+    options.show(best_table(search, trials))
     folder = max(trials, key=attrgetter("value")).folder
     best = train_settings.load_settings(folder / "settings.yaml")
     file = output / "best.yaml"
     train_settings.save_settings(
         train_settings.changed_settings(best, {"name": f"{search.settings.name}-best"}), file
     )
-    shown.print(f"the best settings, for python -m agents.train: {file}", soft_wrap=True)
+    typer.echo(f"the best settings, for python -m agents.train: {file}")
 
 
 def best_table(search: Search, trials: Sequence[Trial], count: int = 10) -> table.Table:
@@ -226,7 +226,7 @@ def best_table(search: Search, trials: Sequence[Trial], count: int = 10) -> tabl
     settings = search.settings
     best = table.Table(title=f"{settings.name}: the best of {len(trials)} trials that ended")
     for name in ("trial", settings.objective, *(key.split(".")[-1] for key in settings.space)):
-        best.add_column(name, overflow="fold")
+        best.add_column(name)
     for trial in sorted(trials, key=attrgetter("value"), reverse=True)[:count]:
         drawn = (trial.drawn[key] for key in settings.space)
         values = (f"{each:.3g}" if isinstance(each, float) else str(each) for each in drawn)

@@ -21,12 +21,7 @@ from magfold_env.cli import (
 )
 from magfold_env.scene import load_scene, scene_names
 
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,  # plain messages, so that a wrong option is told in one line
-    pretty_exceptions_enable=False,
-)
+app = options.application(no_args_is_help=True)
 
 
 def _tell_version(asked: bool) -> None:

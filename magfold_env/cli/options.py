@@ -5,7 +5,7 @@ from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich import progress
@@ -55,9 +55,21 @@ FILE_WIDTH = 150  # of wide tables where they are not written to a terminal
 WIDEST = 10_000  # of any table
 
 
+def application(**settings: Any) -> typer.Typer:
+    """Return a command line without commands."""
+    return typer.Typer(
+        add_completion=False,
+        rich_markup_mode=None,  # plain messages, so that a wrong option is told in one line
+        pretty_exceptions_enable=False,
+        **settings,
+    )
+
+
 @contextmanager
-def errors_in_one_line() -> Generator[None]:
-    """Tell what the user got wrong on one line of stderr and end with exit code 2.
+def errors_in_one_line(
+    kinds: tuple[type[Exception], ...] = (ValueError, OSError, ImportError), code: int = 2
+) -> Generator[None]:
+    """Tell what the user got wrong on one line of stderr and end with an exit code.
 
     So it is told that Ctrl-C was pressed.
     """
@@ -66,10 +78,10 @@ def errors_in_one_line() -> Generator[None]:
     except KeyboardInterrupt:
         typer.echo("interrupted", err=True)
         raise typer.Exit(130) from None
-    except (ValueError, OSError, ImportError) as error:
+    except kinds as error:
         message = "; ".join(str(error).splitlines())
         typer.echo(f"error: {message}", err=True)
-        raise typer.Exit(2) from None
+        raise typer.Exit(code) from None
 
 
 def check_outputs(paths: Mapping[str, Path | None]) -> None:

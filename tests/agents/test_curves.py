@@ -75,5 +75,5 @@ def test_what_is_no_run_is_named(given: str, said: str) -> None:
     app = typer.Typer()
     app.command()(main)
     result = CliRunner().invoke(app, [given])
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert said in result.output

@@ -165,5 +165,41 @@ def test_a_wrong_name_ends_with_a_message_and_not_a_traceback(
     app = typer.Typer()
     app.command()(importlib.import_module(f"agents.{module}").main)
     result = runner.invoke(app, arguments)
-    assert result.exit_code == 1
-    assert "no-such: no such file" in result.output
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert result.stderr.startswith("error: no-such: no such file; ")
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("module", ["evaluate", "ablate.__main__", "sample_cost"])
+def test_a_name_that_is_nearly_right_is_told_what_may_be_meant(module: str) -> None:
+    app = typer.Typer()
+    app.command()(importlib.import_module(f"agents.{module}").main)
+    result = runner.invoke(app, ["ppo-tube-fed"])
+    assert result.exit_code == 2
+    assert all(name in result.stderr for name in ("ppo-floor-8, ", "did you mean ppo-tube-feed?"))
+
+
+def test_what_a_policy_cannot_play_is_told_before_anything_begins(tmp_path: Path) -> None:
+    choice = Chosen(("NSNS", "SN-N", "NSNS"), (0.1,) * 3, calls=0, successes=0, releases=0)
+    path = tmp_path / "choices.json"
+    ChoiceFile(path, {}).add("LR", choice)
+    given = ["--env", "components=3", "--env", "targets=[LR, RL]", "--output", str(tmp_path)]
+    for module, arguments, said in (
+        ("evaluate", [str(path)], f"{path}: target: 'RL' has no choice; must be one of LR"),
+        ("evaluate", ["ppo-tube-feed"], "ppo-tube-feed-0: policy: its spaces"),
+        ("ablate.__main__", ["ppo-tube-feed"], "ppo-tube-feed-0: policy: its spaces"),
+        ("sample_cost", ["ppo-tube-feed"], "ppo-tube-feed-0: policy: its spaces"),
+        ("baselines.__main__", ["robst"], "search: 'robst' is not allowed"),
+        ("evaluate", ["--output", str(path)], f"--output: '{path}' is not allowed"),
+        ("generalise", [], f"{path}: target: "),
+    ):
+        own = [*given, *arguments]
+        if module == "generalise":
+            own = ["--components", "3", "--folds", "2", "--against", str(path)]
+        app = typer.Typer()
+        app.command()(importlib.import_module(f"agents.{module}").main)
+        result = runner.invoke(app, own)
+        assert (result.exit_code, result.stdout) == (2, ""), result.output
+        assert result.stderr.startswith(f"error: {said}")
+        assert result.stderr.count("\n") == 1

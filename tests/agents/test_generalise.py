@@ -72,5 +72,5 @@ def test_bad_settings_are_told(tmp_path: Path) -> None:
     app.command()(main)
     arguments = ["--set", "learner.algorithm=dqn", "--output", str(tmp_path)]
     result = CliRunner().invoke(app, arguments)
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert "dqn" in result.output

@@ -130,7 +130,7 @@ def test_what_is_not_trusted_runs_no_code(evil: tuple[Path, Path], tmp_path: Pat
     app = typer.Typer()
     app.command()(evaluate.main)
     refused = CliRunner().invoke(app, [str(path), "--output", str(tmp_path / "out")])
-    assert refused.exit_code == 1
+    assert refused.exit_code == 2
     assert "--trust-pickle" in refused.stderr
     assert not written.exists()
     make_policy(str(path), trust_pickle=True)

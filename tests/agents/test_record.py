@@ -85,7 +85,7 @@ def test_what_cannot_be_recorded_is_named() -> None:
     assert "dataset: 'a' is not allowed; must be such as" in run(*named, "a").output
     assert run(*named, "a-v0").exit_code == 0
     again = run(*named, "a-v0")
-    assert again.exit_code == 1
+    assert again.exit_code == 2
     assert "dataset: 'a-v0' is there already" in again.output
     assert "no such file" in run(*named, "b-v0", "--policy", "nobody").output
     floor = run("MagFold/UnknownFloor-v0", "--policy", "minimiser", "--dataset", "b-v0").output

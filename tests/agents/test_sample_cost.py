@@ -65,5 +65,5 @@ def test_wrong_calls_are_named() -> None:
     app = typer.Typer()
     app.command()(main)
     result = CliRunner().invoke(app, ["cross-entropy", "--calls", "1,few"])
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert "--calls: '1,few' is not allowed; must be numbers" in result.output

@@ -11,7 +11,7 @@ from agents.ablate import __main__ as ablate
 from agents.admission import FORMAT as ADMISSION
 from agents.admission import __main__ as admission
 from agents.evaluate import compare
-from agents.evaluation import shipped
+from agents.evaluation import policies
 from agents.evaluation.report import Method
 from agents.evaluation.shipped import Card, CardError, load_shipped, shipped_files
 from agents.ship import app, ship_policies, with_results
@@ -33,7 +33,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 @pytest.fixture
 def card(runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Card:
-    monkeypatch.setattr(shipped, "policies_dir", lambda: tmp_path)
+    monkeypatch.setattr(policies, "policies_dir", lambda: tmp_path)
     return ship_policies(NAME, runs, tmp_path)
 
 
@@ -160,5 +160,5 @@ def test_the_command_ships_and_tells_what_is_wrong(runs: list[Path], tmp_path: P
     wrong = tmp_path / "results.json"
     wrong.write_text(json.dumps({}), encoding="utf-8")
     refused = CliRunner().invoke(app, ["results", NAME, str(wrong), "--folder", str(tmp_path)])
-    assert refused.exit_code == 1
-    assert "has no results of all of tiny-set" in " ".join(refused.stderr.split())
+    assert refused.exit_code == 2
+    assert "has no results of all of tiny-set" in refused.stderr

@@ -7,14 +7,8 @@ import pytest
 from agents.admission import contestants
 from agents.admission.arena import own_arena
 from agents.evaluation.episodes import make_env, play
-from agents.evaluation.shipped import (
-    CardAdmission,
-    CardResult,
-    load_shipped,
-    policies_dir,
-    shipped_card,
-    shipped_names,
-)
+from agents.evaluation.policies import policies_dir, shipped_names
+from agents.evaluation.shipped import CardAdmission, CardResult, load_shipped, shipped_card
 from agents.settings import EnvSettings, TrainSettings
 from magfold_env.scoring.track import TASKS
 

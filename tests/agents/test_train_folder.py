@@ -120,8 +120,8 @@ def test_what_cannot_be_resumed_is_refused(tmp_path: Path) -> None:
     save_settings(tiny(), tmp_path / "run.yaml")
     arguments = [str(tmp_path / "run.yaml"), "--resume", "--output", str(tmp_path / "run")]
     result = runner.invoke(app, arguments)
-    assert result.exit_code == 1
-    assert "there is no checkpoint to resume from" in " ".join(result.output.split())
+    assert result.exit_code == 2
+    assert "there is no checkpoint to resume from" in result.output
 
 
 def test_a_run_begins_with_a_policy_of_the_same_networks(tmp_path: Path) -> None:
@@ -168,7 +168,7 @@ def test_weights_and_biases_is_named_where_it_is_missing(
     save_settings(tiny(), tmp_path / "run.yaml")
     arguments = [str(tmp_path / "run.yaml"), "--wandb", "--output", str(tmp_path / "run")]
     result = runner.invoke(app, arguments)
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert not (tmp_path / "run").exists()
 
 

@@ -1,0 +1,110 @@
+"""All commands look alike, and tell what is wrong in one line before they begin."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import pytest
+import typer
+
+import agents
+from agents import commands
+from agents.commands import reported_errors, run_command, text_table
+from magfold_env.cli import options
+
+REMEDY = "install the extra, pip install 'magfold_env[agents]'"
+
+
+def without(missing: str, folder: Path, *arguments: str) -> Any:
+    """Run Python where a package is missing."""
+    (folder / "sitecustomize.py").write_text(f"import sys\nsys.modules[{missing!r}] = None\n")
+    path = os.pathsep.join([str(folder), *sys.path])
+    return subprocess.run(
+        [sys.executable, *arguments],
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("missing", ["torch", "stable_baselines3"])
+def test_commands_without_their_extra_tell_it_in_one_line(missing: str, tmp_path: Path) -> None:
+    done = without(missing, tmp_path, "-m", "agents.train", "ppo-tube-feed")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"error: agents need Stable-Baselines3: {REMEDY}\n"
+
+
+@pytest.mark.parametrize("module", ["agents.settings", "magfold_env.sb3"])
+def test_imports_without_the_extra_end_with_it(module: str, tmp_path: Path) -> None:
+    done = without("stable_baselines3", tmp_path, "-c", f"import {module}")
+    assert done.returncode == 1
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith("ImportError: ")
+    assert last.endswith(REMEDY)
+
+
+def command(wrong: Annotated[str, typer.Option(help="What is wrong.")] = "") -> None:
+    """Do nothing."""
+    with reported_errors(ValueError, extras="minari"):
+        if wrong == "module":
+            raise ModuleNotFoundError("No module named 'minari'")
+        if wrong == "folder":
+            raise NotADirectoryError("out: is not a folder")
+        if wrong:
+            raise ValueError(f"{wrong}: is not allowed\nnor is {wrong!r}")
+
+
+def call(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> Any:
+    """Return the exit code of the command."""
+    monkeypatch.setattr(sys, "argv", ["command", *arguments])
+    with pytest.raises(SystemExit) as end:
+        run_command(command)
+    return end.value.code
+
+
+def test_help_and_wrong_options_are_told_plainly(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call(monkeypatch, "--help") == 0
+    told = capsys.readouterr().out
+    assert "--wrong" in told
+    assert "─" not in told
+    assert call(monkeypatch, "--none") == 2
+    told = capsys.readouterr().err
+    assert "Error: No such option: --none" in told
+    assert "─" not in told
+
+
+def test_errors_are_told_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    long = "/".join(["folder"] * 20)
+    for given, said in (
+        (long, f"{long}: is not allowed; nor is '{long}'"),
+        ("folder", "out: is not a folder"),
+        ("module", "No module named 'minari'; install it, pip install 'magfold_env[minari]'"),
+    ):
+        assert call(monkeypatch, "--wrong", given) == 2
+        assert capsys.readouterr() == ("", f"error: {said}\n")
+
+
+def test_every_command_is_run_so() -> None:
+    files = list(Path(commands.__file__).parent.rglob("*.py"))
+    texts = {str(path): path.read_text(encoding="utf-8") for path in files}
+    assert Path(agents.__file__) in files
+    assert not [path for path, text in texts.items() if "typer.run(" in text]
+
+
+def test_names_in_tables_are_whole(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    methods = [f"a-method-with-a-long-name-{k}" for k in range(4)]
+    target = "LRSLRSLRSLRSLRSLRSLRSLRSLRSLR"
+    options.show(text_table("", [{"target": target, **dict.fromkeys(methods, "18/20")}]))
+    told = capsys.readouterr().out
+    assert all(name in told for name in (*methods, target))
