@@ -79,7 +79,7 @@ class Orders:
         speeds: list[float] = self._world.actions.speeds.tolist()
         order = task.order_of(baseline.sequence or ())
         assert order
-        fed = tuple(order if task.direction == "forward" else order[::-1])
+        fed = tuple(task.as_fed(order))
         found = {
             self._key(each, number): each
             for speed in sorted(speeds, key=lambda each: each != baseline.speed)

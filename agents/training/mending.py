@@ -154,7 +154,7 @@ def _tried(
     parts = [part for part in parts if part != first[0]]
     found: dict[Fed, None] = {}
     for sequence in sequences:
-        own = sequence if task.direction == "forward" else sequence[::-1]
+        own = task.as_fed(sequence)
         at_first = task.order_of(own[:1], first[:1])
         rest = task.order_of(own[1:], parts)
         if at_first == [first] and rest is not None:
@@ -167,7 +167,7 @@ def _tried(
 def _fed(task: TrayTask, order: Order | None) -> Fed:
     """Return an order of components of a chain as they are fed."""
     assert order is not None
-    return tuple(order if task.direction == "forward" else order[::-1])
+    return tuple(task.as_fed(order))
 
 
 def _ends(env: Any, number: int, tried: Sequence[Chain], seeds: Sequence[int]) -> Bools:

@@ -30,6 +30,7 @@ from agents.admission.halving import halving, rounds
 from agents.admission.orders import Orders
 from agents.admission.schedules import Schedule, constant
 from agents.evaluation import intervals
+from agents.training import mending
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.legs import Leg
 from magfold_env.envs.chains.arrays import Floats, Ints
@@ -161,7 +162,7 @@ def test_orders_are_ones_that_can_be_had_from_the_tray(env_id: str) -> None:
     seen: set[Any] = set()
     words: set[str] = set()
     for each in found:
-        laid = each.fed if task.direction == "forward" else each.fed[::-1]
+        laid = task.as_fed(each.fed)
         assert len({part for part, _ in laid}) == arena.world.scene.n
         assert set(each.speeds) <= set(speeds.tolist())
         faces = ["".join(task.tray[part][k] for k in FACES[lie]) for part, lie in laid]
@@ -207,7 +208,7 @@ def test_the_oracle_takes_orders_by_their_gaps_with_the_strengths_of_an_episode(
     dead = task.model_copy(update={"strengths": sound})
     told = loops.gaps(np.array([each.fed for each in found]), number, dead)
     for each, gap in zip(found[:7], told[:7], strict=True):
-        laid = each.fed if task.direction == "forward" else each.fed[::-1]
+        laid = task.as_fed(each.fed)
         faces = [
             "".join(task.tray[part][k] if sound[part, k] else "-" for k in FACES[lie])
             for part, lie in laid
@@ -270,6 +271,7 @@ def test_the_field_plays_what_a_single_environment_plays(env_id: str) -> None:
 
 def test_draws_of_results_are_used_for_nothing_else() -> None:
     others = ["evaluation", "validation", "selection", "scoring", "search 0", SEARCH]
+    others.append(mending.STREAM)
     streams = [*others, *map(copies, range(1000))]
     seeds = {seed for stream in streams for seed in episode_seeds(stream, 30)}
     assert len(seeds) == 30 * len(streams)

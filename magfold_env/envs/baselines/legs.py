@@ -59,21 +59,20 @@ class Following:
         """Return the speeds of some rows in the next step [m/s]."""
         diagonal = episodes.world.scene.casing.diagonal
         gone = episodes.chains.advances()[rows]
-        *_, steps, brakes = self._now(rows)
-        over = self._left(rows, gone) <= brakes * NEAR * diagonal
+        _, left, steps, brakes = self._now(rows, gone)
+        over = left <= brakes * NEAR * diagonal
         over |= self._taken[rows] >= steps
         over &= self.at[rows] < self._last[rows]
         self.at[rows] += over
         self._taken[rows] = np.where(over, 0, self._taken[rows]) + 1
-        speed, _, _, brakes = self._now(rows)
-        slowing = np.sqrt(2.0 * BRAKE * np.maximum(self._left(rows, gone), 0.0))
+        speed, left, _, brakes = self._now(rows, gone)
+        slowing = np.sqrt(2.0 * BRAKE * np.maximum(left, 0.0))
         slowed = np.minimum(np.abs(speed), np.maximum(slowing, SLOWEST_LEVEL))
         return (np.where(brakes > 0.0, np.copysign(slowed, speed), speed),)
 
-    def _now(self, rows: Ints) -> tuple[Floats, ...]:
-        return tuple(self._legs[rows, self.at[rows]].T)
-
-    def _left(self, rows: Ints, gone: Floats) -> Floats:
-        """Return how far rows have to go in their legs [m]."""
-        speed, until, _, _ = self._now(rows)
-        return np.where(speed < 0.0, gone - until, until - gone)
+    def _now(self, rows: Ints, gone: Floats) -> tuple[Floats, ...]:
+        """Return speed, way that is left [m], steps and whether it brakes, of the legs of rows."""
+        legs: Floats = self._legs[rows, self.at[rows]]
+        speed, until, steps, brakes = legs.T
+        left: Floats = np.where(speed < 0.0, gone - until, until - gone)
+        return speed, left, steps, brakes

@@ -42,9 +42,14 @@ class TrayDesigns:
     def __init__(self, scene: Scene, target: str) -> None:
         self.n = scene.n
         every = Exhaustive(scene, target)
-        self.numbers: Ints = np.flatnonzero(every.gaps > every.tie)
-        self.gaps: Floats = every.gaps[self.numbers]
-        """Of sequences whose only ground state the target is."""
+        found = np.flatnonzero(every.gaps > every.tie)
+        gaps: Floats = every.gaps[found]
+        # Gaps that differ by rounding are equal, so that it does not decide which is first.
+        ranks = np.argsort(-(gaps / float(gaps.max(initial=0.0))).round(9), kind="stable")
+        self.numbers: Ints = found[ranks]
+        """Those of sequences whose only ground state the target is, the largest gap first."""
+        self.gaps: Floats = gaps[ranks]
+        """Their gaps [J]."""
         patterns = self._patterns(self.numbers)
         # Only sequences that begin with N are listed: all poles may be changed.
         self._kinds = np.stack([_KINDS[patterns], _KINDS[15 - patterns]])
@@ -56,10 +61,7 @@ class TrayDesigns:
     def ranked(self, tray: Sequence[str], count: int) -> list[tuple[str, ...]]:
         """Return so many sequences that can be had from a tray, those of largest gap first."""
         fits = self._fit(tray)
-        found = np.flatnonzero(fits.any(axis=0))
-        # Gaps that differ by rounding are equal, so that it does not decide which is first.
-        gaps = (self.gaps[found] / float(self.gaps.max(initial=0.0))).round(9)
-        found = found[np.argsort(-gaps, kind="stable")][:count]
+        found = np.flatnonzero(fits.any(axis=0))[:count]
         return [self._sequence(place, bool(fits[0, place])) for place in found.tolist()]
 
     def _sequence(self, place: int, listed: bool) -> tuple[str, ...]:
@@ -72,11 +74,9 @@ class TrayDesigns:
 
         Components are numbers of patterns, component 1 first.
         """
-        changed, place = np.nonzero(self._fit(tray))
-        # To the picojoule: rounding is not to decide between equal ones.
-        ranks = np.argsort(-self.gaps[place].round(12), kind="stable")
-        patterns = self._patterns(self.numbers[place[ranks]])
-        return np.where(changed[ranks, None] == 1, 15 - patterns, patterns)
+        place, changed = np.nonzero(self._fit(tray).T)
+        patterns = self._patterns(self.numbers[place])
+        return np.where(changed[:, None] == 1, 15 - patterns, patterns)
 
     def _patterns(self, numbers: Ints) -> Ints:
         return (numbers[:, None] >> 4 * np.arange(self.n - 1, -1, -1)) & 15
@@ -129,14 +129,14 @@ class TrayStore(TaskStore):
             order = task.order_of(baseline.sequence or ())
             if not order:
                 raise ValueError(f"task: {task.name!r} has no chain of the minimiser's")
-            fed.append(order if task.direction == "forward" else order[::-1])
+            fed.append(task.as_fed(order))
         speeds = np.array([[each.speed] for _, each in schedules], dtype=np.float64)
         return in_order(np.array(fed), speeds)
 
 
 def always(task: TrayTask, order: Order, speed: float) -> Plan:
     """Return the plan of a chain, component 1 first, that is fed at a constant speed [m/s]."""
-    fed = np.array(order if task.direction == "forward" else order[::-1])
+    fed = np.array(task.as_fed(order))
     return in_order(fed[None], np.array([[speed]]))
 
 

@@ -35,6 +35,10 @@ class Task(Part):
         """Number of components of the chain."""
         return len(self.target) + 1
 
+    def as_fed(self, chain: Any) -> Any:
+        """Return what is given by component, 1 first, in the order of feed; or back again."""
+        return chain if self.direction == "forward" else chain[::-1]
+
     @property
     @abstractmethod
     def parts(self) -> tuple[str, ...]:

@@ -119,7 +119,7 @@ def shares_borne(
     orders: list[Ints] = []
     for task, sequence in zip(tasks, sequences, strict=False):
         order = np.array(task.order_of(sequence))
-        orders.append(order if task.direction == "forward" else order[::-1])
+        orders.append(task.as_fed(order))
     fed, count = np.array(orders), len(tasks) * draws
     episodes = AnchorEpisodes(AnchorWorld(ANCHOR_SCENE, tasks=list(tasks)), count, threads)
     numbers, seeds = np.repeat(np.arange(len(tasks)), draws), episode_seeds("anchor", draws)
