@@ -72,7 +72,7 @@ class Following:
 
     def _now(self, rows: Ints, gone: Floats) -> tuple[Floats, ...]:
         """Return speed, way that is left [m], steps and whether it brakes, of the legs of rows."""
-        legs: Floats = self._legs[rows, self.at[rows]]
-        speed, until, steps, brakes = legs.T
-        left: Floats = np.where(speed < 0.0, gone - until, until - gone)
+        now: tuple[Floats, ...] = tuple(self._legs[rows, self.at[rows]].T)
+        speed, until, steps, brakes = now
+        left = np.where(speed < 0.0, gone - until, until - gone)
         return speed, left, steps, brakes
