@@ -306,9 +306,14 @@ class Phase:
 class ImitationSettings(Group, frozen=True):
     """What a learner imitates at first."""
 
-    plan: Literal["baseline", "mending"] = "baseline"
-    """What plays: the schedules that set its tasks' baselines, or, with an anchor, what tests its
-    chains and builds those anew that fail; see `agents.training.mending`."""
+    plan: Literal["baseline", "open loops", "mending"] = "baseline"
+    """What plays: the schedules that set its tasks' baselines, the best open loops of a search, see
+    `agents.training.open_loops`, or, with an anchor, what tests its chains and builds those anew
+    that fail, see `agents.training.mending`."""
+    tried: Count = 1000
+    """Open loops of a task that are tried."""
+    trials: Count = 6000
+    """Episodes in which they are."""
     episodes: Count = 1024
     """Episodes that it is shown, of all tasks in turn."""
     epochs: Count = 4
@@ -393,7 +398,7 @@ class TrainSettings(Group, frozen=True):
                 allowed = f"one of {', '.join(TRACKS)}, without pretraining, to imitate"
                 yield "env.id", self.env.id, allowed
             if self.imitate.plan == "mending" and self.env.id != ANCHOR_ENV:
-                yield "imitate.plan", self.imitate.plan, f"'baseline' but with {ANCHOR_ENV}"
+                yield "imitate.plan", self.imitate.plan, f"another one but with {ANCHOR_ENV}"
 
     def _of_what_is_shown(self) -> Iterator[tuple[str, object, str]]:
         """Yield likewise what its networks cannot be shown."""

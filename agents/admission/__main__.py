@@ -17,7 +17,7 @@ import typer
 from rich import console, markdown, progress
 
 from agents.admission import FORMAT, contestants, rule
-from agents.admission.arena import Arena, own_arena
+from agents.admission.arena import SEARCH, Arena, own_arena
 from agents.admission.contestants import (
     BLIND,
     DRAWN,
@@ -27,11 +27,11 @@ from agents.admission.contestants import (
     SAME_DRAW,
     SIMPLE,
     TRAINED,
-    Search,
 )
-from agents.admission.halving import Ranked, rounds
 from agents.commands import progress_bar, reported_errors, run_command
 from agents.evaluation.episodes import spread_over
+from agents.open_loops.field import Search
+from agents.open_loops.halving import Ranked, rounds
 from agents.training.folder import file_digest, provenance
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
@@ -148,8 +148,8 @@ class Contest:
 
 
 def _search(env_id: str, tasks: int, numbers: list[int], effort: Search) -> list[Any]:
-    arena = own_arena(env_id, tasks)
-    return [contestants.search(arena, number, effort) for number in numbers]
+    field = own_arena(env_id, tasks).field
+    return [field.search(number, SEARCH, effort) for number in numbers]
 
 
 def _play_simple(

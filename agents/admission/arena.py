@@ -4,19 +4,17 @@ The draws that results are reported on are of a stream of their own, which neith
 training use.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property, partial
-from typing import Any, Protocol
+from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 
-from agents.admission.halving import Ranked
-from agents.admission.orders import Orders
-from agents.admission.schedules import Schedules
+from agents.open_loops.field import Field, OpenLoops, open_loops_of
+from agents.open_loops.halving import Ranked
 from magfold_env.envs.baselines.constant_speed import Plan
-from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.feed_track import FeedTrackEnv
+from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.tasks.feed_tasks import Task
 from magfold_env.scene import Scene
 from magfold_env.scoring.track import WIDTH, Track
@@ -33,37 +31,6 @@ def copies(episode: int) -> str:
     return f"admission copies {episode}"
 
 
-class OpenLoops(Protocol):
-    """What can be chosen before an episode begins; all that differs from track to track.
-
-    Open loops are values of a kind of its own, which can be pickled and written in words.
-    """
-
-    @property
-    def fastest(self) -> Any:
-        """The open loop that always goes forward."""
-        ...
-
-    def candidates(self, count: int, number: int) -> list[Any]:
-        """Return so many open loops that may be tried in a task, by its number."""
-        ...
-
-    def following(self, found: Sequence[Any]) -> Plan:
-        """Return what plays open loops, one a row."""
-        ...
-
-    def drawn(self) -> tuple[Scene, Any]:
-        """Return scene and task of the environment's episode, with all that was drawn of them."""
-        ...
-
-    def raced(self, best: list[Any], number: int, task: Any) -> list[Any]:
-        """Return as many as came farthest in a task's search, `best`, for the oracle to race.
-
-        `number` is the task's, `task` is it as `drawn` returns it.
-        """
-        ...
-
-
 @dataclass(frozen=True)
 class Arena(Track):
     """A track on the draws of `EVALUATION`, and what else contestants need."""
@@ -73,8 +40,7 @@ class Arena(Track):
     @cached_property
     def open_loops(self) -> OpenLoops:
         """What can be chosen beforehand."""
-        env: Any = self.env
-        return Schedules(env) if isinstance(env, FeedTrackEnv) else Orders(env)
+        return open_loops_of(self.env)
 
     def ranked(self, count: int, number: int, best: list[Ranked]) -> list[Any]:
         """Return those of so many open loops of a task that came farthest."""
@@ -82,7 +48,7 @@ class Arena(Track):
         return [tried[each.place] for each in best]
 
     @cached_property
-    def field(self) -> "Field":
+    def field(self) -> Field:
         """Room for episodes of these tasks, made once."""
         return Field(self.episodes(WIDTH), self.open_loops)
 
@@ -97,30 +63,6 @@ class Arena(Track):
 def own_arena(env_id: str, tasks: int, randomised: bool = True) -> Arena:
     """Return this process's own arena, made once."""
     return Arena(env_id, tasks, randomised)
-
-
-class Field:
-    """Room for episodes that are played by plans which see nothing of the chain."""
-
-    def __init__(self, episodes: Any, open_loops: OpenLoops) -> None:
-        self._episodes, self._open_loops = episodes, open_loops
-
-    def follow(self, numbers: Ints, seeds: list[int], found: Sequence[Any]) -> Floats:
-        """Return success and score of episodes that are played by open loops, (m, 2).
-
-        `numbers` are those of their tasks.
-        """
-        return self.play(numbers, seeds, lambda part: self._open_loops.following(found[part]))
-
-    def play(self, numbers: Ints, seeds: list[int], plan: Callable[[slice], Plan]) -> Floats:
-        """Return the same of episodes that are played by what `plan` returns for a part of them."""
-        episodes, ends = self._episodes, np.empty((len(seeds), 2))
-        for start in range(0, len(seeds), episodes.count):
-            part = slice(start, start + episodes.count)
-            choose = partial(plan(part), episodes)
-            columns = episodes.play(seeds[part], numbers[part].tolist(), choose)
-            ends[part] = np.column_stack([columns["is_success"], columns["score"]])
-        return ends
 
 
 def replaying(chosen: Sequence[Sequence[Any]]) -> Plan:

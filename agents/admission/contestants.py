@@ -7,9 +7,8 @@ baseline          plays what sets the task's baseline b, chosen on draws of its 
                   constant speed (`magfold_env.envs.baselines.constant_speed`), of two words the
                   best of three speeds (`magfold_env.envs.baselines.three_speeds`), of a tray the
                   minimiser's chain (`magfold_env.envs.baselines.tray_order`)
-open loop         of many (`agents.admission.schedules`, `agents.admission.orders`) the one that is
-                  best for the task, by successive halving on draws of its own, the same for all
-                  tasks; what may set b is among them
+open loop         of many (`agents.open_loops`) the one that is best for the task, by successive
+                  halving on draws of its own, the same for all tasks; what may set b is among them
 oracle            knows an episode's hidden physics, not its start nor its noise: races the open
                   loops that came farthest in the task's search, of trays half of them and as many
                   chosen for the strengths of the episode, on copies that differ from it in start
@@ -27,19 +26,18 @@ from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import replace
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 from zlib import crc32
 
 import numpy as np
 import torch
 
-from agents.admission.arena import SEARCH, Arena, Field, copies, replaying
-from agents.admission.halving import Ranked, halving
+from agents.admission.arena import Arena, copies, replaying
+from agents.open_loops.field import Field
 from agents.training import policy_files
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.constant_speed import Plan
-from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.envs.chains.arrays import Ints
 from magfold_env.scoring.player import Player, choices
 from magfold_env.scoring.track import WIDTH
 
@@ -50,21 +48,6 @@ FROZEN, BLIND = "frozen", "trained blind"
 
 SIMPLE = (RANDOM, FORWARD, BASELINE, OPEN_LOOP)
 """Those of which an episode is all it takes."""
-
-
-class Search(NamedTuple):
-    """How much is tried."""
-
-    candidates: int
-    """Open loops."""
-    budget: int
-    """Episodes."""
-
-
-def search(arena: Arena, number: int, effort: Search) -> list[Ranked]:
-    """Return what was tried in a task, by its number: the first is its open loop."""
-    tried = arena.open_loops.candidates(effort.candidates, number)
-    return _race(arena.field, number, tried, SEARCH, effort.budget)
 
 
 def play_simple(
@@ -92,7 +75,7 @@ def play_oracle(
     number = int(numbers[0])
     tried = arena.open_loops.raced(best[number], number, arena.drawn(episode)[1])
     field = Field(copied_episodes(arena, episode, WIDTH), arena.open_loops)
-    winner = _race(field, 0, tried, copies(episode), budget)[0]
+    winner = field.race(0, tried, copies(episode), budget)[0]
     ends = arena.field.follow(np.repeat(numbers, len(tried)), seeds * len(tried), tried)
     return [ends[winner.place].tolist(), max(ends.tolist())]
 
@@ -157,19 +140,6 @@ def _rehearsed(arena: Arena, saved: SavedPolicy, number: int) -> list[Any]:
     """Return what a policy chooses in an episode of a task in which nothing is drawn."""
     still = Arena(arena.env_id, arena.tasks, randomised=False)
     return _play(still, saved, np.array([number]), [0])[1]
-
-
-def _race(
-    field: Field, number: int, tried: Sequence[Any], stream: str, budget: int
-) -> list[Ranked]:
-    def trial(candidates: Ints, start: int, stop: int) -> Floats:
-        draws = stop - start
-        seeds = episode_seeds(stream, stop)[start:] * len(candidates)
-        found = [tried[place] for place in np.repeat(candidates, draws).tolist()]
-        ends = field.follow(np.full(len(seeds), number), seeds, found)
-        return ends.reshape(len(candidates), draws, 2)
-
-    return halving(len(tried), budget, trial)
 
 
 def _at_random(arena: Arena, numbers: Sequence[int], seeds: Sequence[int]) -> Plan:

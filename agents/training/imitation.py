@@ -1,15 +1,17 @@
 """Imitating what plays a task fairly well, before a learner goes on from there by itself.
 
 Where success is rare, as where two folds are to be reached one after the other, chance finds
-nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`, and so
-does building a chain anew that fails, see `agents.training.mending`; they are
-cloned from what they do: the networks come to choose its actions, and to expect what it earns.
+nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`, searched
+ones more often, see `agents.training.open_loops`, and so does building a chain anew that fails, see
+`agents.training.mending`. They are cloned from what they do: the networks come to choose their
+actions, and to expect what these earn.
 Entries of some of its actions are replaced by others at random, so that more is seen than it would
 meet, and nothing becomes so improbable that it is not tried later.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,9 +22,11 @@ from stable_baselines3 import PPO
 from torch.nn import functional
 
 from agents.commands import progress_bar
+from agents.open_loops.field import Search
 from agents.settings import TrainSettings
 from agents.training.envs import make_env
 from agents.training.mending import Mending, mended
+from agents.training.open_loops import BestOpenLoops
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Floats
 from magfold_env.envs.episodes import Episodes
@@ -52,23 +56,31 @@ class Steps:
 
 
 class Demonstrations:
-    """Episodes of all tasks in turn, played as is imitated; `settings` as in `imitate`."""
+    """Episodes of all tasks in turn, played as is imitated; arguments are those of `imitate`."""
 
-    def __init__(self, settings: TrainSettings) -> None:
+    def __init__(self, settings: TrainSettings, folder: Path) -> None:
         assert settings.imitate is not None
         self._given, self._learner = settings.imitate, settings.learner
         env: Any = make_env(settings.env, settings.learner.gamma).unwrapped
         self._env, self._world = env, env.world
         self._rng = np.random.default_rng(settings.seed)
         env.action_space.seed(settings.seed)
-        self._ways = mended(env) if self._given.plan == "mending" else None
+        self._plan: Callable[[Sequence[int], Sequence[int]], Plan]
+        if self._given.plan == "mending":
+            ways = mended(env)
+            self._plan = lambda numbers, _: Mending([ways[number] for number in numbers])
+        elif self._given.plan == "open loops":
+            effort = Search(self._given.tried, self._given.trials)
+            self._plan = BestOpenLoops(settings.env, effort, folder).plan
+        else:
+            self._plan = lambda numbers, _: env.plan_of(numbers)
 
     def block(self, seeds: Sequence[int], first: int = 0) -> Steps:
         """Return the steps of episodes of such seeds, numbered from `first`."""
         count = len(seeds)
         episodes: Episodes[Any] = self._env.make_episodes(self._world, count)
         numbers: list[int] = (np.arange(first, first + count) % len(self._env.tasks)).tolist()
-        plan = self._plan(numbers)
+        plan = self._plan(numbers, seeds)
         episodes.rngs[:] = [seeding.np_random(seed)[0] for seed in seeds]
         episodes.begin(episodes.rows, numbers)
         view = View(self._learner, self._env.layout, self._env.observation_space, count)
@@ -87,12 +99,6 @@ class Demonstrations:
         _, seen, actions, _ = zip(*parts, strict=True)
         return Steps(*map(np.concatenate, (seen, actions, returns[::-1])))
 
-    def _plan(self, numbers: Sequence[int]) -> Plan:
-        """Return what plays tasks, by number, one a row."""
-        if self._ways is None:
-            return self._env.plan_of(numbers)
-        return Mending([self._ways[number] for number in numbers])
-
     def _actions(self, choice: Any) -> NDArray[Any]:
         """Return the actions that ask for `choice`, of some of which chance replaces an entry."""
         actions = self._world.actions.write(choice)
@@ -103,7 +109,7 @@ class Demonstrations:
         return actions
 
 
-def imitate(model: PPO, settings: TrainSettings) -> None:
+def imitate(model: PPO, settings: TrainSettings, folder: Path) -> None:
     """Let a new model imitate what plays its tasks, as settings ask for.
 
     Parameters
@@ -112,11 +118,12 @@ def imitate(model: PPO, settings: TrainSettings) -> None:
         A model of those `settings`.
     settings : TrainSettings
         Those of a run, ``imitate`` among them.
-
+    folder : Path
+        Where what is searched is kept, for other runs too.
     """
     given, learner = settings.imitate, settings.learner
     assert given is not None
-    shown, policy = Demonstrations(settings), model.policy
+    shown, policy = Demonstrations(settings, folder), model.policy
     # Below 2³², as seeds of training are.
     numbers = np.random.SeedSequence(settings.seed, spawn_key=(0,)).generate_state(given.episodes)
     seeds: list[int] = numbers.tolist()

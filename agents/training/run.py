@@ -304,7 +304,7 @@ class TrainingRun:
         else:
             self._model, self._progress.before = _make_model(settings, envs)
             if settings.imitate is not None:
-                imitate(cast("PPO", self._model), settings)
+                imitate(cast("PPO", self._model), settings, self._folder.path.parent)
             self._info.start = run_folder.file_digest(settings.start) if settings.start else None
             self._model.set_logger(self._logger)
         return self._model

@@ -14,7 +14,7 @@ from gymnasium.utils import seeding
 from typer.testing import CliRunner
 
 from agents.admission import __main__ as command
-from agents.admission import contestants, orders, rule
+from agents.admission import contestants, rule
 from agents.admission.arena import EVALUATION, SEARCH, Arena, copies, own_arena, replaying
 from agents.admission.contestants import (
     BLIND,
@@ -24,12 +24,13 @@ from agents.admission.contestants import (
     RANDOM,
     SIMPLE,
     TRAINED,
-    Search,
 )
-from agents.admission.halving import halving, rounds
-from agents.admission.orders import Orders
-from agents.admission.schedules import Schedule, constant
 from agents.evaluation import intervals
+from agents.open_loops import orders
+from agents.open_loops.field import Field
+from agents.open_loops.halving import halving, rounds
+from agents.open_loops.orders import Orders
+from agents.open_loops.schedules import Schedule, constant
 from agents.training import mending
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.legs import Leg
@@ -468,12 +469,12 @@ def test_the_command_goes_on_where_it_was_killed(
     run_until_killed(2, KILLED, FLOOR, str(folder))
     searched: list[int] = []
 
-    def search(arena: Arena, number: int, effort: Search) -> Any:
+    def search(field: Field, number: int, *given: Any) -> Any:
         searched.append(number)
-        return own_search(arena, number, effort)
+        return own_search(field, number, *given)
 
-    own_search = contestants.search
-    monkeypatch.setattr(contestants, "search", search)
+    own_search = Field.search
+    monkeypatch.setattr(Field, "search", search)
     done = CliRunner().invoke(app, [*given, str(folder)])
     assert done.exit_code == 0, done.output
     assert not searched  # both tasks were

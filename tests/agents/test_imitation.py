@@ -24,9 +24,9 @@ def settings(own: Any = None, **given: Any) -> TrainSettings:
     return tiny(own={"gamma": 0.99, "learning_rate": 0.003, **(own or {})}, env=env, imitate=given)
 
 
-def test_episodes_are_those_of_the_environment_played_as_baselines_do() -> None:
+def test_episodes_are_those_of_the_environment_played_as_baselines_do(tmp_path: Path) -> None:
     given, seeds = settings(episodes=3, random=0.0), [5, 6, 7]
-    steps = Demonstrations(given).block(seeds)
+    steps = Demonstrations(given, tmp_path).block(seeds)
     env: Any = make_env(given.env, given.learner.gamma).unwrapped
     parts: list[tuple[int, int, Any, float]] = []
     for number, seed in enumerate(seeds):
@@ -47,26 +47,26 @@ def test_episodes_are_those_of_the_environment_played_as_baselines_do() -> None:
     np.testing.assert_allclose(steps.returns, [each[3] for each in parts], rtol=1e-12)
 
 
-def test_some_actions_are_others() -> None:
+def test_some_actions_are_others(tmp_path: Path) -> None:
     plain, mixed = (
-        Demonstrations(settings(episodes=4, random=x)).block(range(4)) for x in (0.0, 0.5)
+        Demonstrations(settings(episodes=4, random=x), tmp_path).block(range(4)) for x in (0.0, 0.5)
     )
     assert len(np.unique(plain.actions)) <= 4
     assert len(np.unique(mixed.actions)) > 4
 
 
-def test_the_blind_are_shown_no_motion() -> None:
+def test_the_blind_are_shown_no_motion(tmp_path: Path) -> None:
     given = settings({"blind": True}, episodes=2)
     layout = make_env(given.env).unwrapped.layout  # pyright: ignore[reportAttributeAccessIssue]
-    seen = Demonstrations(given).block([0, 1]).seen
+    seen = Demonstrations(given, tmp_path).block([0, 1]).seen
     np.testing.assert_array_equal(seen, blind(layout, seen))
 
 
-def test_networks_come_to_choose_and_to_expect_the_same() -> None:
+def test_networks_come_to_choose_and_to_expect_the_same(tmp_path: Path) -> None:
     own = {"hidden": [64], "n_steps": 32, "batch_size": 64}
     run = settings(own, episodes=80, epochs=10, random=0.0)
     model: Any = models.make_model(run.learner, make_training_envs(run, 0), 0)
-    steps = Demonstrations(run).block(range(40))
+    steps = Demonstrations(run, tmp_path).block(range(40))
     seen = torch.as_tensor(steps.seen)
 
     def told() -> tuple[float, float]:
@@ -75,7 +75,7 @@ def test_networks_come_to_choose_and_to_expect_the_same() -> None:
         return np.mean(chosen == steps.actions), np.corrcoef(values, steps.returns)[0, 1]
 
     before = told()
-    imitate(model, run)
+    imitate(model, run, tmp_path)
     likely, expected = told()
     assert likely > 0.8 > before[0]
     assert expected > 0.5

@@ -1,5 +1,6 @@
 """What is mended holds more often, and nothing is known that a tray does not have."""
 
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -74,11 +75,13 @@ def test_chains_that_fail_a_test_are_drawn_back_and_more_hold_in_the_end(found: 
     assert any(BACK in [step[0] for step in steps] for steps in took)
 
 
-def test_demonstrations_can_show_it(found: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_demonstrations_can_show_it(
+    found: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     _, ways = found
     monkeypatch.setattr("agents.training.imitation.mended", lambda _env: ways)
     given = tiny(env={"id": ANCHOR, "difficulty": 0.1}, imitate={"plan": "mending", "random": 0.0})
-    steps = Demonstrations(given).block(range(8))
+    steps = Demonstrations(given, tmp_path).block(range(8))
     assert {BACK, PULL} <= set(steps.actions[:, 3].tolist())
     with pytest.raises((SettingsError, ValueError), match=r"imitate\.plan"):
         tiny(env={"id": "MagFold/Tray-v0"}, imitate={"plan": "mending"})

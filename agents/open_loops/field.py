@@ -1,0 +1,121 @@
+"""Where open loops are compared: room for episodes, in which they play the same draws."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from agents.open_loops.halving import Ranked, halving
+from agents.open_loops.orders import Orders
+from agents.open_loops.schedules import Schedules
+from magfold_env.envs.baselines.constant_speed import Plan
+from magfold_env.envs.chains.arrays import Floats, Ints
+from magfold_env.envs.feed_track import FeedTrackEnv
+from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.scene import Scene
+
+
+class OpenLoops(Protocol):
+    """What can be chosen before an episode begins; all that differs from track to track.
+
+    Open loops are values of a kind of its own, which can be pickled and written in words.
+    """
+
+    @property
+    def fastest(self) -> Any:
+        """The open loop that always goes forward."""
+        ...
+
+    def candidates(self, count: int, number: int) -> list[Any]:
+        """Return so many open loops that may be tried in a task, by its number."""
+        ...
+
+    def following(self, found: Sequence[Any]) -> Plan:
+        """Return what plays open loops, one a row."""
+        ...
+
+    def drawn(self) -> tuple[Scene, Any]:
+        """Return scene and task of the environment's episode, with all that was drawn of them."""
+        ...
+
+    def raced(self, best: list[Any], number: int, task: Any) -> list[Any]:
+        """Return as many as came farthest in a task's search, `best`, for the oracle to race.
+
+        `number` is the task's, `task` is it as `drawn` returns it.
+        """
+        ...
+
+
+class Search(NamedTuple):
+    """How much is tried."""
+
+    candidates: int
+    """Open loops."""
+    budget: int
+    """Episodes."""
+
+
+def open_loops_of(env: Any) -> OpenLoops:
+    """Return the open loops of a track's environment."""
+    return Schedules(env) if isinstance(env, FeedTrackEnv) else Orders(env)
+
+
+class Field:
+    """Room for episodes that are played by plans which see nothing of the chain.
+
+    Parameters
+    ----------
+    episodes
+        `CameraEpisodes`, as many as are played side by side.
+    open_loops
+        Those of their environment.
+    actions
+        How choices are written down, if that is to be told: of speeds the nearest on offer is fed.
+    """
+
+    def __init__(self, episodes: Any, open_loops: OpenLoops, actions: Any = None) -> None:
+        self._episodes, self._open_loops, self._actions = episodes, open_loops, actions
+
+    def search(self, number: int, stream: str, effort: Search) -> list[Ranked]:
+        """Return what was tried in a task, by its number, the best first.
+
+        Places are those among as many candidates. `stream` is that of the draws.
+        """
+        tried = self._open_loops.candidates(effort.candidates, number)
+        return self.race(number, tried, stream, effort.budget)
+
+    def race(self, number: int, tried: Sequence[Any], stream: str, budget: int) -> list[Ranked]:
+        """Return some open loops, tried in a task, the best first; see `halving`."""
+
+        def trial(candidates: Ints, start: int, stop: int) -> Floats:
+            draws = stop - start
+            seeds = episode_seeds(stream, stop)[start:] * len(candidates)
+            found = [tried[place] for place in np.repeat(candidates, draws).tolist()]
+            ends = self.follow(np.full(len(seeds), number), seeds, found)
+            return ends.reshape(len(candidates), draws, 2)
+
+        return halving(len(tried), budget, trial)
+
+    def follow(self, numbers: Ints, seeds: list[int], found: Sequence[Any]) -> Floats:
+        """Return success and score of episodes that are played by open loops, (m, 2).
+
+        `numbers` are those of their tasks.
+        """
+        return self.play(numbers, seeds, lambda part: self._open_loops.following(found[part]))
+
+    def play(self, numbers: Ints, seeds: list[int], plan: Callable[[slice], Plan]) -> Floats:
+        """Return the same of episodes that are played by what `plan` returns for a part of them."""
+        episodes, ends = self._episodes, np.empty((len(seeds), 2))
+        for start in range(0, len(seeds), episodes.count):
+            part = slice(start, start + episodes.count)
+            choose = partial(self._chosen, plan(part))
+            columns = episodes.play(seeds[part], numbers[part].tolist(), choose)
+            ends[part] = np.column_stack([columns["is_success"], columns["score"]])
+        return ends
+
+    def _chosen(self, plan: Plan, rows: Ints) -> Any:
+        choice = plan(self._episodes, rows)
+        if self._actions is None:
+            return choice
+        return self._actions.read(self._actions.write(choice), len(rows))
