@@ -19,7 +19,7 @@ from agents.commands import reported_errors, run_command
 from agents.evaluation.intervals import Estimate
 from magfold_env.files import reading_json, write_text
 from magfold_env.scoring.score import Score
-from magfold_env.scoring.track import FEED_TRACKS
+from magfold_env.scoring.track import TRACKS
 
 SCORES = Path(__file__).parent / "scores"
 PAGE = Path(__file__).parent / "SCOREBOARD.md"
@@ -176,7 +176,7 @@ def tracks(folder: Path) -> dict[str, Track]:
         If a file is none of those that are understood, or is a track's second admission.
     """
     admitted: dict[str, dict[str, Row]] = {}
-    handed_in: dict[str, list[Row]] = {name: [] for name in FEED_TRACKS}
+    handed_in: dict[str, list[Row]] = {name: [] for name in TRACKS}
     for path in sorted(folder.glob("*.json")):
         if path.name.startswith("admission-"):
             name, rows = read_admission(path)
@@ -186,8 +186,8 @@ def tracks(folder: Path) -> dict[str, Track]:
             score = Score.read(path)
             name, wrong = score.id, False
             handed_in.setdefault(name, []).append(Row.of(score))
-        if wrong or name not in FEED_TRACKS:
-            allowed = f"must be one of {', '.join(FEED_TRACKS)}, one admission for each"
+        if wrong or name not in TRACKS:
+            allowed = f"must be one of {', '.join(TRACKS)}, one admission for each"
             raise ValueError(f"{path}: id: {name!r} is not allowed; {allowed}")
     return {
         name: Track(rows, *(admitted.get(name, {}).get(each) for each in (RANDOM, FORWARD, ORACLE)))

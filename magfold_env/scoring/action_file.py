@@ -6,24 +6,27 @@ key     value
 format  ``magfold_env actions 1``
 id      the environment's name with Gymnasium
 seed    of the draws, see `magfold_env.scoring.score.track_of`
-actions a list for each episode: a number from −1 to 1 for each of its steps, as the environment's
-        ``Box`` has it, up to the end of the episode; what comes after that is not read
+actions a list for each episode: a number for each of its steps, up to the end of the episode; what
+        comes after that is not read. Where only the feed's speed is free it is from −1 to 1, as the
+        environment's ``Box`` has it, and of a tray the number of the ``discrete`` action
 ======= ===========================================================================================
 """
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
+from gymnasium import Space, spaces
 from pydantic import Field, ValidationError
 
 from magfold_env.files import reading_json
-from magfold_env.scene import SceneError
+from magfold_env.scene import Problem, SceneError
 from magfold_env.scene.base import Number, Part
-from magfold_env.scene.errors import problems_of
+from magfold_env.scene.errors import problems_of, refuse
 
 FORMAT = "magfold_env actions 1"
 
-_Action = Annotated[Number, Field(ge=-1, le=1)]
+MOST_TOLD = 10
+"""Most wrong actions that are told."""
 
 
 class ActionFile(Part):
@@ -33,7 +36,7 @@ class ActionFile(Part):
     id: str
     seed: Annotated[int, Field(strict=True, ge=0)]
     actions: Annotated[
-        tuple[Annotated[tuple[_Action, ...], Field(min_length=1)], ...], Field(min_length=1)
+        tuple[Annotated[tuple[Number, ...], Field(min_length=1)], ...], Field(min_length=1)
     ]
 
 
@@ -51,3 +54,30 @@ def read(path: str | Path) -> ActionFile:
         return ActionFile.model_validate(content)
     except ValidationError as error:
         raise SceneError(problems_of(error, ActionFile), str(path)) from None
+
+
+def check(entry: ActionFile, space: Space[Any]) -> None:
+    """Refuse actions that are not in a space of one number.
+
+    Raises
+    ------
+    SceneError
+        If there are any.
+    """
+    if isinstance(space, spaces.Discrete):
+        last = int(space.n) - 1
+        allowed = f"must be a whole number from 0 to {last}"
+    else:
+        last, allowed = None, "must be a number from -1 to 1"
+
+    def fits(action: float) -> bool:
+        return abs(action) <= 1.0 if last is None else action in range(last + 1)
+
+    refuse(
+        [
+            Problem(f"actions[{row}][{step}]", action, allowed)
+            for row, actions in enumerate(entry.actions)
+            for step, action in enumerate(actions)
+            if not fits(action)
+        ][:MOST_TOLD]
+    )

@@ -7,13 +7,12 @@ import time
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError
 
-from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.feed_track import FeedEpisodes
+from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, reading_json, write_json
 from magfold_env.reporting.intervals import Share, share
@@ -24,7 +23,7 @@ from magfold_env.scoring import action_file
 from magfold_env.scoring.action_file import ActionFile
 from magfold_env.scoring.network import Actor
 from magfold_env.scoring.player import Player, choices
-from magfold_env.scoring.track import FEED_TRACKS, WIDTH, Track
+from magfold_env.scoring.track import TRACKS, WIDTH, Track
 
 FORMAT = "magfold_env score 1"
 EPISODES = 1000
@@ -32,7 +31,7 @@ MINUTES = 10.0
 
 _LIBRARIES = ("magfold_env", "numpy", "numba", "gymnasium")
 
-Choose = Callable[[Ints], tuple[Floats]]
+Choose = Callable[[Ints], tuple[Any, ...]]
 
 Ended = tuple[int, bool, float, float | None]
 """Of an episode its task, success, score and energy [J]."""
@@ -104,11 +103,8 @@ def track_of(env_id: str, seed: int) -> Track:
     Raises
     ------
     ValueError
-        If there is no such track, or the feed's speed is not all that is free in it.
+        If there is no such track.
     """
-    if env_id not in FEED_TRACKS:
-        allowed = ", ".join(FEED_TRACKS)
-        raise ValueError(f"id: {env_id!r} is not allowed; must be one of {allowed}")
     return Track(env_id, stream=f"score {seed}")
 
 
@@ -150,12 +146,14 @@ def score(
     else:
         entry = Actor.read(path)
         if env_id is None:
-            allowed = f"must be one of {', '.join(FEED_TRACKS)}; a policy does not say"
+            allowed = f"must be one of {', '.join(TRACKS)}; a policy does not say"
             raise SceneError([Problem("env", env_id, allowed)])
     seed = seed or 0
     until = begun + 60.0 * minutes
     try:
         track = track_of(env_id, seed)
+        if isinstance(entry, ActionFile):
+            action_file.check(entry, track.single_actions.space)
         found = _play(track, entry, episodes or EPISODES, until, tell)
     except TimeoutError:
         raise ValueError(f"{path}: takes longer than the {minutes:g} minutes allowed") from None
@@ -190,7 +188,7 @@ def _play(
         stop = min(start + WIDTH, count)
         choose = _choices(track, entry, room, start, stop)
 
-        def hurried(rows: Ints, choose: Choose = choose) -> tuple[Floats]:
+        def hurried(rows: Ints, choose: Choose = choose) -> tuple[Any, ...]:
             if time.monotonic() > until:
                 raise TimeoutError
             return choose(rows)
@@ -204,26 +202,28 @@ def _play(
     return tuple(found)
 
 
-def _choices(
-    track: Track, entry: Actor | ActionFile, room: FeedEpisodes, start: int, stop: int
-) -> Choose:
+def _choices(track: Track, entry: Actor | ActionFile, room: Any, start: int, stop: int) -> Choose:
     """Return what an entry asks for in some of the episodes."""
     if isinstance(entry, Actor):
         env = track.env_of(entry.action_space)
         return choices(Player(entry, entry.settings, env, stop - start), env, room)
-    given = entry.actions[start:stop]
+    given, actions = entry.actions[start:stop], track.single_actions
     lengths = np.array([len(each) for each in given])
-    table = np.zeros((len(given), room.horizon))
+    shape = actions.space.shape or ()
+    table = np.zeros((len(given), lengths.max(), *shape), dtype=np.float64 if shape else np.int64)
     for row, each in enumerate(given):
-        table[row, : len(each)] = each[: room.horizon]
+        table[row, : len(each)] = np.reshape(each, (-1, *shape))
 
-    def choose(rows: Ints) -> tuple[Floats]:
-        steps = room.steps[rows]
+    taken = np.zeros(len(given), dtype=np.int64)
+
+    def choose(rows: Ints) -> tuple[Any, ...]:
+        steps = taken[rows]
+        taken[rows] += 1
         if (short := rows[steps >= lengths[rows]]).size:
             raise ValueError(
                 f"actions[{start + short[0]}]: {lengths[short[0]]} actions are not allowed; must "
                 "be more, the episode goes on"
             )
-        return track.world.actions.read(table[rows, steps][:, None], len(rows))
+        return actions.read(table[rows, steps], len(rows))
 
     return choose

@@ -4,7 +4,7 @@ Episode i is of task i, counted round; its draws follow from the seed i of a str
 from purpose to purpose, and training seeds, which are small numbers, are in none.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any, cast
 
@@ -76,6 +76,12 @@ class Track:
             levels = int(actions.n) // self.world.actions.per_level
             return self._made(actions="discrete", speeds=max(2, levels))
         return self.env
+
+    @cached_property
+    def single_actions(self) -> Any:
+        """How actions are written as one number each."""
+        actions: Any = self.world.actions
+        return replace(actions, kind="discrete") if self.env_id in TRAYS else actions
 
     def _made(self, **options: Any) -> CameraTrackEnv:
         if not self.randomised:

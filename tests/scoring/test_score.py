@@ -8,11 +8,12 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium import spaces
 
 from magfold_env.scoring.network import Actor
 from magfold_env.scoring.player import Player
 from magfold_env.scoring.score import Score, score, track_of
-from magfold_env.scoring.track import FEED_TRACKS
+from magfold_env.scoring.track import TRACKS, TRAYS
 from tests.scoring.test_network import untrained
 
 FLOOR = "MagFold/UnknownFloor-v0"
@@ -20,9 +21,12 @@ FLOOR = "MagFold/UnknownFloor-v0"
 
 def entered(path: Path, env_id: str, **changes: Any) -> Path:
     """Write an untrained policy for a track."""
-    space: Any = gymnasium.make(env_id).observation_space
-    box = {"low": space.low.tolist(), "high": space.high.tolist()}
-    untrained(path, observations=box, **{"actions": {"low": [-1.0], "high": [1.0]}} | changes)
+    env: Any = gymnasium.make(env_id)
+    box, actions = env.observation_space, {"low": [-1.0], "high": [1.0]}
+    if isinstance(env.action_space, spaces.MultiDiscrete):
+        actions = {"nvec": env.action_space.nvec.tolist()}
+    seen = {"low": box.low.tolist(), "high": box.high.tolist()}
+    untrained(path, observations=seen, **{"actions": actions} | changes)
     return path
 
 
@@ -39,22 +43,25 @@ def played_alone(path: Path, env_id: str, seed: int, count: int) -> tuple[list[A
         actions.append([])
         while not over:
             action = player.act(observation[None])[0]
-            actions[-1].append(np.asarray(action).ravel()[0].item())
+            digits, sizes = np.ravel(action), getattr(env.action_space, "nvec", None)
+            single = digits[0] if sizes is None else np.ravel_multi_index(digits, sizes)
+            actions[-1].append(single.item())
             observation, _, over, _, info = env.step(action)
         ends.append((int(number), info["is_success"], info["score"], info["energy"]))
     return ends, actions
 
 
-@pytest.mark.parametrize("env_id", FEED_TRACKS)
+@pytest.mark.parametrize("env_id", TRACKS)
 def test_a_policy_plays_as_it_does_alone(env_id: str, tmp_path: Path) -> None:
     # Of a few speeds it chooses the same whichever way numbers are rounded.
-    policy = entered(tmp_path / "mine.safetensors", env_id, frames=2, actions={"n": 11})
+    changes = {} if env_id in TRAYS else {"actions": {"n": 11}}
+    policy = entered(tmp_path / "mine.safetensors", env_id, frames=2, **changes)
     found = score(policy, env_id, seed=5, episodes=2)
     assert list(found.episodes) == played_alone(policy, env_id, 5, 2)[0]
     assert (found.kind, found.seed, found.id) == ("policy", 5, env_id)
 
 
-@pytest.mark.parametrize("env_id", FEED_TRACKS)
+@pytest.mark.parametrize("env_id", TRACKS)
 def test_actions_replay_bit_for_bit(env_id: str, tmp_path: Path) -> None:
     policy = entered(tmp_path / "mine.safetensors", env_id)
     ends, actions = played_alone(policy, env_id, 5, 2)
@@ -86,7 +93,11 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(seed=-1), "seed: -1 is not allowed; must be greater than or equal to 0"),
         (changed(seed=1.5), "seed: 1.5 is not allowed; must be a valid integer"),
         (changed(actions=[]), "actions: [] is not allowed; must have at least 1 item"),
-        (changed(actions=[[0.1], [0.2, 1.5]]), "actions[1][1]: 1.5 is not allowed; must be less"),
+        (changed(actions=[[0.1], [0.2, 1.5]]), "actions[1][1]: 1.5 is not allowed; must be a num"),
+        (
+            changed(id="MagFold/Tray-v0", actions=[[0.0, 0.5]]),
+            "actions[0][1]: 0.5 is not allowed; must be a whole number from 0 to 719",
+        ),
         (changed(actions=[[0.1, "a"]]), "actions[0][1]: 'a' is not allowed; must be a valid num"),
         (changed(actions=[[1e999]]), "actions[0][0]: inf is not allowed; must be"),
         (changed(episodes=3), "episodes: 3 is not allowed; unknown key, must be one of format"),
