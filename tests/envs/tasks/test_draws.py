@@ -13,9 +13,18 @@ from magfold_env.envs.tasks.draws import (
     randomised,
 )
 from magfold_env.scene import SceneError, load_scene
+from magfold_env.scoring.track import TRAYS
 
 DIGESTS = {1: "c5e684622af210ee", 2: "aaa54c1b745ad2dd"}
 """Of what the seeds of each version lead to. A new one is written down with a new version."""
+
+TRACK_DIGESTS = {
+    ("MagFold/UnknownFloor-v0", 2): "1ff7d9e4081617e1",
+    ("MagFold/Reprogram-v0", 2): "da33774a6efa1b6b",
+    ("MagFold/Lumen-v0", 2): "c8a1f8ab844c76ea",
+    ("MagFold/Tray-v0", 2): "5ff542abca81ab81",
+    ("MagFold/Anchor-v0", 2): "0de0647fd8c3cca6",
+}
 
 
 def test_the_draws_of_a_version_stay_what_they_are() -> None:
@@ -30,6 +39,29 @@ def test_the_draws_of_a_version_stay_what_they_are() -> None:
                 values = (drawn.friction, drawn.magnets.remanence, *drawn.start_offsets)
                 digest.update(" ".join(f"{value:.12e}" for value in values).encode())
     assert digest.hexdigest()[:16] == DIGESTS[EVALUATION_VERSION]
+
+
+def written(value: Any) -> str:
+    """Return what is drawn as text, numbers to twelve digits."""
+    if isinstance(value, dict):
+        return " ".join(f"{key} {written(each)}" for key, each in sorted(value.items()))
+    if isinstance(value, (list, tuple)):
+        return " ".join(map(written, value))
+    return f"{value:.11e}" if isinstance(value, float) else str(value)
+
+
+@pytest.mark.parametrize(("env_id", "version"), TRACK_DIGESTS)
+def test_so_do_those_of_a_track(env_id: str, version: int) -> None:
+    assert version == EVALUATION_VERSION
+    env: Any = gymnasium.make(env_id).unwrapped
+    digest = hashlib.sha256()
+    for number, seed in enumerate(evaluation_seeds(6)):
+        env.reset(seed=seed, options={"task": number % len(env.tasks)})
+        digest.update(written(env.tasks[number % len(env.tasks)].model_dump()).encode())
+        digest.update(written(env.episodes.scene(0).model_dump()).encode())
+        if env_id in TRAYS:
+            digest.update(written(env.episodes.strengths[0].tolist()).encode())
+    assert digest.hexdigest()[:16] == TRACK_DIGESTS[env_id, version]
 
 
 def test_longer_lists_begin_with_shorter_ones() -> None:
