@@ -319,7 +319,8 @@ class ImitationSettings(Group, frozen=True):
     epochs: Count = 4
     """Passes over their steps."""
     random: Annotated[float, Field(ge=0, lt=1)] = 0.1
-    """Share of the actions in them of which one entry is replaced by another at random."""
+    """Share of the actions in them of which one entry is replaced by another at random, which is
+    not imitated."""
 
 
 class TrainSettings(Group, frozen=True):

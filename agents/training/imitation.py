@@ -5,8 +5,9 @@ nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.b
 ones more often, see `agents.training.open_loops`, and so does building a chain anew that fails, see
 `agents.training.mending`. They are cloned from what they do: the networks come to choose their
 actions, and to expect what these earn.
-Entries of some of its actions are replaced by others at random, so that more is seen than it would
-meet, and nothing becomes so improbable that it is not tried later.
+Entries of some of the actions are replaced by others at random, so that more is seen than they would
+meet (Laskey et al., *DART: noise injection for robust imitation learning*, 2017); what is cloned is
+what they would have done.
 """
 
 from collections.abc import Callable, Sequence
@@ -45,7 +46,7 @@ class Steps:
     seen : array, shape (steps, …)
         What networks are shown.
     actions : array, shape (steps, …)
-        What was done.
+        What was meant to be done.
     returns : array, shape (steps,)
         What was earned from there to the end.
     """
@@ -88,8 +89,9 @@ class Demonstrations:
         parts: list[tuple[Any, ...]] = []
         while len(rows):
             seen = view.of(episodes.observe(), begun)[rows]
-            actions = self._actions(plan(episodes, rows))
-            rewards, _ = episodes.step(rows, self._world.actions.read(actions, len(rows)))
+            actions = self._world.actions.write(plan(episodes, rows))
+            done = self._world.actions.read(self._disturbed(actions), len(rows))
+            rewards, _ = episodes.step(rows, done)
             parts.append((rows, seen, actions, rewards))
             rows, begun = episodes.rows[~episodes.terminated], np.zeros_like(begun)
         value, returns = np.zeros(count), []
@@ -99,9 +101,9 @@ class Demonstrations:
         _, seen, actions, _ = zip(*parts, strict=True)
         return Steps(*map(np.concatenate, (seen, actions, returns[::-1])))
 
-    def _actions(self, choice: Any) -> NDArray[Any]:
-        """Return the actions that ask for `choice`, of some of which chance replaces an entry."""
-        actions = self._world.actions.write(choice)
+    def _disturbed(self, actions: NDArray[Any]) -> NDArray[Any]:
+        """Return actions of some of which chance replaces an entry."""
+        actions = actions.copy()
         entries = actions.reshape(len(actions), -1)
         for row in np.flatnonzero(self._rng.random(len(actions)) < self._given.random).tolist():
             place = self._rng.integers(entries.shape[1])
