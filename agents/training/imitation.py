@@ -5,9 +5,9 @@ nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.b
 ones more often, see `agents.training.open_loops`, and so does building a chain anew that fails, see
 `agents.training.mending`. They are cloned from what they do: the networks come to choose their
 actions, and to expect what these earn.
-Entries of some of the actions are replaced by others at random, so that more is seen than they would
-meet (Laskey et al., *DART: noise injection for robust imitation learning*, 2017); what is cloned is
-what they would have done.
+Entries of some of the actions are replaced by others at random, so that more is seen than they
+would meet (Laskey et al., *DART: noise injection for robust imitation learning*, 2017); what is
+cloned is what they would have done.
 """
 
 from collections.abc import Callable, Sequence
