@@ -316,8 +316,12 @@ class ImitationSettings(Group, frozen=True):
     """Episodes in which they are."""
     episodes: Count = 1024
     """Episodes that it is shown, of all tasks in turn."""
-    epochs: Count = 4
+    epochs: Count = 8
     """Passes over their steps."""
+    batch_size: Count = 512
+    """Steps that are learned from at a time."""
+    learning_rate: Positive = 1e-3
+    """That of the first pass; it falls from pass to pass, in equal steps, towards zero."""
     random: Annotated[float, Field(ge=0, lt=1)] = 0.1
     """Share of the actions in them of which one entry is replaced by another at random, which is
     not imitated."""

@@ -34,7 +34,7 @@ from magfold_env.envs.episodes import Episodes
 from magfold_env.scoring.shown import View
 
 BLOCK = 128
-"""Episodes that are played, and learned from, at a time."""
+"""Episodes that are played at a time."""
 
 
 @dataclass(frozen=True)
@@ -123,35 +123,47 @@ def imitate(model: PPO, settings: TrainSettings, folder: Path) -> None:
     folder : Path
         Where what is searched is kept, for other runs too.
     """
-    given, learner = settings.imitate, settings.learner
+    given = settings.imitate
     assert given is not None
-    shown, policy = Demonstrations(settings, folder), model.policy
-    # Below 2³², as seeds of training are.
-    numbers = np.random.SeedSequence(settings.seed, spawn_key=(0,)).generate_state(given.episodes)
-    seeds: list[int] = numbers.tolist()
-    rng = np.random.default_rng(settings.seed)
+    steps, policy = _steps(settings, given.episodes, folder), model.policy
+    optimizer = torch.optim.Adam(policy.parameters())
+    rng, count = np.random.default_rng(settings.seed), len(steps.returns)
     policy.set_training_mode(True)
     with progress_bar() as bar:
-        task = bar.add_task("imitation", total=given.episodes, note="")
-        for first in range(0, given.episodes, BLOCK):
-            part = seeds[first : first + BLOCK]
-            steps = shown.block(part, first)
-            parts: list[float] = []
-            for _ in range(given.epochs):
-                order = rng.permutation(len(steps.returns))
-                for start in range(0, len(order), learner.batch_size):
-                    batch = order[start : start + learner.batch_size]
-                    seen, actions, returns = (
-                        torch.as_tensor(each[batch])
-                        for each in (steps.seen, steps.actions, steps.returns)
-                    )
-                    values, log_probability, _ = policy.evaluate_actions(seen, actions)
-                    wrong = functional.mse_loss(values.flatten(), returns.float())
-                    loss = -log_probability.mean() + model.vf_coef * wrong
-                    policy.optimizer.zero_grad()
-                    loss.backward()
-                    torch.nn.utils.clip_grad_norm_(policy.parameters(), model.max_grad_norm)
-                    policy.optimizer.step()
-                    parts.append(log_probability.mean().item())
-            note = f"log-likelihood {np.mean(parts):.2f}"
-            bar.update(task, advance=len(part), note=note)
+        task = bar.add_task("imitation", total=given.epochs * count, note="")
+        for epoch in range(given.epochs):
+            optimizer.param_groups[0]["lr"] = given.learning_rate * (1.0 - epoch / given.epochs)
+            order = rng.permutation(count)
+            likely = 0.0
+            for start in range(0, count, given.batch_size):
+                batch = order[start : start + given.batch_size]
+                seen, actions, returns = (
+                    torch.as_tensor(each[batch])
+                    for each in (steps.seen, steps.actions, steps.returns)
+                )
+                values, log_probability, _ = policy.evaluate_actions(seen, actions)
+                wrong = functional.mse_loss(values.flatten(), returns.float())
+                loss = -log_probability.mean() + model.vf_coef * wrong
+                optimizer.zero_grad()
+                loss.backward()
+                torch.nn.utils.clip_grad_norm_(policy.parameters(), model.max_grad_norm)
+                optimizer.step()
+                likely += log_probability.sum().item()
+                note = f"log-likelihood {likely / (start + len(batch)):.2f}"
+                bar.update(task, advance=len(batch), note=note)
+
+
+def _steps(settings: TrainSettings, episodes: int, folder: Path) -> Steps:
+    """Return the steps of so many episodes."""
+    shown = Demonstrations(settings, folder)
+    # Below 2³², as seeds of training are.
+    numbers = np.random.SeedSequence(settings.seed, spawn_key=(0,)).generate_state(episodes)
+    seeds: list[int] = numbers.tolist()
+    parts: list[Steps] = []
+    with progress_bar() as bar:
+        task = bar.add_task("demonstrations", total=episodes, note="")
+        for first in range(0, episodes, BLOCK):
+            parts.append(shown.block(seeds[first : first + BLOCK], first))
+            bar.update(task, completed=min(first + BLOCK, episodes))
+    fields = zip(*((each.seen, each.actions, each.returns) for each in parts), strict=True)
+    return Steps(*map(np.concatenate, fields))

@@ -65,7 +65,7 @@ def test_the_blind_are_shown_no_motion(tmp_path: Path) -> None:
 
 def test_networks_come_to_choose_and_to_expect_the_same(tmp_path: Path) -> None:
     own = {"hidden": [64], "n_steps": 32, "batch_size": 64}
-    run = settings(own, episodes=80, epochs=10, random=0.0)
+    run = settings(own, episodes=80, epochs=10, random=0.0, batch_size=64, learning_rate=0.003)
     model: Any = models.make_model(run.learner, make_training_envs(run, 0), 0)
     steps = Demonstrations(run, tmp_path).block(range(40))
     seen = torch.as_tensor(steps.seen)
