@@ -19,7 +19,6 @@ from agents.settings import EnvSettings, env_settings
 from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
 
-RANDOM = "random"
 SHOWN = 4
 """Targets whose folds the report plays."""
 
@@ -71,10 +70,10 @@ def compare(
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
     Random actions and the energy minimiser's designs are compared with, the latter unless one of
-    the targets has none. The rest is as for `evaluate`.
+    the targets has none. What is given comes first. The rest is as for `evaluate`.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    every = [*_usual(methods, settings), *methods]
+    every = [*methods, *_usual(methods, settings)]
     results = evaluate(every, settings, draws, processes, built, trust_pickle)
     summaries = report.summarise(results)
     options.show(
@@ -90,7 +89,7 @@ def compare(
     written = [folder / "results.json", folder / "report.html"]
     if moving:
         written.append(folder / "folds.gif")
-        page.save_folds(written[-1], results[every[-1].name][0])
+        page.save_folds(written[-1], results[every[0].name][0])
     options.say_written(*written)
     return results
 
@@ -98,7 +97,7 @@ def compare(
 def _usual(given: Sequence[report.Method], settings: EnvSettings) -> list[report.Method]:
     """Return what is compared with, unless it is given."""
     env = episodes.make_env(settings)
-    names = [RANDOM]
+    names = [report.RANDOM]
     missing = [target for target in env.targets if env.baseline_of(target).flagged]
     if missing:
         typer.echo(f"the minimiser has no design for {', '.join(missing)} and is left out")

@@ -31,9 +31,9 @@ def main(
         options.need_render(charts=True)
         settings = load_settings(CONFIG, minutes=minutes)
         policy = train(settings, output, resume=False)
-        method = Method.parse(str(policy))
-        blind = Method(f"{method.name}, blind", (f"{BLIND}{policy}",))
-        compare([blind, method], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
+        method = Method("PPO", (str(policy),))
+        blind = Method("PPO, blind", (f"{BLIND}{policy}",))
+        compare([method, blind], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
 
 
 if __name__ == "__main__":

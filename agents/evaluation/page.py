@@ -17,7 +17,7 @@ from magfold_env.fold import recording
 from magfold_env.render import save_gif
 from magfold_env.replay import page, page_data
 from magfold_env.reporting import page as reporting
-from magfold_env.reporting.page import Block, Folded, Page, Picture, Section
+from magfold_env.reporting.page import Block, Details, Frame, Page, Picture, Section, Verdict
 from magfold_env.reporting.plotting import COLOURS, GRID, INK, figure_class, save_figure
 from magfold_env.reporting.tables import Cell, Row, Table
 
@@ -40,6 +40,8 @@ _SHOWN = (
     "The first draw of some targets, evenly picked, and a miss if these have none: the target, and "
     "what became of it. Playing folds needs JavaScript."
 )
+_FOLDS = "folds"
+"""Of these one is unfolded at a time."""
 WIDTH = 9.0
 """Of every picture [inch]."""
 
@@ -124,20 +126,57 @@ def write_page(
     `draws` are the episodes of each run on each target, `pictures` PNG files by what they show, and
     `shown` the folds to play, by method.
     """
-    targets: list[Row] = [
+    charts = {name: Picture(pictures[name], caption) for name, caption in _CAPTIONS.items()}
+    overall = [dict[str, Cell](row) for row in report.overall_rows(summaries)]
+    by_target = [dict[str, Cell](row) for row in report.targets_rows(summaries)]
+    in_all: list[Block] = [
+        Table("Methods", overall),
+        charts["overall"],
+        Details("What is what", [_MEANING]),
+        Details("Profile and reasons", [charts["profile"], charts["reasons"]]),
+    ]
+    every = Details("All targets", [charts["targets"], Table("Successes of episodes", by_target)])
+    sections = [
+        Section("In all", in_all),
+        Section("Folds", _folds(shown)),
+        Section("By target", [*_missed(summaries), every]),
+    ]
+    given = [name for name in summaries if name not in report.USUAL] or list(summaries)
+    title = f"Evaluation of {' and '.join(given)}"
+    made = {key: _text(value) for key, value in provenance().items()}
+    lead = [*_answers(summaries, given), _settings(settings, draws)]
+    reporting.write_page(Page(title, sections, lead, made), path)
+
+
+def _answers(summaries: Mapping[str, report.Summary], given: Sequence[str]) -> list[Block]:
+    """Return what is found of each method that was asked about, then of the others."""
+    answers: list[Block] = []
+    for name in given:
+        found = summaries[name]
+        word, tone = "Measured", "plain"
+        sentence = f"{name}: {found.success} of {sum(found.ends.values())} episodes succeed"
+        if found.ahead is not None:
+            if found.ahead.low > 0:
+                word, tone = "Ahead", "good"
+            else:
+                word, tone = ("Behind", "bad") if found.ahead.high < 0 else ("Level", "plain")
+            sentence += f", {found.ahead.points()} points above the {report.REFERENCE}'s designs"
+        answers.append(Verdict(word, f"{sentence}.", tone))
+    others = [f"{name} {each.success}" for name, each in summaries.items() if name not in given]
+    return [*answers, f"Beside: {', '.join(others)}."] if others else answers
+
+
+def _missed(summaries: Mapping[str, report.Summary]) -> list[Block]:
+    """Return the targets that some method missed, random choices aside."""
+    judged = {name: each.targets for name, each in summaries.items() if name != report.RANDOM}
+    rows: list[Row] = [
         {"target": word, **{name: str(each.targets[word]) for name, each in summaries.items()}}
         for word in next(iter(summaries.values())).targets
+        if any(shares[word].rate < 1.0 for shares in judged.values())
     ]
-    charts = [Picture(pictures[name], caption) for name, caption in _CAPTIONS.items()]
-    overall = [dict[str, Cell](row) for row in report.overall_rows(summaries)]
-    sections = [
-        Section("In all", [Table("Methods", overall), _MEANING, *charts]),
-        Section("Folds", _folds(shown)),
-        Section("By target", [Table("Success", targets)]),
-    ]
-    title = f"{len(summaries)} methods on {len(targets)} targets"
-    made = {key: _text(value) for key, value in provenance().items()}
-    reporting.write_page(Page(title, sections, [_settings(settings, draws)], made), path)
+    if not rows:
+        return [f"None but {report.RANDOM} choices missed a target in any episode."]
+    return [Table(f"Targets that others than {report.RANDOM} choices missed", rows)]
 
 
 def _settings(settings: EnvSettings, draws: int) -> str:
@@ -154,8 +193,12 @@ def _folds(shown: Mapping[str, Sequence[Replay]]) -> list[Block]:
     if not any(shown.values()):
         return ["There is no motion to show: the chain was not simulated."]
     blocks: list[Block] = [_SHOWN]
-    for name, replays in shown.items():
-        blocks += [name, Folded({_became(each.outcome): each.page for each in replays})]
+    for k, (name, replays) in enumerate(shown.items()):
+        folds: list[Block] = []
+        for each in replays:
+            said, first = _became(each.outcome), k == 0 and not folds
+            folds.append(Details(said, [Frame(said, each.page)], _FOLDS, unfolded=first))
+        blocks.append(Details(name, folds, unfolded=k == 0))
     return blocks
 
 

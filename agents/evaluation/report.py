@@ -24,8 +24,11 @@ from magfold_env.shapes import word_to_angles
 
 FORMAT = "magfold_env evaluation 2"
 
+RANDOM = "random"
 REFERENCE = "minimiser"
 """The method that others are compared with, pair by pair."""
+USUAL = (RANDOM, REFERENCE)
+"""What is always compared with, where it can be."""
 
 Runs = Sequence[Sequence[episodes.Outcome]]
 """The outcomes of each run of a method; all runs have the same targets and draws."""

@@ -12,6 +12,7 @@ import hashlib
 import json
 import os
 import platform
+import shlex
 import sys
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
@@ -97,13 +98,20 @@ def versions() -> dict[str, str]:
 def provenance() -> dict[str, Any]:
     """Return commit, versions, machine and command as values that JSON can hold."""
     return {
-        "command": sys.argv,
+        "command": _command(),
         "physics": physics_digest(),
         "evaluation draws": EVALUATION_VERSION,
         **machine.describe(),
         **versions(),
         **{name: version(name) for name in EVALUATION_PACKAGES},
     }
+
+
+def _command() -> str:
+    """Return what was typed, whatever folder the sources are in."""
+    spec = sys.modules["__main__"].__spec__
+    module = ["python", "-m", spec.name.removesuffix(".__main__")] if spec else ["python"]
+    return shlex.join([*module, *sys.argv[1:]])
 
 
 def file_digest(policy: str) -> str | None:

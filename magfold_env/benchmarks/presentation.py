@@ -69,8 +69,9 @@ def panels_by(
         named = [f"n = {cell}" if name == "n" else str(cell) for name, cell in cells.items()]
         axis.set_title(", ".join(named), fontsize=11)
         axis.set_xlabel(labels[0])
+        if axis.get_subplotspec().is_first_col():
+            axis.set_ylabel(labels[1])
         found.append((axis, tables.select(rows, cells)))
-    axes[0].set_ylabel(labels[1])
     return figure, found
 
 

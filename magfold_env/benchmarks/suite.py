@@ -223,20 +223,26 @@ def _page(
         else:
             absent = page.Verdict("not measured", missing[entry.title], "bad")
             sections.append(page.Section(entry.heading, [entry.description.measured, absent]))
-    lead: list[page.Block] = [*LEAD] if effort == "full" else [SHORT, *LEAD]
-    lead.append(_overview(plan, done))
-    short = [
-        f"{entry.title}: {finding}"
-        for entry in plan
-        if entry.title in done
-        for finding in done[entry.title].found.findings
-        if tone(finding) == "bad"
+    tones = [tone(finding) for each in done.values() for finding in each.found.findings]
+    met, missed = tones.count("good"), tones.count("bad")
+    lead: list[page.Block] = [
+        f"{met} of {met + missed} requirements are met, in {len(done)} of {len(plan)} parts that "
+        "were measured.",
+        _overview(plan, done),
     ]
-    if short:
-        lead += ["What falls short of what was asked for:", page.Points(short)]
     if effort == "quick":
+        lead.insert(1, SHORT)
         left = [f"{name}: {why}" for name, why in LEFT_OUT.items()]
-        lead += ["Left out of a quick run:", page.Points(left)]
+        lead.append(page.Details("Left out of a quick run", [page.Points(left)]))
+    if missed:
+        short = [
+            f"{each.title}: {finding}"
+            for each in done.values()
+            for finding in each.found.findings
+            if tone(finding) == "bad"
+        ]
+        lead.append(page.Details(f"What falls short ({missed})", [page.Points(short)]))
+    lead.append(page.Details("What this page is, and how it was measured", LEAD))
     taken = sum(each.seconds for each in done.values())
     provenance = {
         "command": f"magfold bench --{effort}",
@@ -261,8 +267,8 @@ def _overview(plan: Sequence[Entry], done: Mapping[str, Result]) -> Table:
         tones = [tone(finding) for finding in each.found.findings] if each else []
         rows.append(
             {
-                "part": entry.title,
                 "what": entry.description.title,
+                "part": entry.title,
                 "took [s]": f"{each.seconds:.1f}" if each else "not measured",
                 "holds": tones.count("good"),
                 "falls short": tones.count("bad"),
@@ -277,19 +283,15 @@ def _section(
     description, found = entry.description, result.found
     again = f"magfold bench {entry.benchmark} --only {entry.name}"
     before, after = (pace / usual for pace in result.pace)
-    blocks: list[page.Block] = [
-        page.Entries(
-            {
-                "Measured": description.measured,
-                "How": description.how,
-                "What it means": description.meaning,
-                "Not covered": description.missing,
-                "Again": again + (" --quick" if effort == "quick" else ""),
-                "Pace": f"fixed work took {before:.2f} times its usual time before this part and "
-                f"{after:.2f} times after it",
-            }
-        )
-    ]
+    told = {
+        "Measured": description.measured,
+        "How": description.how,
+        "Not covered": description.missing,
+        "Again": again + (" --quick" if effort == "quick" else ""),
+        "Pace": f"fixed work took {before:.2f} times its usual time before this part and "
+        f"{after:.2f} times after it",
+    }
+    blocks: list[page.Block] = []
     plain: list[str] = []
     for finding in found.findings:
         kind = tone(finding)
@@ -299,8 +301,13 @@ def _section(
             blocks.append(page.Verdict(WORDS[kind], finding, kind))
     if plain:
         blocks.append(page.Points(plain))
+    blocks.append(description.meaning)
+    numbers: list[page.Block] = []
     picture = folder / entry.benchmark / f"{entry.name}.png"
     if found.rows and picture.is_file():
-        blocks.append(page.Picture(picture, description.title))
-    blocks += found.tables
+        numbers.append(page.Picture(picture, description.title))
+    blocks += [
+        page.Details("Diagram and numbers", [*numbers, *found.tables]),
+        page.Details("How it was measured", [page.Entries(told)]),
+    ]
     return page.Section(entry.heading, blocks)

@@ -49,7 +49,7 @@ LONG = 12  # components of the longest chain
 PENDULUM = "pendulum of three"
 LOOSER = 10.0
 
-ACROSS = 5  # panels beside each other
+ACROSS = 3  # panels beside each other
 TALLEST = 4.0  # [rad] of an error: beyond half a turn all are alike
 WIDEST, HIGHEST = 20.0, 100.0  # factors that an axis spans at least, so that its ticks tell
 

@@ -139,6 +139,7 @@ def search_plots(measured: Measured) -> list[Plot]:
 TABLE_1 = Reproduction(
     "table-1",
     "Table 1 and Figure 6: energy minimisation, component by component",
+    "Energy minimisation",
     shows="For each of three sequences the state in which a search ends that turns one joint "
     "after the other, from the first (forward) or from the last (backward): a chain that leaves "
     "a tube slowly. Figure 6 draws the steps for sequence 1.",
@@ -323,6 +324,7 @@ def lowest_plots(measured: Measured) -> list[Plot]:
 FIGURE_7 = Reproduction(
     "figure-7",
     "Figure 7: the five folded states of least energy",
+    "Energy minimisation",
     shows="For each sequence the five full folds of least Coulomb energy, drawn with their "
     "magnets; conflicts, where equal poles touch, are marked.",
     computed="The score of all full folds without overlap in the paper's model: point charges, "
@@ -425,6 +427,7 @@ def nearly_equal_plots(measured: Measured) -> list[Plot]:
 FIGURE_19 = Reproduction(
     "figure-19",
     "Figure 19: S1A and S1B",
+    "Where releases end",
     shows="Two states of sequence 1 that differ little in shape and energy; the one of higher "
     "energy is said not to occur in the experiment.",
     computed="The scores of both in the paper's model, and how often each is the end of simulated "

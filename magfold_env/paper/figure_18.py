@@ -299,6 +299,7 @@ def plots(measured: Measured) -> list[Plot]:
 FIGURE_18 = Reproduction(
     "figure-18",
     "Figure 18: fold probabilities by mode of release",
+    "Where releases end",
     shows="How often each sequence folded into each of its shapes, or misfolded, in 100 free folds "
     "and 50 feeds out of a tube in either direction. Its numbers are not in the text, its "
     "description is.",

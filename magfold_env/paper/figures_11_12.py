@@ -178,6 +178,7 @@ def steps_plots(measured: Measured) -> list[Plot]:
 FIGURE_11 = Reproduction(
     "figure-11",
     "Figure 11: error against the time step",
+    "The solver",
     shows="The mean squared error of the angles over time between the simulation of sequence 3, "
     "its first component held, and a film of it, for several time steps, with three charges a pole "
     "face. The text gives no numbers; it goes on with 5 steps a frame of 1/240 s.",
@@ -310,6 +311,7 @@ def points_plots(measured: Measured) -> list[Plot]:
 FIGURE_12 = Reproduction(
     "figure-12",
     "Figure 12: error against the number of charges",
+    "The solver",
     shows="The mean squared error of the angles over time against the film, for several numbers h "
     "of point charges on a pole face; no numbers in the text.",
     computed="The paper's solver at its own time step with h charges; the reference is this "

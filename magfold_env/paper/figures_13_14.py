@@ -9,7 +9,7 @@ from magfold_env.paper.motions import Motion
 from magfold_env.paper.quoted import ANGLE, DISPLACEMENT, SNAP
 from magfold_env.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_env.paper.states import word_of
-from magfold_env.reporting.plotting import COLOURS, INK, panels
+from magfold_env.reporting.plotting import COLOURS, INK, WIDEST, panels
 from magfold_env.reporting.tables import Progress, Row, Table, cell_text, numbers, select
 
 BESIDE = 1
@@ -206,7 +206,7 @@ def plots(measured: Measured) -> list[Plot]:
 
 
 def _draw_displacement(rows: list[Row]) -> Any:
-    figure, axes = panels(2, "", 5.6, 4.2)
+    figure, axes = panels(2, "", 5.2, 4.2)
     for axis, mine in motions.axes_by_charge(axes, rows):
         for k, (differing, (one, other)) in enumerate(PAIRS.items()):
             axis.plot(
@@ -223,10 +223,10 @@ def _draw_displacement(rows: list[Row]) -> Any:
 def _draw_angles(rows: list[Row]) -> Any:
     charges = motions.by_charge(rows)
     joints = sum(key.startswith(PAPER) for key in rows[0])
-    figure, axes = panels(joints, "", 2.7, 2.8, rows=len(charges))
-    axes = axes.reshape(len(charges), joints)
-    for row, (name, mine) in zip(axes, charges.items(), strict=True):
-        for j, axis in enumerate(row, start=1):
+    figure, axes = panels(joints * len(charges), "", WIDEST / len(charges), 2.2)
+    axes = axes.reshape(joints, len(charges))
+    for column, (name, mine) in zip(axes.T, charges.items(), strict=True):
+        for j, axis in enumerate(column, start=1):
             for k, made_by in enumerate((PAPER, OURS, DEVICE)):
                 axis.plot(
                     numbers(mine, "time [s]"),
@@ -238,11 +238,10 @@ def _draw_angles(rows: list[Row]) -> Any:
             for snap in (-np.rad2deg(SNAP), np.rad2deg(SNAP)):
                 axis.axhline(snap, color=INK, linestyle=":", linewidth=0.8)
             axis.set_yticks([-90, -45, 0, 45, 90])
-        row[0].set_ylabel(f"{name}: angle [°]")
-    for j, axis in enumerate(axes[0], start=1):
-        axis.set_title(f"joint {j} (components {j} and {j + 1})", fontsize=10)
-    for axis in axes[-1]:
-        axis.set_xlabel("time [s]")
+        column[0].set_title(name, fontsize=10)
+        column[-1].set_xlabel("time [s]")
+    for j, axis in enumerate(axes[:, 0], start=1):
+        axis.set_ylabel(f"joint {j} [°]")
     return _with_legend(figure, axes[0][0])
 
 
@@ -256,6 +255,7 @@ def _with_legend(figure: Any, axis: Any) -> Any:
 FIGURES_13_14 = Reproduction(
     "figures-13-14",
     "Figures 13 and 14: displacement and angles over time",
+    "The solver",
     shows="Sequence 3, its first component held: the mean distance of the centres between "
     "simulation and film over time, and the relative angles of both. Stated: 8.2 mm and 0.442 rad "
     "on average, 3 mm at the start, the same final shape.",

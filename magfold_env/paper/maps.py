@@ -150,6 +150,6 @@ def _lines(free: list[Row]) -> object:
         axis.set_yscale("linear")
         axis.set_title(f"sequence {number}", fontsize=10, color=INK)
         axis.set_xlabel(RATIO, color=INK)
-    axes[0].set_ylabel("share", color=INK)
+        axis.set_ylabel("share", color=INK)
     legend_below(figure, *axes)
     return figure

@@ -197,6 +197,7 @@ def drift_plots(measured: Measured) -> list[Plot]:
 FIGURE_15 = Reproduction(
     "figure-15",
     "Figure 15: energy of a pendulum against the time step",
+    "The solver",
     shows="The percentage by which kinetic plus potential energy of a pendulum of three components "
     f"changes between two time steps, averaged over {quoted.PENDULUM_STEPS} of them, against the "
     "time step; no numbers in the text.",
@@ -288,6 +289,7 @@ def times_plots(measured: Measured) -> list[Plot]:
 FIGURE_16 = Reproduction(
     "figure-16",
     "Figure 16: computing time against the number of components",
+    "The solver",
     shows="The time of 1000 time steps of a pendulum of n components, by equation 39 in NumPy, up "
     f"to {quoted.NEAR_LINEAR_UP_TO} and up to {quoted.LONGEST} components, on a processor of "
     f"twelve cores. Stated: nearly linear, then about n to the {quoted.LONG_POWER:g}.",

@@ -16,6 +16,8 @@ Measured = dict[str, list[Row]]
 
 Outcome = Literal["agrees", "agrees by construction", "disagrees", "cannot be compared"]
 
+Subject = Literal["Energy minimisation", "The solver", "Where releases end"]
+
 BUILT_IN = (
     "The sequences, which the text does not give, were reconstructed so that this holds: it is no "
     "evidence."
@@ -84,6 +86,7 @@ class Reproduction:
     name: str
     """For ``--only``, and of its files."""
     title: str
+    subject: Subject
     shows: str
     """In the paper."""
     computed: str

@@ -5,6 +5,7 @@ The page has every reproduction beside what the paper states, with a verdict for
 
 import json
 import time
+from collections import Counter
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -13,9 +14,18 @@ from typing import Any, NamedTuple, get_args
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import physics_digest, write_text
 from magfold_env.paper import energies, figure_18, figures_11_12, figures_13_14, pendulum
-from magfold_env.paper.reproduction import Claim, Measured, Outcome, Reproduction
+from magfold_env.paper.reproduction import Claim, Measured, Outcome, Reproduction, Subject
 from magfold_env.reporting import machine
-from magfold_env.reporting.page import Block, Entries, Page, Picture, Points, Section, write_page
+from magfold_env.reporting.page import (
+    Block,
+    Details,
+    Entries,
+    Page,
+    Picture,
+    Points,
+    Section,
+    write_page,
+)
 from magfold_env.reporting.tables import Progress, Row, Table, to_csv
 
 PAGE, NUMBERS = "paper.html", "paper.json"
@@ -177,12 +187,37 @@ _QUICK = (
 
 def page(done: Sequence[Done], *, quick: bool) -> Page:
     """Return the page for the reproductions that are done, at least one."""
-    lead: list[Block] = list(_LEAD)
+    lead: list[Block] = [Points(_answers(done)), overview(done)]
     if quick:
         lead.append(_QUICK)
-    lead.append(overview(done))
+    against = [
+        f"{_name(each)}: {claim.stated} Here: {claim.found}"
+        for each in done
+        for claim in each.claims
+        if claim.outcome == "disagrees"
+    ]
+    if against:
+        lead.append(Details(f"What disagrees ({len(against)})", [Points(against)]))
+    lead.append(Details("What is compared, and what to keep in mind", _LEAD))
     sections = [*(_section(each) for each in done), Section("Not reproduced", [Points(_LEFT_OUT)])]
     return Page(TITLE, sections, lead, done[-1].machine)
+
+
+def _answers(done: Sequence[Done]) -> list[str]:
+    """Return what the statements of each subject come to."""
+    said: list[str] = []
+    for subject in get_args(Subject):
+        mine = [each for each in done if each.part.subject == subject]
+        counts = Counter(claim.outcome for each in mine for claim in each.claims)
+        told = [f"{counts[word]} × {word}" for word in get_args(Outcome) if counts[word]]
+        if told:
+            said.append(f"{subject} ({', '.join(map(_name, mine))}): {', '.join(told)}.")
+    return said
+
+
+def _name(done: Done) -> str:
+    """Return what the paper calls it."""
+    return done.part.title.partition(":")[0]
 
 
 def overview(done: Sequence[Done]) -> Table:
@@ -200,8 +235,12 @@ def _section(done: Done) -> Section:
     texts = {"The paper": part.shows, "Here": part.computed, "Not covered": part.missing}
     made = f"{done.machine['time']}, in {done.seconds:.0f} s, commit {done.machine['commit']}"
     again = {"Measured": made, "Again": f"magfold paper --only {part.name}"}
-    blocks: list[Block] = [Entries(texts), *done.pictures]
-    blocks += part.tables(done.measured)
-    blocks += [claim.to_verdict() for claim in done.claims]
-    blocks.append(Entries(again))
-    return Section(part.title, blocks)
+    return Section(
+        part.title,
+        [
+            *(claim.to_verdict() for claim in done.claims),
+            *done.pictures,
+            Details("Numbers", part.tables(done.measured)),
+            Details("What the paper shows, and what was done here", [Entries(texts | again)]),
+        ],
+    )

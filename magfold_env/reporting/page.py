@@ -3,21 +3,24 @@
 Nothing comes from elsewhere.
 """
 
-import html
-import re
+import struct
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache, cached_property
 from pathlib import Path
-from string import Template
 from typing import Literal
 
+import jinja2
+
 from magfold_env.files import write_text
+from magfold_env.reporting.plotting import DPI
 from magfold_env.reporting.tables import Table, cell_text
 
 Tone = Literal["good", "bad", "plain"]
 
 PNG_START = b"\x89PNG\r\n\x1a\n"
+CSS_DPI = 96
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,33 @@ class Picture:
 
     path: Path
     caption: str = ""
+
+    @cached_property
+    def content(self) -> bytes:
+        """The file.
+
+        Raises
+        ------
+        FileNotFoundError
+            If it does not exist.
+        ValueError
+            If it is not a PNG file.
+        """
+        content = self.path.read_bytes()
+        if not content.startswith(PNG_START):
+            raise ValueError(f"{self.path}: is not a picture; must be a PNG file")
+        return content
+
+    @property
+    def base64(self) -> str:
+        """The file as text."""
+        return b64encode(self.content).decode("ascii")
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in CSS pixels, of which an inch has 96."""
+        width, height = struct.unpack(">II", self.content[16:24])  # of the first chunk, IHDR
+        return round(width * CSS_DPI / DPI), round(height * CSS_DPI / DPI)
 
 
 @dataclass(frozen=True)
@@ -50,17 +80,30 @@ class Verdict:
     sentence: str
     tone: Tone = "plain"
     more: Sequence[str] = ()
-    """Further sentences, each a line of its own."""
+    """Further sentences, each a line of its own, folded away."""
 
 
 @dataclass(frozen=True)
-class Folded:
-    """Pages that are whole in themselves, by what is said of each; one at a time is unfolded."""
+class Frame:
+    """A page that is whole in itself, within this one."""
 
-    pages: Mapping[str, str]
+    title: str
+    page: str
 
 
-Block = str | Picture | Entries | Points | Verdict | Table | Folded
+@dataclass(frozen=True)
+class Details:
+    """Blocks that are folded away below a line that says what they are."""
+
+    summary: str
+    blocks: Sequence["Block"]
+    group: str = ""
+    """Of those of one group one at a time is unfolded."""
+    unfolded: bool = False
+    """At first."""
+
+
+Block = str | Picture | Entries | Points | Verdict | Table | Frame | Details
 """What a section is made of; a plain text is a paragraph."""
 
 
@@ -74,7 +117,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """A page: an introduction, sections, and how its numbers were made."""
+    """A page: the answer, sections, and how its numbers were made."""
 
     title: str
     sections: Sequence[Section]
@@ -98,99 +141,20 @@ def write_page(page: Page, path: str | Path) -> None:
 
 def render(page: Page) -> str:
     """Return a page as HTML text, its pictures inside; see `write_page`."""
-    names = [f"s{k}-{_slug(section.title)}" for k, section in enumerate(page.sections, start=1)]
-    named = list(zip(names, page.sections, strict=True))
-    contents = "".join(f'<li><a href="#{n}">{_escaped(s.title)}</a></li>' for n, s in named)
-    template = Path(__file__).with_suffix(".html").read_text(encoding="utf-8")
-    folded = any(isinstance(block, Folded) for s in page.sections for block in s.blocks)
-    return Template(template).substitute(
-        title=_escaped(page.title),
-        # What is unfolded has its page's own scripts, and is bound to this page's policy too.
-        scripts="; script-src 'unsafe-inline'; frame-src 'self'" if folded else "",
-        lead=_blocks(page.lead),
-        contents=f"<nav><ol>{contents}</ol></nav>" if len(page.sections) > 1 else "",
-        sections="\n".join(
-            f'<section id="{n}">\n<h2>{_escaped(s.title)}</h2>\n{_blocks(s.blocks)}\n</section>'
-            for n, s in named
-        ),
-        provenance=f"<section>\n<h2>How it was made</h2>\n{_entries(page.provenance)}\n</section>"
-        if page.provenance
-        else "",
+    return _template().render(page=page, kind_of=_kind_of, cell_text=cell_text)
+
+
+def _kind_of(block: Block) -> str:
+    return type(block).__name__
+
+
+@cache
+def _template() -> jinja2.Template:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
     )
-
-
-def _blocks(blocks: Sequence[Block]) -> str:
-    return "\n".join(_block(block) for block in blocks)
-
-
-def _block(block: Block) -> str:  # noqa: PLR0911 - one a kind of block
-    match block:
-        case str():
-            return f"<p>{_escaped(block)}</p>"
-        case Picture():
-            return _picture(block)
-        case Entries():
-            return _entries(block.texts)
-        case Points():
-            items = "".join(f"<li>{_escaped(text)}</li>" for text in block.sentences)
-            return f"<ul>{items}</ul>"
-        case Verdict():
-            badge = f'<strong class="badge">{_escaped(block.word)}</strong>'
-            more = "".join(f"<p>{_escaped(text)}</p>" for text in block.more)
-            first = f"<p>{badge} {_escaped(block.sentence)}</p>"
-            return f'<div class="verdict {block.tone}">{first}{more}</div>'
-        case Table():
-            return _table(block)
-        case Folded():
-            return _folded(block)
-
-
-def _picture(picture: Picture) -> str:
-    content = picture.path.read_bytes()
-    if not content.startswith(PNG_START):
-        raise ValueError(f"{picture.path}: is not a picture; must be a PNG file")
-    data = b64encode(content).decode("ascii")
-    caption = _escaped(picture.caption)
-    below = f"<figcaption>{caption}</figcaption>" if caption else ""
-    image = f'<img alt="{caption}" src="data:image/png;base64,{data}">'
-    return f"<figure>{image}{below}</figure>"
-
-
-def _entries(texts: Mapping[str, str]) -> str:
-    items = (f"<dt>{_escaped(k)}</dt><dd>{_escaped(text)}</dd>" for k, text in texts.items())
-    return f"<dl>{''.join(items)}</dl>"
-
-
-def _table(table: Table) -> str:
-    """Return a table; a column is ranged right if its first cell is a number."""
-    if not table.rows:
-        return f"<p>{_escaped(table.title)}: nothing.</p>"
-    first = table.rows[0]
-    kinds = [' class="number"' if not isinstance(cell, str) else "" for cell in first.values()]
-    head = _row("th", kinds, list(first))
-    body = "".join(_row("td", kinds, [cell_text(c) for c in r.values()]) for r in table.rows)
-    caption = f"<caption>{_escaped(table.title)}</caption>"
-    return (
-        f'<div class="wide"><table>{caption}<thead>{head}</thead>'
-        f"<tbody>{body}</tbody></table></div>"
-    )
-
-
-def _folded(folded: Folded) -> str:
-    return "".join(
-        f'<details name="folded"><summary>{_escaped(text)}</summary><iframe loading="lazy" '
-        f'title="{_escaped(text)}" srcdoc="{_escaped(page)}"></iframe></details>'
-        for text, page in folded.pages.items()
-    )
-
-
-def _row(tag: str, kinds: Sequence[str], texts: Sequence[str]) -> str:
-    cells = (f"<{tag}{k}>{_escaped(t)}</{tag}>" for k, t in zip(kinds, texts, strict=True))
-    return f"<tr>{''.join(cells)}</tr>"
-
-
-def _slug(title: str) -> str:
-    return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")
-
-
-_escaped = html.escape
+    return environment.get_template("page.html")

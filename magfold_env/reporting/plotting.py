@@ -1,6 +1,7 @@
 """What all diagrams share. Needs matplotlib, from the extra `render`."""
 
 import importlib
+import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,8 @@ from magfold_env.files import replacing
 from magfold_env.reporting.tables import Row, numbers
 
 DPI = 130
+WIDEST = 10.5
+"""Of a figure [inch]: on a page that is narrower than a screen its text can still be read."""
 INK, GRID = "#26292e", "#d9dce0"
 # Okabe and Ito's colours, which all kinds of sight tell apart.
 COLOURS = ("#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -47,21 +50,25 @@ def panels(
     width: float = 5.2,
     height: float = 4.6,
     *,
-    rows: int = 1,
     shared: bool = True,
 ) -> tuple[Any, Any]:
-    """Return a figure and its axes, ``count`` in each row, with the same limits if ``shared``.
+    """Return a figure and ``count`` axes, row by row, with the same limits if ``shared``.
 
-    Width and height are those of one panel [inch].
+    Width and height are those of one panel [inch]; a row is no wider than `WIDEST`.
     """
-    figure = figure_class()(figsize=(width * count, height * rows), layout="constrained")
+    rows = math.ceil(count / max(1, int(WIDEST / width)))
+    columns = math.ceil(count / rows)
+    figure = figure_class()(figsize=(width * columns, height * rows), layout="constrained")
     figure.suptitle(title, fontsize=13, color=INK)
-    axes = figure.subplots(rows, count, squeeze=False, sharex=shared, sharey=shared).ravel()
-    for axis in axes:
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=shared, sharey=shared).ravel()
+    for axis in axes[count:]:
+        axis.remove()
+    for axis in axes[:count]:
         axis.grid(visible=True, which="major", color=GRID, linewidth=0.7)
         axis.set_axisbelow(True)
         axis.spines[["top", "right"]].set_visible(False)
-    return figure, axes
+        axis.tick_params(labelbottom=True)  # below a last row that is not full, too
+    return figure, axes[:count]
 
 
 def curve(

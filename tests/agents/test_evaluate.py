@@ -1,5 +1,7 @@
 import importlib
 import json
+import re
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -11,7 +13,7 @@ from typer.testing import CliRunner
 from agents.evaluate import compare, evaluate
 from agents.evaluation.episodes import Outcome, make_env, play
 from agents.evaluation.policies import ChoiceFile, Chosen, DesignPolicy
-from agents.evaluation.report import Method, Results
+from agents.evaluation.report import Method, Results, summarise
 from agents.settings import EnvSettings, env_settings, load_settings
 from magfold_env.simulation.simulate import simulate
 
@@ -77,6 +79,22 @@ def test_the_page_needs_nothing_but_itself(folder: Path, results: Results) -> No
     assert all("</html>" in fold and "<script" in fold for fold in page.folds)
     for name in results:
         assert name in text
+
+
+def test_the_page_answers_first_and_opens_on_what_was_asked_about(
+    folder: Path, results: Results
+) -> None:
+    assert list(results) == ["frozen", "random", "minimiser"]
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    answer = summarise(results)["frozen"]
+    said = text.index(f"frozen: {answer.success} of 8 episodes succeed")
+    assert said < text.index("Contents") < text.index("<table")
+    # Of all that is folded away, the first fold of the first method alone is not.
+    shown = [text.index(name) for name in re.findall(r"<summary>(?:frozen|random|minimiser)", text)]
+    assert shown == sorted(shown)
+    assert text.count('name="folds" open') == 1
+    assert text.index("<summary>frozen") < text.index('name="folds" open') < shown[1]
+    assert sys.argv[0] not in text
 
 
 def test_policies_are_compared_on_the_same_draws(results: Results) -> None:

@@ -59,6 +59,9 @@ def test_everything_is_reported_on_one_page(measured: Measured, tmp_path: Path) 
         assert said in page
     for value in machine.identity().values():
         assert value in page
+    assert page.index("0 of 2 requirements are met") < page.index("<table")
+    assert page.index("<table") < page.index("What falls short (2)")
+    assert page.index("<h2>") < page.index('class="verdict bad"') < page.index("table one")
     assert "http://" not in page
     assert "https://" not in page
     assert "magfold bench fake --only one --quick" in page

@@ -22,7 +22,8 @@ def nothing(share: float, what: str) -> None:
 def part(name: str, measure: Callable[[bool, Progress], Measured]) -> Reproduction:
     return Reproduction(
         name,
-        f"Figure {name}",
+        f"Figure {name}: a part",
+        "The solver",
         shows="what it shows",
         computed="what is computed",
         missing="what is missing",
@@ -141,5 +142,9 @@ def test_the_page_takes_nothing_from_elsewhere_and_says_all() -> None:
     for said in ("Agrees", "Disagrees", "Cannot be compared", "Agrees by construction", "five."):
         assert said in text
     assert list(overview(done).rows[0].values())[1:] == [1, 1, 1, 1]
+    # The answer comes first, and what disagrees is folded away.
+    answer = "The solver (Figure a): 1 × agrees, 1 × agrees by construction, 1 × disagrees"
+    assert text.index(answer) < text.index("<table") < text.index("What disagrees (1)")
+    assert text.index("<h2>") < text.index("Agrees") < text.index("what it shows")
     assert "--quick" in text
     assert "Made with" not in render(page(done, quick=False))

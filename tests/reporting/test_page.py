@@ -1,3 +1,4 @@
+import re
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -5,8 +6,9 @@ import pytest
 from PIL import Image
 
 from magfold_env.reporting.page import (
+    Details,
     Entries,
-    Folded,
+    Frame,
     Page,
     Picture,
     Points,
@@ -15,6 +17,7 @@ from magfold_env.reporting.page import (
     render,
     write_page,
 )
+from magfold_env.reporting.plotting import DPI
 from magfold_env.reporting.tables import Cell, Table, cell_text
 
 VOID = {"meta", "link", "img"}
@@ -70,6 +73,7 @@ def test_everything_given_is_on_the_page_and_nothing_comes_from_elsewhere(pictur
         Entries({"Label": "An entry."}),
         Points(["A point."]),
         Verdict("agrees", "A reason.", "good", ["Another reason."]),
+        Details("Folded away", ["A detail."]),
         Table(
             "A table", [{"name": "first", "time [s]": 0.12345}, {"name": "second", "time [s]": 2}]
         ),
@@ -81,6 +85,8 @@ def test_everything_given_is_on_the_page_and_nothing_comes_from_elsewhere(pictur
         "agrees",
         "A reason.",
         "Another reason.",
+        "Folded away",
+        "A detail.",
         "A table",
         "time [s]",
         "first",
@@ -101,23 +107,43 @@ def test_the_contents_lead_to_the_sections() -> None:
 
 
 def test_text_stays_text() -> None:
-    nasty = '</title><script>alert("1")</script> & $$title'
+    nasty = '</title><script>alert("1")</script> & {{ page }}'
     table = Table(nasty, [{nasty: nasty}])
     blocks = [nasty, Entries({nasty: nasty}), Points([nasty]), Verdict(nasty, nasty, more=[nasty])]
-    blocks.append(table)
+    blocks += [table, Details(nasty, [nasty])]
     text = render(Page(nasty, [Section(nasty, blocks)], [nasty], {nasty: nasty}))
     assert "<script" not in text
-    assert read(text).text.count(nasty) == 16
+    assert read(text).text.count(nasty) == 18
 
 
 def test_pages_within_the_page_are_bound_to_its_policy() -> None:
     inner = '<p title="a">1 &amp; 2</p><script>play()</script>'
     plain = render(Page("T", [Section("S", ["text"])]))
-    text = render(Page("T", [Section("S", [Folded({"one": inner, "two": inner})])]))
+    frames = [Details(name, [Frame(name, inner)], "folds") for name in ("one", "two")]
+    text = render(Page("T", [Section("S", frames)]))
     assert "script-src" not in plain
     assert "script-src 'unsafe-inline'; frame-src 'self'" in text
     assert "<script" not in text
     assert read(text).pages == [inner, inner]
+
+
+def test_what_is_folded_away_is_so_until_it_is_asked_for() -> None:
+    details = [Details("shut", ["one"]), Details("open", ["two"], unfolded=True)]
+    text = render(Page("T", [Section("S", details)], provenance={"os": "any"}))
+    assert re.findall(r"<details( open)?>\s*<summary>(.*?)<", text) == [
+        ("", "shut"),
+        (" open", "open"),
+        ("", "How it was made"),
+    ]
+
+
+def test_a_picture_is_never_shown_too_small_to_read(tmp_path: Path) -> None:
+    path = tmp_path / "wide.png"
+    Image.new("RGB", (13 * DPI, 2 * DPI), "white").save(path)
+    text = render(Page("T", [Section("S", [Picture(path)])]))
+    # An inch of a diagram, whose text has 9 points, is never less than 76 pixels wide.
+    assert 'width="1248" height="192"' in text
+    assert int(re.findall(r"min-width: (\d+)px", text)[0]) / 13 >= 76
 
 
 def test_an_empty_table_says_so() -> None:

@@ -146,7 +146,7 @@ def draw(rows: list[Row]) -> Any:
     rows = [row | {"drawn": max(float(row["worst error"]), SMALLEST)} for row in rows]
     title = "Magnet forces: worst error against time"
     labels = "time of a state [µs]", f"worst error / {FLUSH}"
-    figure, panels = panels_by(rows, ("states",), title, labels, (4.4, 4.6), shared=False)
+    figure, panels = panels_by(rows, ("states",), title, labels, shared=False)
     for axis, here in panels:
         for k, model in enumerate(tables.distinct(here, "model")):
             mine = tables.select(here, model=model)

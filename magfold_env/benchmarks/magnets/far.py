@@ -224,14 +224,14 @@ def draw(rows: list[Row]) -> Any:
     title = f"Far field: its error against time, with the nodes of accuracy {bound:g}"
     labels = "time of an evaluation [µs]", f"worst error /\n{FLUSH}"
     timed = tables.select(rows, {BOUND: bound})
-    figure, panels = panels_by(timed, ("n", "shape"), title, labels, (4.2, 4.4), shared=False)
+    figure, panels = panels_by(timed, ("n", "shape"), title, labels, shared=False)
     for axis, here in panels:
         for k, (order, name) in enumerate(ORDERS.items()):
             mine = sorted(tables.select(here, order=order), key=lambda row: float(row[RADIUS]))
             colour = plotting.COLOURS[k + 1]
             points = plotting.curve(axis, mine, TIME, "drawn", k, color=colour, label=name)
             texts = [f"{float(row[RADIUS]):g}" for row in mine]
-            plotting.label_points(axis, zip(*points, strict=True), texts, fontsize=7, color=colour)
+            plotting.label_points(axis, zip(*points, strict=True), texts, color=colour)
         axis.axvline(
             _time(tables.select(here, order=NONE)[0]),
             color=plotting.INK,

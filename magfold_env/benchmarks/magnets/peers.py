@@ -268,7 +268,7 @@ def draw(rows: list[Row]) -> Any:
     rows = [row | {"time [s]": 1e-6 * float(row["time [µs]"])} for row in rows]
     title = "Beside magpylib: worst error against time"
     labels = "time of an evaluation [s]", "torque at a joint: worst error\n/ (side × flush force)"
-    figure, panels = panels_by(rows, ("n", "shape"), title, labels, (3.4, 4.2))
+    figure, panels = panels_by(rows, ("n", "shape"), title, labels)
     for axis, here in panels:
         for k, (by, label) in enumerate(DRAWN.items()):
             style = {"color": plotting.COLOURS[(2, 1, 3)[k]], "label": label}
