@@ -13,7 +13,8 @@ from typing import Any, cast
 def configs_dir() -> Path:
     """Return the folder of shipped settings.
 
-    A wheel carries it inside the package; in a checkout it lies beside the package.
+    A wheel carries it inside the package, but for what only agents read; in a checkout it lies
+    beside the package.
     """
     package = Path(__file__).resolve().parent
     inside = package / "configs"

@@ -1,0 +1,50 @@
+"""What the wheel brings."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+from hatchling.builders.wheel import WheelBuilder
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder of what an installation unpacks."""
+    folder = tmp_path_factory.mktemp("wheel")
+    (wheel,) = WheelBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])
+    with ZipFile(wheel) as file:
+        file.extractall(folder / "unpacked")
+    return folder / "unpacked"
+
+
+def test_the_wheel_brings_one_package_and_all_of_it(unpacked: Path) -> None:
+    (package,) = [each for each in unpacked.iterdir() if each.suffix != ".dist-info"]
+    assert package.name == "magfold_env"
+    there = {
+        path.relative_to(ROOT)
+        for path in (ROOT / package.name).rglob("*")
+        if path.is_file() and path.parent.name != "__pycache__"
+    }
+    brought = {path.relative_to(unpacked) for path in package.rglob("*") if path.is_file()}
+    assert {path for path in brought if path.parts[1] != "configs"} == there
+
+
+def test_the_wheel_has_the_settings_that_the_package_reads(unpacked: Path) -> None:
+    code = "from magfold_env.files import configs_dir; print(configs_dir())"
+    run = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": str(unpacked)},
+        cwd=unpacked.parent,
+        capture_output=True,
+        check=True,
+        text=True,
+    )
+    configs = Path(run.stdout.strip())
+    assert configs == unpacked / "magfold_env" / "configs"
+    for name in ("baselines", "scenes", "suites", "tasks"):
+        assert sorted(os.listdir(configs / name)) == sorted(os.listdir(ROOT / "configs" / name))
