@@ -19,7 +19,7 @@ def suite(
     context: typer.Context,
     *,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Run all benchmarks, each on little: three minutes.")
+        bool, typer.Option("--quick", help="Run all benchmarks, each on little: some minutes.")
     ] = False,
     full: Annotated[
         bool, typer.Option("--full", help="Run all benchmarks as the documentation quotes them.")
