@@ -154,16 +154,18 @@ def _answers(summaries: Mapping[str, report.Summary], given: Sequence[str]) -> l
     for name in given:
         found = summaries[name]
         word, tone = "Measured", "plain"
-        sentence = f"{name}: {found.success} of {sum(found.ends.values())} episodes succeed"
+        played = sum(found.ends.values())
+        sentence = f"{name} reaches its target in {found.success} of {played} episodes"
         if found.ahead is not None:
             if found.ahead.low > 0:
                 word, tone = "Ahead", "good"
             else:
                 word, tone = ("Behind", "bad") if found.ahead.high < 0 else ("Level", "plain")
-            sentence += f", {found.ahead.points()} points above the {report.REFERENCE}'s designs"
+            gap = found.ahead.points(" points")
+            sentence += f", {gap} against the {report.REFERENCE}'s designs"
         answers.append(Verdict(word, f"{sentence}.", tone))
     others = [f"{name} {each.success}" for name, each in summaries.items() if name not in given]
-    return [*answers, f"Beside: {', '.join(others)}."] if others else answers
+    return [*answers, f"For comparison: {', '.join(others)}."] if others else answers
 
 
 def _missed(summaries: Mapping[str, report.Summary]) -> list[Block]:

@@ -239,8 +239,11 @@ def _section(done: Done) -> Section:
         part.title,
         [
             *(claim.to_verdict() for claim in done.claims),
-            *done.pictures,
-            Details("Numbers", part.tables(done.measured)),
+            *done.pictures[:1],
+            Details(
+                "Further pictures, and numbers",
+                [*done.pictures[1:], *part.tables(done.measured)],
+            ),
             Details("What the paper shows, and what was done here", [Entries(texts | again)]),
         ],
     )

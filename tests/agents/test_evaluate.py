@@ -87,7 +87,7 @@ def test_the_page_answers_first_and_opens_on_what_was_asked_about(
     assert list(results) == ["frozen", "random", "minimiser"]
     text = (folder / "report.html").read_text(encoding="utf-8")
     answer = summarise(results)["frozen"]
-    said = text.index(f"frozen: {answer.success} of 8 episodes succeed")
+    said = text.index(f"frozen reaches its target in {answer.success} of 8 episodes")
     assert said < text.index("Contents") < text.index("<table")
     # Of all that is folded away, the first fold of the first method alone is not.
     shown = [text.index(name) for name in re.findall(r"<summary>(?:frozen|random|minimiser)", text)]
