@@ -223,25 +223,20 @@ def _page(
         else:
             absent = page.Verdict("not measured", missing[entry.title], "bad")
             sections.append(page.Section(entry.heading, [entry.description.measured, absent]))
-    tones = [tone(finding) for each in done.values() for finding in each.found.findings]
-    met, missed = tones.count("good"), tones.count("bad")
+    said = [(each.title, finding) for each in done.values() for finding in each.found.findings]
+    met = sum(tone(finding) == "good" for _, finding in said)
+    short = [f"{title}: {finding}" for title, finding in said if tone(finding) == "bad"]
     lead: list[page.Block] = [
-        f"{met} of {met + missed} requirements are met, in {len(done)} of {len(plan)} parts that "
-        "were measured.",
+        f"{met} of {met + len(short)} requirements are met, in {len(done)} of {len(plan)} parts "
+        "that were measured.",
         _overview(plan, done),
     ]
     if effort == "quick":
         lead.insert(1, SHORT)
         left = [f"{name}: {why}" for name, why in LEFT_OUT.items()]
         lead.append(page.Details("Left out of a quick run", [page.Points(left)]))
-    if missed:
-        short = [
-            f"{each.title}: {finding}"
-            for each in done.values()
-            for finding in each.found.findings
-            if tone(finding) == "bad"
-        ]
-        lead.append(page.Details(f"What falls short ({missed})", [page.Points(short)]))
+    if short:
+        lead.append(page.Details(f"What falls short ({len(short)})", [page.Points(short)]))
     lead.append(page.Details("What this page is, and how it was measured", LEAD))
     taken = sum(each.seconds for each in done.values())
     provenance = {
@@ -291,23 +286,17 @@ def _section(
         "Pace": f"fixed work took {before:.2f} times its usual time before this part and "
         f"{after:.2f} times after it",
     }
-    blocks: list[page.Block] = []
-    plain: list[str] = []
-    for finding in found.findings:
-        kind = tone(finding)
-        if kind == "plain":
-            plain.append(finding)
-        else:
-            blocks.append(page.Verdict(WORDS[kind], finding, kind))
-    if plain:
+    kinds: dict[str, page.Tone] = {each: tone(each) for each in found.findings}
+    blocks: list[page.Block] = [
+        page.Verdict(WORDS[kind], each, kind) for each, kind in kinds.items() if kind != "plain"
+    ]
+    if plain := [each for each, kind in kinds.items() if kind == "plain"]:
         blocks.append(page.Points(plain))
     blocks.append(description.meaning)
-    numbers: list[page.Block] = []
     picture = folder / entry.benchmark / f"{entry.name}.png"
-    if found.rows and picture.is_file():
-        numbers.append(page.Picture(picture, description.title))
+    drawn = [page.Picture(picture, description.title)] if found.rows and picture.is_file() else []
     blocks += [
-        page.Details("Diagram and numbers", [*numbers, *found.tables]),
+        page.Details("Diagram and numbers", [*drawn, *found.tables]),
         page.Details("How it was measured", [page.Entries(told)]),
     ]
     return page.Section(entry.heading, blocks)
