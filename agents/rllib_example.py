@@ -3,18 +3,17 @@
 # pyright: reportMissingImports=false
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import gymnasium
-import ray
 import typer
-from ray.rllib.algorithms.ppo import PPO, PPOConfig
-from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
-from ray.tune.registry import register_env
 
 import magfold_env  # noqa: F401 (registers the environments, in every process of a cluster)
 from agents.commands import reported_errors, run_command
 from agents.settings import PPOSettings, SettingsError, TrainSettings, load_settings
+
+if TYPE_CHECKING:
+    from ray.rllib.algorithms.ppo import PPOConfig
 
 
 def make_env(options: dict[str, Any]) -> gymnasium.Env[Any, Any]:
@@ -22,7 +21,7 @@ def make_env(options: dict[str, Any]) -> gymnasium.Env[Any, Any]:
     return gymnasium.make(**options)
 
 
-def ppo_config(settings: TrainSettings, runners: int = 0) -> PPOConfig:
+def ppo_config(settings: TrainSettings, runners: int = 0) -> "PPOConfig":
     """Return training settings in RLlib's words.
 
     Of those for `agents.train`, phases before the main one, features, validation and stops are left
@@ -33,6 +32,12 @@ def ppo_config(settings: TrainSettings, runners: int = 0) -> PPOConfig:
     SettingsError
         If their learner is not PPO.
     """
+    from ray.rllib.algorithms.ppo import PPOConfig  # noqa: PLC0415 (an extra)
+    from ray.rllib.core.rl_module.default_model_config import (  # noqa: PLC0415
+        DefaultModelConfig,
+    )
+    from ray.tune.registry import register_env  # noqa: PLC0415
+
     learner, env = settings.learner, settings.env
     if not isinstance(learner, PPOSettings) or learner.algorithm != "ppo":
         raise SettingsError(f"learner.algorithm: {learner.algorithm!r} is not allowed; must be ppo")
@@ -76,11 +81,13 @@ def main(
     output: Annotated[Path, typer.Option(help="Folder of the checkpoint.")] = Path("runs/rllib"),
 ) -> None:
     """Train by RLlib and save its checkpoint."""
-    with reported_errors(SettingsError):
+    with reported_errors(SettingsError, extras="ray"):
+        import ray  # noqa: PLC0415 (an extra)
+
         settings = load_settings(config, timesteps=timesteps)
         algorithm_config = ppo_config(settings, runners)
     ray.init(address=address, logging_level="warning")
-    algorithm: PPO = algorithm_config.build_algo()
+    algorithm = algorithm_config.build_algo()
     steps = 0
     while steps < settings.timesteps:
         result = algorithm.train()

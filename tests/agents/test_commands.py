@@ -37,6 +37,20 @@ def test_commands_without_their_extra_tell_it_in_one_line(missing: str, tmp_path
     assert done.stderr == f"error: agents need Stable-Baselines3: {REMEDY}\n"
 
 
+@pytest.mark.parametrize(
+    ("command", "missing", "extras"),
+    [("rllib_example", "ray", "ray"), ("tune_ray", "ray", "tune,ray"), ("tune", "optuna", "tune")],
+)
+def test_commands_name_extras_of_their_own(
+    command: str, missing: str, extras: str, tmp_path: Path
+) -> None:
+    done = without(missing, tmp_path, "-m", f"agents.{command}", "ppo-tube-feed")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.endswith(f"; install it, pip install 'magfold_env[{extras}]'\n")
+    assert done.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize("module", ["agents.settings", "magfold_env.sb3"])
 def test_imports_without_the_extra_end_with_it(module: str, tmp_path: Path) -> None:
     done = without("stable_baselines3", tmp_path, "-c", f"import {module}")
