@@ -14,7 +14,16 @@ from magfold_env.limit_loads import holding
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.render import parts, style
 from magfold_env.render.chain import FACE_NORMALS, magnet_block, square
-from magfold_env.render.sheets import MARGIN, Axis, Block, check_suffix, save_pages, text
+from magfold_env.render.sheets import (
+    MARGIN,
+    SMALLEST,
+    Axis,
+    Block,
+    check_suffix,
+    save_pages,
+    text,
+)  # fmt: skip
+from magfold_env.replay.data import WORDS, brief
 from magfold_env.reporting.plotting import GRID, INK, patch
 from magfold_env.scene import FACES, Scene, SceneError
 from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
@@ -26,7 +35,10 @@ _COLUMNS = 3
 _LINE = 4.4  # [mm]
 _LETTERS = 106  # of a line
 _CAPITALS = 78  # of a line of poles
-_PICTURE = 50.0  # height of a fold's picture [mm]
+_NOTE = 34  # letters of a line under a fold's word
+_FAINTEST = 6.0  # [pt] below which casings are drawn without their numbers
+_PICTURE = 40.0  # height of a fold's picture [mm]
+_ABOVE = 26.0  # of what is written above it [mm]
 CARD = (60.0, 60.0)  # width and height [mm]
 
 _SCALES = (50.0, 20.0, 10.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1, 0.05)
@@ -72,10 +84,11 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
     found, where = parts.kinds(scene)
     names = [kind.name for kind in found]
     blocks = [Block(10.0, partial(_title, title=title)), *_facts(scene, fold, found)]
-    blocks.append(Block(_PICTURE + 24.0, partial(_folds, scene=scene, expected=expected)))
+    blocks.append(Block(_ABOVE + _PICTURE + 2.0, partial(_folds, scene=scene, expected=expected)))
     withstands = _wrapped(holding_text(fold), _LETTERS)
     blocks += [Block(_LINE, partial(_lines, lines=[line])) for line in withstands]
-    blocks.append(Block(2.0 * _LINE + 1.0, partial(_lines, lines=_legend(scene), faint=True)))
+    legend = _legend(scene)
+    blocks.append(Block(_LINE * len(legend) + 1.0, partial(_lines, lines=legend, faint=True)))
     for first in range(0, scene.n, _COLUMNS):
         labels: dict[int, list[str]] = {}
         for k in range(first, min(first + _COLUMNS, scene.n)):
@@ -90,7 +103,7 @@ def simulated(fold: Fold) -> Outcome:
     return Outcome(
         "Simulated",
         fold.word or "(one component)",
-        f"{fold.status}: {fold.message}",
+        f"{fold.status}: {brief(fold.message)}",
         fold.joint_angles if sound else None,
     )
 
@@ -167,12 +180,12 @@ def _wrapped(line: str, letters: int) -> list[str]:
 def _legend(scene: Scene) -> list[str]:
     scale = card_scale(scene)
     size = f"{scale:g} : 1" if scale >= 1.0 else f"1 : {1.0 / scale:.3g}"
-    return [
+    return _wrapped(
         f"Components are seen from above, {size}, the end of component {scene.n} to the right. "
-        "Letters outside a face are the pole that faces OUT:",
-        "red N, blue S, – no magnet. A fold's word has a letter a joint, component 1 first: "
-        "L turns left, R right, S stays straight.",
-    ]
+        "Letters outside a face are the pole that faces OUT: red N, blue S, – no magnet. "
+        f"A fold's word: {WORDS}",
+        _LETTERS,
+    )
 
 
 def _title(axis: Axis, top: float, title: str) -> None:
@@ -182,7 +195,7 @@ def _title(axis: Axis, top: float, title: str) -> None:
 
 def _lines(axis: Axis, top: float, lines: list[str], faint: bool = False) -> None:
     for k, line in enumerate(lines):
-        text(axis, MARGIN, top - k * _LINE, line, 7.0 if faint else 8.5)
+        text(axis, MARGIN, top - k * _LINE, line, SMALLEST if faint else 8.5)
 
 
 def _folds(axis: Axis, top: float, scene: Scene, expected: list[Outcome]) -> None:
@@ -192,10 +205,10 @@ def _folds(axis: Axis, top: float, scene: Scene, expected: list[Outcome]) -> Non
         word = "\n".join(textwrap.wrap(outcome.word, 24))
         text(axis, left, top - 7.5, word, 9.5, family="monospace")
         lower = 4.0 * word.count("\n")
-        note = "\n".join(textwrap.wrap(outcome.note, 44)[:3])
-        text(axis, left, top - 12.5 - lower, note, 6.5)
+        note = textwrap.fill(outcome.note, _NOTE, max_lines=4, placeholder=" …")
+        text(axis, left, top - 12.5 - lower, note, SMALLEST)
         if outcome.joints is not None:
-            bottom = top - _PICTURE - 22.0
+            bottom = top - _ABOVE - _PICTURE
             box = (left + 1.0, bottom, CARD[0] - 5.0, _PICTURE - lower)
             draw_fold(axis, box, scene, headings(outcome.joints, first=_UPRIGHT))
 
@@ -247,13 +260,14 @@ def draw_card(
         outside = {"ha": "left" if normal[0] > 0 else "right", "va": "center"}
         inwards = -2.0 * np.sign(normal[0])
         text(axis, x + inwards, y + 1.2, sign, 15.0, color=colour, fontweight="bold", **outside)
-        side_name = FACES[f] + (f" {names[f]}" if names[f] else "")
-        words = side_name if pole != "-" else f"{FACES[f]} empty"
-        text(axis, x + inwards, y - 2.6, words, 5.5, color=_FAINT, **outside)
+        text(axis, x + inwards, y - 2.6, FACES[f], SMALLEST, color=_FAINT, **outside)
+        kind = names[f] if pole != "-" else "empty"
+        text(axis, x - 2.5 * inwards, y + 1.2, kind, SMALLEST, color=_FAINT, **outside)
     half = scene.casing.diagonal * scale / 2.0
     for end, neighbour in ((-1, k - 1), (1, k + 1)):
         words, aside = _hinge(scene, k, neighbour), "right" if end < 0 else "left"
-        text(axis, middle[0] + end * (half + 1.8), middle[1], words, 6.0, va="center", ha=aside)
+        x = middle[0] + end * (half + 1.8)
+        text(axis, x, middle[1], words, SMALLEST, va="center", ha=aside)
     if scene.mount == "tube":
         _draw_feed(axis, scene, middle[0], top - CARD[1] + 4.6)
 
@@ -268,7 +282,7 @@ def _draw_feed(axis: Axis, scene: Scene, x: float, y: float) -> None:
     way = -1.0 if scene.feed.direction == "forward" else 1.0
     arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.1}
     axis.annotate("", (x + 9.0 * way, y), (x - 3.0 * way, y), arrowprops=arrow)
-    text(axis, x - 5.0 * way, y, "feed", 6.5, va="center", ha="right" if way > 0 else "left")
+    text(axis, x - 5.0 * way, y, "feed", SMALLEST, va="center", ha="right" if way > 0 else "left")
 
 
 def draw_fold(
@@ -304,9 +318,10 @@ def _draw_component(
         if inner:
             dot = {"color": _colour(style.CASING_EDGE), "linewidth": 0}
             axis.add_patch(patch("Circle", end, 0.055 * side, **dot))
-    size = 0.26 * side / _POINT
-    inside = {"ha": "center", "va": "center_baseline", "fontweight": "bold"}
-    text(axis, middle[0], middle[1], f"{k + 1}", size, **inside)
+    size = 0.3 * side / _POINT
+    if size >= _FAINTEST:
+        inside = {"ha": "center", "va": "center_baseline", "fontweight": "bold"}
+        text(axis, middle[0], middle[1], f"{k + 1}", size, **inside)
 
 
 def _polygon(

@@ -14,6 +14,7 @@ from magfold_env.reporting.plotting import INK, figure_class
 WIDTH, HEIGHT = 210.0, 297.0  # of A4 [mm]
 MARGIN = 14.0  # [mm]
 SUFFIXES = (".pdf", ".png")
+SMALLEST = 8.0  # text [pt]
 
 _INCH = 25.4  # [mm]
 _DPI = 150  # of a PNG
@@ -88,8 +89,9 @@ def _figure(blocks: Sequence[Block], number: int, count: int) -> Any:
     ends = [MARGIN, MARGIN + _RULER]
     axis.plot(ends, [MARGIN, MARGIN], color=INK, linewidth=1.0, marker="|", markersize=5.0)
     words = f"{_RULER:.0f} mm if printed at 100 %"
-    text(axis, MARGIN + _RULER + 3.0, MARGIN, words, 7.0, va="center")
-    text(axis, WIDTH - MARGIN, MARGIN, f"page {number} of {count}", 7.0, va="center", ha="right")
+    text(axis, MARGIN + _RULER + 3.0, MARGIN, words, SMALLEST, va="center")
+    words = f"page {number} of {count}"
+    text(axis, WIDTH - MARGIN, MARGIN, words, SMALLEST, va="center", ha="right")
     return figure
 
 

@@ -11,7 +11,7 @@ from string import Template
 from typing import Any
 
 from magfold_env.files import write_text
-from magfold_env.replay.data import Recording, page_data
+from magfold_env.replay.data import WORDS, Recording, page_data
 
 __all__ = ["Recording", "frame", "page", "page_data", "write_html"]
 
@@ -51,6 +51,7 @@ def page(data: dict[str, Any]) -> str:
     title = f"Fold {data['word'] or '(one component)'}, {data['status']}"
     return Template(_file("page.html")).substitute(
         title=html.escape(title),
+        words=WORDS,
         style=_file("page.css"),
         script="\n".join(_file(name) for name in _SCRIPTS),
         data=_inline_json(data),

@@ -75,8 +75,34 @@ def test_a_card_tells_which_pole_faces_out_on_which_face(k: int) -> None:
         assert fills.count(_colour(colour)) == ANCHOR.sequence[k].count(pole)
     words = {text.get_text() for text in axis.texts}
     assert {str(k + 1), ANCHOR.sequence[k], "feed"} <= words
-    assert ("back-left empty" in words) == (ANCHOR.sequence[k][1] == "-")
+    assert ("empty" in words) == ("-" in ANCHOR.sequence[k])
     assert ("hinge\nto 1" in words) == (k == 1)
+
+
+@pytest.mark.parametrize("scene", [ANCHOR, FREE.replace(mount="pinned")], ids=["tube", "pinned"])
+@pytest.mark.parametrize("k", [0, 3])
+def test_the_text_of_a_card_is_large_enough_and_apart(scene: mf.Scene, k: int) -> None:
+    figure = figure_class()(figsize=np.array(CARD) / 25.4)
+    axis = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, CARD[0]), ylim=(0.0, CARD[1]))
+    draw_card(axis, (0.0, CARD[1]), scene, k, ["A", "B", "B", "A"])
+    figure.draw_without_rendering()
+    texts = [text for text in axis.texts if text.get_text()]
+    boxes = [text.get_window_extent() for text in texts]
+    assert min(text.get_fontsize() for text in texts) >= 8.0
+    for text, box in zip(texts, boxes, strict=True):
+        assert figure.bbox.x0 <= box.x0, text
+        assert box.x1 <= figure.bbox.x1, text
+        # Of two texts below each other not even the rows of pixels at their edges.
+        near = [other for other in boxes if other is not box and box.overlaps(other.padded(-2.0))]
+        assert not near, text
+
+
+def test_numbers_are_left_out_where_they_cannot_be_read() -> None:
+    for width, shown in ((50.0, 6), (8.0, 0)):
+        axis = _axis()
+        draw_fold(axis, (0.0, 0.0, width, width), FREE, headings(word_to_angles("LRLLL")))
+        assert len(axis.texts) == shown
+        assert all(text.get_fontsize() >= 6.0 for text in axis.texts)
 
 
 @pytest.mark.parametrize(("direction", "way"), [("forward", -1), ("backward", 1)])

@@ -12,12 +12,18 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_env.engine import outcomes
 from magfold_env.fold import kinetic_energy, recording
 from magfold_env.replay import page_data
+from magfold_env.replay.data import brief
+from magfold_env.simulation.endings import ending
 from magfold_env.simulation.frames import magnetic_energy
 from tests.folds import FREE, recorded
 
 TUBE = mf.load_scene("tube-feed")
+
+
+_VOID = ("meta", "link", "input")
 
 
 class _Reader(HTMLParser):
@@ -26,6 +32,10 @@ class _Reader(HTMLParser):
     def __init__(self) -> None:
         super().__init__()
         self.inside = ""
+        self.open: list[str] = []
+        self.around: dict[str, list[str]] = {}
+        """In which elements that have a name those lie that have one."""
+        self.text = ""
         self.scripts: dict[str, str] = {}
         self.addresses: list[str] = []
         self.title = ""
@@ -33,17 +43,27 @@ class _Reader(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         given = dict(attrs)
         self.inside = str(given.get("type")) if tag == "script" else tag
+        name = given.get("id") or ""
+        self.around[name] = list(self.open)
+        if tag not in _VOID:
+            self.open.append(name)
         names = ("src", "href", "action", "srcset", "data", "poster")
         self.addresses += [value for name in names if (value := given.get(name))]
 
     def handle_endtag(self, tag: str) -> None:
         self.inside = ""
+        self.open.pop()
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Do nothing for `<path/>`."""
 
     def handle_data(self, data: str) -> None:
         if self.inside == "title":
             self.title += data
         elif self.inside in ("application/json", "module"):
             self.scripts[self.inside] = self.scripts.get(self.inside, "") + data
+        else:
+            self.text += data
 
 
 def _read(path: Path) -> _Reader:
@@ -74,6 +94,37 @@ def test_a_page_holds_the_recorded_motion(tmp_path: Path) -> None:
         expected = 1e3 * find(FREE, motion)
         np.testing.assert_allclose(data[name], expected, atol=1e-4 * np.abs(expected).max())
     assert data["tube"] is data["field"] is None
+
+
+def test_a_page_says_what_a_word_is(tmp_path: Path) -> None:
+    reader, _ = _page(recorded("LRLLL"), tmp_path)
+    assert "L turns left, R right, S stays straight" in reader.text
+
+
+def test_nothing_to_press_lies_on_the_drawing(tmp_path: Path) -> None:
+    reader, _ = _page(recorded("LRLLL"), tmp_path)
+    assert reader.open == []
+    assert "stage" in reader.around["drawing"]
+    assert "controls" in reader.around["zoom"]
+    assert "stage" not in reader.around["zoom"]
+
+
+@pytest.mark.parametrize(
+    ("joints", "told"),
+    [
+        ([*range(1, 30)], "joints 1 to 29"),
+        ([3], "joint 3"),
+        ([3, 4], "joints 3, 4"),
+        ([1, 3, 4, 5, 8, 10, 11, 13, 14, 15], "joints 1, 3 to 5, 8, 10, 11, 13 to 15"),
+    ],
+)
+def test_open_joints_are_told_in_ranges(joints: list[int], told: str) -> None:
+    angles = [0.0 if joint in joints else np.pi / 2 for joint in range(1, max(joints) + 1)]
+    _, message = ending(outcomes.RESTED, 0.25, angles, "")
+    assert f"joint {', '.join(map(str, joints))} open" in message
+    assert brief(message) == f"at rest at t = 0.25 s with {told} open"
+    shown = replace(recorded("LRLLL"), message=message)
+    assert page_data(recording(shown))["message"] == brief(message)
 
 
 def test_a_page_asks_for_nothing_outside_itself(tmp_path: Path) -> None:
