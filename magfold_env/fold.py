@@ -14,6 +14,7 @@ from pydantic_core import from_json, to_json
 
 from magfold_env.files import reading_json, write_text
 from magfold_env.replay import Recording, frame, write_html
+from magfold_env.replay.data import feed_text
 from magfold_env.scene import Scene
 from magfold_env.shapes import BoolArray, FloatArray, IntArray, centres, parse_word
 
@@ -252,6 +253,7 @@ def recording(fold: Fold) -> Recording:
         push=motion.push,
         kinetic=kinetic_energy(scene, motion),
         magnetic=None if find is None else find(scene, motion),
+        feed=feed_text(scene),
     )
 
 

@@ -152,7 +152,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     scene : str, Path or Scene, optional
         A tube scene, by default the environment's own; its sequence, direction and speeds are
         ignored.
-    render_mode : {"human", "rgb_array", "ansi"}, optional
+    render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window by itself.
     **options
         See `magfold_env.envs.tasks.feed_tasks.FeedOptions`.

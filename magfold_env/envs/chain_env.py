@@ -1,15 +1,20 @@
 """A single environment: row 0 of episodes of one."""
 
-from collections.abc import Callable, Mapping
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
 
 import gymnasium
 import numpy as np
+from numpy.typing import NDArray
 
 from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
-from magfold_env.envs.pictures.viewer import RENDER_MODES, Viewer
+from magfold_env.envs.pictures.recording import recording
+from magfold_env.envs.pictures.viewer import FILM_FPS, FRAME_RATE, RENDER_MODES, Viewer
 from magfold_env.envs.spaces.observation import Layout
 from magfold_env.envs.tasks.world import World
+from magfold_env.replay import write_html
 from magfold_env.scene import Scene
 from magfold_env.simulation.view import ChainState
 
@@ -27,7 +32,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
     ----------
     world : World
         What all episodes share.
-    render_mode : {"human", "rgb_array", "ansi"}, optional
+    render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window by itself.
 
     Raises
@@ -43,10 +48,15 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
     def __init__(self, world: World, render_mode: str | None) -> None:
         self.world = world
         self.render_mode = render_mode
+        if render_mode == "rgb_array_list":
+            self.metadata = {**self.metadata, "render_fps": FILM_FPS}
         self.viewer = Viewer(render_mode, self.metadata["render_fps"])
         self.action_space = world.actions.space
         self.observation_space: gymnasium.Space[Any] = self._space()
         self._made: Episodes[ObsType] | None = None
+        # What the episode began with, if that is known, and what has been chosen since.
+        self._began: tuple[Mapping[str, Any], Sequence[int] | None] | None = None
+        self._choices: list[tuple[NDArray[Any], ...]] = []
 
     def _space(self) -> gymnasium.Space[Any]:
         return self.layout.space
@@ -90,6 +100,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         episodes = self.episodes
         episodes.rngs[0] = self.np_random
         given = episodes.given({key: [value] for key, value in (options or {}).items()})
+        self._began, self._choices = (self.np_random.bit_generator.state, given), []
         episodes.begin(_ROW, given)
         self.viewer.begin()
         self._show()
@@ -108,7 +119,10 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         episodes = self._running()
         if episodes.terminated[0]:
             raise gymnasium.error.ResetNeeded("the episode is over; call reset() first")
-        rewards, ends = episodes.step(_ROW, self.world.actions.read_one(action))
+        choice = self.world.actions.read_one(action)
+        # Copies: an agent may write its next action into the same array.
+        self._choices.append(tuple(part.copy() for part in choice))
+        rewards, ends = episodes.step(_ROW, choice)
         self._show()
         observation, info = self._observation(), self._info(ends)
         return observation, float(rewards[0]), bool(ends), False, info
@@ -129,12 +143,16 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         episodes = self.episodes
         episodes.rngs[0] = self.np_random
         episodes.set_state(state)
+        self._began = None
         self.viewer.begin()
         ends = episodes.told_at_end(_ROW) if episodes.terminated[0] else {}
         return self._observation(), self._info(ends)
 
     def render(self) -> Any:
         """Return the chain as an image or as text, or show it, as `render_mode` says.
+
+        ``rgb_array_list`` returns all frames since the last call, or the last reset: the motion
+        between decisions, at half its speed if they are shown at ``metadata["render_fps"]``.
 
         Raises
         ------
@@ -147,6 +165,34 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
     def snapshot(self) -> "Snapshot":
         """Return what a picture shows."""
         return self._running().snapshot(0)
+
+    def to_html(self, path: str | Path) -> None:
+        """Write a page that plays the episode so far: see `magfold_env.replay.write_html`.
+
+        The episode is simulated once more, bit for bit, and recorded; any `render_mode` will do.
+
+        Parameters
+        ----------
+        path
+            Where to; written under a temporary name first.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            Before the first reset.
+        ValueError
+            Before the first step, after `set_state`, and where nothing moves: with
+            ``fidelity="quasistatic"``.
+        """
+        self._running()
+        if self._began is None or not self._choices:
+            raise ValueError("to_html: an episode needs a step, and no set_state since its reset")
+        state, given = self._began
+        again = type(self).make_episodes(self.world, 1, 1, FRAME_RATE)
+        again.rngs[0] = copy.deepcopy(self.np_random)
+        again.rngs[0].bit_generator.state = state
+        again.begin(_ROW, given)
+        write_html(recording(again, self._choices), path)
 
     def close(self) -> None:
         """Close the window, if there is one; the environment stays as it is."""
@@ -172,6 +218,6 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         return {key: column.tolist()[0] for key, column in told.items()}
 
     def _show(self) -> None:
-        """Play what has happened since the last time, if there is a window."""
-        if self.render_mode == "human":
-            self.viewer.play(self.episodes.chains.motion(), self.snapshot())
+        """Play or keep what has happened since the last time, if the render mode does."""
+        if self.render_mode in ("human", "rgb_array_list"):
+            self.viewer.follow(self.episodes.chains.motion(), self.snapshot())

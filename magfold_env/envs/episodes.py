@@ -10,7 +10,7 @@ import zlib
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import gymnasium
 import numpy as np
@@ -92,6 +92,9 @@ class Episodes(Generic[ObsType]):
 
     kept: tuple[str, ...] = ("numbers", "_potentials")
     """Names of the arrays, one entry an episode, that are part of its state."""
+
+    tells_strengths: ClassVar[bool] = True
+    """Whether `scene` has the strengths that magnets have in truth."""
 
     def __init__(
         self, world: Any, count: int, threads: int = 1, frame_rate: float | None = None
@@ -355,12 +358,19 @@ class Episodes(Generic[ObsType]):
             released=int(arrays.released[row].sum()),
             target=self.goals.names[row],
             held=self.chains.held(row),
+            chosen=self.chosen(row),
             title=title,
             message=message,
             rows=tuple(lines),
             predicted=None if found is None else found.word,
             is_loaded=is_loaded,
         )
+
+    def chosen(self, row: int) -> Bools:
+        """Return which components of a chain have been chosen, (n,), component 1 first."""
+        found = np.zeros(self.world.scene.n, dtype=np.bool_)
+        found[list(self.arrays.order(row)[: int(self.arrays.fed[row])])] = True
+        return found
 
     def words(self, rows: Ints) -> Any:
         """Return the fold words nearest to some chains as they are, an array of str."""

@@ -36,7 +36,7 @@ class FeedEpisodes(CameraEpisodes):
     def __init__(
         self, world: FeedWorld, count: int, threads: int = 1, frame_rate: float | None = None
     ) -> None:
-        super().__init__(world, count, threads)
+        super().__init__(world, count, threads, frame_rate)
         self.steps: Ints = np.zeros(count, dtype=np.int64)
         """Number of steps taken in each episode, (m,)."""
         self.driven: Floats = np.zeros((count, self.horizon))

@@ -96,7 +96,7 @@ class FoldEnv(ChainEnv[ObsType]):
         A tube scene: a shipped name, a path or the scene. Its sequence and feed speeds are the
         agent's to choose and so are ignored: every face gets a magnet. By default the scene that
         the target suite is meant for, or the environment's own.
-    render_mode : {"human", "rgb_array", "ansi"}, optional
+    render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window by itself.
     **options
         See `magfold_env.envs.tasks.world.FoldOptions`.

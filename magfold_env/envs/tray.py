@@ -29,6 +29,7 @@ class TrayEpisodes(CameraEpisodes):
     """Episodes in which components are taken from trays, and put back."""
 
     shown = 1
+    tells_strengths = False
     kept = (*CameraEpisodes.kept, "strengths", "places", "lies", "returned", "speeds", "_took")
 
     def __init__(

@@ -46,6 +46,8 @@ class Snapshot:
     """The wanted fold word."""
     held: BoolArray
     """Which components friction holds, shape (n,)."""
+    chosen: BoolArray
+    """Which components have been chosen, so that the sequence says what they are, shape (n,)."""
     title: str
     """How far the episode has come."""
     message: str = ""

@@ -4,11 +4,11 @@ const NORMALS = [45, 135, -135, -45]; // of the faces [°], from the heading
 const POLES = { N: "north", S: "south" };
 
 class Chain {
-  constructor(parent, motion) {
-    this.motion = motion;
+  constructor(parent, motion, sequence) {
+    Object.assign(this, { parent, motion });
     const { data } = motion, { side } = data;
-    this.links = data.sequence.map((faces, k) => this.#link(parent, faces, k));
-    this.hinges = data.sequence.slice(1).map(() =>
+    this.links = sequence.map((faces, k) => this.#link(parent, faces, k));
+    this.hinges = sequence.slice(1).map(() =>
       shape("circle", { class: "hinge", r: 0.055 * side }, parent));
     this.pin = data.pinned
       ? shape("circle", { class: "pin", r: 0.11 * side, "stroke-width": 0.04 * side }, parent)

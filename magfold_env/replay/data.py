@@ -1,6 +1,7 @@
 """What the page is told of a fold: lengths in mm, energies in mJ, rounded to what can be seen."""
 
 import re
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,6 +53,10 @@ class Recording(NamedTuple):
     """Kinetic energy [J], shape (m,)."""
     magnetic: FloatArray | None
     """Magnetic energy [J], shape (m,); None if there is none, or it is not known."""
+    feed: str
+    """How the tube feeds, in words."""
+    earlier: Sequence[tuple[int, Sequence[str]]] = ()
+    """Sequences before that of `scene`, with the frames they end before, if it changed."""
 
 
 def page_data(fold: Recording) -> dict[str, Any]:
@@ -62,6 +67,7 @@ def page_data(fold: Recording) -> dict[str, Any]:
         "status": fold.status,
         "message": brief(fold.message),
         "sequence": list(scene.sequence),
+        "earlier": [[end, list(sequence)] for end, sequence in fold.earlier],
         "side": _rounded(_MILLI * scene.casing.side, _LENGTH),
         "order": fold.order.tolist(),
         "magnets": _magnets(scene),
@@ -113,7 +119,7 @@ def _facts(fold: Recording) -> list[list[str]]:
     scene = fold.scene
     facts = {"Sequence": " ".join(scene.sequence), "Mount": scene.mount}
     if scene.mount == "tube":
-        facts["Feed"] = feed_text(scene)
+        facts["Feed"] = fold.feed
     facts["Casing"] = f"{_MILLI * scene.casing.side:.4g} mm"
     facts["Friction"] = f"{scene.friction:.4g}"
     if np.isfinite(fold.energy):

@@ -11,7 +11,9 @@ class Player {
     this.time = motion.start;
     const drawing = byId("drawing");
     drawSurroundings(drawing, motion);
-    this.chain = new Chain(drawing, motion);
+    const { earlier, sequence } = motion.data;
+    this.chains = [...earlier, [Infinity, sequence]].map(([until, faces]) =>
+      ({ until, chain: new Chain(shape("g", {}, drawing), motion, faces) }));
     this.camera = new Camera(drawing, wholeView(motion), byId("ruler"));
     this.plots = makePlots(motion, (time) => this.seek(time));
     this.#fillSpeeds();
@@ -71,7 +73,9 @@ class Player {
     const { motion } = this;
     this.time = clamp(time, motion.start, motion.end);
     const frame = motion.nearest(this.time);
-    this.chain.draw(motion.at(this.time));
+    const state = motion.at(this.time), now = this.chains.find(({ until }) => state.frame < until);
+    for (const each of this.chains) each.chain.parent.style.display = each === now ? "" : "none";
+    now.chain.draw(state);
     byId("time").value = frame;
     byId("clock").textContent = `${this.time.toFixed(3)} / ${motion.end.toFixed(3)} s`;
     byId("now").textContent = motion.description(frame);

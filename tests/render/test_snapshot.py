@@ -24,6 +24,7 @@ def snapshot(word: str = "SSSSS", released: int = 6, direction: str = "forward")
         released=released,
         target=WORD,
         held=np.zeros(6, dtype=np.bool_),
+        chosen=np.ones(6, dtype=np.bool_),
         title="fed 6 of 6",
         message="at rest",
         rows=(("word", word), ("energy", "1 mJ")),

@@ -2,7 +2,8 @@
 
 What a picture shows is a `magfold_env.render.snapshot.Snapshot`, and its layout is that module's.
 ``rgb_array`` and ``ansi`` show the chain at the moment of a decision. ``human`` also plays, slowed
-down, what the step just taken recorded on its way; nothing is simulated a second time.
+down, what the step just taken recorded on its way, and ``rgb_array_list`` has it in frames; nothing
+is simulated a second time.
 
 Drawing needs the `render` extra and simulating does not, so that it is imported when it is used.
 """
@@ -19,16 +20,23 @@ import numpy as np
 from magfold_env.fold import Trajectory
 
 if TYPE_CHECKING:
+    from magfold_env.render.canvas import View
     from magfold_env.render.snapshot import Snapshot
     from magfold_env.render.window import Window
 
-RENDER_MODES = ("human", "rgb_array", "ansi")
+RENDER_MODES = ("human", "rgb_array", "rgb_array_list", "ansi")
 
 FRAME_RATE = 240.0
 """Frames that are recorded for a window, a simulated second [1/s]."""
 
 SLOWDOWN = 8.0
 """Seconds in which a window plays a simulated second."""
+
+FILM_RATE = 60.0
+"""Frames that ``rgb_array_list`` has of a simulated second [1/s]."""
+
+FILM_FPS = 30
+"""Frames a second at which they are to be shown [1/s]."""
 
 
 def check_render_mode(mode: str | None) -> str | None:
@@ -62,13 +70,17 @@ class Viewer:
         self.mode = check_render_mode(mode)
         self._fps = fps
         self._window: Window | None = None
+        self._before: Snapshot | None = None
+        self._film: list[tuple[Snapshot, View, int]] = []
         self._seen = 0
         self._last = 0.0
 
     @property
     def frame_rate(self) -> float | None:
         """Frames that episodes are to record a simulated second [1/s]; None for none."""
-        return FRAME_RATE if self.mode == "human" else None
+        if self.mode == "human" and self._fps < FILM_FPS:  # else steps alone move as a film does
+            return FRAME_RATE
+        return FILM_RATE if self.mode == "rgb_array_list" else None
 
     @property
     def window(self) -> Window:
@@ -82,7 +94,7 @@ class Viewer:
 
     def begin(self) -> None:
         """Forget the motion of the episode before."""
-        self._seen = 0
+        self._seen, self._before, self._film = 0, None, []
 
     def render(self, snapshot: Callable[[], Snapshot]) -> Any:
         """Return a snapshot as an array or as text, or show it, as the mode says."""
@@ -93,9 +105,15 @@ class Viewer:
         if self.mode == "human":
             self.show(snapshot())
             return None
-        from magfold_env.render.snapshot import snapshot_picture  # noqa: PLC0415
+        from magfold_env.render.snapshot import SNAPSHOT_SIZE, snapshot_picture  # noqa: PLC0415
 
-        return np.array(snapshot_picture(snapshot()))
+        if self.mode == "rgb_array":
+            return np.array(snapshot_picture(snapshot()))
+        film, self._film = self._film, []
+        frames: list[Any] = []
+        for shown, view, count in film:
+            frames += [np.array(snapshot_picture(shown, SNAPSHOT_SIZE, view))] * count
+        return frames
 
     def show(self, snapshot: Snapshot) -> None:
         """Show a snapshot in the window."""
@@ -103,40 +121,65 @@ class Viewer:
 
         self.window.show(snapshot_picture(snapshot, self.window.size))
 
-    def play(self, motion: Trajectory | None, snapshot: Snapshot) -> None:
-        """Show the motion that led to a snapshot, then the snapshot, no sooner than `fps` allows.
+    def follow(self, motion: Trajectory | None, snapshot: Snapshot) -> None:
+        """Show, or keep for `render`, the motion that led to a snapshot and then the snapshot."""
+        view, passing = self._passing(motion, snapshot)
+        self._before = snapshot
+        if self.mode == "human":
+            self._play(passing, view, snapshot)
+            return
+        self._film += [(each, view, 1) for each in passing]
+        # How it ends can be read for a second.
+        time_only = passing[-1].message if passing else ""
+        last = replace(snapshot, message=snapshot.message or time_only)
+        self._film.append((last, view, FILM_FPS if snapshot.message else 1))
+
+    def _passing(
+        self, motion: Trajectory | None, snapshot: Snapshot
+    ) -> tuple[View, list[Snapshot]]:
+        """Return what led to a snapshot, and a view that holds all of it."""
+        from magfold_env.render.snapshot import motion_view, snapshot_view  # noqa: PLC0415
+
+        view, first = snapshot_view(snapshot), self._seen
+        if motion is None or len(motion) == first:
+            return view, []
+        self._seen = len(motion)
+        angles, base, released = motion.angles, motion.base, motion.released
+        whole = motion_view(snapshot.scene, angles[first:], base[first:], released[first:])
+        # What becomes of it is not told before; what is drawn back is what it was.
+        told, scene = self._before or snapshot, snapshot.scene
+        sequence = np.where(snapshot.chosen, scene.sequence, told.scene.sequence).tolist()
+        still = replace(
+            snapshot,
+            scene=scene if sequence == [*scene.sequence] else scene.replace(sequence=sequence),
+            held=np.zeros_like(snapshot.held),
+            title=told.title,
+            rows=told.rows,
+            predicted=told.predicted,
+        )
+        return whole.joined(view), [
+            replace(
+                still,
+                angles=angles[k],
+                base=base[k],
+                released=int(released[k]),
+                message=f"t = {motion.time[k]:.2f} s",
+            )
+            for k in range(first, len(motion))
+        ]
+
+    def _play(self, passing: list[Snapshot], view: View, snapshot: Snapshot) -> None:
+        """Show what passes, then the snapshot, no sooner than `fps` allows.
 
         A key or the wish to quit ends the motion; both stay to be read.
         """
-        from magfold_env.render.snapshot import (  # noqa: PLC0415
-            motion_view,
-            snapshot_picture,
-            snapshot_view,
-        )
+        from magfold_env.render.snapshot import snapshot_picture  # noqa: PLC0415
 
-        if motion is not None and len(motion) > self._seen:
-            new = slice(self._seen, None)
-            angles, base, released = motion.angles[new], motion.base[new], motion.released[new]
-            times, self._seen = motion.time[new], len(motion)
-            view = motion_view(snapshot.scene, angles, base, released)
-            view = view.joined(snapshot_view(snapshot))
-            begun = time.monotonic()
-            k = 0
-            # Frames for which there is no time are left out, lest a slow machine fall behind.
-            while k < len(angles) and not self.window.is_interrupted():
-                passing = replace(
-                    snapshot,
-                    angles=angles[k],
-                    base=base[k],
-                    released=int(released[k]),
-                    held=np.zeros_like(snapshot.held),
-                    # How it ends is not told before.
-                    title=f"t = {times[k]:.2f} s",
-                    message="",
-                    rows=(("target", snapshot.target),),
-                )
-                self.window.show(snapshot_picture(passing, self.window.size, view))
-                k = max(k + 1, int((time.monotonic() - begun) / SLOWDOWN * FRAME_RATE))
+        begun, k = time.monotonic(), 0
+        # Frames for which there is no time are left out, lest a slow machine fall behind.
+        while k < len(passing) and not self.window.is_interrupted():
+            self.window.show(snapshot_picture(passing[k], self.window.size, view))
+            k = max(k + 1, int((time.monotonic() - begun) / SLOWDOWN * FRAME_RATE))
         if not self.window.is_interrupted():
             time.sleep(max(0.0, self._last + 1.0 / self._fps - time.monotonic()))
         self.show(snapshot)

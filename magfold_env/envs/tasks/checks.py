@@ -86,17 +86,17 @@ def autoreset_mode_of(mode: AutoresetMode | str) -> AutoresetMode:
 
 
 def check_count(num_envs: int, render_mode: str | None) -> None:
-    """Refuse too few environments, and windows.
+    """Refuse too few environments, and modes that show the motion of a single one.
 
     Raises
     ------
     ValueError
-        If there is nothing to step, or many would be shown in windows.
+        If there is nothing to step, or the mode is ``human`` or ``rgb_array_list``.
     """
     whole("num_envs", num_envs, 1)
-    if render_mode == "human":
+    if render_mode in ("human", "rgb_array_list"):
         raise ValueError(
-            "render_mode: 'human' is not allowed with many environments; must be None, "
+            f"render_mode: {render_mode!r} is not allowed with many environments; must be None, "
             "'rgb_array' or 'ansi'"
         )
 

@@ -15,6 +15,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import RecordVideo
 from gymnasium.wrappers.vector import RecordVideo as VectorRecordVideo
+from moviepy import VideoFileClip
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from magfold_env.envs import ENTRY_POINTS
@@ -22,6 +23,7 @@ from magfold_env.envs.pictures import viewer
 from magfold_env.envs.pictures.play import Game
 from magfold_env.envs.pictures.viewer import text_of
 from magfold_env.envs.tube_feed import TubeFeedEnv
+from magfold_env.envs.wrappers import record_video
 from magfold_env.render import style
 from magfold_env.render.snapshot import snapshot_picture
 
@@ -192,6 +194,61 @@ def test_a_window_shows_the_motion_between_decisions(monkeypatch: pytest.MonkeyP
     env.close()
 
 
+def test_a_film_shows_the_motion_between_decisions() -> None:
+    env = TubeFeedEnv(render_mode="rgb_array_list", **QUICK)
+    assert env.metadata["render_fps"] == viewer.FILM_FPS
+    assert TubeFeedEnv.metadata["render_fps"] < viewer.FILM_FPS
+    env.reset(seed=0)
+    assert len(env.render()) == 1
+    for _ in range(2):
+        ended, before, film = False, 0.0, []
+        while not ended:
+            ended = env.step([5, 3])[2]
+            frames, now = env.render(), float(env.episodes.chains.times(np.array([0]))[0])
+            assert env.render() == []
+            # The last one is the decision's; how it ends stays for a second.
+            passing = len(frames) - (viewer.FILM_FPS if ended else 1)
+            assert passing == pytest.approx(viewer.FILM_RATE * (now - before), abs=1.0)
+            before, film = now, film + frames[: passing + 1]
+        assert all(each.shape == (600, 800, 3) and each.dtype == np.uint8 for each in film)
+        assert all((one != other).any() for one, other in pairwise(film))
+        env.reset(seed=0)
+        assert len(env.render()) == 1
+    env.step([5, 3])
+    env.reset(seed=0)
+    assert len(env.render()) == 1
+
+
+def test_what_is_drawn_back_is_shown_as_it_was() -> None:
+    env = made("MagFold/Tray-v0", "rgb_array_list", {})
+    env.reset(seed=0)
+    for part in range(2):
+        env.step([part, 0, 3, 0])
+    fed = env.snapshot().scene.sequence
+    env.render()
+    env.step([0, 0, 3, 1])
+    *passing, last = [snapshot.scene.sequence for snapshot, _, _ in env.viewer._film]
+    assert len(passing) > 2
+    assert set(passing) == {fed}
+    assert last != fed
+
+
+@pytest.mark.parametrize("env_id", ["MagFold/UnknownFloor-v0", "MagFold/Tray-v0"])
+def test_films_of_every_step_are_whole(env_id: str) -> None:
+    env = made(env_id, "rgb_array_list", {})
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    for _ in range(5):
+        env.step(env.action_space.sample())
+    seconds = float(env.episodes.chains.times(np.array([0]))[0])
+    assert len(env.render()) - 6 == pytest.approx(viewer.FILM_RATE * seconds, abs=1.0)
+
+
+def test_steps_that_are_a_film_by_themselves_are_played_as_they_come() -> None:
+    assert made("MagFold/UnknownFloor-v0", "human", {}).viewer.frame_rate is None
+    assert made("MagFold/Tray-v0", "human", {}).viewer.frame_rate == viewer.FRAME_RATE
+
+
 def test_a_window_keeps_the_size_it_is_given() -> None:
     env = TubeFeedEnv(render_mode="human", **QUICK)
     env.reset(seed=0)
@@ -215,7 +272,7 @@ def test_copies_have_windows_of_their_own() -> None:
 
 
 @every_variant
-@pytest.mark.parametrize("mode", ["human", "rgb_array", "ansi"])
+@pytest.mark.parametrize("mode", ["human", "rgb_array", "rgb_array_list", "ansi"])
 def test_rendering_needs_a_reset(env_id: str, options: dict, mode: str) -> None:
     env = made(env_id, mode, options)
     with pytest.raises(gymnasium.error.ResetNeeded, match=r"call reset\(\) first"):
@@ -228,7 +285,7 @@ def test_rendering_needs_a_reset(env_id: str, options: dict, mode: str) -> None:
 def test_modes_are_told(env_id: str) -> None:
     spec = gymnasium.spec(env_id)
     env: Any = spec.make()
-    assert env.metadata["render_modes"] == ["human", "rgb_array", "ansi"]
+    assert env.metadata["render_modes"] == ["human", "rgb_array", "rgb_array_list", "ansi"]
     assert env.metadata["render_fps"] > 0
 
 
@@ -254,6 +311,26 @@ def test_episodes_can_be_filmed(env_id: str, options: dict, tmp_path: Path) -> N
         ended = terminated or truncated
     env.close()
     assert [path.suffix for path in (tmp_path / "films").iterdir()] == [".mp4"]
+
+
+def test_videos_have_the_motion_and_gymnasiums_the_decisions(tmp_path: Path) -> None:
+    counts = {}
+    for kind in (RecordVideo, record_video.RecordVideo):
+        single = TubeFeedEnv(render_mode="rgb_array_list", **QUICK)
+        env: Any = kind(single, str(tmp_path / kind.__module__), lambda _: True)
+        env.reset(seed=0)
+        for _ in range(3):
+            env.step([5, 3])
+        counts[kind] = len(env.recorded_frames)
+        seconds = float(single.episodes.chains.times(np.array([0]))[0])
+        env.close()
+    assert counts[RecordVideo] == 4
+    frames = viewer.FILM_RATE * seconds + 3 + viewer.FILM_FPS
+    assert counts[record_video.RecordVideo] == pytest.approx(frames, abs=1.0)
+    (path,) = tmp_path.glob("magfold_env*/*.mp4")
+    with VideoFileClip(str(path)) as clip:
+        assert clip.fps == viewer.FILM_FPS
+        assert clip.duration == pytest.approx(frames / viewer.FILM_FPS, abs=0.1)
 
 
 def test_vector_envs_can_be_filmed(tmp_path: Path) -> None:
