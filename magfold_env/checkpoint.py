@@ -1,121 +1,208 @@
-"""What a long run has found so far, in files that a kill cannot break."""
+"""What a long run has found so far, in a database that a kill cannot break."""
 
-import hashlib
 import json
+import os
+import platform
+import sqlite3
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, Self, TypeVar, cast
+
+from filelock import FileLock, Timeout
 
 from magfold_env.files import write_text
 
 T = TypeVar("T")
 
+FILE = "records.sqlite"
+
 EVERY = 2.0
-"""Longest time between two files [s]: what a kill may lose."""
+"""Longest time between two transactions [s]: what a kill may lose."""
+
+_REMEDY = "remove it, and what it held is computed again"
+_UNUSABLE = (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError)
 
 
 class CheckpointError(ValueError):
-    """A file that is damaged, or that another run has written."""
+    """A file that is damaged, or that another run has written; a folder that another run uses."""
+
+
+@contextmanager
+def alone_in(folder: Path) -> Generator[None]:
+    """Let no other run use a folder, which is made if need be.
+
+    The system ends that with the process, however it ends.
+
+    Raises
+    ------
+    CheckpointError
+        If another run uses it.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    lock, holder = FileLock(folder / ".lock"), folder / ".lock.txt"
+    try:
+        lock.acquire(blocking=False)
+    except Timeout:
+        by = holder.read_text(encoding="utf-8") if holder.is_file() else "another process"
+        message = f"{folder}: is in use by {by}; wait until that ends, or give another folder"
+        raise CheckpointError(message) from None
+    try:
+        since = time.strftime("%Y-%m-%d %H:%M:%S")
+        write_text(holder, f"process {os.getpid()} on {platform.node()} since {since}")
+        yield
+    finally:
+        lock.release()
 
 
 class Checkpoint:
-    """Records of a long run in a folder: a file every few seconds, moved into place when whole.
+    """Records of a long run by their number, in a database that is written every few seconds.
 
-    Every file holds the key of its run and a checksum.
+    No other run may use its folder meanwhile. As a context it ends with what is left written, and
+    the folder free again.
 
     Parameters
     ----------
     folder
-        Made if need be, with the first file.
+        Made if need be; None keeps nothing.
     key
         Everything that a record depends on, as values that JSON can hold.
     """
 
-    def __init__(self, folder: str | Path, key: Mapping[str, Any]) -> None:
-        self._folder = Path(folder)
-        self._key: dict[str, Any] = json.loads(_canonical(key))
-        self._pending: list[Any] = []
-        self._saved = time.monotonic()
+    def __init__(self, folder: str | Path | None, key: Mapping[str, Any]) -> None:
+        self._folder = None if folder is None else Path(folder)
+        self._file = Path() if folder is None else Path(folder) / FILE
+        self._key: dict[str, Any] = json.loads(_text(key))
+        self._pending: dict[int, str] = {}
+        self._next = 0
+        self._saved = 0.0
+        self._stack: ExitStack | None = None
+
+    def __enter__(self) -> Self:
+        self._open()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._stack is not None:
+            stack, self._stack = self._stack, None
+            with stack:
+                self.save()
 
     def load(self) -> list[Any]:
-        """Return the records of all files as they are; see `read`."""
+        """Return the records as they are; see `read`."""
         return self.read(lambda record: record)
 
     def read(self, make: Callable[[Any], T]) -> list[T]:
-        """Return what ``make`` makes of every record, in the order they were added.
+        """Return what ``make`` makes of every record that is written, in order of their numbers.
 
         Raises
         ------
         CheckpointError
-            If a file is damaged or holds another key, or if ``make`` raises a ValueError, a
-            TypeError or the like.
+            If the file is damaged or holds another key, if another run uses the folder, or if
+            ``make`` raises a ValueError, a TypeError or the like.
         """
+        self._open()
         made: list[T] = []
-        for path in self._paths():
+        for number, text in self._rows():
             try:
-                made += map(make, self._read(path))
-            except CheckpointError:
-                raise
-            except (ValueError, TypeError, LookupError, AttributeError, OverflowError) as error:
-                message = f"{path}: holds a record that is not one of this run: {error}; remove it"
-                raise CheckpointError(message) from None
+                made.append(make(json.loads(text)))
+            except _UNUSABLE as error:
+                message = f"{self._file}: record {number} is not one of this run: {error}"
+                raise CheckpointError(f"{message}; {_REMEDY}") from None
         return made
 
-    def add(self, record: object) -> None:
-        """Add a record, of values that JSON can hold; write if the last file is `EVERY` old."""
-        self._pending.append(record)
+    def add(self, record: object, number: int | None = None) -> None:
+        """Add a record, of values that JSON can hold; write if the last time is `EVERY` ago.
+
+        It takes the place of the one that has its number; None gives it the next number.
+        """
+        if self._folder is None:
+            return
+        self._open()
+        # Before it is written, so that writing it twice makes no second one.
+        number = self._next if number is None else number
+        self._pending[number] = _text(record)
+        self._next = max(self._next, number + 1)
         if time.monotonic() - self._saved > EVERY:
             self.save()
 
     def save(self) -> None:
-        """Write the records that are in no file yet."""
+        """Write the records that are not yet, all or none.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written: they are kept until it can.
+        """
         self._saved = time.monotonic()
         if not self._pending:
             return
-        self._folder.mkdir(parents=True, exist_ok=True)
-        paths = self._paths()
-        number = int(paths[-1].stem.removeprefix("part-")) + 1 if paths else 0
-        content = {"key": self._key, "records": self._pending}
-        # Not canonical: the columns of a kept table stay in their order.
-        text = json.dumps({"checksum": _checksum(content), **content}, separators=(",", ":"))
-        write_text(self._folder / f"part-{number:06d}.json", text + "\n")
-        self._pending = []
+        with self._transaction() as database:
+            if not _tables(database):
+                database.execute("CREATE TABLE run (key TEXT NOT NULL)")
+                database.execute("CREATE TABLE records (number INTEGER PRIMARY KEY, record TEXT)")
+                database.execute("INSERT INTO run VALUES (?)", [_text(self._key)])
+            rows = self._pending.items()
+            database.executemany("INSERT OR REPLACE INTO records VALUES (?, ?)", rows)
+        self._pending = {}
 
-    def _paths(self) -> list[Path]:
-        return sorted(self._folder.glob("part-*.json"))
+    def _open(self) -> None:
+        """Lock the folder and compare the key, the first time."""
+        if self._folder is None or self._stack is not None:
+            return
+        with ExitStack() as stack:
+            stack.enter_context(alone_in(self._folder))
+            if any(self._folder.glob("part-*.json")):
+                message = f"{self._folder}: holds part-*.json, of a version that is no longer read"
+                raise CheckpointError(f"{message}; give another folder")
+            rows = self._rows()
+            self._next = rows[-1][0] + 1 if rows else 0
+            self._saved = time.monotonic()
+            self._stack = stack.pop_all()
 
-    def _read(self, path: Path) -> list[Any]:
-        content = _whole(path)
-        if content is None:
-            message = f"{path}: is damaged; remove it, and what it held is computed again"
-            raise CheckpointError(message)
-        if where := difference(content["key"], self._key):
+    def _rows(self) -> list[tuple[int, str]]:
+        """Return number and text of every record that is written."""
+        if not self._file.is_file():
+            return []
+        with self._transaction() as database:
+            if not _tables(database):  # a kill came before the first records
+                return []
+            damage = database.execute("PRAGMA quick_check(1)").fetchone()[0]
+            if damage != "ok":
+                raise sqlite3.DatabaseError(damage.splitlines()[-1])
+            ((text,),) = database.execute("SELECT key FROM run")
+            key = json.loads(text)
+            rows = database.execute("SELECT number, record FROM records ORDER BY number").fetchall()
+        if where := difference(key, self._key):
             message = (
-                f"{path}: was written by another run, {where}; "
+                f"{self._file}: was written by another run, {where}; "
                 "take up that run, or give another folder"
             )
             raise CheckpointError(message)
-        return content["records"]
+        return rows
+
+    @contextmanager
+    def _transaction(self) -> Generator[sqlite3.Connection]:
+        """Offer the database; what is done with it is done as a whole, or not at all."""
+        try:
+            with closing(sqlite3.connect(self._file, isolation_level=None)) as database, database:
+                database.execute("BEGIN IMMEDIATE")
+                yield database
+        except (sqlite3.DatabaseError, *_UNUSABLE) as error:
+            code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF
+            if isinstance(error, sqlite3.OperationalError) and code != sqlite3.SQLITE_ERROR:
+                raise OSError(f"{self._file}: {error}") from None
+            raise CheckpointError(f"{self._file}: is damaged ({error}); {_REMEDY}") from None
 
 
-def _whole(path: Path) -> dict[str, Any] | None:
-    """Return what a file holds, without its checksum; None if that does not fit."""
-    try:
-        content: Any = json.loads(path.read_text(encoding="utf-8"))
-        checksum = content.pop("checksum")
-        fits = checksum == _checksum(content) and {"key", "records"} <= set(content)
-    except (ValueError, AttributeError, KeyError, TypeError, RecursionError):
-        return None
-    return content if fits and isinstance(content["records"], list) else None
+def _tables(database: sqlite3.Connection) -> list[Any]:
+    return database.execute("SELECT name FROM sqlite_master").fetchall()
 
 
-def _canonical(content: Mapping[str, Any]) -> str:
-    return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-
-
-def _checksum(content: Mapping[str, Any]) -> str:
-    return hashlib.sha256(_canonical(content).encode()).hexdigest()
+def _text(content: object) -> str:
+    # In its own order: the columns of a kept row stay in theirs.
+    return json.dumps(content, separators=(",", ":"), allow_nan=False)
 
 
 def difference(there: object, here: object, key: str = "") -> str:

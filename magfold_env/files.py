@@ -53,6 +53,8 @@ def replacing(path: str | Path) -> Generator[Path]:
     ------
     FileNotFoundError
         If the folder does not exist.
+    OSError
+        If it cannot be written; it names `path`.
     """
     path = Path(path)
     if not path.parent.is_dir():
@@ -67,6 +69,9 @@ def replacing(path: str | Path) -> Generator[Path]:
         os.umask(mask)
         temporary.chmod(0o666 & ~mask)
         temporary.replace(path)
+    except OSError as error:
+        error.filename = error.filename or str(path)  # writing to a full disk tells none
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -1,31 +1,62 @@
-"""A process that is killed as soon as it has written a number of checkpoints."""
+"""Processes that are broken off when they have written a number of records; what they leave."""
 
+import json
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
+from pathlib import Path
+from typing import Any
 
-# However busy the machine is: the process kills itself, a file a record.
+from magfold_env.checkpoint import FILE
+
+# However busy the machine is: the process breaks itself off, and writes every record at once.
 _PRELUDE = """
-import os, signal
+import os, resource, signal
 from magfold_env import checkpoint
 
-write = checkpoint.write_text
+save, numbers = checkpoint.Checkpoint.save, {{}}
 
-def write_and_die(path, text):
-    write(path, text)
-    if path.name == "part-{last:06d}.json":
-        os.kill(os.getpid(), signal.SIGKILL)
+def save_and_end(kept):
+    written = numbers.setdefault(kept._file, set())
+    written.update(kept._pending)
+    save(kept)
+    if len(written) == {records}:
+        {end}
 
-checkpoint.EVERY, checkpoint.write_text = -1.0, write_and_die
+checkpoint.EVERY, checkpoint.Checkpoint.save = -1.0, save_and_end
 """
+ENDS = {
+    "kill": "os.kill(os.getpid(), signal.SIGKILL)",
+    "Ctrl-C": "os.kill(os.getpid(), signal.SIGINT)",
+    # No file may grow beyond so many bytes, not even the one that undoes half a transaction.
+    "full disk": "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))",
+}
+"""Ways in which a process ends."""
 
 
-def run_until_killed(files: int, code: str, *arguments: str) -> None:
-    """Run Python code with arguments; with ``files`` checkpoints in a folder its process dies."""
-    run = subprocess.run(
-        [sys.executable, "-c", _PRELUDE.format(last=files - 1) + code, *arguments],
+def run_until(
+    end: str, records: int, code: str, *arguments: str
+) -> subprocess.CompletedProcess[str]:
+    """Run Python code with arguments; with so many records in a folder one of `ENDS` comes."""
+    return subprocess.run(
+        [sys.executable, "-c", _PRELUDE.format(records=records, end=ENDS[end]) + code, *arguments],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
         check=False,
     )
-    assert run.returncode == -signal.SIGKILL
+
+
+def run_until_killed(records: int, code: str, *arguments: str) -> None:
+    """Run Python code with arguments; with so many records in a folder its process dies."""
+    assert run_until("kill", records, code, *arguments).returncode == -signal.SIGKILL
+
+
+def records_in(folder: Path) -> dict[int, Any]:
+    """Return the records that a folder holds, by their numbers."""
+    with closing(sqlite3.connect(folder / FILE)) as database:
+        rows = database.execute("SELECT number, record FROM records ORDER BY number")
+        return {number: json.loads(text) for number, text in rows}

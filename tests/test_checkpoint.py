@@ -1,20 +1,24 @@
-"""Files of a long run: whole or refused, and only for the run that wrote them."""
+"""Records of a long run: whole or refused, of one run only, and of one process at a time."""
 
 import errno
-import json
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from magfold_env import checkpoint
-from magfold_env.checkpoint import Checkpoint, CheckpointError
+from magfold_env.checkpoint import FILE, Checkpoint, CheckpointError
 from magfold_env.files import write_text
+from tests.killed import records_in
 
 KEY = {"seed": 1, "scene": {"friction": 0.35, "sequence": ("NSNS", "SNSN")}}
 
@@ -29,82 +33,169 @@ signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
 write_text(sys.argv[1], "new" * 100_000)
 """
 
+# Adds records for ever, and tells the number of each that is written.
+ENDLESS = """
+import itertools, sys
+from magfold_env import checkpoint
 
-def written(folder: Path, *batches: list[object]) -> Checkpoint:
-    kept = Checkpoint(folder, KEY)
-    for batch in batches:
-        for record in batch:
-            kept.add(record)
-        kept.save()
-    return kept
+checkpoint.EVERY = -1.0
+with checkpoint.Checkpoint(sys.argv[1], {"seed": 1}) as kept:
+    for k in itertools.count(len(kept.load())):
+        kept.add([k] * 1000)
+        print(k, flush=True)
+"""
+
+
+def written(folder: Path, *batches: list[object]) -> None:
+    with Checkpoint(folder, KEY) as kept:
+        for batch in batches:
+            for record in batch:
+                kept.add(record)
+            kept.save()
+
+
+def loaded(folder: Path) -> list[Any]:
+    with Checkpoint(folder, KEY) as kept:
+        return kept.load()
+
+
+@contextmanager
+def endless(folder: Path) -> Generator[Callable[[], list[int]]]:
+    """Run `ENDLESS`, which has written a record; offer what kills it and returns their numbers."""
+    with subprocess.Popen(
+        [sys.executable, "-c", ENDLESS, folder],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+    ) as process:
+        assert process.stdout is not None
+        lines = process.stdout
+        first = int(lines.readline())
+
+        def kill() -> list[int]:
+            process.kill()
+            return [first, *map(int, lines.read().split())]
+
+        try:
+            yield kill
+        finally:
+            process.kill()
 
 
 def test_records_come_back_in_order_and_bit_for_bit(tmp_path: Path) -> None:
     batches: list[list[object]] = [[[0, 0.1 + 0.2], [1, 1e-300]], [["word", None]]]
     written(tmp_path / "state", *batches)
-    assert Checkpoint(tmp_path / "state", KEY).load() == [*batches[0], *batches[1]]
-    assert len(list((tmp_path / "state").iterdir())) == 2
+    assert loaded(tmp_path / "state") == [*batches[0], *batches[1]]
 
 
 def test_the_columns_of_a_kept_row_stay_in_their_order(tmp_path: Path) -> None:
     written(tmp_path / "state", [{"word": "LR", "energy": 1.0}])
-    (row,) = Checkpoint(tmp_path / "state", KEY).load()
+    (row,) = loaded(tmp_path / "state")
     assert list(row) == ["word", "energy"]
 
 
 def test_nothing_is_written_before_there_is_something(tmp_path: Path) -> None:
-    kept = written(tmp_path / "state", [])
-    assert kept.load() == []
-    assert not (tmp_path / "state").exists()
+    written(tmp_path, [])
+    assert not (tmp_path / FILE).exists()
+    # So that it is another run's as well.
+    with Checkpoint(tmp_path, {"seed": 2}) as other:
+        assert other.load() == []
 
 
-def test_a_file_is_written_when_the_last_one_is_old(
+def test_without_a_folder_nothing_is_kept() -> None:
+    with Checkpoint(None, KEY) as kept:
+        kept.add(1)
+        kept.save()
+        assert kept.load() == []
+
+
+def test_records_are_written_when_the_last_time_is_long_ago(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    clock = [0.0]
+    clock, there = [0.0], list[int]()
     monkeypatch.setattr(checkpoint.time, "monotonic", lambda: clock[0])
-    kept = Checkpoint(tmp_path, KEY)
-    for record in range(8):
-        clock[0] = 0.5 * checkpoint.EVERY * record
-        kept.add(record)
-    # Records 3 and 6 came more than EVERY after the file before.
-    assert [len(json.loads(path.read_text())["records"]) for path in parts(tmp_path)] == [4, 3]
+    with Checkpoint(tmp_path, KEY) as kept:
+        for record in range(8):
+            clock[0] = 0.5 * checkpoint.EVERY * record
+            kept.add(record)
+            there.append(len(kept.load()))
+    # Records 3 and 6 came more than EVERY after the time before.
+    assert there == [0, 0, 0, 4, 4, 4, 7, 7]
+    assert loaded(tmp_path) == list(range(8))
 
 
-def test_a_run_goes_on_in_new_files(tmp_path: Path) -> None:
+def test_a_run_goes_on_with_the_next_number(tmp_path: Path) -> None:
     written(tmp_path, [1, 2])
     written(tmp_path, [3])
-    assert Checkpoint(tmp_path, KEY).load() == [1, 2, 3]
+    assert records_in(tmp_path) == {0: 1, 1: 2, 2: 3}
+
+
+def test_a_record_is_there_once(tmp_path: Path) -> None:
+    for value in ("first", "second"):
+        with Checkpoint(tmp_path, KEY) as kept:
+            kept.add(value, 7)
+            kept.add(value, 2)
+            kept.add(f"after the {value}")
+    assert records_in(tmp_path) == {
+        2: "second", 7: "second", 8: "after the first", 9: "after the second"
+    }  # fmt: skip
+
+
+def test_an_interruption_after_writing_doubles_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save = Checkpoint.save
+
+    def save_and_be_interrupted(kept: Checkpoint) -> None:
+        pending = dict(kept._pending)
+        save(kept)
+        kept._pending = pending  # as if it had come before they were forgotten
+        raise KeyboardInterrupt
+
+    with Checkpoint(tmp_path, KEY) as kept:
+        kept.add(1)
+        kept.add(2)
+        with monkeypatch.context() as patch:
+            patch.setattr(Checkpoint, "save", save_and_be_interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                kept.save()
+    assert loaded(tmp_path) == [1, 2]
 
 
 @pytest.mark.parametrize(
     "damage",
     [
-        lambda text: text[: len(text) // 2],
-        lambda text: "",
-        lambda text: "[1, 2]",
-        lambda text: "{}",
-        lambda text: text.replace("11", "12"),
-        lambda text: text.replace('"records"', '"record"'),
+        pytest.param(lambda content: content[: len(content) // 2], id="cut"),
+        pytest.param(lambda content: b"no database at all" + content, id="shifted"),
+        pytest.param(lambda content: b"[1, 2]", id="list"),
+        pytest.param(lambda content: content.replace(b"records", b"recards"), id="another name"),
+        pytest.param(lambda content: content.replace(b'{"seed"', b'("seed"'), id="no key"),
+        pytest.param(lambda content: content[:4096] + bytes(4096) + content[8192:], id="a page"),
     ],
-    ids=["cut", "empty", "list", "no entries", "another number", "another name"],
 )
-def test_a_damaged_file_is_refused(damage: Callable[[str], str], tmp_path: Path) -> None:
-    written(tmp_path, [11], [22])
-    (first, _) = parts(tmp_path)
-    first.write_text(damage(first.read_text()))
-    with pytest.raises(CheckpointError, match=r"part-000000.json: is damaged; remove it"):
-        Checkpoint(tmp_path, KEY).load()
-    first.unlink()
-    assert Checkpoint(tmp_path, KEY).load() == [22]
+def test_a_damaged_file_is_refused(damage: Callable[[bytes], bytes], tmp_path: Path) -> None:
+    written(tmp_path, ["long" * 1000] * 20)
+    file = tmp_path / FILE
+    file.write_bytes(damage(file.read_bytes()))
+    with pytest.raises(CheckpointError, match=rf"{FILE}: is damaged \(.*\); remove it, and what"):
+        loaded(tmp_path)
+    file.unlink()
+    assert loaded(tmp_path) == []
 
 
-def test_records_that_cannot_be_used_are_refused_with_their_file(tmp_path: Path) -> None:
-    kept = written(tmp_path, ["1", "2"], ["three"])
-    with pytest.raises(CheckpointError, match=r"part-000001.json: holds a record .*'three'"):
+def test_files_of_an_older_version_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "part-000000.json").write_text("{}")
+    with pytest.raises(CheckpointError, match=r"holds part-\*.json, of a version that .* another"):
+        loaded(tmp_path)
+
+
+def test_records_that_cannot_be_used_are_refused_with_their_number(tmp_path: Path) -> None:
+    written(tmp_path, ["1", "2"], ["three"])
+    with (
+        Checkpoint(tmp_path, KEY) as kept,
+        pytest.raises(CheckpointError, match=rf"{FILE}: record 2 is not one of .*'three'; remove"),
+    ):
         kept.read(int)
-    parts(tmp_path)[1].unlink()
-    assert kept.read(int) == [1, 2]
 
 
 @pytest.mark.parametrize(
@@ -122,14 +213,65 @@ def test_another_runs_file_is_refused(
     key: dict[str, object], difference: str, tmp_path: Path
 ) -> None:
     written(tmp_path, [1])
-    with pytest.raises(CheckpointError, match=f"was written by another run, {difference}"):
-        Checkpoint(tmp_path, key).load()
+    with (
+        pytest.raises(CheckpointError, match=f"was written by another run, {difference}"),
+        Checkpoint(tmp_path, key),
+    ):
+        pass
+    assert loaded(tmp_path) == [1]  # it was given back
 
 
-def test_what_a_kill_leaves_of_a_file_is_no_file(tmp_path: Path) -> None:
+# --- several processes, kills, full disks ---------------------------------------------------------
+
+
+def test_a_folder_is_used_by_one_run_at_a_time(tmp_path: Path) -> None:
+    with endless(tmp_path):
+        held = rf"{tmp_path.name}: is in use by process \d+ on \S+ since .*; wait until that ends"
+        with pytest.raises(CheckpointError, match=held):
+            Checkpoint(tmp_path, {"seed": 1}).load()
+    with Checkpoint(tmp_path, {"seed": 1}) as kept:
+        with pytest.raises(CheckpointError, match=f"is in use by process {os.getpid()} on"):
+            Checkpoint(tmp_path, {"seed": 1}).add(1)
+        kept.load()
+    with Checkpoint(tmp_path, {"seed": 1}) as kept:
+        kept.load()
+
+
+def test_a_kill_at_any_moment_loses_and_doubles_nothing(tmp_path: Path) -> None:
+    for wait in np.random.default_rng().uniform(0.0, 0.1, 5):
+        with endless(tmp_path) as kill:
+            time.sleep(wait)
+            numbers = kill()
+        with Checkpoint(tmp_path, {"seed": 1}) as kept:
+            found = kept.load()
+        assert found == [[k] * 1000 for k in range(len(found))]
+        # It may have been killed before it could tell of the last one.
+        assert len(found) in (numbers[-1] + 1, numbers[-1] + 2)
+
+
+def test_what_a_kill_leaves_of_a_new_file_is_no_damage(tmp_path: Path) -> None:
+    (tmp_path / FILE).touch()
     written(tmp_path, [1])
-    (tmp_path / ".abc.json").write_text("{")  # a temporary name
-    assert Checkpoint(tmp_path, KEY).load() == [1]
+    assert loaded(tmp_path) == [1]
+
+
+def test_a_full_disk_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    connect = sqlite3.connect
+
+    def full(*arguments: Any, **options: Any) -> sqlite3.Connection:
+        database = connect(*arguments, **options)
+        database.execute("PRAGMA max_page_count = 1")  # it stays at what there is
+        return database
+
+    written(tmp_path, [1])
+    with Checkpoint(tmp_path, KEY) as kept:
+        kept.add("long" * 10_000)
+        with monkeypatch.context() as patch:
+            patch.setattr(sqlite3, "connect", full)
+            with pytest.raises(OSError, match=rf"^\S*{FILE}: database or disk is full$"):
+                kept.save()
+            assert kept.load() == [1]
+    assert loaded(tmp_path) == [1, "long" * 10_000]
 
 
 def test_a_kill_while_a_file_is_written_leaves_the_file_that_was_there(tmp_path: Path) -> None:
@@ -147,23 +289,15 @@ def test_a_kill_while_a_file_is_written_leaves_the_file_that_was_there(tmp_path:
 def test_no_file_has_its_name_before_it_is_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    kept = written(tmp_path, [1])
-    before = {path: path.read_bytes() for path in parts(tmp_path)}
+    path = tmp_path / "state.json"
+    write_text(path, "old")
     write = Path.write_text
 
     def full_disk(path: Path, text: str, **options: Any) -> int:
         write(path, text[: len(text) // 2], **options)
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    kept.add(2)
-    with monkeypatch.context() as broken:
-        broken.setattr(Path, "write_text", full_disk)
-        with pytest.raises(OSError, match=os.strerror(errno.ENOSPC)):
-            kept.save()
-    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
-    kept.save()
-    assert Checkpoint(tmp_path, KEY).load() == [1, 2]
-
-
-def parts(folder: Path) -> list[Path]:
-    return sorted(folder.glob("part-*.json"))
+    monkeypatch.setattr(Path, "write_text", full_disk)
+    with pytest.raises(OSError, match=rf"{os.strerror(errno.ENOSPC)}: '.*state\.json'"):
+        write_text(path, "new")
+    assert [each.read_text() for each in tmp_path.iterdir()] == ["old"]

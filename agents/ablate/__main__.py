@@ -86,17 +86,15 @@ def measure(
         "seeds": seeds,
         "physics": physics_digest(),
     }
-    kept = Checkpoint(folder / "episodes", key)
-    ends = kept.read(lambda end: (bool(end[0]), float(end[1])))
-    todo = jobs[len(ends) :]
-    with progress_bar() as bar:
+    with Checkpoint(folder / "episodes", key) as kept, progress_bar() as bar:
+        ends = kept.read(lambda end: (bool(end[0]), float(end[1])))
+        todo = jobs[len(ends) :]
         task = bar.add_task(method.name, total=len(jobs), completed=len(ends), note="")
         played = episodes.spread_over(processes, play, todo)
         for (ablation, *_), end in zip(todo, played, strict=True):
             ends.append(end)
             kept.add(end)
             bar.update(task, advance=1, note=str(ablation))
-    kept.save()
     return summarise(tried, np.array(ends, dtype=np.float64).reshape(shape), env.targets)
 
 

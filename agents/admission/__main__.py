@@ -134,16 +134,15 @@ class Contest:
         block: int,
     ) -> list[Any]:
         """Return so many records, of which those are kept that a run before this has made."""
-        kept = Checkpoint(self._folder / name.replace(" ", "-"), self._key | key)
-        records = kept.load()[:count]
-        jobs = [job(at, min(at + block, count)) for at in range(len(records), count, block)]
-        task = self._bar.add_task(name, total=count, completed=len(records), note="")
-        for found in spread_over(self._processes, play, jobs):
-            for record in found:
-                records.append(record)
-                kept.add(record)
-            self._bar.update(task, completed=len(records))
-        kept.save()
+        with Checkpoint(self._folder / name.replace(" ", "-"), self._key | key) as kept:
+            records = kept.load()[:count]
+            jobs = [job(at, min(at + block, count)) for at in range(len(records), count, block)]
+            task = self._bar.add_task(name, total=count, completed=len(records), note="")
+            for found in spread_over(self._processes, play, jobs):
+                for record in found:
+                    records.append(record)
+                    kept.add(record)
+                self._bar.update(task, completed=len(records))
         return records
 
 

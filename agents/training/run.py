@@ -20,6 +20,7 @@ from agents.training import folder as run_folder
 from agents.training import models, policy_files
 from agents.training.envs import make_env, make_training_envs
 from agents.training.imitation import imitate
+from magfold_env.checkpoint import alone_in
 from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.player import Player, choices
@@ -55,7 +56,7 @@ def train(
         If another run lies in the folder, or none where one is to be taken up, or it cannot start
         with the policy that it is to.
     CheckpointError
-        If the checkpoint to take up is damaged, or another run's.
+        If the checkpoint to take up is damaged, or another run's, or a run goes on in the folder.
     DivergedError
         If the numbers in the networks break down.
     """
@@ -67,13 +68,15 @@ def train(
         envs = make_training_envs(settings, 0)
         _make_model(settings, envs)
         envs.close()
-    if not folder.open(resume):
-        return folder.policy
-    parts = models.read_archive(folder.state, folder.key) if folder.state.is_file() else None
-    with Console().status("preparing the engine; its first use compiles it, for up to a minute"):
-        for phase in settings.phases:
-            warm_up(phase.env)
-    TrainingRun(folder, parts, wandb, watch).finish()
+    with alone_in(path):
+        if not folder.open(resume):
+            return folder.policy
+        parts = models.read_archive(folder.state, folder.key) if folder.state.is_file() else None
+        preparing = "preparing the engine; its first use compiles it, for up to a minute"
+        with Console().status(preparing):
+            for phase in settings.phases:
+                warm_up(phase.env)
+        TrainingRun(folder, parts, wandb, watch).finish()
     return folder.policy
 
 

@@ -145,41 +145,42 @@ def run(effort: Effort, out: Path) -> bool:
     Raises
     ------
     CheckpointError
-        If the folder holds parts of another commit, machine or effort, or damaged ones.
+        If the folder holds parts of another commit, machine or effort, or damaged ones, or is in
+        use.
     ImportError
         If matplotlib is not installed.
     """
     plotting.figure_class()
     console = parts.report_console()
     identity = machine.identity()
-    kept = Checkpoint(out / "state", {"kind": "bench", "effort": effort, **identity})
-    done = {each.title: each for each in kept.read(Result.from_json)}
-    out.mkdir(parents=True, exist_ok=True)
+    key = {"kind": "bench", "effort": effort, **identity}
     plan, missing = entries(effort), dict[str, str]()
-    for entry in plan:
-        if entry.title in done:
-            console.print(f"{entry.title}: kept", highlight=False)
-            continue
-        try:
-            before = measure_pace().median
-            begun = time.perf_counter()
-            found = parts.measure(entry.title, entry.part, effort == "quick")
-            seconds = time.perf_counter() - begun
-            pace = (before, measure_pace().median)
-            folder = out / entry.benchmark
-            folder.mkdir(exist_ok=True)
-            if found.rows:
-                write_text(folder / f"{entry.name}.csv", tables.to_csv(found.rows))
-                parts.draw(entry.name, entry.part, found, folder)
-        except Exception as error:  # a part that breaks must not lose the others
-            missing[entry.title] = f"{type(error).__name__}: {error}"
-            console.print(escape(f"{entry.title}: {missing[entry.title]}"), style="red")
-            continue
-        measured = Result(entry.title, entry.name, found, seconds, pace)
-        done[entry.title] = measured
-        kept.add(measured.to_json())
-        kept.save()
-        console.print(f"{entry.title}: {measured.seconds:.1f} s", highlight=False)
+    with Checkpoint(out / "state", key) as kept:
+        done = {each.title: each for each in kept.read(Result.from_json)}
+        for entry in plan:
+            if entry.title in done:
+                console.print(f"{entry.title}: kept", highlight=False)
+                continue
+            try:
+                before = measure_pace().median
+                begun = time.perf_counter()
+                found = parts.measure(entry.title, entry.part, effort == "quick")
+                seconds = time.perf_counter() - begun
+                pace = (before, measure_pace().median)
+                folder = out / entry.benchmark
+                folder.mkdir(exist_ok=True)
+                if found.rows:
+                    write_text(folder / f"{entry.name}.csv", tables.to_csv(found.rows))
+                    parts.draw(entry.name, entry.part, found, folder)
+            except Exception as error:  # a part that breaks must not lose the others
+                missing[entry.title] = f"{type(error).__name__}: {error}"
+                console.print(escape(f"{entry.title}: {missing[entry.title]}"), style="red")
+                continue
+            measured = Result(entry.title, entry.name, found, seconds, pace)
+            done[entry.title] = measured
+            kept.add(measured.to_json())
+            kept.save()
+            console.print(f"{entry.title}: {measured.seconds:.1f} s", highlight=False)
     system = identity | {k: v for k, v in machine.describe().items() if k in machine.PASSING}
     everything = {
         "machine": system,

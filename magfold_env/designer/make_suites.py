@@ -47,19 +47,19 @@ def main(
     with Progress() as progress:
         for n in lengths or LENGTHS:
             words = suite_words(n)
-            kept = Checkpoint(state / f"n{n}", {"kind": f"suite n{n}", "physics": physics_digest()})
-            found: dict[str, Witnesses] = {
-                word: {kind: suites.Witness(**each) for kind, each in witnesses.items()}
-                for word, witnesses in kept.load()
-            }
-            bar = progress.add_task(f"n{n}", total=len(words), completed=len(found))
-            missing = [word for word in words if word not in found]
-            for place, witnesses in finished(witnesses_for, missing, Workers(workers)):
-                found[missing[place]] = witnesses
-                plain = {kind: each.model_dump(mode="json") for kind, each in witnesses.items()}
-                kept.add([missing[place], plain])
-                progress.advance(bar)
-            kept.save()
+            key = {"kind": f"suite n{n}", "physics": physics_digest()}
+            with Checkpoint(state / f"n{n}", key) as kept:
+                found: dict[str, Witnesses] = {
+                    word: {kind: suites.Witness(**each) for kind, each in witnesses.items()}
+                    for word, witnesses in kept.load()
+                }
+                bar = progress.add_task(f"n{n}", total=len(words), completed=len(found))
+                missing = [word for word in words if word not in found]
+                for place, witnesses in finished(witnesses_for, missing, Workers(workers)):
+                    found[missing[place]] = witnesses
+                    plain = {kind: each.model_dump(mode="json") for kind, each in witnesses.items()}
+                    kept.add([missing[place], plain])
+                    progress.advance(bar)
             suite = suites.Suite(
                 scene_name=default_scene(n), words={word: found[word] for word in words}
             )

@@ -100,7 +100,8 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
     ValueError
         If the target is no word, or the scene has an external field.
     CheckpointError
-        If a file in `state` is damaged, or was written for another search or another physics.
+        If what is in `state` is damaged, or was written for another search or physics, or if
+        another process uses it.
     """
     task = task_for(
         target, scene, mode, objective,
@@ -146,18 +147,19 @@ class _Run:
             "target": task.target,
             "seed": task.searching_seed,
         }
-        kept = None if self.folder is None else Checkpoint(self.folder / "search", key)
-        releases = trials.Trials(
-            scene, task.target, task.searching_seed, self.workers, kept,
-            lambda made: self.report("releases", min(1.0, made / task.budget)),
-        )  # fmt: skip
         evaluations: list[trials.Evaluation] = []
-        if task.search != "cross-entropy":
-            found = candidates(task, self.calls, lambda done: self.report("energies", done))
-            drawn = stable_sequences(task) if task.search == "annealing" else []
-            evaluations = _raced(task, releases, found, drawn)
-        if not evaluations or evaluations[0].rate < task.enough:
-            evaluations = _refined(task, releases, evaluations)
+        folder = None if self.folder is None else self.folder / "search"
+        with Checkpoint(folder, key) as kept:
+            releases = trials.Trials(
+                scene, task.target, task.searching_seed, self.workers, kept,
+                lambda made: self.report("releases", min(1.0, made / task.budget)),
+            )  # fmt: skip
+            if task.search != "cross-entropy":
+                found = candidates(task, self.calls, lambda done: self.report("energies", done))
+                drawn = stable_sequences(task) if task.search == "annealing" else []
+                evaluations = _raced(task, releases, found, drawn)
+            if not evaluations or evaluations[0].rate < task.enough:
+                evaluations = _refined(task, releases, evaluations)
         self.calls["releases"] = releases.count
         return evaluations[0]
 

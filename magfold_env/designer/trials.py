@@ -203,7 +203,7 @@ class Trials:
 
     Release k of every choice draws from the same generator, so that choices are compared under
     equal conditions; what was asked before is not simulated again. Releases are kept in, and taken
-    from, a checkpoint if there is one; ``report`` is told their number so far.
+    from, a checkpoint; ``report`` is told their number so far.
     """
 
     def __init__(
@@ -212,12 +212,12 @@ class Trials:
         target: str,
         seed: int,
         workers: Workers,
-        kept: Checkpoint | None = None,
+        kept: Checkpoint,
         report: Callable[[int], object] | None = None,
     ) -> None:
         self._release = partial(_score, scene, target, seed)
         self._workers, self._kept, self._report = workers, kept, report
-        self._known: dict[Key, float] = dict(kept.read(_release_of) if kept else [])
+        self._known: dict[Key, float] = dict(kept.read(_release_of))
         self._asked: set[Key] = set()
 
     @property
@@ -232,17 +232,12 @@ class Trials:
         """
         keys = [(each.sequence, each.speed, draw) for each in choices for draw in range(draws)]
         missing = [key for key in dict.fromkeys(keys) if key not in self._known]
-        try:
-            for place, score in finished(self._release, missing, self._workers):
-                sequence, speed, draw = missing[place]
-                self._known[missing[place]] = score
-                if self._kept is not None:
-                    self._kept.add([" ".join(sequence), speed, draw, score])
-                if self._report is not None:
-                    self._report(len(self._known))
-        finally:
-            if self._kept is not None:
-                self._kept.save()
+        for place, score in finished(self._release, missing, self._workers):
+            sequence, speed, draw = missing[place]
+            self._known[missing[place]] = score
+            self._kept.add([" ".join(sequence), speed, draw, score])
+            if self._report is not None:
+                self._report(len(self._known))
         self._asked.update(keys)
         return np.array([self._known[key] for key in keys]).reshape(len(choices), draws)
 

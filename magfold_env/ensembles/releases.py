@@ -324,7 +324,8 @@ def ensemble(
     SceneError
         If an argument is not allowed.
     CheckpointError
-        If a file in `state` is damaged, or was written for another scene, seed or physics.
+        If what is in `state` is damaged, or was written for another scene, seed or physics, or if
+        another process uses it.
     ImportError
         If Ray is wanted and not installed.
     """
@@ -373,30 +374,22 @@ def released(
     errors.refuse(problems)
     count = len(scenes)
     total = count * runs
-    made: dict[int, Run] = {}
-    kept = None
-    if state is not None:
-        kept = Checkpoint(state, {"physics": physics_digest(), "seed": seed, **key})
+    with Checkpoint(state, {"physics": physics_digest(), "seed": seed, **key}) as kept:
         found = kept.read(partial(Run.from_record, n=scenes[0].n))
         made = {run.number: run for run in found if run.number < total}
-    missing = [number for number in range(total) if number not in made]
-    # Scene by scene: the first run of a geometry makes its tables. Threads share them, so that as
-    # many scenes are taken up together; a process keeps its own.
-    together = 1
-    if workers.kind(len(missing)) == "threads":
-        together = min(workers.count or os.cpu_count() or 1, _SIDE_BY_SIDE)
-    missing.sort(key=lambda number: (number % count // together, number))
-    tasks = [(number, scenes[number % count]) for number in missing]
-    try:
+        missing = [number for number in range(total) if number not in made]
+        # Scene by scene: the first run of a geometry makes its tables. Threads share them, so that
+        # as many scenes are taken up together; a process keeps its own.
+        together = 1
+        if workers.kind(len(missing)) == "threads":
+            together = min(workers.count or os.cpu_count() or 1, _SIDE_BY_SIDE)
+        missing.sort(key=lambda number: (number % count // together, number))
+        tasks = [(number, scenes[number % count]) for number in missing]
         for _, run in finished(partial(_numbered_run, seed, count), tasks, workers):
             made[run.number] = run
-            if kept is not None:
-                kept.add(run.to_record())
+            kept.add(run.to_record(), run.number)
             if progress is not None:
                 progress(len(made), total)
-    finally:
-        if kept is not None:
-            kept.save()
     return [
         Ensemble.of(scene, seed, [made[number] for number in range(place, total, count)])
         for place, scene in enumerate(scenes)

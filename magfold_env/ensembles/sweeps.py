@@ -211,7 +211,8 @@ def sweep(  # noqa: PLR0913 - what to sweep, and what `ensemble` takes
     SceneError
         If an argument is not allowed, or the scene is not valid at a point.
     CheckpointError
-        If a file in `state` is damaged, or was written for another sweep or physics.
+        If what is in `state` is damaged, or was written for another sweep or physics, or if
+        another process uses it.
     ImportError
         If Ray is wanted and not installed.
     """

@@ -84,41 +84,35 @@ def run(only: Sequence[str], quick: bool, out: Path, progress: Progress) -> list
     """
     chosen = choose(only)
     out.mkdir(parents=True, exist_ok=True)
-    # What was kept of a part, if it is finished.
-    records = {name: _checkpoint(part, quick, out).load() for name, part in PARTS.items()}
-    done = {name: _done(PARTS[name], found[0], out) for name, found in records.items() if found}
-    todo = [part for part in chosen if part.name not in done]
-    if not todo:
-        return _write(done, quick, out)
-    written: list[Done] = []
-    for k, part in enumerate(todo):
+    state = out / "state" / ("quick" if quick else "full")
+    key = {"quick": quick, "physics": physics_digest(), "magfold_env": version("magfold_env")}
+    with Checkpoint(state, key) as kept:
+        # What is finished.
+        done = {name: _done(PARTS[name], record, out) for name, record in kept.load()}
+        todo = [part for part in chosen if part.name not in done]
+        if not todo:
+            return _write(done, quick, out)
+        written: list[Done] = []
+        for k, part in enumerate(todo):
 
-        def tell(share: float, what: str, k: int = k, name: str = part.name) -> None:
-            progress((k + min(share, 1.0)) / len(todo), f"{name}: {what}")
+            def tell(share: float, what: str, k: int = k, name: str = part.name) -> None:
+                progress((k + min(share, 1.0)) / len(todo), f"{name}: {what}")
 
-        tell(0.0, "begins")
-        done[part.name] = _done(part, _measure(part, quick, out, tell), out)
-        written = _write(done, quick, out)
-    return written
-
-
-def _checkpoint(part: Reproduction, quick: bool, out: Path) -> Checkpoint:
-    effort = "quick" if quick else "full"
-    key = {"part": part.name, "quick": quick, "physics": physics_digest()}
-    key["magfold_env"] = version("magfold_env")
-    return Checkpoint(out / "state" / f"{part.name}-{effort}", key)
+            tell(0.0, "begins")
+            record = _measure(part, quick, tell)
+            kept.add([part.name, record])
+            kept.save()
+            done[part.name] = _done(part, record, out)
+            written = _write(done, quick, out)
+        return written
 
 
-def _measure(part: Reproduction, quick: bool, out: Path, tell: Progress) -> dict[str, Any]:
-    """Measure a part and keep the result."""
+def _measure(part: Reproduction, quick: bool, tell: Progress) -> dict[str, Any]:
+    """Measure a part, and say where and how long that took."""
     system = machine.describe()
     begun = time.perf_counter()
     measured = part.measure(quick, tell)
-    record = {"machine": system, "seconds": time.perf_counter() - begun, "measured": measured}
-    checkpoint = _checkpoint(part, quick, out)
-    checkpoint.add(record)
-    checkpoint.save()
-    return record
+    return {"machine": system, "seconds": time.perf_counter() - begun, "measured": measured}
 
 
 def _done(part: Reproduction, record: dict[str, Any], out: Path) -> Done:

@@ -96,24 +96,22 @@ def run(
     SceneError
         If an argument is not allowed.
     CheckpointError
-        If the folder holds the state of another campaign, or a damaged one.
+        If the folder holds the state of another campaign, or a damaged one, or is in use.
     """
     _check(cases, seed, only, workers, minutes)
     chosen = list(only) or [name for name, kind in KINDS.items() if kind.share]
     blocks = _blocks(cases, seed, chosen)
-    kept = None if out is None else Checkpoint(out / "state", _key(seed, chosen))
     tally, done = Tally(), set[int]()
-    if kept is not None:
-        for number, size, part in kept.read(TypeAdapter(tuple[int, int, Tally]).validate_python):
-            # The last block of a shorter campaign is smaller.
-            if number < len(blocks) and size == len(blocks[number]):
-                done.add(number)
-                tally.merge(part)
     until = None if minutes is None else time.monotonic() + 60.0 * minutes
-    left = iter([number for number in range(len(blocks)) if number not in done])
     processes = Workers(workers, "processes")
     size = WAVE * workers if workers > 1 else 1
-    try:
+    with Checkpoint(None if out is None else out / "state", _key(seed, chosen)) as kept:
+        for number, count, part in kept.read(TypeAdapter(tuple[int, int, Tally]).validate_python):
+            # The last block of a shorter campaign is smaller.
+            if number not in done and number < len(blocks) and count == len(blocks[number]):
+                done.add(number)
+                tally.merge(part)
+        left = iter([number for number in range(len(blocks)) if number not in done])
         while wave := list(islice(left, size)):
             if until is not None and time.monotonic() > until:
                 break
@@ -121,13 +119,10 @@ def run(
                 tally.merge(part)
                 if out is not None:
                     _save_failures(part, out / "failures")
-                if kept is not None:
-                    kept.add([wave[place], len(blocks[wave[place]]), vars(part)])
+                number = wave[place]
+                kept.add([number, len(blocks[number]), vars(part)], number)
                 if progress is not None:
                     progress(tally)
-    finally:
-        if kept is not None:
-            kept.save()
     return tally
 
 

@@ -1,10 +1,12 @@
 """A run that is killed and taken up again ends as if nothing had happened."""
 
+import errno
 import os
 import signal
 import subprocess
 import sys
 import time
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -161,23 +163,50 @@ def test_a_finished_run_that_is_lengthened_is_the_longer_run(
         train(long.model_copy(update={"timesteps": 500}), lengthened, resume=True)
 
 
+def test_a_run_that_a_full_disk_broke_off_goes_on(tmp_path: Path) -> None:
+    train(tiny(), tmp_path / "whole")
+    whole, written = zipfile.ZipFile.writestr, list[str]()
+
+    def full_disk(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
+        written.append(name)
+        if written.count(name) > 1:
+            whole(archive, name, content[: len(content) // 2])
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        whole(archive, name, content)
+
+    broken = tmp_path / "broken"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("agents.training.models.zipfile.ZipFile.writestr", full_disk)
+        told = rf"^\[Errno \d+\] {os.strerror(errno.ENOSPC)}: '.*resume\.zip'$"
+        with pytest.raises(OSError, match=told):
+            train(tiny(), broken)
+    train(tiny(), broken)
+    assert same_weights(tmp_path / "whole" / "policy.safetensors", broken / "policy.safetensors")
+    assert records(tmp_path / "whole") == records(broken)
+
+
 @pytest.mark.slow
-def test_sigkill_at_any_moment_changes_nothing(tmp_path: Path) -> None:
-    # With processes of their own for the environments, which are killed too.
+@pytest.mark.parametrize(
+    ("sent", "code"), [(signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)]
+)
+def test_a_signal_at_any_moment_changes_nothing(
+    sent: signal.Signals, code: int, tmp_path: Path
+) -> None:
+    # With processes of their own for the environments, which get it too.
     settings = tiny("ppo", envs=2, stepping="processes", timesteps=6_000, checkpoint_every=200)
     train(settings, tmp_path / "whole")
     save_settings(settings, tmp_path / "run.yaml")
-    killed = tmp_path / "killed"
+    broken = tmp_path / "broken"
     command = [sys.executable, "-m", "agents.train", str(tmp_path / "run.yaml")]
     for wait in np.random.default_rng().uniform(0.0, 2.0, 2):
-        process = subprocess.Popen([*command, "--output", str(killed)], start_new_session=True)
-        wait_for_a_checkpoint(killed, process)
+        process = subprocess.Popen([*command, "--output", str(broken)], start_new_session=True)
+        wait_for_a_checkpoint(broken, process)
         time.sleep(wait)
-        os.killpg(process.pid, signal.SIGKILL)
-        assert process.wait() == -signal.SIGKILL, "the run was over before it was killed"
-    train(settings, killed)
-    assert same_weights(tmp_path / "whole" / "policy.safetensors", killed / "policy.safetensors")
-    assert records(tmp_path / "whole") == records(killed)
+        os.killpg(process.pid, sent)
+        assert process.wait() == code, "the run was over before it was broken off"
+    train(settings, broken)
+    assert same_weights(tmp_path / "whole" / "policy.safetensors", broken / "policy.safetensors")
+    assert records(tmp_path / "whole") == records(broken)
 
 
 def wait_for_a_checkpoint(folder: Path, process: subprocess.Popen[bytes]) -> None:

@@ -7,6 +7,7 @@ import pytest
 import magfold_env as mf
 from magfold_env.designer import Design
 from tests.command_line import run
+from tests.killed import records_in
 
 
 def test_it_shows_and_writes_what_design_returns(tmp_path: Path) -> None:
@@ -21,14 +22,14 @@ def test_it_shows_and_writes_what_design_returns(tmp_path: Path) -> None:
         assert text in result.stdout
     for path in (json, out / "design.json", out / "scene.yaml"):
         assert f"written: {path}" in result.stdout
-    assert list((out / "state" / "search").glob("part-*.json"))
+    assert records_in(out / "state" / "search")
 
 
 def test_it_goes_on_in_its_folder_and_only_there(tmp_path: Path) -> None:
     assert run("design", "LR", "--runs", 2, "--out", tmp_path).exit_code == 0
-    parts = sorted((tmp_path / "state" / "search").iterdir())
+    releases = records_in(tmp_path / "state" / "search")
     assert run("design", "LR", "--runs", 2, "--out", tmp_path).exit_code == 0
-    assert sorted((tmp_path / "state" / "search").iterdir()) == parts
+    assert records_in(tmp_path / "state" / "search") == releases
     other = run("design", "RL", "--runs", 2, "--out", tmp_path)
     assert other.exit_code == 2
     assert "was written by another run, whose target is 'LR'" in other.stderr

@@ -1,7 +1,7 @@
 """`magfold ensemble`: what it prints, what it writes, and what it refuses."""
 
 import csv
-import json
+import os
 import sys
 from pathlib import Path
 
@@ -9,9 +9,11 @@ import pytest
 from PIL import Image
 
 import magfold_env as mf
+from magfold_env.checkpoint import alone_in
 from magfold_env.cli import ensemble
 from magfold_env.ensembles.releases import release
 from tests.command_line import fails_in_one_line, rows, run
+from tests.killed import records_in
 
 SCENE = "paper/sequence-1"
 
@@ -44,10 +46,15 @@ def test_it_shows_and_writes_what_ensemble_returns(tmp_path: Path) -> None:
 def test_the_same_command_goes_on_where_it_was(tmp_path: Path) -> None:
     for runs in (2, 4):
         assert run("ensemble", SCENE, "--runs", runs, "--out", tmp_path).exit_code == 0
-    kept = [json.loads(path.read_text()) for path in sorted((tmp_path / "state").iterdir())]
-    assert [len(part["records"]) for part in kept] == [2, 2]
+    assert list(records_in(tmp_path / "state")) == [0, 1, 2, 3]
     result = run("ensemble", SCENE, "--runs", 4, "--seed", 1, "--out", tmp_path)
-    fails_in_one_line(result, "part-000000.json: was written by another run, whose seed is 0")
+    fails_in_one_line(result, "records.sqlite: was written by another run, whose seed is 0")
+
+
+def test_two_commands_do_not_share_a_folder(tmp_path: Path) -> None:
+    with alone_in(tmp_path / "state"):
+        result = run("ensemble", SCENE, "--runs", 2, "--out", tmp_path)
+    fails_in_one_line(result, f"is in use by process {os.getpid()} on ", "give another folder")
 
 
 def test_searches_are_shown_beside_the_words_they_name(monkeypatch: pytest.MonkeyPatch) -> None:

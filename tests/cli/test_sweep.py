@@ -1,6 +1,5 @@
 """`magfold sweep`: what it prints, what it writes, and what it refuses."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from magfold_env.cli.sweep import grid_of
 from magfold_env.ensembles import sweeps
 from magfold_env.ensembles.releases import release
 from tests.command_line import fails_in_one_line, rows, run
+from tests.killed import records_in
 
 SCENE = "paper/sequence-1"
 
@@ -50,10 +50,9 @@ def test_the_same_command_goes_on_where_it_was(tmp_path: Path) -> None:
     command = ("sweep", SCENE, "--out", tmp_path, "--over")
     for runs in (1, 3):
         assert run(*command, "friction=0.1:0.2:2", "--runs", runs).exit_code == 0
-    kept = [json.loads(path.read_text()) for path in sorted((tmp_path / "state").iterdir())]
-    assert [len(part["records"]) for part in kept] == [2, 4]
+    assert list(records_in(tmp_path / "state")) == list(range(6))
     result = run(*command, "friction=0.1:0.3:2", "--runs", 3)
-    fails_in_one_line(result, "part-000000.json: was written by another run, whose over is [['fr")
+    fails_in_one_line(result, "records.sqlite: was written by another run, whose over is [['fr")
 
 
 # --- grids ----------------------------------------------------------------------------------------

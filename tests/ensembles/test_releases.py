@@ -1,6 +1,5 @@
 """Ensembles: the same runs whoever makes them and whenever, and a kill costs seconds."""
 
-import json
 import shutil
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from magfold_env.ensembles import releases
 from magfold_env.ensembles.releases import generator, release
 from magfold_env.parallel import Backend
 from magfold_env.scene import Spreads
-from tests.killed import run_until_killed
+from tests.killed import records_in, run_until_killed
 
 FREE = mf.load_scene("paper/sequence-1").replace(
     spreads=Spreads(friction=0.3, feed_speed=0.3, feed_jitter=0.2, magnet=0.1)
@@ -113,8 +112,7 @@ ensemble(Scene.model_validate_json(sys.argv[1]), 400, seed=3, workers=2, state=s
 def test_a_killed_ensemble_goes_on_and_ends_the_same(tmp_path: Path) -> None:
     state = tmp_path / "state"
     run_until_killed(10, KILLED, TUBE.model_dump_json(), str(state))
-    parts = [json.loads(path.read_text()) for path in state.glob("part-*.json")]
-    kept = sum(len(part["records"]) for part in parts)
+    kept = len(records_in(state))
     assert kept == 10
     counts: list[int] = []
     runs = kept + 5

@@ -7,9 +7,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sqlite3
 import tempfile
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +29,7 @@ from agents.evaluation.policies import (
 from agents.settings import load_settings
 from agents.training import policy_files
 from agents.training.models import read_archive, write_archive
+from magfold_env.checkpoint import FILE
 from magfold_env.designer.evidence import Evidence
 from magfold_env.designer.result import Design
 from magfold_env.designer.suites import load_suite
@@ -36,6 +40,7 @@ from magfold_env.files import configs_dir
 from magfold_env.scoring import action_file
 from magfold_env.scoring.network import Actor
 from magfold_env.scoring.score import Score
+from tests.killed import records_in
 
 SCENE = mf.Scene(sequence=("NSNS", "SN-N"), duration=0.01)
 KEY: dict[str, Any] = {"seed": 1, "settings": {"n": [1, 2]}}
@@ -96,12 +101,11 @@ words:
 
 
 def _signed(content: bytes) -> bytes:
-    """Sign a state file or a file of choices again; both hash their content without checksum."""
+    """Sign a file of choices again; it hashes its content without checksum."""
     try:
         data = json.loads(content)
         data.pop("checksum", None)
-        tight = (",", ":") if "records" in data else None
-        text = json.dumps(data, sort_keys=True, separators=tight)
+        text = json.dumps(data, sort_keys=True)
         return json.dumps({"checksum": hashlib.sha256(text.encode()).hexdigest(), **data}).encode()
     except (ValueError, AttributeError, TypeError, RecursionError):
         return content
@@ -111,14 +115,33 @@ def _read_state(path: Path) -> None:
     """Read it as the state of an ensemble, which is what uses the records."""
     state = path.with_name("given")
     state.mkdir()
-    path.rename(state / "part-000000.json")
-    ensemble(SCENE, 2, state=state, workers=1)
+    path.rename(state / FILE)
+    try:
+        ensemble(SCENE, 2, state=state, workers=1)
+    except OSError as error:  # as a file on another disk would be told
+        raise ValueError(str(error)) from None
 
 
+@cache
 def _states() -> list[bytes]:
     with tempfile.TemporaryDirectory() as folder:
         ensemble(SCENE, 2, state=folder, workers=1)
-        return [path.read_bytes() for path in Path(folder).iterdir()]
+        return [(Path(folder) / FILE).read_bytes()]
+
+
+def _read_record(path: Path) -> None:
+    """Read it as one of the records of an ensemble's state."""
+    content = path.read_bytes()
+    path.write_bytes(_states()[0])
+    with closing(sqlite3.connect(path)) as database, database:
+        database.execute("UPDATE records SET record = ? WHERE number = 1", [content])
+    _read_state(path)
+
+
+def _records() -> list[bytes]:
+    with tempfile.TemporaryDirectory() as folder:
+        ensemble(SCENE, 2, state=folder, workers=1)
+        return [json.dumps(record).encode() for record in records_in(Path(folder)).values()]
 
 
 def _read_choices(path: Path) -> None:
@@ -197,7 +220,8 @@ READERS: dict[str, Reader] = {
         lambda: [_written(sweep(SCENE, {"friction": [0.1, 0.2]}, 2, workers=1).to_json)],
     ),
     "design": Reader(".json", Design.from_json, _designs),
-    "state": Reader(".json", _read_state, _states, _signed),
+    "state": Reader(".sqlite", _read_state, _states),
+    "record": Reader(".json", _read_record, _records),
     "choices": Reader(".json", _read_choices, _choices, _signed),
     "archive": Reader(
         ".zip",

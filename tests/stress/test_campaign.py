@@ -1,12 +1,14 @@
 """Campaigns: which cases are tried, what is kept of them, and what a kill leaves."""
 
 import json
+import sqlite3
+from contextlib import closing
 from itertools import islice
 from pathlib import Path
 
 import pytest
 
-from magfold_env.checkpoint import CheckpointError
+from magfold_env.checkpoint import FILE, CheckpointError
 from magfold_env.scene import load_scene
 from magfold_env.stress import campaign, laws
 from magfold_env.stress.campaign import BLOCK, Case, ordered, run
@@ -75,6 +77,16 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     assert counts(again) == counts(whole)
     with pytest.raises(CheckpointError, match="whose seed is 0 where this one's is 1"):
         run(CASES, 1, ["overlapping"], out=tmp_path)
+
+
+@pytest.mark.usefixtures("_checked_quickly")
+def test_a_block_counts_once(tmp_path: Path) -> None:
+    run(CASES, 0, ["overlapping"], out=tmp_path)
+    with closing(sqlite3.connect(tmp_path / "state" / FILE)) as database, database:
+        database.execute("INSERT INTO records SELECT number + 9, record FROM records")
+    assert run(CASES, 0, ["overlapping"], out=tmp_path).cases == CASES
+    for cases in (CASES - 7, CASES):  # its last block is smaller, and in the other's place
+        assert run(cases, 0, ["overlapping"], out=tmp_path).cases == cases
 
 
 @pytest.mark.usefixtures("_checked_quickly")
