@@ -3,6 +3,7 @@
 import importlib
 import os
 import time
+import warnings
 from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -163,7 +164,8 @@ def _pool(backend: Backend, workers: Workers) -> Generator[tuple[Runner, Errors]
 
     def streamed(calls: Calls) -> Iterable[tuple[int, Any]]:
         # A new one every time: results may still reach one that lost a worker.
-        return joblib.Parallel(count, backend=name, return_as="generator_unordered")(calls)
+        parallel = joblib.Parallel(count, backend=name, return_as="generator_unordered")
+        return without_warning(parallel(calls))
 
     yield streamed, (broken.BrokenProcessPool,)
 
@@ -190,6 +192,17 @@ def _ray(address: str | None) -> Generator[tuple[dict[str, Any], Errors]]:
     finally:
         if started:
             ray.shutdown()
+
+
+def without_warning(results: Generator[T]) -> Generator[T]:
+    """Yield joblib's results; broken off, it warns of tasks that were done in vain."""
+    try:
+        for result in results:
+            yield result  # noqa: UP028 - "yield from" would close them, and warn, by itself
+    finally:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)
+            results.close()
 
 
 def _in_waves(parallel: Any, calls: Calls, least: int) -> Generator[tuple[int, Any]]:

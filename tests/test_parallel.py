@@ -4,6 +4,8 @@ import importlib.util
 import os
 import sys
 import threading
+import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -79,6 +81,16 @@ def test_processes_that_die_again_and_again_end_it(monkeypatch: pytest.MonkeyPat
     assert next(found) == (0, os.getpid())
     with pytest.raises(RuntimeError, match="workers were lost 2 times in a row"):
         list(found)
+
+
+def test_what_is_broken_off_warns_of_nothing() -> None:
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        results = finished(abs, range(20), Workers(2, "threads"))
+        next(results)
+        time.sleep(0.1)  # others are done as well
+        results.close()
+    assert not told
 
 
 def test_processes_are_taken_where_threads_would_wait_for_each_other() -> None:

@@ -15,6 +15,7 @@ from agents.settings import EnvSettings
 from agents.training.envs import make_env as make_gym_env
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.tasks.goals import goal_of
+from magfold_env.parallel import without_warning
 
 Result = TypeVar("Result")
 
@@ -152,7 +153,7 @@ def spread_over(
     So many processes share the work; they are kept for what comes next. This one does it for 1.
     """
     parallel: Any = joblib.Parallel(processes, return_as="generator")
-    yield from parallel(joblib.delayed(function)(*job) for job in jobs)
+    yield from without_warning(parallel(joblib.delayed(function)(*job) for job in jobs))
 
 
 def play_all(
