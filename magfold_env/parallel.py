@@ -197,8 +197,8 @@ def _ray(address: str | None) -> Generator[tuple[dict[str, Any], Errors]]:
 def without_warning(results: Generator[T]) -> Generator[T]:
     """Yield joblib's results; broken off, it warns of tasks that were done in vain."""
     try:
-        for result in results:
-            yield result  # noqa: UP028 - "yield from" would close them, and warn, by itself
+        for result in results:  # noqa: UP028 - "yield from" would close them, and warn, by itself
+            yield result
     finally:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
