@@ -1,7 +1,10 @@
 """The environments of a training run, and their state."""
 
 import pickle
+import signal
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, cast
 
 import gymnasium
@@ -108,6 +111,27 @@ def check_envs(settings: TrainSettings) -> None:
                 )
 
 
+class Processes(vec_env.SubprocVecEnv):
+    """A process an environment; Ctrl-C is left to this one, which ends them."""
+
+    def __init__(self, makers: list[Callable[[], gymnasium.Env[Any, Any]]]) -> None:
+        super().__init__([partial(_undisturbed, make) for make in makers])
+
+    def close(self) -> None:
+        """End the processes, also amid a step, of which some answers may have been taken."""
+        if self.waiting:
+            for process in self.processes:
+                process.kill()
+                process.join()
+            self.closed = True
+        super().close()
+
+
+def _undisturbed(make: Callable[[], gymnasium.Env[Any, Any]]) -> gymnasium.Env[Any, Any]:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return make()
+
+
 def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonitor:
     """Return the environments of a phase of the run, numbered from 0, seeded."""
     env, learner = settings.phases[phase].env, settings.learner
@@ -121,9 +145,7 @@ def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonito
 
         makers = [make] * settings.envs
         apart = settings.envs > 1 and _stepping(settings, env) == "processes"
-        envs = vec_env.VecMonitor(
-            vec_env.SubprocVecEnv(makers) if apart else vec_env.DummyVecEnv(makers)
-        )
+        envs = vec_env.VecMonitor(Processes(makers) if apart else vec_env.DummyVecEnv(makers))
     if (learner.frames, learner.blind) != (1, False):
         envs = vec_env.VecMonitor(ShownVecEnv(envs.venv, learner))
     # The first phase has the seed of the run, the others one that follows from it.

@@ -9,13 +9,16 @@ import sys
 import time
 import zipfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 
 from agents.settings import SettingsError, TrainSettings, save_settings
+from agents.training.envs import Processes
 from agents.training.folder import RunInfo
 from agents.training.models import REST
 from agents.training.run import BoundaryCallback, train
@@ -183,6 +186,18 @@ def test_a_run_that_a_full_disk_broke_off_goes_on(tmp_path: Path) -> None:
     train(tiny(), broken)
     assert same_weights(tmp_path / "whole" / "policy.safetensors", broken / "policy.safetensors")
     assert records(tmp_path / "whole") == records(broken)
+
+
+def test_environments_leave_ctrl_c_to_the_run_and_end_amid_a_step() -> None:
+    make = partial(gymnasium.make, "Pendulum-v1")
+    envs = Processes([make, make])
+    envs.reset()
+    for process in envs.processes:
+        os.kill(process.pid, signal.SIGINT)
+    envs.step_async(np.zeros((2, 1)))
+    envs.remotes[0].recv()  # that of the other has not come when the run is broken off
+    envs.close()
+    assert not any(process.is_alive() for process in envs.processes)
 
 
 @pytest.mark.slow
