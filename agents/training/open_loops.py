@@ -92,18 +92,14 @@ def _searched(settings: EnvSettings, env: Any, effort: Search, folder: Path) -> 
     }
     digest = hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:8]
     name = f"open-loops-{settings.id.rpartition('/')[2]}-{digest}"
-    kept = Checkpoint(folder / name, key)
-    found: list[list[int]] = kept.load()
-    jobs = [(settings, number, effort) for number in range(len(found), len(env.tasks))]
-    with progress_bar() as bar:
+    with Checkpoint(folder / name, key) as kept, progress_bar() as bar:
+        found: list[list[int]] = kept.load()
+        jobs = [(settings, number, effort) for number in range(len(found), len(env.tasks))]
         task = bar.add_task("open loops", total=len(env.tasks), completed=len(found), note="")
-        try:
-            for places in spread_over(len(os.sched_getaffinity(0)), _search, jobs):
-                found.append(places)
-                kept.add(places)
-                bar.update(task, completed=len(found))
-        finally:
-            kept.save()
+        for places in spread_over(len(os.sched_getaffinity(0)), _search, jobs):
+            found.append(places)
+            kept.add(places)
+            bar.update(task, completed=len(found))
     return found
 
 
