@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from magfold_env.engine.magnets import expansions
-from magfold_env.engine.magnets.laws import COULOMB
 from tests.engine import reference
 
 SIZE = 0.006
@@ -31,7 +30,7 @@ def exact_energy(a, b, offset, turn=0.0):
     r = np.abs(offset + a.z[:, None] * np.exp(1j * turn) - b.z[None, :])
     h = a.height
     law = 2 / h**2 * (h * np.arcsinh(h / r) - np.sqrt(r**2 + h**2) + r)
-    return COULOMB * a.charge @ law @ b.charge
+    return reference.COULOMB * a.charge @ law @ b.charge
 
 
 def expand(order, a, b, offset, turn=0.0):
@@ -97,6 +96,8 @@ def test_moments_of_height_are_those_of_charge_spread_over_it():
     expected = 0.0
     for level, share in zip(0.5 * tall.height * levels, 0.5 * shares, strict=True):
         r = np.abs(offset + tall.z[:, None] - flat.z[None, :])
-        expected += share * COULOMB * tall.charge @ (1.0 / np.hypot(r, level)) @ flat.charge
+        expected += (
+            share * reference.COULOMB * tall.charge @ (1.0 / np.hypot(r, level)) @ flat.charge
+        )
     found = expand(expansions.HIGHEST, tall, flat, offset)[0]
     assert found == pytest.approx(expected, rel=1e-6)

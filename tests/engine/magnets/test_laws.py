@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import constants
 
 from magfold_env.engine.magnets import laws, pairs
 from tests.engine import reference
+
+
+def test_the_constant_is_codatas():
+    for found in (laws.COULOMB, reference.COULOMB):
+        assert found == pytest.approx(constants.mu_0 / (4 * np.pi), rel=1e-9)
 
 
 @given(
