@@ -20,8 +20,9 @@ def test_shaping_telescopes() -> None:
 
 
 def test_energy_is_a_share_of_what_the_target_would_release() -> None:
-    energies, wanted = np.array([-1.0, -2.0, -3.0, 1.0, -1.0, -1.0]), np.array([-2.0] * 4 + [0, 2])
-    shares = [0.25, 0.5, 0.5, 0.0, 0.0, 0.0]
+    energies = np.array([-1.0, -2.0, -3.0, 1.0, -1.0, -1.0, 1.0])
+    wanted = np.array([-2.0] * 4 + [0.0, 2.0, 2.0])
+    shares = [0.25, 0.5, 0.5, 0.0, 0.0, 0.0, 0.0]
     assert energy_potential(energies, wanted).tolist() == shares
 
 
