@@ -137,6 +137,19 @@ def test_squares_overlap_where_no_side_separates_them(seed):
 
 
 @given(seed=seeds, layout=layouts)
+def test_a_box_has_the_four_corners_of_its_polygon(seed, layout):
+    case = Boxes(**layout)
+    q = case.random_q(np.random.default_rng(seed))
+    case.place(q)
+    for box in range(boxes.first_box(case.lo), boxes.count(case.model)):
+        centre = case.work.boxes.x[box], case.work.boxes.y[box]
+        found = np.array([np.add(centre, boxes.corner(case.work, box, k)) for k in range(4)])
+        apart = np.linalg.norm(found[:, None] - case.polygon(box, q), axis=2)
+        assert apart.min(axis=0).max() < 1e-12
+        assert apart.min(axis=1).max() < 1e-12
+
+
+@given(seed=seeds, layout=layouts)
 def test_gaps_are_those_of_corners_and_negative_inside(seed, layout):
     rng = np.random.default_rng(seed)
     case = Boxes(**layout)

@@ -1,0 +1,182 @@
+"""Plant one error at a time and see that the tests notice: ``python -m tests.mutants [PART …]``.
+
+``mutants.yaml`` says which errors, and which tests are to fail. Each is planted in a copy of the
+tree; its tests must pass without it and fail with it. ``PART`` is a part of the names of mutants,
+or of files, to plant only those. The exit code is 1 if one survives.
+
+A server that has loaded the libraries is forked for each mutant, which saves most of the time.
+Errors of kernels are tried without compiling where the table says ``interpreted``.
+"""
+
+import argparse
+import importlib
+import multiprocessing
+import os
+import shutil
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import redirect_stderr, redirect_stdout
+from functools import partial
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import platformdirs
+import yaml
+
+ROOT = Path(__file__).parents[1]
+TABLE = Path(__file__).with_suffix(".yaml")
+LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "runs", ".*_cache", ".hypothesis")
+LIBRARIES = ["gymnasium", "numba", "pydantic", "pytest", "scipy.stats", "yaml"]
+LIMIT = 1800.0
+"""Longest time that the tests of a mutant may take [s]: some errors make loops endless."""
+
+INTERNAL_ERROR = 3  # of pytest
+tell = partial(print, flush=True)
+
+Fate = Literal["killed", "survived", "broken"]
+
+
+class Mutant(NamedTuple):
+    """An error, where it is planted, and who is to notice."""
+
+    topic: str
+    what: str
+    """What becomes wrong, in words."""
+    file: str
+    old: str
+    """Stands in the file once."""
+    new: str
+    tests: list[str]
+    interpreted: bool = False
+    """Whether the tests are run without compiling."""
+
+
+def mutants() -> list[Mutant]:
+    """Return all mutants of the table."""
+    content = yaml.safe_load(TABLE.read_text(encoding="utf-8"))
+    return [Mutant(topic, **each) for topic, listed in content.items() for each in listed]
+
+
+def plant(mutant: Mutant, tree: Path) -> None:
+    """Write a mutant's error into a copy of the tree.
+
+    Raises
+    ------
+    ValueError
+        If what it replaces does not stand there exactly once.
+    """
+    path = tree / mutant.file
+    text = path.read_text(encoding="utf-8")
+    if (times := text.count(mutant.old)) != 1:
+        raise ValueError(f"{mutant.file}: must hold {mutant.old!r} once, not {times} times")
+    path.unlink()  # it may be a link to the sound file
+    path.write_text(text.replace(mutant.old, mutant.new), encoding="utf-8")
+
+
+def run_tests(tree: Path, tests: Iterable[str], interpreted: bool) -> int | None:
+    """Return pytest's exit code for some tests of a tree, None if they take too long.
+
+    What they say is in a file beside it.
+    """
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(LIBRARIES)
+    process = context.Process(target=_in_the_tree, args=(str(tree), list(tests), interpreted))
+    process.start()
+    process.join(LIMIT)
+    if process.exitcode is None:
+        process.kill()
+        process.join()
+        return None
+    return process.exitcode
+
+
+def _log_of(tree: str | Path) -> Path:
+    return Path(f"{tree}.log")
+
+
+def _in_the_tree(tree: str, tests: list[str], interpreted: bool) -> None:
+    os.chdir(tree)
+    sys.path[:] = [tree, *(each for each in sys.path if each not in ("", str(ROOT)))]
+    sys.dont_write_bytecode = False  # that of the sound tree serves all
+    os.environ["PYTHONPATH"] = tree
+    os.environ["NUMBA_DISABLE_JIT"] = str(int(interpreted))
+    code = INTERNAL_ERROR
+    with (
+        open(_log_of(tree), "w", encoding="utf-8") as log,
+        redirect_stdout(log),
+        redirect_stderr(log),
+    ):
+        try:
+            importlib.import_module("numba.core.config").reload_config()
+            options = ["-x", "-q", "-m", "", "-p", "no:cacheprovider"]
+            code = importlib.import_module("pytest").main([*options, *tests])
+        except Exception:
+            traceback.print_exc()
+    os._exit(int(code))
+
+
+def fate(mutant: Mutant, sound: Path) -> tuple[Fate, str]:
+    """Return what becomes of a mutant of a sound tree, and what its tests said if it lives."""
+    with tempfile.TemporaryDirectory(prefix="mutant-") as folder:
+        tree = Path(folder) / "tree"
+        shutil.copytree(sound, tree, copy_function=os.link)
+        plant(mutant, tree)
+        code = run_tests(tree, mutant.tests, mutant.interpreted)
+        if code == 1:
+            return "killed", ""
+        said = f"took longer than {LIMIT:g} s" if code is None else _log_of(tree).read_text()
+        return "survived" if code == 0 else "broken", said
+
+
+def sound_tests(chosen: list[Mutant], sound: Path) -> Iterator[str]:
+    """Yield what is said of tests that fail without any error planted."""
+    for interpreted in (True, False):
+        tests = {t: None for m in chosen if m.interpreted == interpreted for t in m.tests}
+        if tests and run_tests(sound, tests, interpreted) != 0:
+            yield _log_of(sound).read_text()
+
+
+def main() -> int:
+    """Plant the chosen mutants and return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__)
+    parser.add_argument("parts", nargs="*", metavar="PART")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    given = parser.parse_args()
+    chosen = [
+        each
+        for each in mutants()
+        if not given.parts or any(part in f"{each.file} {each.what}" for part in given.parts)
+    ]
+    begun = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        sound = Path(folder) / "sound"
+        shutil.copytree(ROOT, sound, ignore=LEFT_OUT)
+        # Kernels that were compiled before serve here; those of mutants go with the folder.
+        known = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("magfold_env")
+        kernels = Path(folder) / "kernels"
+        if Path(known).is_dir():
+            shutil.copytree(known, kernels)
+        os.environ["NUMBA_CACHE_DIR"] = str(kernels)
+        if wrong := list(sound_tests(chosen, sound)):
+            tell(*wrong, "these tests fail without any mutant", sep="\n")
+            return 1
+        tell(f"{len(chosen)} mutants; their tests pass without them")
+        fates: dict[Fate, int] = {"killed": 0, "survived": 0, "broken": 0}
+        with ThreadPoolExecutor(given.workers) as pool:
+            found = zip(chosen, pool.map(lambda each: fate(each, sound), chosen), strict=True)
+            for mutant, (end, said) in found:
+                fates[end] += 1
+                tell(f"{end:8} | {mutant.topic:9} | {mutant.what} | {mutant.file}")
+                if said:
+                    tell(said)
+    counts = ", ".join(f"{count} {end}" for end, count in fates.items())
+    tell(f"{counts}; {time.monotonic() - begun:.0f} s")
+    return int(fates["killed"] != len(chosen))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
