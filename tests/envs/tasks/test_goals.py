@@ -32,8 +32,9 @@ def test_the_right_angles_without_rest_score_half(status: FoldStatus | None) -> 
     assert GOAL.score(status, word_to_angles(TARGET)) == pytest.approx(0.5)
 
 
-def test_a_failure_scores_nothing_even_with_angles_that_are_no_numbers() -> None:
-    assert GOAL.score(FoldStatus.FAILED, np.full(5, np.nan)) == 0.0
+@pytest.mark.parametrize("joints", [np.full(5, np.nan), word_to_angles(TARGET)])
+def test_a_failure_scores_nothing_whatever_its_angles(joints: np.ndarray) -> None:
+    assert GOAL.score(FoldStatus.FAILED, joints) == 0.0
 
 
 def test_another_fold_scores_half_its_similarity() -> None:
