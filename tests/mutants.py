@@ -35,6 +35,7 @@ LIMIT = 1800.0
 """Longest time that the tests of a mutant may take [s]: some errors make loops endless."""
 
 INTERNAL_ERROR = 3  # of pytest
+ANSWER = 64  # added to its codes: a process that dies otherwise says nothing of a mutant
 tell = partial(print, flush=True)
 
 Fate = Literal["killed", "survived", "broken"]
@@ -91,11 +92,16 @@ def run_tests(tree: Path, tests: Iterable[str], interpreted: bool) -> int | None
         process.kill()
         process.join()
         return None
-    return process.exitcode
+    return process.exitcode - ANSWER if process.exitcode >= ANSWER else INTERNAL_ERROR
 
 
 def _log_of(tree: str | Path) -> Path:
     return Path(f"{tree}.log")
+
+
+def _said(tree: Path) -> str:
+    log = _log_of(tree)
+    return log.read_text(encoding="utf-8") if log.is_file() else "its tests did not begin"
 
 
 def _in_the_tree(tree: str, tests: list[str], interpreted: bool) -> None:
@@ -116,7 +122,7 @@ def _in_the_tree(tree: str, tests: list[str], interpreted: bool) -> None:
             code = importlib.import_module("pytest").main([*options, *tests])
         except Exception:
             traceback.print_exc()
-    os._exit(int(code))
+    os._exit(ANSWER + int(code))
 
 
 def fate(mutant: Mutant, sound: Path) -> tuple[Fate, str]:
@@ -128,7 +134,7 @@ def fate(mutant: Mutant, sound: Path) -> tuple[Fate, str]:
         code = run_tests(tree, mutant.tests, mutant.interpreted)
         if code == 1:
             return "killed", ""
-        said = f"took longer than {LIMIT:g} s" if code is None else _log_of(tree).read_text()
+        said = _said(tree) if code is not None else f"took longer than {LIMIT:g} s"
         return "survived" if code == 0 else "broken", said
 
 
@@ -137,7 +143,7 @@ def sound_tests(chosen: list[Mutant], sound: Path) -> Iterator[str]:
     for interpreted in (True, False):
         tests = {t: None for m in chosen if m.interpreted == interpreted for t in m.tests}
         if tests and run_tests(sound, tests, interpreted) != 0:
-            yield _log_of(sound).read_text()
+            yield _said(sound)
 
 
 def main() -> int:

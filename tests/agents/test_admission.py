@@ -321,6 +321,14 @@ def test_each_line_of_the_rule_decides(
     assert (rows[RANDOM].normalised, rows[ORACLE].normalised) == (0.0, 1.0)
 
 
+def test_a_lead_that_may_be_chance_is_none() -> None:
+    ten = {name: each[:, 5:100:10] for name, each in ends_of(ADMITTED).items()}
+    (_, lead, *_) = rule.judge(ten).lines
+    assert lead.measured is not None
+    assert lead.measured.value == pytest.approx(0.1)
+    assert lead.holds is False
+
+
 def test_what_was_not_given_is_not_measured() -> None:
     rates = {name: ADMITTED[name] for name in (RANDOM, OPEN_LOOP, ORACLE)}
     verdict = rule.judge(ends_of(rates))
