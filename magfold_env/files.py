@@ -70,7 +70,8 @@ def replacing(path: str | Path) -> Generator[Path]:
         temporary.chmod(0o666 & ~mask)
         temporary.replace(path)
     except OSError as error:
-        error.filename = error.filename or str(path)  # writing to a full disk tells none
+        if error.errno is not None:  # writing to a full disk tells no name
+            error.filename = error.filename or str(path)
         raise
     finally:
         temporary.unlink(missing_ok=True)
