@@ -244,17 +244,24 @@ def recording(fold: Fold) -> Recording:
         message=fold.message,
         energy=fold.energy,
         duration=fold.time,
-        time=motion.time,
-        angles=motion.angles,
-        base=motion.base,
-        released=motion.released,
-        order=turns(scene),
-        loaded=loaded(scene, motion.angles, motion.base, motion.released).sum(axis=1),
-        push=motion.push,
-        kinetic=kinetic_energy(scene, motion),
+        **along(scene, motion),
         magnetic=None if find is None else find(scene, motion),
         feed=feed_text(scene),
     )
+
+
+def along(scene: Scene, motion: Trajectory) -> dict[str, Any]:
+    """Return what a `Recording` says of the way there, but for magnetic energies."""
+    return {
+        "time": motion.time,
+        "angles": motion.angles,
+        "base": motion.base,
+        "released": motion.released,
+        "order": turns(scene),
+        "loaded": loaded(scene, motion.angles, motion.base, motion.released).sum(axis=1),
+        "push": motion.push,
+        "kinetic": kinetic_energy(scene, motion),
+    }
 
 
 def loaded(

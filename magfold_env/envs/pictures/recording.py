@@ -8,7 +8,7 @@ import numpy as np
 from magfold_env.envs.chains.arrays import FAILED
 from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.spaces.actions import letters_of
-from magfold_env.fold import Trajectory, kinetic_energy, loaded, turns
+from magfold_env.fold import Trajectory, along
 from magfold_env.replay import Recording
 from magfold_env.simulation.frames import magnetic_energy
 
@@ -58,14 +58,7 @@ def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
         message=told["message"],
         energy=float(chains.energies(_ROW)[0]),
         duration=float(chains.times(_ROW)[0]),
-        time=motion.time,
-        angles=motion.angles,
-        base=motion.base,
-        released=motion.released,
-        order=turns(scene),
-        loaded=loaded(scene, motion.angles, motion.base, motion.released).sum(axis=1),
-        push=motion.push,
-        kinetic=kinetic_energy(scene, motion),
+        **along(scene, motion),
         magnetic=magnetic_energy(scene, motion) if episodes.tells_strengths else None,
         feed=f"{scene.feed.direction}, as chosen in each step, {scene.feed.loading}",
         earlier=[

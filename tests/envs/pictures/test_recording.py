@@ -14,18 +14,9 @@ from magfold_env.envs.pictures.recording import EMPTY
 from magfold_env.envs.spaces.actions import SIGNS, letters_of
 from magfold_env.envs.spaces.tray_actions import BACK, LYING
 from magfold_env.envs.tube_feed import TubeFeedEnv
+from tests.envs.pictures.test_rendering import QUICK, VARIANTS
 
-QUICK: dict[str, Any] = {"components": 3, "baseline": None}
-VARIANTS = [
-    pytest.param("MagFold/TubeFeed-v0", QUICK, id="tube-feed"),
-    pytest.param("MagFold/SequenceDesign-v0", QUICK, id="sequence-design"),
-    pytest.param("MagFold/TubeFeedGoal-v0", {"components": 3}, id="tube-feed-goal"),
-    pytest.param("MagFold/UnknownFloor-v0", {}, id="unknown-floor"),
-    pytest.param("MagFold/Reprogram-v0", {}, id="reprogram"),
-    pytest.param("MagFold/Lumen-v0", {}, id="lumen"),
-    pytest.param("MagFold/Tray-v0", {}, id="tray"),
-    pytest.param("MagFold/Anchor-v0", {}, id="anchor"),
-]
+MOVING = [each for each in VARIANTS if each.id != "quasistatic"]
 
 
 def page_of(env: Any, folder: Path) -> dict[str, Any]:
@@ -39,7 +30,7 @@ def seconds(env: Any) -> float:
     return float(env.episodes.chains.times(np.array([0]))[0])
 
 
-@pytest.mark.parametrize(("env_id", "options"), VARIANTS)
+@pytest.mark.parametrize(("env_id", "options"), MOVING)
 def test_a_page_ends_where_the_episode_is(env_id: str, options: dict, tmp_path: Path) -> None:
     env: Any = gymnasium.make(env_id, **options).unwrapped
     env.reset(seed=3)
