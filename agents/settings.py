@@ -77,6 +77,7 @@ TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
 DESIGN_ENV: EnvId = "MagFold/SequenceDesign-v0"
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
 ANCHOR_ENV = "MagFold/Anchor-v0"
+REPROGRAM_ENV = "MagFold/Reprogram-v0"
 
 Targets = Annotated[
     Annotated[str, Tag("<word>")] | Annotated[tuple[str, ...], Tag("<other>")],
@@ -306,10 +307,11 @@ class Phase:
 class ImitationSettings(Group, frozen=True):
     """What a learner imitates at first."""
 
-    plan: Literal["baseline", "open loops", "mending"] = "baseline"
+    plan: Literal["baseline", "open loops", "drawing back", "mending"] = "baseline"
     """What plays: the schedules that set its tasks' baselines, the best open loops of a search, see
-    `agents.training.open_loops`, or, with an anchor, what tests its chains and builds those anew
-    that fail, see `agents.training.mending`."""
+    `agents.training.open_loops`, where a chain is given and one fold is wanted what lets out anew
+    what folds wrong, see `agents.training.drawing_back`, or, with an anchor, what tests its chains
+    and builds those anew that fail, see `agents.training.mending`."""
     tried: Count = 1000
     """Open loops of a task that are tried."""
     trials: Count = 6000
@@ -402,6 +404,10 @@ class TrainSettings(Group, frozen=True):
             if self.pretraining or self.env.id not in TRACKS:
                 allowed = f"one of {', '.join(TRACKS)}, without pretraining, to imitate"
                 yield "env.id", self.env.id, allowed
+            one_fold = self.env.id in FEED_TRACKS and self.env.id != REPROGRAM_ENV
+            if self.imitate.plan == "drawing back" and not one_fold:
+                allowed = "another one but with one fold of a given chain"
+                yield "imitate.plan", self.imitate.plan, allowed
             if self.imitate.plan == "mending" and self.env.id != ANCHOR_ENV:
                 yield "imitate.plan", self.imitate.plan, f"another one but with {ANCHOR_ENV}"
 

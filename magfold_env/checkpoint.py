@@ -30,20 +30,20 @@ class CheckpointError(ValueError):
 
 
 @contextmanager
-def alone_in(folder: Path) -> Generator[None]:
+def alone_in(folder: Path, wait: bool = False) -> Generator[None]:
     """Let no other run use a folder, which is made if need be.
 
-    The system ends that with the process, however it ends.
+    The system ends that with the process, however it ends. `wait` until another run has ended.
 
     Raises
     ------
     CheckpointError
-        If another run uses it.
+        If another run uses it, and that is not waited for.
     """
     folder.mkdir(parents=True, exist_ok=True)
     lock, holder = FileLock(folder / ".lock"), folder / ".lock.txt"
     try:
-        lock.acquire(blocking=False)
+        lock.acquire(blocking=wait)
     except Timeout:
         by = holder.read_text(encoding="utf-8") if holder.is_file() else "another process"
         message = f"{folder}: is in use by {by}; wait until that ends, or give another folder"
@@ -68,9 +68,14 @@ class Checkpoint:
         Made if need be; None keeps nothing.
     key
         Everything that a record depends on, as values that JSON can hold.
+    wait
+        Whether another run that uses the folder is waited for, not an error.
     """
 
-    def __init__(self, folder: str | Path | None, key: Mapping[str, Any]) -> None:
+    def __init__(
+        self, folder: str | Path | None, key: Mapping[str, Any], wait: bool = False
+    ) -> None:
+        self._wait = wait
         self._folder = None if folder is None else Path(folder)
         self._file = Path() if folder is None else Path(folder) / FILE
         self._key: dict[str, Any] = json.loads(_text(key))
@@ -152,7 +157,7 @@ class Checkpoint:
         if self._folder is None or self._stack is not None:
             return
         with ExitStack() as stack:
-            stack.enter_context(alone_in(self._folder))
+            stack.enter_context(alone_in(self._folder, self._wait))
             if any(self._folder.glob("part-*.json")):
                 message = f"{self._folder}: holds part-*.json, of a version that is no longer read"
                 raise CheckpointError(f"{message}; give another folder")

@@ -6,6 +6,7 @@ import signal
 import sqlite3
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -235,6 +236,23 @@ def test_a_folder_is_used_by_one_run_at_a_time(tmp_path: Path) -> None:
         kept.load()
     with Checkpoint(tmp_path, {"seed": 1}) as kept:
         kept.load()
+
+
+def test_a_run_may_wait_for_the_one_before_it(tmp_path: Path) -> None:
+    found: list[list[int]] = []
+
+    def later() -> None:
+        with Checkpoint(tmp_path, KEY, wait=True) as kept:
+            found.append(kept.load())
+
+    waits = threading.Thread(target=later)
+    with Checkpoint(tmp_path, KEY) as kept:
+        waits.start()
+        waits.join(0.2)
+        assert waits.is_alive()
+        kept.add(5)
+    waits.join(10.0)
+    assert found == [[5]]
 
 
 def test_a_kill_at_any_moment_loses_and_doubles_nothing(tmp_path: Path) -> None:

@@ -53,6 +53,7 @@ class Contest:
         self._key: dict[str, Any] = {
             "format": FORMAT,
             "id": arena.env_id,
+            "scene": arena.world.scene.model_dump(mode="json"),
             "tasks": [arena.env.tasks[number].model_dump(mode="json") for number in arena.numbers],
             "draws": EVALUATION_VERSION,
             "physics": physics_digest(),

@@ -85,14 +85,26 @@ class Field:
         tried = self._open_loops.candidates(effort.candidates, number)
         return self.race(number, tried, stream, effort.budget)
 
-    def race(self, number: int, tried: Sequence[Any], stream: str, budget: int) -> list[Ranked]:
-        """Return some open loops, tried in a task, the best first; see `halving`."""
+    def race(
+        self,
+        number: int,
+        tried: Sequence[Any],
+        stream: str,
+        budget: int,
+        following: Callable[[Sequence[Any]], Plan] | None = None,
+    ) -> list[Ranked]:
+        """Return some open loops, tried in a task, the best first; see `halving`.
+
+        They may be something else, if what is `following` them is given.
+        """
+        plan = following or self._open_loops.following
 
         def trial(candidates: Ints, start: int, stop: int) -> Floats:
             draws = stop - start
             seeds = episode_seeds(stream, stop)[start:] * len(candidates)
             found = [tried[place] for place in np.repeat(candidates, draws).tolist()]
-            ends = self.follow(np.full(len(seeds), number), seeds, found)
+            numbers = np.full(len(seeds), number)
+            ends = self.play(numbers, seeds, lambda part: plan(found[part]))
             return ends.reshape(len(candidates), draws, 2)
 
         return halving(len(tried), budget, trial)

@@ -2,7 +2,8 @@
 
 Where success is rare, as where two folds are to be reached one after the other, chance finds
 nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`, searched
-ones more often, see `agents.training.open_loops`, and so does building a chain anew that fails, see
+ones more often, see `agents.training.open_loops`, and what sees a failure mends it: what folds
+wrong is let out anew, see `agents.training.drawing_back`, or a chain is built anew, see
 `agents.training.mending`. They are cloned from what they do: the networks come to choose their
 actions, and to expect what these earn.
 Entries of some of the actions are replaced by others at random, so that more is seen than they
@@ -25,6 +26,7 @@ from torch.nn import functional
 from agents.commands import progress_bar
 from agents.open_loops.field import Search
 from agents.settings import TrainSettings
+from agents.training.drawing_back import DrawingBack, redoings
 from agents.training.envs import make_env
 from agents.training.mending import Mending, mended
 from agents.training.open_loops import BestOpenLoops
@@ -66,13 +68,16 @@ class Demonstrations:
         self._env, self._world = env, env.world
         self._rng = np.random.default_rng(settings.seed)
         env.action_space.seed(settings.seed)
+        effort = Search(self._given.tried, self._given.trials)
         self._plan: Callable[[Sequence[int], Sequence[int]], Plan]
         if self._given.plan == "mending":
             ways = mended(env)
             self._plan = lambda numbers, _: Mending([ways[number] for number in numbers])
         elif self._given.plan == "open loops":
-            effort = Search(self._given.tried, self._given.trials)
             self._plan = BestOpenLoops(settings.env, effort, folder).plan
+        elif self._given.plan == "drawing back":
+            found = redoings(settings.env, effort, folder)
+            self._plan = lambda numbers, _: DrawingBack([found[number] for number in numbers])
         else:
             self._plan = lambda numbers, _: env.plan_of(numbers)
 

@@ -5,13 +5,13 @@ next that does not, as can be known of an episode of training, which can be play
 is shown is mostly one schedule, and how episodes look in which another is better.
 
 The search is long. It lies beside the runs, in ``open-loops-ID-KEY``, for all that imitate the same
-with the same tasks and actions, and goes on where it was broken off.
+with the same scene, tasks and actions, and goes on where it was broken off.
 """
 
 import hashlib
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -52,12 +52,8 @@ class BestOpenLoops:
 
     def __init__(self, settings: EnvSettings, effort: Search, folder: Path) -> None:
         env: Any = make_env(settings).unwrapped
-        self._loops = open_loops_of(env)
-        self._field = _field(env)
-        self._best = [
-            [self._loops.candidates(effort.candidates, number)[place] for place in places]
-            for number, places in enumerate(_searched(settings, env, effort, folder))
-        ]
+        self._loops, self._field = open_loops_of(env), field_of(env)
+        self._best = best_open_loops(settings, effort, folder)
 
     def plan(self, numbers: Sequence[int], seeds: Sequence[int]) -> Plan:
         """Return what plays episodes of tasks, by number, with such seeds, one a row."""
@@ -82,32 +78,74 @@ class BestOpenLoops:
         return self._field.follow(own, [seeds[row] for row in rows], found)[:, 0] > 0.0
 
 
-def _searched(settings: EnvSettings, env: Any, effort: Search, folder: Path) -> list[list[int]]:
-    """Return for every task the places of its best open loops among all that were tried."""
+def best_open_loops(settings: EnvSettings, effort: Search, folder: Path) -> list[list[Any]]:
+    """Return for every task of an environment its best open loops, the best first.
+
+    Arguments are those of `BestOpenLoops`.
+    """
+    env: Any = make_env(settings).unwrapped
+    loops, jobs = open_loops_of(env), [(settings, n, effort) for n in range(len(env.tasks))]
+    key = {"search": effort}
+    found: list[list[int]] = kept_search("open loops", settings, key, folder, _search, jobs)
+    return [
+        [loops.candidates(effort.candidates, number)[place] for place in places]
+        for number, places in enumerate(found)
+    ]
+
+
+def kept_search(
+    title: str,
+    settings: EnvSettings,
+    effort: dict[str, Any],
+    folder: Path,
+    search: Callable[..., Any],
+    jobs: Sequence[tuple[Any, ...]],
+) -> list[Any]:
+    """Return what is searched for every task of an environment, which is kept beside runs.
+
+    Parameters
+    ----------
+    title : str
+        What it is.
+    settings : EnvSettings
+        Those of the environment.
+    effort : dict
+        What the results depend on besides.
+    folder : Path
+        Where folders of searches lie.
+    search
+        Returns the result of a task, as JSON can hold it, from a job; is called in processes.
+    jobs
+        Its arguments for every task.
+    """
+    env: Any = make_env(settings).unwrapped
     key: dict[str, Any] = {
         "env": settings.model_dump(mode="json"),
+        "scene": env.world.scene.model_dump(mode="json"),
         "tasks": [task.model_dump(mode="json") for task in env.tasks],
-        "search": effort,
         "physics": physics_digest(),
+        **effort,
     }
     digest = hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:8]
-    name = f"open-loops-{settings.id.rpartition('/')[2]}-{digest}"
-    with Checkpoint(folder / name, key) as kept, progress_bar() as bar:
-        found: list[list[int]] = kept.load()
-        jobs = [(settings, number, effort) for number in range(len(found), len(env.tasks))]
-        task = bar.add_task("open loops", total=len(env.tasks), completed=len(found), note="")
-        for places in spread_over(len(os.sched_getaffinity(0)), _search, jobs):
-            found.append(places)
-            kept.add(places)
+    name = f"{title.replace(' ', '-')}-{settings.id.rpartition('/')[2]}-{digest}"
+    # Runs that begin together share one search: the first makes it, the others wait.
+    with Checkpoint(folder / name, key, wait=True) as kept, progress_bar() as bar:
+        found: list[Any] = kept.load()
+        task = bar.add_task(title, total=len(jobs), completed=len(found), note="")
+        cores = len(os.sched_getaffinity(0))
+        for result in spread_over(cores, search, jobs[len(found) :]):
+            found.append(result)
+            kept.add(result)
             bar.update(task, completed=len(found))
     return found
 
 
 def _search(settings: EnvSettings, number: int, effort: Search) -> list[int]:
     env: Any = make_env(settings).unwrapped
-    ranked = _field(env).search(number, STREAM, effort)
+    ranked = field_of(env).search(number, STREAM, effort)
     return [each.place for each in ranked[:SHOWN] if each.successes] or [ranked[0].place]
 
 
-def _field(env: Any) -> Field:
+def field_of(env: Any) -> Field:
+    """Return room for episodes in which choices are written down as the actions can say them."""
     return Field(env.make_episodes(env.world, WIDTH), open_loops_of(env), env.world.actions)

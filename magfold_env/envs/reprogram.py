@@ -112,9 +112,7 @@ class ReprogramEnv(FeedTrackEnv):
     them, lie within 0.05 rad for 0.1 s, 5 steps, while the tube holds the last component and no
     other: once that is out too, nothing draws the chain in again. (1) The chain is drawn in when
     the centres of all components but one are in the tube. (2) The second word is reached when the
-    chain is all out and at rest in it. The tube is 1.3 diagonals wide, else hardly any folded
-    chain could be drawn in; two casings side by side do not fit, so that a fold has to open.
-    Magnets act outside the tube only.
+    chain is all out and at rest in it.
 
     **End**: as there, after 10 s, 500 steps, if not before.
 

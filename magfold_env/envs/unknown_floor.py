@@ -30,7 +30,10 @@ class UnknownFloorEnv(FeedTrackEnv):
     stays hidden: the floor's friction, evenly on a scale of powers from 0.05 to 1, the strength of
     all magnets ±30 % and of each ±15 %, what the drive makes of the speed asked of it, ±60 %, and
     how the chain lies in its tube. Every step says how fast the feed goes for the next 20 ms.
-    Components that it draws in again may be held again.
+    Components that it draws in again may be held again: the tube is 1.3 diagonals wide, else hardly
+    any folded chain could be drawn in; two casings side by side do not fit, so that a fold has to
+    open. Magnets act outside the tube only. What has folded wrong can be let out anew, until the
+    last component is out.
 
     **End**: when the chain is all out and at rest; when the drive has slipped for 0.1 s (status
     ``jammed``); after 5 s, 250 steps (``unsettled``); or when the simulation breaks down. All of

@@ -329,7 +329,7 @@ def test_an_episode_counts_the_components_that_act() -> None:
     assert episodes.acting(0) == 0
     env.step(env.actions.encode(0.1))
     assert episodes.acting(0) == 1
-    built: Any = UnknownFloorEnv()
+    built: Any = UnknownFloorEnv("tube-built")
     built.reset(seed=0)
     assert built.episodes.acting(0) == 6
 

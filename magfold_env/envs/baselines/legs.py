@@ -70,6 +70,14 @@ class Following:
         slowed = np.minimum(np.abs(speed), np.maximum(slowing, SLOWEST_LEVEL))
         return (np.where(brakes > 0.0, np.copysign(slowed, speed), speed),)
 
+    def restart(self, rows: Ints, gone: Floats) -> None:
+        """Begin anew in some rows, after the last leg that ends where the feed has gone [m]."""
+        ends = self._legs[rows, :, 1]
+        over = np.isfinite(ends) & (ends <= gone[:, None])
+        places = np.arange(ends.shape[1])
+        self.at[rows] = np.minimum(np.where(over, places + 1, 0).max(axis=1), self._last[rows])
+        self._taken[rows] = 0
+
     def _now(self, rows: Ints, gone: Floats) -> tuple[Floats, ...]:
         """Return speed, way that is left [m], steps and whether it brakes, of the legs of rows."""
         now: tuple[Floats, ...] = tuple(self._legs[rows, self.at[rows]].T)

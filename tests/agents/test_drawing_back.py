@@ -1,0 +1,137 @@
+"""What folds wrong is drawn in and let out anew; where nothing does, an open loop is played."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agents.open_loops.field import Search, open_loops_of
+from agents.open_loops.schedules import constant
+from agents.settings import EnvSettings, SettingsError, TrainSettings, checked
+from agents.training import drawing_back, open_loops
+from agents.training.drawing_back import (
+    PATIENCE,
+    STREAM,
+    DrawingBack,
+    Redoing,
+    candidates,
+    redoings,
+)
+from agents.training.envs import make_env
+from magfold_env.envs.baselines.legs import Following, Leg
+from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.envs.unknown_floor import UnknownFloorEnv
+
+SETTINGS = EnvSettings(id="MagFold/UnknownFloor-v0")
+COUNT = 24
+
+
+@pytest.fixture(scope="module")
+def env() -> Any:
+    return UnknownFloorEnv()
+
+
+def played(env: Any, plan: Any, number: int) -> tuple[Any, Any, list[Any]]:
+    """Return episodes of a task, how they end, and joints, advances and speeds of every step.
+
+    Joints are in the order of feed, and the right way is positive.
+    """
+    episodes = env.make_episodes(env.world, COUNT)
+    told: list[Any] = []
+    turns = np.sign(episodes.goals.turns)
+
+    def noted(rows: Any) -> Any:
+        (speeds,) = plan(episodes, rows)
+        for row, speed in zip(rows.tolist(), speeds.tolist(), strict=True):
+            turns = np.sign(episodes.goals.turns[row])
+            joints = np.diff(episodes.arrays.angles[row]) * turns
+            joints = joints if episodes.arrays.forward[row] else joints[::-1]
+            out = bool(episodes.arrays.released[row].all())
+            told.append((row, joints, float(episodes.chains.advances()[row]), speed, out))
+        return (speeds,)
+
+    assert turns.shape == (COUNT, 5)
+    ends = episodes.play(episode_seeds("drawing back test", COUNT), [number] * COUNT, noted)
+    return episodes, ends, told
+
+
+def test_a_joint_that_turns_the_wrong_way_is_drawn_in(env: Any) -> None:
+    number, speed = 9, constant(0.05)
+    found = Redoing(speed, constant(0.08), 0.5, 0.15, 0.2, -0.25)
+    plan = DrawingBack([found] * COUNT)
+    episodes, _, told = played(env, plan, number)
+    diagonal = env.world.scene.casing.diagonal
+    goals = np.full(COUNT, np.nan)
+    counts = np.zeros(COUNT, dtype=int)
+    steps = np.zeros(COUNT)
+    for row, joints, gone, asked, out in told:
+        if gone <= goals[row] * diagonal:
+            goals[row] = np.nan
+        wrong = np.flatnonzero(joints < (-0.15 if gone > 5 * diagonal else -0.5))
+        early = steps[row] * 0.02 < PATIENCE * episodes.late
+        if np.isnan(goals[row]) and wrong.size and early and not out:
+            goal = max(wrong[0] + 0.2, 0.02)
+            if gone > goal * diagonal:
+                goals[row], counts[row] = goal, counts[row] + 1
+        expected = 0.05 if counts[row] == 0 else 0.08
+        assert asked == (expected if np.isnan(goals[row]) else -0.25)
+        steps[row] += 1
+    np.testing.assert_array_equal(plan.times, counts)
+    assert 0 < np.count_nonzero(counts) < COUNT
+
+
+def test_where_nothing_turns_wrong_an_open_loop_is_played(env: Any) -> None:
+    first = open_loops_of(env).candidates(60, 3)[57]
+    plan = DrawingBack([Redoing(first, first, 9.0, 9.0, 0.2, -0.25)] * COUNT)
+    ends = [played(env, each, 3)[1] for each in (plan, Following([first.way] * COUNT))]
+    assert not plan.times.any()
+    np.testing.assert_array_equal(ends[0]["score"], ends[1]["score"])
+    np.testing.assert_array_equal(ends[0]["energy"], ends[1]["energy"])
+
+
+@pytest.mark.parametrize(
+    ("gone", "leg"), [(0.0, 0), (0.019, 0), (0.02, 1), (0.045, 1), (0.05, 3), (0.2, 3)]
+)
+def test_legs_that_are_over_are_not_followed_anew(gone: float, leg: int) -> None:
+    way = (Leg(0.1, 0.02), Leg(0.0, steps=3), Leg(0.2, 0.05), Leg(0.3))
+    plan = Following([way, way[:1]])
+    plan.at[:] = 2, 0
+    plan.restart(np.array([0, 1]), np.array([gone, gone]))
+    assert plan.at.tolist() == [leg, 0]
+
+
+def test_for_every_task_the_best_of_some_settings_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    every: Any = make_env(SETTINGS).unwrapped
+    few: Any = UnknownFloorEnv(tasks=every.tasks[8:10])
+    for module in drawing_back, open_loops:
+        monkeypatch.setattr(module, "make_env", lambda _: few)
+    monkeypatch.setattr(open_loops.os, "sched_getaffinity", lambda _: {0})
+    # Two candidates play the whole budget in one round.
+    monkeypatch.setattr(drawing_back, "EFFORT", Search(2, 80))
+    effort = Search(13, 39)
+    found = redoings(SETTINGS, effort, tmp_path)
+    best = open_loops.best_open_loops(SETTINGS, effort, tmp_path)
+    seeds = episode_seeds(STREAM, 40)
+    field = open_loops.field_of(few)
+    for number, one in enumerate(found):
+        tried = candidates(best[number], number, 2)
+        ends = [
+            field.play(np.full(40, number), seeds, lambda part, each=each: _plan(each, part))[:, 0]
+            for each in tried
+        ]
+        assert one == tried[int(np.mean(ends, axis=1).argmax())]
+    assert found == redoings(SETTINGS, effort, tmp_path)
+
+
+def _plan(found: Redoing, part: slice) -> DrawingBack:
+    return DrawingBack([found] * len(range(*part.indices(40))))
+
+
+@pytest.mark.parametrize("env_id", ["MagFold/Reprogram-v0", "MagFold/Tray-v0", "MagFold/Anchor-v0"])
+def test_it_is_for_one_fold_of_a_given_chain(env_id: str) -> None:
+    content = {"name": "a", "env": {"id": env_id}, "imitate": {"plan": "drawing back"}}
+    with pytest.raises(SettingsError, match=r"imitate.plan: 'drawing back'.*one fold"):
+        checked(TrainSettings, content, "a")
