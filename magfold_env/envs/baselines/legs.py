@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.envs.chains.arrays import Floats, Ints
+from magfold_env.envs.chains.arrays import Bools, Floats, Ints
 from magfold_env.envs.spaces.actions import SLOWEST_LEVEL
 
 BRAKE = 8.0
@@ -72,10 +72,11 @@ class Following:
 
     def restart(self, rows: Ints, gone: Floats) -> None:
         """Begin anew in some rows, after the last leg that ends where the feed has gone [m]."""
-        ends = self._legs[rows, :, 1]
-        over = np.isfinite(ends) & (ends <= gone[:, None])
-        places = np.arange(ends.shape[1])
-        self.at[rows] = np.minimum(np.where(over, places + 1, 0).max(axis=1), self._last[rows])
+        ends: Floats = self._legs[rows, :, 1]
+        over: Bools = np.isfinite(ends) & (ends <= gone[:, None])
+        # The place after the last of them.
+        after: Ints = over.shape[1] - np.argmax(over[:, ::-1], axis=1)
+        self.at[rows] = np.minimum(np.where(over.any(axis=1), after, 0), self._last[rows])
         self._taken[rows] = 0
 
     def _now(self, rows: Ints, gone: Floats) -> tuple[Floats, ...]:
