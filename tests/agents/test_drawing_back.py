@@ -39,7 +39,6 @@ def played(env: Any, plan: Any, number: int) -> tuple[Any, Any, list[Any]]:
     """
     episodes = env.make_episodes(env.world, COUNT)
     told: list[Any] = []
-    turns = np.sign(episodes.goals.turns)
 
     def noted(rows: Any) -> Any:
         (speeds,) = plan(episodes, rows)
@@ -51,7 +50,7 @@ def played(env: Any, plan: Any, number: int) -> tuple[Any, Any, list[Any]]:
             told.append((row, joints, float(episodes.chains.advances()[row]), speed, out))
         return (speeds,)
 
-    assert turns.shape == (COUNT, 5)
+    assert episodes.goals.turns.shape == (COUNT, 5)
     ends = episodes.play(episode_seeds("drawing back test", COUNT), [number] * COUNT, noted)
     return episodes, ends, told
 
