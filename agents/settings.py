@@ -399,8 +399,8 @@ class TrainSettings(Group, frozen=True):
     def _of_imitation(self) -> Iterator[tuple[str, object, str]]:
         """Yield likewise who cannot imitate."""
         if self.imitate is not None:
-            if self.learner.algorithm != "ppo":
-                yield "learner.algorithm", self.learner.algorithm, "ppo to imitate"
+            if self.learner.algorithm not in {"ppo", "recurrent-ppo"}:
+                yield "learner.algorithm", self.learner.algorithm, "ppo or recurrent-ppo to imitate"
             if self.pretraining or self.env.id not in TRACKS:
                 allowed = f"one of {', '.join(TRACKS)}, without pretraining, to imitate"
                 yield "env.id", self.env.id, allowed

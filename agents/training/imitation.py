@@ -11,17 +11,20 @@ would meet (Laskey et al., *DART: noise injection for robust imitation learning*
 cloned is what they would have done.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 from gymnasium.utils import seeding
 from numpy.typing import NDArray
+from sb3_contrib import RecurrentPPO
+from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
+from sb3_contrib.common.recurrent.type_aliases import RNNStates
 from stable_baselines3 import PPO
 from torch.nn import functional
+from torch.nn.utils.rnn import pad_sequence
 
 from agents.commands import progress_bar
 from agents.open_loops.field import Search
@@ -31,7 +34,7 @@ from agents.training.envs import make_env
 from agents.training.mending import Mending, mended
 from agents.training.open_loops import BestOpenLoops
 from magfold_env.envs.baselines.constant_speed import Plan
-from magfold_env.envs.chains.arrays import Floats
+from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.episodes import Episodes
 from magfold_env.scoring.shown import View
 
@@ -39,8 +42,7 @@ BLOCK = 128
 """Episodes that are played at a time."""
 
 
-@dataclass(frozen=True)
-class Steps:
+class Steps(NamedTuple):
     """Steps of episodes.
 
     Attributes
@@ -51,11 +53,36 @@ class Steps:
         What was meant to be done.
     returns : array, shape (steps,)
         What was earned from there to the end.
+    episodes : array of int, shape (steps,)
+        Numbers of their episodes, whose steps lie in the order of time.
     """
 
     seen: NDArray[Any]
     actions: NDArray[Any]
     returns: Floats
+    episodes: Ints
+
+    def batches(
+        self, size: int, rng: np.random.Generator, by_episode: bool
+    ) -> Iterator[NDArray[Any]]:
+        """Yield the places of all steps once, about `size` at a time, in random order.
+
+        They are of shape (size,), or (episodes, longest) with whole episodes in rows `by_episode`,
+        behind whose ends are −1s.
+        """
+        count = len(self.returns)
+        if not by_episode:
+            order = rng.permutation(count)
+            yield from (order[start : start + size] for start in range(0, count, size))
+            return
+        order = np.argsort(self.episodes, kind="stable")
+        ends = np.flatnonzero(np.diff(self.episodes[order])) + 1
+        rows = [torch.as_tensor(each) for each in np.split(order, ends)]
+        many = max(1, round(size * len(rows) / count))
+        shuffled = rng.permutation(len(rows)).tolist()
+        for start in range(0, len(rows), many):
+            chosen = [rows[each] for each in shuffled[start : start + many]]
+            yield pad_sequence(chosen, batch_first=True, padding_value=-1).numpy()
 
 
 class Demonstrations:
@@ -103,8 +130,9 @@ class Demonstrations:
         for rows, _, _, rewards in reversed(parts):
             value[rows] = rewards + self._learner.gamma * value[rows]
             returns.append(value[rows])
-        _, seen, actions, _ = zip(*parts, strict=True)
-        return Steps(*map(np.concatenate, (seen, actions, returns[::-1])))
+        played, seen, actions, _ = zip(*parts, strict=True)
+        numbers_of = [first + rows for rows in played]
+        return Steps(*map(np.concatenate, (seen, actions, returns[::-1], numbers_of)))
 
     def _disturbed(self, actions: NDArray[Any]) -> NDArray[Any]:
         """Return actions of some of which chance replaces an entry."""
@@ -116,12 +144,14 @@ class Demonstrations:
         return actions
 
 
-def imitate(model: PPO, settings: TrainSettings, folder: Path) -> None:
+def imitate(model: PPO | RecurrentPPO, settings: TrainSettings, folder: Path) -> None:
     """Let a new model imitate what plays its tasks, as settings ask for.
+
+    One that remembers learns from whole episodes.
 
     Parameters
     ----------
-    model : PPO
+    model : PPO or RecurrentPPO
         A model of those `settings`.
     settings : TrainSettings
         Those of a run, ``imitate`` among them.
@@ -133,29 +163,46 @@ def imitate(model: PPO, settings: TrainSettings, folder: Path) -> None:
     steps, policy = _steps(settings, given.episodes, folder), model.policy
     optimizer = torch.optim.Adam(policy.parameters())
     rng, count = np.random.default_rng(settings.seed), len(steps.returns)
+    by_episode = isinstance(model, RecurrentPPO)
     policy.set_training_mode(True)
     with progress_bar() as bar:
         task = bar.add_task("imitation", total=given.epochs * count, note="")
         for epoch in range(given.epochs):
             optimizer.param_groups[0]["lr"] = given.learning_rate * (1.0 - epoch / given.epochs)
-            order = rng.permutation(count)
-            likely = 0.0
-            for start in range(0, count, given.batch_size):
-                batch = order[start : start + given.batch_size]
-                seen, actions, returns = (
-                    torch.as_tensor(each[batch])
-                    for each in (steps.seen, steps.actions, steps.returns)
-                )
-                values, log_probability, _ = policy.evaluate_actions(seen, actions)
-                wrong = functional.mse_loss(values.flatten(), returns.float())
+            likely, learned = 0.0, 0
+            for batch in steps.batches(given.batch_size, rng, by_episode):
+                values, log_probability, returns = evaluated(policy, steps, batch)
+                wrong = functional.mse_loss(values, returns)
                 loss = -log_probability.mean() + model.vf_coef * wrong
                 optimizer.zero_grad()
                 loss.backward()
                 torch.nn.utils.clip_grad_norm_(policy.parameters(), model.max_grad_norm)
                 optimizer.step()
                 likely += log_probability.sum().item()
-                note = f"log-likelihood {likely / (start + len(batch)):.2f}"
-                bar.update(task, advance=len(batch), note=note)
+                learned += len(returns)
+                note = f"log-likelihood {likely / learned:.2f}"
+                bar.update(task, advance=len(returns), note=note)
+
+
+def evaluated(
+    policy: Any, steps: Steps, batch: NDArray[Any]
+) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    """Return what a policy expects, the logarithms of what it would do, and what was earned.
+
+    Of a `batch` of steps, as `Steps.batches` yields it, without what is behind episodes' ends.
+    """
+    flat = batch.ravel()
+    seen, actions, returns = (
+        torch.as_tensor(each[flat]) for each in (steps.seen, steps.actions, steps.returns)
+    )
+    memory: tuple[Any, ...] = ()
+    if isinstance(policy, RecurrentActorCriticPolicy):
+        lstm = policy.lstm_actor
+        nothing = 2 * (torch.zeros(lstm.num_layers, len(batch), lstm.hidden_size),)
+        memory = RNNStates(nothing, nothing), torch.zeros(len(flat))
+    values, log_probability, _ = policy.evaluate_actions(seen, actions, *memory)
+    meant = torch.as_tensor(flat >= 0)
+    return values.flatten()[meant], log_probability[meant], returns.float()[meant]
 
 
 def _steps(settings: TrainSettings, episodes: int, folder: Path) -> Steps:
@@ -170,5 +217,4 @@ def _steps(settings: TrainSettings, episodes: int, folder: Path) -> Steps:
         for first in range(0, episodes, BLOCK):
             parts.append(shown.block(seeds[first : first + BLOCK], first))
             bar.update(task, completed=min(first + BLOCK, episodes))
-    fields = zip(*((each.seen, each.actions, each.returns) for each in parts), strict=True)
-    return Steps(*map(np.concatenate, fields))
+    return Steps(*map(np.concatenate, zip(*parts, strict=True)))

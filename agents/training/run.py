@@ -10,6 +10,7 @@ from uuid import uuid4
 import numpy as np
 import torch
 from rich.console import Console
+from sb3_contrib import RecurrentPPO
 from stable_baselines3 import PPO
 from stable_baselines3.common import base_class, callbacks, logger, on_policy_algorithm, vec_env
 
@@ -307,7 +308,8 @@ class TrainingRun:
         else:
             self._model, self._progress.before = _make_model(settings, envs)
             if settings.imitate is not None:
-                imitate(cast("PPO", self._model), settings, self._folder.path.parent)
+                model = cast("PPO | RecurrentPPO", self._model)
+                imitate(model, settings, self._folder.path.parent)
             self._info.start = run_folder.file_digest(settings.start) if settings.start else None
             self._model.set_logger(self._logger)
         return self._model
