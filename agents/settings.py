@@ -309,9 +309,9 @@ class ImitationSettings(Group, frozen=True):
 
     plan: Literal["baseline", "open loops", "drawing back", "mending"] = "baseline"
     """What plays: the schedules that set its tasks' baselines, the best open loops of a search, see
-    `agents.training.open_loops`, where a chain is given and one fold is wanted what lets out anew
-    what folds wrong, see `agents.training.drawing_back`, or, with an anchor, what tests its chains
-    and builds those anew that fail, see `agents.training.mending`."""
+    `agents.training.open_loops`, where a chain is given what lets out anew what folds wrong, see
+    `agents.training.drawing_back`, or, with an anchor, what tests its chains and builds those anew
+    that fail, see `agents.training.mending`."""
     tried: Count = 1000
     """Open loops of a task that are tried."""
     trials: Count = 6000
@@ -404,9 +404,8 @@ class TrainSettings(Group, frozen=True):
             if self.pretraining or self.env.id not in TRACKS:
                 allowed = f"one of {', '.join(TRACKS)}, without pretraining, to imitate"
                 yield "env.id", self.env.id, allowed
-            one_fold = self.env.id in FEED_TRACKS and self.env.id != REPROGRAM_ENV
-            if self.imitate.plan == "drawing back" and not one_fold:
-                allowed = "another one but with one fold of a given chain"
+            if self.imitate.plan == "drawing back" and self.env.id not in FEED_TRACKS:
+                allowed = "another one but where a given chain folds"
                 yield "imitate.plan", self.imitate.plan, allowed
             if self.imitate.plan == "mending" and self.env.id != ANCHOR_ENV:
                 yield "imitate.plan", self.imitate.plan, f"another one but with {ANCHOR_ENV}"

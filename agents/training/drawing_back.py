@@ -2,44 +2,34 @@
 
 A task's best open loop is followed until a joint outside the tube turns the wrong way. Then that
 joint is drawn in, but for the chain's first component, and fed again, by another open loop or the
-same: what failed once often comes right. How far a joint must have turned, how far it is drawn in
-and what is followed then is chosen for each task, on draws of a stream of its own, among settings
-that are drawn evenly.
+same: what failed once often comes right. So are the joints that are not where they should be while
+the feed stands still at the end of a first fold, before the chain is drawn in for a second.
 """
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
-from zlib import crc32
 
 import numpy as np
 
-from agents.open_loops.field import Search
 from agents.open_loops.schedules import Schedule
-from agents.settings import EnvSettings
-from agents.training.envs import make_env
-from agents.training.open_loops import best_open_loops, field_of, kept_search
 from magfold_env.envs.baselines.legs import Following
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
-
-STREAM = "drawing back"
-"""Of the draws that settings are chosen on."""
-
-EFFORT = Search(192, 4000)
-"""How many settings of a task are compared, and in how many episodes."""
+from magfold_env.envs.reprogram import BACK, FIRST, SECOND
+from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
 
 LEAST = 0.02
-"""Where the feed stands at least when it has drawn in [diagonals]."""
+"""Length of the chain that stays outside at least when it is drawn in, or in the tube when it is
+let out again before it is drawn in further [diagonals]."""
 
-SAME = 0.3
-"""Share of the settings with which the same open loop is followed anew."""
+SLIPS = 0.9
+"""Share of the most that the drive can pull with, from which on it may slip."""
 
 PATIENCE = 0.8
 """Share of the time after which nothing is drawn in any more."""
 
 
 class Redoing(NamedTuple):
-    """How a task is done."""
+    """How a fold is done."""
 
     first: Schedule
     again: Schedule
@@ -53,10 +43,24 @@ class Redoing(NamedTuple):
     [diagonals]."""
     speed: float
     """At which it is [m/s], negative."""
+    stands: float = np.inf
+    """Steps that the feed stands still before a joint is drawn in that is not where it should
+    be."""
+
+
+class Refolding(NamedTuple):
+    """How two folds are done."""
+
+    first: Redoing
+    second: Redoing
+    back: float
+    """The speed at which the chain is drawn in between them [m/s], negative."""
+    slack: float
+    """How far it is let out again where the drive slips [diagonals]."""
 
 
 class DrawingBack:
-    """Plays tasks of which the first attempt may fail, in every row of episodes.
+    """Plays folds of which the first attempt may fail, in every row of episodes.
 
     Parameters
     ----------
@@ -73,8 +77,9 @@ class DrawingBack:
         self._first = Following([each.first.way for each in found])
         self._again = Following([each.again.way for each in found])
         settings = np.array([each[2:] for each in found], dtype=np.float64)
-        self._wrong, self._at_last, self._depth, self._speed = settings.T
+        self._wrong, self._at_last, self._depth, self._speed, self._stands = settings.T
         self._goal: Floats = np.full(len(found), np.nan)
+        self._stood: Ints = np.zeros(len(found), dtype=np.int64)
         self.times: Ints = np.zeros(len(found), dtype=np.int64)
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
@@ -92,13 +97,14 @@ class DrawingBack:
         for plan, own in (self._first, ~back & is_first), (self._again, ~back & ~is_first):
             if own.any():
                 speeds[own] = plan(episodes, rows[own])[0]
+        self._stood[rows] = np.where(speeds == 0.0, self._stood[rows] + 1, 0)
         return (speeds,)
 
     def _judge(self, episodes: Any, rows: Ints, gone: Floats) -> None:
         """Let the rows in which a joint has turned the wrong way begin to draw in."""
         is_last = gone[rows] > episodes.world.scene.n - 1
         wrong = np.where(is_last, self._at_last[rows], self._wrong[rows])
-        is_wrong = _turned_wrong(episodes, rows, wrong)
+        is_wrong = _turned_wrong(episodes, rows, wrong, self._stood[rows] >= self._stands[rows])
         begins = is_wrong.any(axis=1) & np.isnan(self._goal[rows])
         begins &= episodes.times(rows) < PATIENCE * episodes.late
         begins &= ~episodes.arrays.released[rows].all(axis=1)
@@ -108,51 +114,53 @@ class DrawingBack:
         self.times[rows] += begins
 
 
-def _turned_wrong(episodes: Any, rows: Ints, wrong: Floats) -> Bools:
-    """Return which joints of some rows have turned the wrong way, in the order of feed."""
+def _turned_wrong(episodes: Any, rows: Ints, wrong: Floats, stood: Bools) -> Bools:
+    """Return which joints of some rows have turned the wrong way, in the order of feed.
+
+    Where the feed has `stood` long enough, all that are not where they should be have.
+    """
     arrays, turns = episodes.arrays, episodes.goals.turns[rows]
     joints = np.diff(arrays.angles[rows], axis=1)
     too_far = np.where(turns == 0.0, np.abs(joints), -np.sign(turns) * joints) > wrong[:, None]
+    too_far |= stood[:, None] & (np.abs(joints - turns) > SUCCESS_TOLERANCE)
     return np.where(arrays.forward[rows, None], too_far, too_far[:, ::-1])
 
 
-def redoings(settings: EnvSettings, effort: Search, folder: Path) -> list[Redoing]:
-    """Return for every task of an environment how it is done.
+class DrawingBackTwice:
+    """Plays two folds, with the chain drawn in between, in every row of episodes.
 
     Parameters
     ----------
-    settings : EnvSettings
-        Those of the environment.
-    effort : Search
-        How many open loops are tried for every task, and in how many episodes.
-    folder : Path
-        Where what is searched is kept, for other runs too.
+    found : sequence of Refolding
+        For each row how they are done.
     """
-    best = best_open_loops(settings, effort, folder)
-    key = {"open loops": effort, "drawing back": EFFORT}
-    jobs = [(settings, number, each) for number, each in enumerate(best)]
-    places: list[int] = kept_search("drawing back", settings, key, folder, _search, jobs)
-    return [
-        candidates(each, number, EFFORT.candidates)[place]
-        for number, (each, place) in enumerate(zip(best, places, strict=True))
-    ]
 
+    def __init__(self, found: Sequence[Refolding]) -> None:
+        self._folds = {
+            FIRST: DrawingBack([each.first for each in found]),
+            SECOND: DrawingBack([each.second for each in found]),
+        }
+        self._back = np.array([each.back for each in found])
+        self._slack = np.array([each.slack for each in found])
+        self._goal: Floats = np.full(len(found), np.nan)
 
-def _search(settings: EnvSettings, number: int, best: Sequence[Schedule]) -> int:
-    env: Any = make_env(settings).unwrapped
-    found = candidates(best, number, EFFORT.candidates)
-    return field_of(env).race(number, found, STREAM, EFFORT.budget, DrawingBack)[0].place
+    def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
+        """Return the speeds of some rows in the next step [m/s]."""
+        stage = episodes.stage[rows]
+        speeds = np.where(stage == BACK, self._drawn_in(episodes, rows), 0.0)
+        for number, fold in self._folds.items():
+            own = stage == number
+            if own.any():
+                speeds[own] = fold(episodes, rows[own])[0]
+        return (speeds,)
 
-
-def candidates(best: Sequence[Schedule], number: int, count: int) -> list[Redoing]:
-    """Return what is compared for a task, by its number, of its best open loops."""
-    rng = np.random.default_rng(np.random.SeedSequence(number, spawn_key=(crc32(b"drawing back"),)))
-    onward = [each for each in best if all(leg.speed >= 0.0 for leg in each.way)] or list(best)
-    found = [Redoing(best[0], each, 0.6, 0.3, 0.2, -0.3) for each in (best[0], *onward)]
-    while len(found) < count:
-        first = best[int(len(best) * rng.random() ** 2)]
-        again = first if rng.random() < SAME else onward[rng.integers(len(onward))]
-        depth, speed = rng.uniform(-0.5, 0.6), -np.exp(rng.uniform(np.log(0.1), np.log(0.5)))
-        wrong, at_last = rng.uniform(0.3, 1.2), rng.uniform(0.05, 0.6)
-        found.append(Redoing(first, again, wrong, at_last, depth, float(speed)))
-    return found[:count]
+    def _drawn_in(self, episodes: Any, rows: Ints) -> Floats:
+        """Return the speeds of some rows while they draw the chain in [m/s]."""
+        gone, scene = episodes.chains.advances()[rows], episodes.world.scene
+        slips = episodes.told(rows)["force"] < -SLIPS * scene.feed.force_limit
+        more = gone + self._slack[rows] * scene.casing.diagonal
+        # The last component stays held.
+        goal = np.minimum(more, (scene.n - LEAST) * scene.casing.diagonal)
+        goal = np.where(slips, goal, self._goal[rows])
+        self._goal[rows] = np.where(gone >= goal, np.nan, goal)
+        return np.where(np.isfinite(self._goal[rows]), -1.0, 1.0) * self._back[rows]

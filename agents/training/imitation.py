@@ -29,10 +29,10 @@ from torch.nn.utils.rnn import pad_sequence
 from agents.commands import progress_bar
 from agents.open_loops.field import Search
 from agents.settings import TrainSettings
-from agents.training.drawing_back import DrawingBack, redoings
 from agents.training.envs import make_env
 from agents.training.mending import Mending, mended
 from agents.training.open_loops import BestOpenLoops
+from agents.training.redoings import Redoings
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.episodes import Episodes
@@ -103,8 +103,8 @@ class Demonstrations:
         elif self._given.plan == "open loops":
             self._plan = BestOpenLoops(settings.env, effort, folder).plan
         elif self._given.plan == "drawing back":
-            found = redoings(settings.env, effort, folder)
-            self._plan = lambda numbers, _: DrawingBack([found[number] for number in numbers])
+            redoings = Redoings(settings.env, effort, folder)
+            self._plan = lambda numbers, _: redoings.plan(numbers)
         else:
             self._plan = lambda numbers, _: env.plan_of(numbers)
 

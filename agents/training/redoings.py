@@ -1,0 +1,150 @@
+"""How every task is best done by who draws in what folds wrong: searched once, for many runs.
+
+How far a joint must have turned, how far it is drawn in and what is followed then, see
+`agents.training.drawing_back`, is chosen for each task, on draws of a stream of its own, among
+settings that are drawn evenly.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, cast
+from zlib import crc32
+
+import numpy as np
+
+from agents.open_loops.field import Search
+from agents.open_loops.schedules import LONGEST_PAUSE, Schedule
+from agents.settings import REPROGRAM_ENV, EnvSettings
+from agents.training.drawing_back import DrawingBack, DrawingBackTwice, Redoing, Refolding
+from agents.training.envs import make_env
+from agents.training.open_loops import best_open_loops, field_of, kept_search
+from magfold_env.envs.baselines.constant_speed import Plan
+from magfold_env.envs.baselines.legs import Leg
+from magfold_env.envs.spaces.actions import SLOWEST_LEVEL
+from magfold_env.scene import Scene
+
+STREAM = "drawing back"
+"""Of the draws that settings are chosen on."""
+
+EFFORT = Search(192, 4000)
+"""How many settings of a task are compared, and in how many episodes."""
+
+SAME = 0.3
+"""Share of the settings with which the same open loop is followed anew."""
+
+STANDS = LONGEST_PAUSE + 1, 75
+"""Steps to stand still at the end of a first fold; no pause between pulses is as long."""
+
+
+class Redoings:
+    """How every task of an environment is done.
+
+    Parameters
+    ----------
+    settings : EnvSettings
+        Those of the environment, in which a given chain folds.
+    effort : Search
+        How many open loops are tried for every task, and in how many episodes.
+    folder : Path
+        Where what is searched is kept, for other runs too.
+
+    Attributes
+    ----------
+    found : list of Redoing or of Refolding
+        For each task.
+    """
+
+    def __init__(self, settings: EnvSettings, effort: Search, folder: Path) -> None:
+        best, scene = best_open_loops(settings, effort, folder), _scene_of_two_folds(settings)
+        key = {"open loops": effort, "drawing back": EFFORT}
+        jobs = [(settings, number, each) for number, each in enumerate(best)]
+        places: list[int] = kept_search("drawing back", settings, key, folder, _search, jobs)
+        self.found = [
+            candidates(each, number, EFFORT.candidates, scene)[place]
+            for number, (each, place) in enumerate(zip(best, places, strict=True))
+        ]
+
+    def plan(self, numbers: Sequence[int]) -> Plan:
+        """Return what plays episodes of tasks, by number, one a row."""
+        return _playing([self.found[number] for number in numbers])
+
+
+def _search(settings: EnvSettings, number: int, best: Sequence[Schedule]) -> int:
+    env: Any = make_env(settings).unwrapped
+    found = candidates(best, number, EFFORT.candidates, _scene_of_two_folds(settings))
+    return field_of(env).race(number, found, STREAM, EFFORT.budget, _playing)[0].place
+
+
+def _scene_of_two_folds(settings: EnvSettings) -> Scene | None:
+    if settings.id != REPROGRAM_ENV:
+        return None
+    env: Any = make_env(settings).unwrapped
+    return cast("Scene", env.world.scene)
+
+
+def _playing(found: Sequence[Any]) -> Plan:
+    """Return what does as is found, one a row."""
+    return (DrawingBackTwice if isinstance(found[0], Refolding) else DrawingBack)(found)
+
+
+def candidates(
+    best: Sequence[Schedule], number: int, count: int, scene: Scene | None = None
+) -> Sequence[Redoing | Refolding]:
+    """Return what is compared for a task, by its number, of its best open loops.
+
+    Where the chain folds twice `scene` says how long it is.
+    """
+    rng = np.random.default_rng(np.random.SeedSequence(number, spawn_key=(crc32(b"drawing back"),)))
+    if scene is None:
+        found = [_plain(best[0], each) for each in (best[0], *_onward(best))]
+        while len(found) < count:
+            found.append(_drawn(rng, best))
+        return found[:count]
+    firsts, backs, seconds = zip(*map(_parted, best), strict=True)
+    folds: list[Refolding] = []
+    while len(folds) < count:
+        first = _drawn(rng, [_creeping(rng, each, scene) for each in firsts])
+        first = first._replace(stands=float(rng.integers(*STANDS)))
+        back = backs[_early(rng, len(best))]
+        folds.append(Refolding(first, _drawn(rng, seconds), back, rng.uniform(0.1, 1.0)))
+    return folds
+
+
+def _plain(first: Schedule, again: Schedule) -> Redoing:
+    return Redoing(first, again, 0.6, 0.3, 0.2, -0.3)
+
+
+def _drawn(rng: np.random.Generator, best: Sequence[Schedule]) -> Redoing:
+    onward = _onward(best)
+    first = best[_early(rng, len(best))]
+    again = first if rng.random() < SAME else onward[rng.integers(len(onward))]
+    depth, speed = rng.uniform(-0.5, 0.6), -np.exp(rng.uniform(np.log(0.1), np.log(0.5)))
+    wrong, at_last = rng.uniform(0.3, 1.2), rng.uniform(0.05, 0.6)
+    return Redoing(first, again, wrong, at_last, depth, float(speed))
+
+
+def _creeping(rng: np.random.Generator, first: Schedule, scene: Scene) -> Schedule:
+    """Return a first fold that stands, and then lets the last component out a little more."""
+    speed = float(np.exp(rng.uniform(np.log(SLOWEST_LEVEL), np.log(0.15))))
+    until = (scene.n - rng.uniform(0.03, 0.3)) * scene.casing.diagonal
+    stand = Leg(0.0, steps=int(rng.integers(5, LONGEST_PAUSE)))
+    way = (*first.way, stand, Leg(speed, until, brakes=True), Leg(0.0))
+    return first._replace(way=way)
+
+
+def _early(rng: np.random.Generator, count: int) -> int:
+    """Return a place among so many, the first ones more often."""
+    return int(count * rng.random() ** 2)
+
+
+def _onward(best: Sequence[Schedule]) -> list[Schedule]:
+    """Return those that never draw in, or all if there is none."""
+    return [each for each in best if all(leg.speed >= 0.0 for leg in each.way)] or list(best)
+
+
+def _parted(found: Schedule) -> tuple[Schedule, float, Schedule]:
+    """Return the first fold of two, up to where it stands, the speed back, and the second."""
+    back = next(place for place, leg in enumerate(found.way) if leg.speed < 0.0)
+    first = found.way[: back - 1]
+    second = found.way[back + 1 :]
+    return found._replace(way=first), found.way[back].speed, found._replace(way=second)
