@@ -55,12 +55,13 @@ class Redoings:
     """
 
     def __init__(self, settings: EnvSettings, effort: Search, folder: Path) -> None:
-        best, scene = best_open_loops(settings, effort, folder), _scene_of_two_folds(settings)
+        best = best_open_loops(settings, effort, folder)
         key = {"open loops": effort, "drawing back": EFFORT}
         jobs = [(settings, number, each) for number, each in enumerate(best)]
         places: list[int] = kept_search("drawing back", settings, key, folder, _search, jobs)
+        scene = _scene_of_two_folds(settings)
         self.found = [
-            candidates(each, number, EFFORT.candidates, scene)[place]
+            _tried(each, number, scene)[place]
             for number, (each, place) in enumerate(zip(best, places, strict=True))
         ]
 
@@ -71,8 +72,16 @@ class Redoings:
 
 def _search(settings: EnvSettings, number: int, best: Sequence[Schedule]) -> int:
     env: Any = make_env(settings).unwrapped
-    found = candidates(best, number, EFFORT.candidates, _scene_of_two_folds(settings))
+    found = _tried(best, number, _scene_of_two_folds(settings))
     return field_of(env).race(number, found, STREAM, EFFORT.budget, _playing)[0].place
+
+
+def _tried(
+    best: Sequence[Schedule], number: int, scene: Scene | None
+) -> Sequence[Redoing | Refolding]:
+    if scene is None:
+        return candidates(best, number, EFFORT.candidates)
+    return candidates_twice(best, number, EFFORT.candidates, scene)
 
 
 def _scene_of_two_folds(settings: EnvSettings) -> Scene | None:
@@ -87,27 +96,34 @@ def _playing(found: Sequence[Any]) -> Plan:
     return (DrawingBackTwice if isinstance(found[0], Refolding) else DrawingBack)(found)
 
 
-def candidates(
-    best: Sequence[Schedule], number: int, count: int, scene: Scene | None = None
-) -> Sequence[Redoing | Refolding]:
-    """Return what is compared for a task, by its number, of its best open loops.
+def candidates(best: Sequence[Schedule], number: int, count: int) -> list[Redoing]:
+    """Return what is compared for a task, by its number, of its best open loops."""
+    rng = _rng(number)
+    found = [_plain(best[0], each) for each in (best[0], *_onward(best))]
+    while len(found) < count:
+        found.append(_drawn(rng, best))
+    return found[:count]
 
-    Where the chain folds twice `scene` says how long it is.
-    """
-    rng = np.random.default_rng(np.random.SeedSequence(number, spawn_key=(crc32(b"drawing back"),)))
-    if scene is None:
-        found = [_plain(best[0], each) for each in (best[0], *_onward(best))]
-        while len(found) < count:
-            found.append(_drawn(rng, best))
-        return found[:count]
+
+def candidates_twice(
+    best: Sequence[Schedule], number: int, count: int, scene: Scene
+) -> list[Refolding]:
+    """Return what is compared for a task of two folds, by its number, of its best open loops."""
+    rng = _rng(number)
     firsts, backs, seconds = zip(*map(_parted, best), strict=True)
-    folds: list[Refolding] = []
-    while len(folds) < count:
+    found: list[Refolding] = []
+    while len(found) < count:
         first = _drawn(rng, [_creeping(rng, each, scene) for each in firsts])
         first = first._replace(stands=float(rng.integers(*STANDS)))
         back = backs[_early(rng, len(best))]
-        folds.append(Refolding(first, _drawn(rng, seconds), back, rng.uniform(0.1, 1.0)))
-    return folds
+        found.append(Refolding(first, _drawn(rng, seconds), back, rng.uniform(0.1, 1.0)))
+    return found
+
+
+def _rng(number: int) -> np.random.Generator:
+    return np.random.default_rng(
+        np.random.SeedSequence(number, spawn_key=(crc32(b"drawing back"),))
+    )
 
 
 def _plain(first: Schedule, again: Schedule) -> Redoing:

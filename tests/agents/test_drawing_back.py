@@ -20,7 +20,7 @@ from agents.training.drawing_back import (
     Refolding,
 )
 from agents.training.envs import make_env
-from agents.training.redoings import STREAM, Redoings, candidates
+from agents.training.redoings import STREAM, Redoings, candidates, candidates_twice
 from magfold_env.envs.baselines.legs import Following, Leg
 from magfold_env.envs.reprogram import BACK, FIRST, HORIZON, SECOND, ReprogramEnv
 from magfold_env.envs.tasks.draws import episode_seeds
@@ -105,11 +105,11 @@ def test_legs_that_are_over_are_not_followed_anew(gone: float, leg: int) -> None
 
 
 @pytest.fixture(scope="module")
-def refolding() -> tuple[list[Redoing | Refolding], list[Any]]:
+def refolding() -> tuple[list[Refolding], list[Any]]:
     """Return how two folds are done by some settings, and what those see and do at every step."""
     env = ReprogramEnv()
     best = open_loops_of(env).candidates(100, 2)[84:]
-    found = candidates(best, 2, COUNT, env.world.scene)
+    found = candidates_twice(best, 2, COUNT, env.world.scene)
     return found, refolded(env, DrawingBackTwice(found), 2)
 
 
@@ -136,7 +136,7 @@ def test_where_the_drive_slips_a_chain_is_let_out_before_it_is_drawn_in_further(
     refolding: Any,
 ) -> None:
     found, told = refolding
-    scene = ReprogramEnv().world.scene
+    scene: Any = ReprogramEnv().world.scene
     goals, slipped = np.full(COUNT, np.nan), 0
     for row, stage, _, gone, force, speed in told:
         if stage != BACK:
