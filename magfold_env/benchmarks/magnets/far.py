@@ -214,7 +214,7 @@ def _findings(n: int, shape: str, effort: Effort, rows: list[Row]) -> list[str]:
 
 
 def draw(rows: list[Row]) -> Any:
-    """Error of the far field against time, a panel a chain; radii are written at the points.
+    """Error of the far field against time: a panel a chain, colours are orders, marks radii.
 
     Times are those with the nodes of the middle bound.
     """
@@ -224,14 +224,18 @@ def draw(rows: list[Row]) -> Any:
     title = f"Far field: its error against time, with the nodes of accuracy {bound:g}"
     labels = "time of an evaluation [µs]", f"worst error /\n{FLUSH}"
     timed = tables.select(rows, {BOUND: bound})
+    fields = [row for row in timed if row["order"] != NONE]
+    marks = dict(zip(sorted(tables.distinct(fields, RADIUS)), plotting.MARKERS, strict=False))
     figure, panels = panels_by(timed, ("n", "shape"), title, labels, shared=False)
     for axis, here in panels:
         for k, (order, name) in enumerate(ORDERS.items()):
             mine = sorted(tables.select(here, order=order), key=lambda row: float(row[RADIUS]))
             colour = plotting.COLOURS[k + 1]
-            points = plotting.curve(axis, mine, TIME, "drawn", k, color=colour, label=name)
-            texts = [f"{float(row[RADIUS]):g}" for row in mine]
-            plotting.label_points(axis, zip(*points, strict=True), texts, color=colour)
+            across, up = plotting.curve(
+                axis, mine, TIME, "drawn", k, color=colour, label=name, marker=""
+            )
+            for row, *point in zip(mine, across, up, strict=True):
+                axis.plot(*point, color=colour, marker=marks[row[RADIUS]], markersize=6)
         axis.axvline(
             _time(tables.select(here, order=NONE)[0]),
             color=plotting.INK,
@@ -239,5 +243,9 @@ def draw(rows: list[Row]) -> Any:
             linestyle="--",
             label="without a far field",
         )
-    plotting.legend_below(figure, panels[0][0])
+        plotting.plain_ticks(axis.xaxis)
+    for radius, mark in marks.items():
+        style = {"color": plotting.INK, "marker": mark, "linestyle": "", "markersize": 6}
+        panels[0][0].plot([], [], label=f"beyond {radius:g} diagonals", **style)
+    plotting.legend_below(figure, panels[0][0], ncols=4)
     return figure
