@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -265,6 +265,22 @@ def test_a_kill_at_any_moment_loses_and_doubles_nothing(tmp_path: Path) -> None:
         assert found == [[k] * 1000 for k in range(len(found))]
         # It may have been killed before it could tell of the last one.
         assert len(found) in (numbers[-1] + 1, numbers[-1] + 2)
+
+
+def test_records_are_written_all_or_none(tmp_path: Path) -> None:
+    written(tmp_path, [1])
+    with closing(sqlite3.connect(tmp_path / FILE)) as database:
+        refuses = "BEFORE INSERT ON records WHEN NEW.number = 2"
+        database.execute(f"CREATE TRIGGER no {refuses} BEGIN SELECT RAISE(ABORT, 'no'); END")
+    with Checkpoint(tmp_path, KEY) as kept:
+        for record in (2, 3):
+            kept.add(record)
+        with pytest.raises(CheckpointError, match="no"):
+            kept.save()
+        assert kept.load() == [1]
+        with closing(sqlite3.connect(tmp_path / FILE)) as database:
+            database.execute("DROP TRIGGER no")
+    assert loaded(tmp_path) == [1, 2, 3]
 
 
 def test_what_a_kill_leaves_of_a_new_file_is_no_damage(tmp_path: Path) -> None:
