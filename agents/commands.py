@@ -22,7 +22,7 @@ Assignments = Annotated[
 
 def run_command(main: Callable[..., None]) -> None:
     """Run a command; its help and its messages are as those of `magfold`."""
-    command = options.application()
+    command = options.Application()
     command.command()(main)
     command()
 

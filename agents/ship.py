@@ -33,7 +33,7 @@ from agents.training.folder import RunInfo, file_digest
 from magfold_env.cli import options
 from magfold_env.files import replacing
 
-app = options.application(help=__doc__, no_args_is_help=True)
+app = options.Application(help=__doc__, no_args_is_help=True)
 """The command."""
 
 

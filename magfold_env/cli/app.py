@@ -21,7 +21,7 @@ from magfold_env.cli import (
 )
 from magfold_env.scene import load_scene, scene_names
 
-app = options.application(no_args_is_help=True)
+app = options.Application(no_args_is_help=True)
 
 
 def _tell_version(asked: bool) -> None:

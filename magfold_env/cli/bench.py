@@ -11,7 +11,7 @@ import typer
 from magfold_env.benchmarks.presentation import Summary, descriptions
 from magfold_env.cli import options
 
-bench = typer.Typer(no_args_is_help=True)
+bench = options.Application(no_args_is_help=True)
 
 
 @bench.callback(invoke_without_command=True)

@@ -45,6 +45,8 @@ def hold(  # noqa: PLR0913 - one parameter an option
         options.check_outputs({"--png": png, "--json": json})
         if png is not None:
             options.need_render()
+        if angle is not None and not np.isfinite(angle).all():
+            raise ValueError(f"--angle: {angle} is not allowed; must be finite numbers")
         changes = (mount, direction, speed, friction)
         fold = read_fold(scene, changes) or simulate(changed_scene(scene, *changes), seed)
         directions = None if angle is None else np.radians(angle)

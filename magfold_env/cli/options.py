@@ -8,6 +8,8 @@ from tempfile import TemporaryFile
 from typing import Annotated, Any
 
 import typer
+import typer.core
+from pydantic import BaseModel, ValidationError
 from rich import progress
 from rich.console import Console, RenderableType
 from rich.markup import escape
@@ -16,6 +18,7 @@ from rich.status import Status
 from rich.table import Table
 
 from magfold_env.scene import Scene
+from magfold_env.scene.errors import problems_of
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
 Mode = Annotated[str, typer.Option(help="free, forward or backward.")]
@@ -55,14 +58,63 @@ FILE_WIDTH = 150  # of wide tables where they are not written to a terminal
 WIDEST = 10_000  # of any table
 
 
-def application(**settings: Any) -> typer.Typer:
-    """Return a command line without commands."""
-    return typer.Typer(
-        add_completion=False,
-        rich_markup_mode=None,  # plain messages, so that a wrong option is told in one line
-        pretty_exceptions_enable=False,
-        **settings,
-    )
+_UsageError: Any = typer.BadParameter.__base__
+"""Of click, or of the copy of it that a newer typer holds."""
+
+
+class _Group(typer.core.TyperGroup):
+    """Commands; what is none of them is told in one line."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        with _misuse_in_one_line():
+            return super().resolve_command(ctx, args)
+
+    def make_context(self, *args: Any, **options: Any) -> Any:
+        with _misuse_in_one_line():
+            return super().make_context(*args, **options)
+
+
+class _Command(typer.core.TyperCommand):
+    """A command; wrong options and arguments are told in one line."""
+
+    def make_context(self, *args: Any, **options: Any) -> Any:
+        with _misuse_in_one_line():
+            return super().make_context(*args, **options)
+
+
+class Application(typer.Typer):
+    """A command line, without commands, that tells in one line what is wrong with its use."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(
+            cls=_Group,
+            add_completion=False,
+            rich_markup_mode=None,
+            pretty_exceptions_enable=False,
+            **settings,
+        )
+
+    def command(self, name: str | None = None, **settings: Any) -> Any:
+        """Return what registers a function as a command, see `typer.Typer.command`."""
+        return super().command(name, cls=_Command, **settings)
+
+
+@contextmanager
+def _misuse_in_one_line() -> Generator[None]:
+    """Tell what typer found wrong as other errors are told; help that is shown instead passes."""
+    try:
+        yield
+    except _UsageError as error:
+        if type(error).__name__ == "NoArgsIsHelpError":
+            raise
+        told = error.format_message()
+        option = getattr(error, "param", None)
+        if option is not None and isinstance(error.__cause__, ValidationError):
+            (problem, *_) = problems_of(error.__cause__, BaseModel)
+            allowed = problem.allowed.split(", unable to parse")[0]
+            told = str(problem._replace(key=option.opts[-1], allowed=allowed))
+        typer.echo(f"error: {told.rstrip('.?')}; see {error.ctx.command_path} --help", err=True)
+        raise typer.Exit(error.exit_code) from None
 
 
 @contextmanager

@@ -115,7 +115,8 @@ def test_what_is_not_an_option_is_no_traceback_either() -> None:
     for arguments in (["fold"], ["fold", "x", "--speed", "fast"], ["bend"], ["fold", "--bend"]):
         result = run(*arguments)
         assert result.exit_code == 2
-        assert "Error: " in result.stderr
+        assert result.stderr.startswith("error: ")
+        assert result.stderr.count("\n") == 1
         assert "Traceback" not in result.stderr
 
 

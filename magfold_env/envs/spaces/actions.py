@@ -105,9 +105,10 @@ def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
     """
     if catalogue is None:
         return tuple(range(len(PATTERNS)))
-    text = isinstance(catalogue, str)
-    wrong = [] if text else [faces for faces in catalogue if faces not in PATTERNS]
-    if text or wrong or not catalogue:
+    given: Any = catalogue
+    is_list = isinstance(given, Sequence) and not isinstance(given, str)
+    wrong = [faces for faces in catalogue if faces not in PATTERNS] if is_list else []
+    if not is_list or wrong or not catalogue:
         raise ValueError(
             f"catalogue: {(wrong[0] if wrong else catalogue)!r} is not allowed; must be a list "
             "of components of four letters N or S, such as ['NSNS', 'NNSS']"

@@ -21,7 +21,7 @@ policies as they are (Ng, Harada and Russell 1999). Φ is half of
 """
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -65,8 +65,9 @@ class RewardRule:
                 f"shaping: {shaping!r} is not allowed; "
                 f"must be one of True, False, {', '.join(get_args(Shaping))}"
             )
-        if not 0.0 <= gamma <= 1.0:
-            raise ValueError(f"gamma: {gamma} is not allowed; must be between 0 and 1")
+        given: Any = gamma
+        if not isinstance(given, (int, float)) or not 0.0 <= given <= 1.0:
+            raise ValueError(f"gamma: {gamma!r} is not allowed; must be between 0 and 1")
         if isinstance(shaping, bool):
             return cls(kind, "similarity" if shaping else None, gamma)
         return cls(kind, shaping, gamma)
