@@ -1,5 +1,6 @@
 """What the commands of this package share: options, a bar of progress, tables, errors."""
 
+import threading
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Annotated
@@ -22,9 +23,16 @@ Assignments = Annotated[
 
 def run_command(main: Callable[..., None]) -> None:
     """Run a command; its help and its messages are as those of `magfold`."""
+    threading.excepthook = _leave_to_the_command
     command = options.Application()
     command.command()(main)
     command()
+
+
+def _leave_to_the_command(ended: threading.ExceptHookArgs) -> None:
+    """Tell why a thread ended, but for files that the command cannot write either."""
+    if not issubclass(ended.exc_type, OSError):
+        threading.__excepthook__(ended)
 
 
 @contextmanager

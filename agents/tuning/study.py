@@ -1,6 +1,9 @@
 """A search by Optuna: its storage, its sampler and its pruners; several processes may share it."""
 
+import logging
 import warnings
+from collections.abc import Generator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -37,23 +40,43 @@ def search_here(
     ------
     SettingsError
         If the storage holds another search of this name.
+    OSError
+        If the storage or a trial's run cannot be written.
     """
     output.mkdir(parents=True, exist_ok=True)
     # Of processes that begin at once, one makes the tables.
     with FileLock(output / "study.lock"):
         study = _open(search, storage or f"sqlite:///{output / 'study.db'}")
     if len(study.get_trials(deepcopy=False, states=ENDED)) < search.settings.trials:
-        study.optimize(
-            partial(_objective, search, output),
-            timeout=None if minutes is None else 60.0 * minutes,
-            callbacks=[optuna.study.MaxTrialsCallback(search.settings.trials, states=ENDED)],
-        )
+        with _told_by_the_command(output):
+            study.optimize(
+                partial(_objective, search, output),
+                timeout=None if minutes is None else 60.0 * minutes,
+                callbacks=[optuna.study.MaxTrialsCallback(search.settings.trials, states=ENDED)],
+            )
     finished = study.get_trials(deepcopy=False, states=(optuna.trial.TrialState.COMPLETE,))
     return [
         Trial(_folder(output, trial), trial.value, trial.params)
         for trial in finished
         if trial.value is not None
     ]
+
+
+@contextmanager
+def _told_by_the_command(output: Path) -> Generator[None]:
+    """Leave it to the command to tell what has ended a search."""
+    # It would log a traceback.
+    logging.getLogger("optuna.study._optimize").setLevel(logging.ERROR)
+    try:
+        yield
+    except (AssertionError, optuna.exceptions.StorageInternalError) as error:
+        # That a trial failed could not be noted either.
+        failed = error if isinstance(error, optuna.exceptions.StorageInternalError) else None
+        failed = failed or error.__context__
+        if not isinstance(failed, optuna.exceptions.StorageInternalError):
+            raise
+        why = getattr(failed.__cause__, "orig", failed.__cause__)
+        raise OSError(f"{output}: the study cannot be written: {why}") from error
 
 
 def suggest(space: dict[str, Domain], trial: optuna.Trial) -> None:

@@ -1,6 +1,7 @@
 """A search goes on where it was, breaks off what does badly, and ends in settings to train with."""
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -177,14 +178,31 @@ def test_an_interrupted_trial_is_taken_up_in_its_folder(
     assert [trial.folder.name for trial in found] == ["trial-0000", "trial-0002"]
 
 
-def started(file: str, folder: Path) -> subprocess.Popen[bytes]:
+def started(file: str, folder: Path) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "agents.tune", file, "--output", str(folder)]
-    return subprocess.Popen(command, start_new_session=True)
+    return subprocess.Popen(command, start_new_session=True, stderr=subprocess.PIPE, text=True)
+
+
+def end(process: subprocess.Popen[str], how: str) -> None:
+    """Break a search off."""
+    if how == "full disk":
+        # No file may grow beyond so many bytes.
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (1000, 1000))
+    else:
+        os.killpg(process.pid, signal.SIGKILL if how == "kill" else signal.SIGINT)
 
 
 @pytest.mark.slow
-def test_a_killed_trial_goes_on_at_its_checkpoint(
-    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("how", "code", "said"),
+    [
+        ("kill", -signal.SIGKILL, ""),
+        ("Ctrl-C", 130, "interrupted"),
+        ("full disk", 2, "error: {folder}: the study cannot be written: disk I/O error"),
+    ],
+)
+def test_a_trial_that_was_broken_off_goes_on_at_its_checkpoint(
+    how: str, code: int, said: str, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings = {"timesteps": 6_000, "validate_every": 3_000, "checkpoint_every": 200}
     long, folder = changed(file, settings=settings, trials=1), tmp_path / "out"
@@ -192,8 +210,11 @@ def test_a_killed_trial_goes_on_at_its_checkpoint(
     while not (folder / "trial-0000" / "resume.zip").exists():
         assert process.poll() is None
         time.sleep(0.02)
-    os.killpg(process.pid, signal.SIGKILL)
-    assert process.wait() == -signal.SIGKILL, "the search was over before it was killed"
+    end(process, how)
+    _, told = process.communicate()
+    assert process.returncode == code, "the search was over before it was broken off"
+    assert "Traceback" not in told
+    assert told.strip().endswith(said.format(folder=folder))
     monkeypatch.setattr(tuning_study, "HEARTBEAT", 1)
     time.sleep(4.0)  # the database counts whole seconds
     (trial,) = search_here(load_search(long), folder)
@@ -218,7 +239,9 @@ def test_processes_share_a_study(file: Path, tmp_path: Path) -> None:
     folder = tmp_path / "out"
     many = changed(file, trials=6)
     processes = [started(many, folder) for _ in range(2)]
-    assert [process.wait() for process in processes] == [0, 0]
+    for process in processes:
+        process.communicate()
+    assert [process.returncode for process in processes] == [0, 0]
     trials = study_in(folder).trials
     # One may be under way when the other makes the last.
     assert len(trials) in (6, 7)
