@@ -107,7 +107,6 @@ def draw(path: Path, found: Mapping[str, tuple[Curve, Curve]]) -> None:
         )  # fmt: skip
     axis.set_xlabel("environment steps [millions]")
     axis.set_ylabel("success [%]")
-    axis.set_ylim(bottom=0.0)
     legend_below(figure, axis)
     save_figure(figure, path)
 
