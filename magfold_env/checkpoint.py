@@ -12,7 +12,7 @@ from typing import Any, Self, TypeVar, cast
 
 from filelock import FileLock, Timeout
 
-from magfold_env.files import write_text
+from magfold_env.files import a_path, write_text
 
 T = TypeVar("T")
 
@@ -76,8 +76,8 @@ class Checkpoint:
         self, folder: str | Path | None, key: Mapping[str, Any], wait: bool = False
     ) -> None:
         self._wait = wait
-        self._folder = None if folder is None else Path(folder)
-        self._file = Path() if folder is None else Path(folder) / FILE
+        self._folder = None if folder is None else a_path("state", folder)
+        self._file = Path() if self._folder is None else self._folder / FILE
         self._key: dict[str, Any] = json.loads(_text(key))
         self._pending: dict[int, str] = {}
         self._next = 0

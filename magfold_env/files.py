@@ -40,6 +40,20 @@ def sources_digest(*patterns: str) -> str:
     return digest.hexdigest()[:16]
 
 
+def a_path(key: str, value: str | os.PathLike[str]) -> Path:
+    """Return a path, or refuse what is none.
+
+    Raises
+    ------
+    ValueError
+        It names ``key``.
+    """
+    given = cast("object", value)
+    if not isinstance(given, str | os.PathLike):
+        raise ValueError(f"{key}: {given!r} is not allowed; must be a path")
+    return Path(value)
+
+
 @contextmanager
 def replacing(path: str | Path) -> Generator[Path]:
     """Offer a temporary name beside `path` and move the file into place on success.
@@ -56,7 +70,7 @@ def replacing(path: str | Path) -> Generator[Path]:
     OSError
         If it cannot be written; it names `path`.
     """
-    path = Path(path)
+    path = a_path("path", path)
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path}: the folder {path.parent} does not exist")
     handle, name = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
@@ -112,8 +126,9 @@ def reading_json(path: str | Path, what: str, form: str) -> Generator[dict[str, 
     ValueError
         If the file is no such object, or if using it raises one, a `KeyError` or a `TypeError`.
     """
+    path = a_path("path", path)
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
         if not isinstance(content, dict):
             raise TypeError("must be a mapping of keys")
         data = cast("dict[str, Any]", content)

@@ -12,6 +12,7 @@ from __future__ import annotations
 import importlib
 import json
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -27,7 +28,7 @@ from magfold_env.engine.stepping.dynamics import smooth_accelerations
 from magfold_env.engine.workspace import MOST_CONSTRAINED, new_work
 from magfold_env.files import write_text
 from magfold_env.fold import Fold, FoldStatus, loaded
-from magfold_env.scene import Problem, errors
+from magfold_env.scene import Problem, SceneError, errors
 from magfold_env.shapes import BoolArray, FloatArray, IntArray
 from magfold_env.simulation.pack import pack, pack_obstacles
 
@@ -147,6 +148,7 @@ def holding(
         If the fold is not at rest, if nothing balances the forces on it, or an argument is not
         allowed.
     """
+    errors.refuse(errors.unless_a("fold", fold, Fold, "a Fold, as simulate returns one"))
     problems = errors.unless_one_of("fold.status", fold.status.value, [s.value for s in AT_REST])
     if fold.scene.n > MOST_CONSTRAINED:
         allowed = f"must have at most {MOST_CONSTRAINED} components"
@@ -161,8 +163,11 @@ def holding(
         held = 0 if n == 1 or fixed[end - 1] else end
     if directions is None:
         directions = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
-    angles: FloatArray = np.array(directions, dtype=np.float64)
-    errors.refuse(_misfits(n, angles, pulled, held))
+    angles = _headings(directions)
+    errors.refuse(errors.unless_whole("pulled", pulled, 1, n))
+    if held == pulled or errors.unless_whole("held", held, 0, n):
+        allowed = f"must be from 1 to {n} and not the one that is pulled, or 0 for none"
+        raise SceneError([Problem("held", held, allowed)])
     forces = _Forces(fold)
     balance, opening = _Balance(fold, forces, fixed), np.empty((n - 1, 2))
     for joint in range(n - 1):
@@ -188,18 +193,13 @@ def in_tube(fold: Fold) -> BoolArray:
     return numbers >= fold.scene.n - fold.in_tube
 
 
-def _misfits(n: int, directions: FloatArray, pulled: int, held: int) -> list[Problem]:
-    """Return what is wrong with a pull."""
-    problems: list[Problem] = []
-    if directions.ndim != 1 or directions.size == 0 or not np.isfinite(directions).all():
-        allowed = "must be finite numbers, one a direction"
-        problems.append(Problem("directions", directions.tolist(), allowed))
-    if pulled not in range(1, n + 1):
-        problems.append(Problem("pulled", pulled, f"must be from 1 to {n}"))
-    if held not in range(n + 1) or held == pulled:
-        allowed = f"must be from 1 to {n} and not the one that is pulled, or 0 for none"
-        problems.append(Problem("held", held, allowed))
-    return problems
+def _headings(directions: npt.ArrayLike) -> FloatArray:
+    """Return directions as an array, (m,), or refuse them."""
+    with suppress(TypeError, ValueError):
+        headings: FloatArray = np.array(directions, dtype=np.float64)
+        if headings.ndim == 1 and headings.size and np.isfinite(headings).all():
+            return headings
+    raise SceneError([Problem("directions", directions, "must be finite numbers, one a direction")])
 
 
 # --- what acts on the components -------------------------------------------------------------

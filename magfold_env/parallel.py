@@ -10,13 +10,16 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Literal, TypeVar, get_args
 
-from magfold_env.scene import Problem, SceneError
+from magfold_env.scene import Problem, errors
 
 Backend = Literal["threads", "processes", "ray"]
 
 T = TypeVar("T")
 R = TypeVar("R")
 Calls = list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]]
+
+MOST_WORKERS = 4096
+"""So many may work at a time; a typing error asks for more."""
 
 LOSSES = 3
 """How often in a row workers may be lost before a result comes."""
@@ -51,16 +54,14 @@ class Workers:
 
     def __post_init__(self) -> None:
         problems: list[Problem] = []
-        if self.count is not None and self.count < 1:
-            problems.append(Problem("workers", self.count, "must be at least 1"))
-        if self.backend not in (None, *get_args(Backend)):
-            allowed = f"must be one of {', '.join(get_args(Backend))}"
-            problems.append(Problem("backend", self.backend, allowed))
+        if self.count is not None:
+            problems += errors.unless_whole("workers", self.count, 1, MOST_WORKERS)
+        if self.backend is not None:
+            problems += errors.unless_one_of("backend", self.backend, get_args(Backend))
         if self.address is not None and self.backend != "ray":
             allowed = "must be left out unless backend is 'ray'; it is a cluster's"
             problems.append(Problem("address", self.address, allowed))
-        if problems:
-            raise SceneError(problems)
+        errors.refuse(problems)
 
     def kind(self, tasks: int) -> Backend:
         """Return the backend for so many tasks."""

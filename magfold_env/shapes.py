@@ -4,6 +4,8 @@ A word has one letter a joint, from component 1 to n: L (+90°), S (0) or R (-90
 in half diagonals, in which the centres of any word lie on integers; see `cells`.
 """
 
+from typing import cast
+
 import numpy as np
 import numpy.typing as npt
 
@@ -19,7 +21,7 @@ _COS = np.array([1, 0, -1, 0], dtype=np.int64)
 _SIN = np.array([0, 1, 0, -1], dtype=np.int64)
 
 
-def parse_word(word: str, n: int | None = None) -> str:
+def parse_word(word: str, n: int | None = None, key: str = "word") -> str:
     """Return `word` if it is a fold word.
 
     Parameters
@@ -28,21 +30,26 @@ def parse_word(word: str, n: int | None = None) -> str:
         Letters L, S and R, one a joint; empty for a single component.
     n
         Number of components the word must be for; any if None.
+    key
+        What the word is called in a message.
 
     Raises
     ------
     ValueError
         If there is another letter, or not n-1 letters.
     """
+    given = cast("object", word)
+    if not isinstance(given, str):
+        raise ValueError(f"{key}: {given!r} is not allowed; must be text of the letters L, S and R")
     if set(word) - set(LETTERS):
         upper = word.upper()
         meant = "" if set(upper) - set(LETTERS) else f"; did you mean {upper}?"
         raise ValueError(
-            f"word: {word!r} is not allowed; must consist of the letters L, S and R{meant}"
+            f"{key}: {word!r} is not allowed; must consist of the letters L, S and R{meant}"
         )
     if n is not None and len(word) != n - 1:
         raise ValueError(
-            f"word: {word!r} is not allowed; must have {n - 1} letters for {n} components"
+            f"{key}: {word!r} is not allowed; must have {n - 1} letters for {n} components"
         )
     return word
 

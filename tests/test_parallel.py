@@ -102,7 +102,7 @@ def test_processes_are_taken_where_threads_would_wait_for_each_other() -> None:
 @pytest.mark.parametrize(
     ("entries", "message"),
     [
-        ({"count": 0}, "workers: 0 is not allowed; must be at least 1"),
+        ({"count": 0}, "workers: 0 is not allowed; must be from 1 to 4096"),
         ({"backend": "gpu"}, "backend: 'gpu' is not allowed; must be one of threads, processes, r"),
         ({"address": "auto"}, "address: 'auto' is not allowed; must be left out unless backend is"),
     ],

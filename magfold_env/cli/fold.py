@@ -9,7 +9,7 @@ import typer
 
 from magfold_env.cli import options
 from magfold_env.fold import Fold, FoldStatus
-from magfold_env.replay.data import brief, feed_text
+from magfold_env.replay.data import feed_text
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.simulate import energy, simulate
 
@@ -109,7 +109,7 @@ def fold_rows(fold: Fold, taken: float) -> dict[str, str]:
         "sequence": " ".join(scene.sequence),
         "mount": mount,
         "word": fold.word or "(one component)",
-        "status": f"{fold.status} ({brief(fold.message)})",
+        "status": f"{fold.status} ({fold.message})",
         "joint angles": " ".join(f"{angle:.1f}°" for angle in np.rad2deg(fold.joint_angles)),
         "energy, straight": options.millijoules(straight) + " mJ",
         "energy, at the end": options.millijoules(fold.energy) + " mJ",

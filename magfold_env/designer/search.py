@@ -16,10 +16,10 @@ from magfold_env.designer import annealing, evidence, exhaustive, trials
 from magfold_env.designer.result import Design, Objective, Search
 from magfold_env.designer.task import Choice, Task, task_for
 from magfold_env.ensembles.releases import ensemble
-from magfold_env.files import physics_digest
+from magfold_env.files import a_path, physics_digest
 from magfold_env.minimiser import Mode, energies, sequence_of
 from magfold_env.parallel import Backend, Workers, connected
-from magfold_env.scene import Scene
+from magfold_env.scene import Scene, errors
 from magfold_env.shapes import is_fully_folded
 
 Progress = Callable[[str, float], object]
@@ -103,6 +103,7 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
         If what is in `state` is damaged, or was written for another search or physics, or if
         another process uses it.
     """
+    errors.refuse(errors.unless_function("progress", progress))
     task = task_for(
         target, scene, mode, objective,
         search=search, seed=seed, speeds=speeds, budget=budget, goal=goal, runs=runs,
@@ -110,7 +111,7 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
     run = _Run(
         task,
         Workers(workers, backend, address),
-        None if state is None else Path(state),
+        None if state is None else a_path("state", state),
         progress or (lambda what, done: None),
         Counter(),
     )

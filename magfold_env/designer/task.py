@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
 from magfold_env.designer.result import Objective, Search
-from magfold_env.ensembles.releases import release
+from magfold_env.ensembles.releases import MOST_RUNS, release
 from magfold_env.minimiser import LONGEST_OF_ALL, Mode, refuse_field
-from magfold_env.scene import Problem, Scene, errors, load_scene
+from magfold_env.scene import Problem, Scene, errors, load_scene, unless_a_scene
 from magfold_env.shapes import cells, is_fully_folded, parse_word
 
 SPEEDS: tuple[float, ...] = (0.2, 0.5, 0.08, 0.03)
@@ -111,18 +111,21 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     ValueError
         If the target is no word, or the scene has an external field.
     """
-    n = len(parse_word(target)) + 1
+    n = len(parse_word(target, key="target")) + 1
     problems = [
         *errors.unless_one_of("objective", objective, get_args(Objective)),
         *errors.unless_one_of("search", search, (None, *get_args(Search))),
-        *errors.unless_at_least("seed", seed, 0),
-        *errors.unless_at_least("budget", budget, 1),
-        *errors.unless_at_least("runs", runs, 0),
+        *errors.unless_one_of("mode", mode, get_args(Mode)),
+        *errors.unless_whole("seed", seed, 0),
+        *errors.unless_whole("budget", budget, 1, MOST_RUNS),
+        *errors.unless_whole("runs", runs, 0, MOST_RUNS),
+        *errors.unless_positive("goal", goal, 1.0),
+        *([] if scene is None else unless_a_scene(scene)),
     ]
-    if not 0.0 < goal <= 1.0:
-        problems.append(Problem("goal", goal, "must be above 0 and at most 1"))
-    if speeds is not None and not len(speeds):
-        problems.append(Problem("speeds", speeds, "must be None or not empty"))
+    errors.refuse(problems)
+    asked: Any = speeds
+    if speeds is not None and (not isinstance(asked, Sequence | np.ndarray) or not len(speeds)):
+        problems.append(Problem("speeds", speeds, "must be one or several numbers"))
     if n < 2:
         problems.append(Problem("target", target, "must have at least one letter"))
     if search == "exhaustive" and n > LONGEST_OF_ALL:

@@ -27,8 +27,8 @@ from magfold_env.minimiser import Mode, minimise
 from magfold_env.parallel import Backend, Workers, finished
 from magfold_env.reporting.intervals import Share, share
 from magfold_env.reporting.tables import Row
-from magfold_env.scene import Scene, errors
-from magfold_env.shapes import FloatArray, parse_word
+from magfold_env.scene import Scene, errors, unless_a_scene
+from magfold_env.shapes import BoolArray, FloatArray, parse_word
 from magfold_env.simulation.simulate import simulate
 
 Texts = npt.NDArray[np.str_]
@@ -36,6 +36,9 @@ Texts = npt.NDArray[np.str_]
 K = TypeVar("K")
 
 FORMAT = "magfold_env ensemble 1"
+
+MOST_RUNS = 10_000_000
+"""Each is kept in memory."""
 
 _SIDE_BY_SIDE = 8  # scenes at most, half of the geometries whose tables are kept
 
@@ -158,13 +161,14 @@ class Ensemble:
         Raises
         ------
         ValueError
-            If there is no such status.
+            If there is no such status, or the word is none of the chain's.
         """
         hits = np.ones(len(self), dtype=np.bool_)
         if word is not None:
-            hits &= self.word == word
+            # It is empty where numbers broke down.
+            hits &= self.word == (word and parse_word(word, self.scene.n))
         if status is not None:
-            hits &= self.status == FoldStatus(status).value
+            hits &= self._ended(status)
         return share(int(hits.sum()), len(self))
 
     def most_frequent(self, status: str | None = None) -> tuple[str, ...]:
@@ -174,15 +178,27 @@ class Ensemble:
         ----------
         status
             Count only runs that end so; where there are none, no word is returned.
+
+        Raises
+        ------
+        ValueError
+            If there is no such status.
         """
-        ended = self.word if status is None else self.word[self.status == FoldStatus(status).value]
+        ended = self.word if status is None else self.word[self._ended(status)]
         words, counts = np.unique(ended, return_counts=True)
         return tuple(words[counts == counts.max(initial=0)].tolist())
 
     # --- single runs -------------------------------------------------------------------------
 
     def generator(self, index: int) -> np.random.Generator:
-        """Return the generator that run `index` drew from: `simulate` with it repeats the run."""
+        """Return the generator that run `index` drew from: `simulate` with it repeats the run.
+
+        Raises
+        ------
+        ValueError
+            If there is no such run.
+        """
+        errors.refuse(errors.unless_whole("index", index, -len(self), len(self) - 1))
         return generator(self.seed, range(len(self))[index])
 
     def replay(self, index: int, *, frame_rate: float | None = None) -> Fold:
@@ -250,6 +266,11 @@ class Ensemble:
         writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
         write_text(path, text.getvalue())
 
+    def _ended(self, status: str) -> BoolArray:
+        """Return which runs ended so, shape (runs,)."""
+        errors.refuse(errors.unless_one_of("status", status, FoldStatus))
+        return self.status == FoldStatus(status).value
+
     def _runs(self) -> list[Run]:
         columns = (self.word, self.status, self.energy, self.time)
         rows = zip(*(column.tolist() for column in columns), self.angles.tolist(), strict=True)
@@ -274,7 +295,7 @@ def release(scene: Scene, mode: Mode, speed: float | None = None) -> Scene:
     SceneError
         If an argument is none of these.
     """
-    errors.refuse(errors.unless_one_of("mode", mode, get_args(Mode)))
+    errors.refuse(unless_a_scene(scene) + errors.unless_one_of("mode", mode, get_args(Mode)))
     feed = {} if speed is None else {"speed": speed}
     if mode == "free":
         return scene.replace(mount="free", feed=feed)
@@ -330,6 +351,7 @@ def ensemble(
         If Ray is wanted and not installed.
     """
     asked = Workers(workers, backend, address)
+    errors.refuse(unless_a_scene(scene))
     key = {"kind": "ensemble", "scene": scene.model_dump(mode="json")}
     return released([scene], runs, seed, asked, key, state, progress)[0]
 
@@ -370,7 +392,11 @@ def released(
     SceneError, CheckpointError, ImportError
         As `ensemble` does.
     """
-    problems = errors.unless_at_least("runs", runs, 1) + errors.unless_at_least("seed", seed, 0)
+    problems = [
+        *errors.unless_whole("runs", runs, 1, MOST_RUNS),
+        *errors.unless_whole("seed", seed, 0),
+        *errors.unless_function("progress", progress),
+    ]
     errors.refuse(problems)
     count = len(scenes)
     total = count * runs

@@ -20,7 +20,7 @@ from magfold_env.fold import FoldStatus
 from magfold_env.parallel import Backend, Workers
 from magfold_env.reporting.intervals import Share
 from magfold_env.reporting.tables import Row, to_csv
-from magfold_env.scene import Problem, Scene, SceneError, errors
+from magfold_env.scene import Problem, Scene, SceneError, errors, unless_a_scene
 from magfold_env.scene.base import Part, plain
 from magfold_env.shapes import parse_word
 
@@ -28,6 +28,8 @@ FORMAT = "magfold_env sweep 1"
 
 MOST = 100
 """Most values of a parameter."""
+
+KEYS_AND_VALUES = "a mapping of a scene's keys to their values"
 
 _LARGEST = 2.0**53  # up to here, floats are the whole numbers they look like
 
@@ -217,6 +219,7 @@ def sweep(  # noqa: PLR0913 - what to sweep, and what `ensemble` takes
         If Ray is wanted and not installed.
     """
     asked = Workers(workers, backend, address)
+    errors.refuse(unless_a_scene(scene) + errors.unless_a("over", over, Mapping, KEYS_AND_VALUES))
     values = _checked(over)
     key = {"kind": "sweep", "scene": scene.model_dump(mode="json"), "over": list(values.items())}
     made = released(scenes(scene, values), runs, seed, asked, key, state, progress)

@@ -86,8 +86,8 @@ def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent
     from differences of the torques, of which the magnitudes of the curvatures are taken: on a
     ridge a step goes down, too.
     """
-    start = checked("angles", angles, scene.n)
-    errors.refuse(errors.unless_at_least("max_steps", max_steps, 1))
+    start = checked("angles", angles, scene)
+    errors.refuse(errors.unless_whole("max_steps", max_steps, 1))
     refuse_field(scene)
     potential, side = _Potential(scene, float(start[0])), scene.casing.side
     limit = 0.5 * np.pi if scene.contact else np.inf

@@ -19,9 +19,13 @@ from numpy.typing import NDArray
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array
 from magfold_env.minimiser.couplings import FACES
+from magfold_env.scene import errors
 
 LONGEST_OF_ALL = 6
 """Most components for which every sequence is evaluated: 16^6, halved by the global sign flip."""
+
+LONGEST_NUMBERED = 10_000
+"""Most components of a sequence that is asked for by its number."""
 
 WordIndices = NDArray[np.uint8]
 """Enough for the 229 words of six components."""
@@ -67,9 +71,8 @@ def sequence_of(number: int, n: int) -> tuple[str, ...]:
     ValueError
         If there is no such sequence of n components.
     """
-    if not 0 <= number < 1 << (FACES * n):
-        most = (1 << (FACES * n)) - 1
-        raise ValueError(f"number: {number!r} is not allowed; must be from 0 to {most}")
+    errors.refuse(errors.unless_whole("n", n, 1, LONGEST_NUMBERED))
+    errors.refuse(errors.unless_whole("number", number, 0, (1 << (FACES * n)) - 1))
     letters = f"{number:0{FACES * n}b}".translate(str.maketrans("01", "NS"))
     return tuple(letters[k : k + FACES] for k in range(0, len(letters), FACES))
 

@@ -12,7 +12,8 @@ from magfold_env.minimiser import couplings, energies, states
 from magfold_env.minimiser.every_sequence import EverySequence, best_words, every_energy
 from magfold_env.minimiser.lattice import HEADINGS, ORDER, all_words
 from magfold_env.minimiser.search import LONGEST
-from magfold_env.scene import Scene, errors
+from magfold_env.scene import Scene, errors, unless_a_scene
+from magfold_env.shapes import parse_word
 
 Words = Literal["all", "folded"]
 Components = Sequence[str]
@@ -53,7 +54,8 @@ class Landscape:
     """
 
     def __init__(self, scene: Scene, among: Words = "all") -> None:
-        errors.refuse(errors.unless_one_of("among", among, get_args(Words)))
+        problems = unless_a_scene(scene) + errors.unless_one_of("among", among, get_args(Words))
+        errors.refuse(problems)
         if scene.n > LONGEST:
             raise ValueError(
                 f"sequence: {scene.n} components are not allowed; a landscape takes at most "
@@ -150,7 +152,7 @@ class Landscape:
         ValueError
             If the word is none of `words`, or there are too many sequences.
         """
-        if word not in self.words:
+        if parse_word(word, self.scene.n) not in self.words:
             raise ValueError(f"word: {word!r} is not allowed; must be one of the landscape's words")
         return every_energy(self._forms[self.words.index(word)])
 
@@ -167,6 +169,7 @@ class Landscape:
         ValueError
             If there are too many sequences.
         """
+        errors.refuse(errors.unless_function("progress", progress))
         tie = energies.tie(self.scene)
         return best_words(self._forms, self.words, tie, progress)
 
@@ -191,8 +194,13 @@ class Landscape:
         if sequences is None:
             return energies.poles(self.scene)[None]
         if isinstance(sequences, np.ndarray):
+            if not np.isin(sequences, (-1.0, 0.0, 1.0)).all():
+                allowed = "must consist of +1, -1 and 0"
+                raise errors.SceneError([errors.Problem("sequences", sequences, allowed)])
             given = np.ascontiguousarray(sequences, dtype=np.float64)
         else:
+            allowed = "a list of sequences, or an array of signs"
+            errors.refuse(errors.unless_a("sequences", sequences, Sequence, allowed))
             scenes = [self.scene.replace(sequence=each) for each in sequences]
             given = np.array([energies.signs(each.sequence) for each in scenes])
         if given.shape[1:] != (n, 4):

@@ -15,7 +15,7 @@ from magfold_env.engine.state import Array
 from magfold_env.minimiser import arms, energies, states
 from magfold_env.minimiser.lattice import ORDER, Ints, all_words, from_words
 from magfold_env.minimiser.states import Among, State
-from magfold_env.scene import Scene, errors
+from magfold_env.scene import Scene, errors, unless_a_scene
 
 Mode = Literal["free", "forward", "backward"]
 
@@ -27,6 +27,9 @@ The states of longer chains are found by `ground_state`.
 
 LONGEST_CUT: Final = {"all": 32, "folded": 56, "stable": 56}
 """Most components of a chain whose halves `ground_state` lists, by which words are ranked."""
+
+MOST_STATES: Final = 10_000_000
+"""So many may be asked for."""
 
 MOST_ENTRIES: Final = 40_000_000
 """No half of these has more words, shorter ones included: 20 bytes each."""
@@ -128,12 +131,8 @@ def minimise(
         for a full search, or a component-by-component search runs into a joint where every letter
         overlaps.
     """
-    problems = [
-        *errors.unless_one_of("mode", mode, get_args(Mode)),
-        *errors.unless_one_of("among", among, get_args(Among)),
-        *errors.unless_at_least("top", top, 1),
-    ]
-    errors.refuse(problems)
+    errors.refuse(errors.unless_one_of("mode", mode, get_args(Mode)))
+    _refuse(scene, top, among, progress)
     energies.refuse_field(scene)
     if mode != "free":
         return _one_by_one(scene, mode)
@@ -147,6 +146,17 @@ def minimise(
         lattice = lattice[states.conflict_free(lattice, scene.sequence)]
     lowest = states.lowest_states(scene, lattice, top)
     return Minimum("free", lowest, decisions=(), examined=len(lattice))
+
+
+def _refuse(scene: Scene, top: int, among: Among, progress: Progress | None) -> None:
+    """Refuse what no search can be asked for."""
+    problems = [
+        *unless_a_scene(scene),
+        *errors.unless_whole("top", top, 1, MOST_STATES),
+        *errors.unless_one_of("among", among, get_args(Among)),
+        *errors.unless_function("progress", progress),
+    ]
+    errors.refuse(problems)
 
 
 def _one_by_one(scene: Scene, mode: Mode) -> Minimum:
@@ -242,14 +252,10 @@ def ground_state(
     ValueError
         If an argument is out of range, or the chain has more components than `LONGEST_CUT`.
     """
-    problems = [
-        *errors.unless_one_of("among", among, get_args(Among)),
-        *errors.unless_at_least("top", top, 1),
-    ]
+    _refuse(scene, top, among, progress)
     for key, limit in (("time_limit", time_limit), ("node_limit", node_limit)):
-        if limit is not None and not limit >= 0:
-            problems.append(errors.Problem(key, limit, "must be None or at least 0"))
-    errors.refuse(problems)
+        if limit is not None and not (errors.is_number(limit) and limit >= 0):
+            errors.refuse([errors.Problem(key, limit, "must be None or at least 0")])
     energies.refuse_field(scene)
     if scene.n > LONGEST_CUT[among]:
         raise ValueError(

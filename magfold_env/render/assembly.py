@@ -23,7 +23,7 @@ from magfold_env.render.sheets import (
     save_pages,
     text,
 )  # fmt: skip
-from magfold_env.replay.data import WORDS, brief
+from magfold_env.replay.data import WORDS
 from magfold_env.reporting.plotting import GRID, INK, patch
 from magfold_env.scene import FACES, Scene, SceneError
 from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
@@ -103,7 +103,7 @@ def simulated(fold: Fold) -> Outcome:
     return Outcome(
         "Simulated",
         fold.word or "(one component)",
-        f"{fold.status}: {brief(fold.message)}",
+        f"{fold.status}: {fold.message}",
         fold.joint_angles if sound else None,
     )
 

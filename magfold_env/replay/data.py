@@ -1,6 +1,5 @@
 """What the page is told of a fold: lengths in mm, energies in mJ, rounded to what can be seen."""
 
-import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -65,7 +64,7 @@ def page_data(fold: Recording) -> dict[str, Any]:
     return {
         "word": fold.word,
         "status": fold.status,
-        "message": brief(fold.message),
+        "message": fold.message,
         "sequence": list(scene.sequence),
         "earlier": [[end, list(sequence)] for end, sequence in fold.earlier],
         "side": _rounded(_MILLI * scene.casing.side, _LENGTH),
@@ -135,22 +134,6 @@ def feed_text(scene: Scene) -> str:
     slow, fast = float(speeds.min()), float(speeds.max())
     speed = f"{slow:.4g}" if slow == fast else f"{slow:.4g} to {fast:.4g}"
     return f"{scene.feed.direction}, {speed} m/s, {scene.feed.loading}"
-
-
-def brief(message: str) -> str:
-    """Return how a fold ended with its open joints in ranges: joints 1 to 29, not all of them."""
-
-    def told(found: re.Match[str]) -> str:
-        joints = [int(number) for number in found[1].split(", ")]
-        starts = [joint for joint in joints if joint - 1 not in joints]
-        ends = [joint for joint in joints if joint + 1 not in joints]
-        runs = [
-            f"{start} to {end}" if end > start + 1 else ", ".join(map(str, range(start, end + 1)))
-            for start, end in zip(starts, ends, strict=True)
-        ]
-        return f"joints {', '.join(runs)} open"
-
-    return re.sub(r"joint (\d+(?:, \d+)+) open", told, message)
 
 
 def _scaled(values: FloatArray) -> list[float]:

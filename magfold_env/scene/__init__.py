@@ -15,7 +15,7 @@ from magfold_env.scene.parts import (
     Solver,
     Spreads,
 )
-from magfold_env.scene.scene import SIGNS, Scene
+from magfold_env.scene.scene import SIGNS, Scene, unless_a_scene
 
 __all__ = [
     "FACES",
@@ -40,4 +40,5 @@ __all__ = [
     "load_scene",
     "save_scene",
     "scene_names",
+    "unless_a_scene",
 ]

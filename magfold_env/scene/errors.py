@@ -1,9 +1,11 @@
 """Errors a user can cause, and the words they are told in."""
 
 import re
-from collections.abc import Iterable, Sequence
+import sys
+from collections.abc import Hashable, Iterable, Sequence
 from difflib import get_close_matches
-from typing import NamedTuple
+from numbers import Integral, Real
+from typing import NamedTuple, TypeGuard
 
 from pydantic import BaseModel, ValidationError
 
@@ -17,7 +19,9 @@ class Problem(NamedTuple):
 
     def __str__(self) -> str:
         subject = f"{self.key}: " if self.key else ""
-        return f"{subject}{self.value!r} is not allowed; {self.allowed}"
+        # Arrays are shown in lines.
+        value = re.sub(r"\n\s*", " ", repr(self.value))
+        return f"{subject}{value} is not allowed; {self.allowed}"
 
 
 class SceneError(ValueError):
@@ -42,14 +46,49 @@ class SceneError(ValueError):
 def unless_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Problem]:
     """Return the problem with a value that is not one of those allowed."""
     choices = list(allowed)
-    if value in choices:
+    # An array is neither in a list nor not in it.
+    if isinstance(value, Hashable) and value in choices:
         return []
     return [Problem(key, value, f"must be one of {', '.join(map(str, choices))}")]
 
 
-def unless_at_least(key: str, value: float, least: float) -> list[Problem]:
-    """Return the problem with a number that is below the least allowed, or none at all."""
-    return [] if value >= least else [Problem(key, value, f"must be at least {least}")]
+def unless_a(
+    key: str, value: object, kinds: type | tuple[type, ...], allowed: str
+) -> list[Problem]:
+    """Return the problem with a value that is not of one of some kinds, ``allowed`` in words."""
+    return [] if isinstance(value, kinds) else [Problem(key, value, f"must be {allowed}")]
+
+
+def unless_function(key: str, value: object) -> list[Problem]:
+    """Return the problem with a value that is neither None nor can be called."""
+    return [] if value is None or callable(value) else [Problem(key, value, "must be a function")]
+
+
+def unless_whole(key: str, value: object, least: int, most: int | None = None) -> list[Problem]:
+    """Return the problem with what is no whole number, too small or too large."""
+    kind = "a whole number, "
+    if isinstance(value, Integral) and is_number(value):
+        if value >= least and (most is None or value <= most):
+            return []
+        kind = ""
+    span = f"at least {least}" if most is None else f"from {least} to {most}"
+    return [Problem(key, value, f"must be {kind}{span}")]
+
+
+def unless_positive(key: str, value: object, most: float = sys.float_info.max) -> list[Problem]:
+    """Return the problem with what is no number above 0, or too large."""
+    kind = "a number, "
+    if is_number(value):
+        if 0.0 < value <= most:
+            return []
+        kind = ""
+    end = "finite" if most == sys.float_info.max else f"at most {most:.12g}"
+    return [Problem(key, value, f"must be {kind}greater than 0 and {end}")]
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Return whether a value is a real number, one of NumPy's or not; truth values are none."""
+    return not isinstance(value, bool) and isinstance(value, Real)
 
 
 def nearest(name: str, names: Iterable[str]) -> str:

@@ -8,8 +8,8 @@ import yaml
 
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene.base import Part
-from magfold_env.scene.errors import SceneError, nearest
-from magfold_env.scene.scene import Scene
+from magfold_env.scene.errors import SceneError, nearest, refuse, unless_a
+from magfold_env.scene.scene import Scene, unless_a_scene
 
 PartType = TypeVar("PartType", bound=Part)
 
@@ -83,7 +83,13 @@ def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
         Where to.
     comment
         Lines to put before it.
+
+    Raises
+    ------
+    SceneError
+        If it is no scene.
     """
+    refuse(unless_a_scene(scene))
     data = scene.model_dump(mode="json")
     write_commented(path, yaml.safe_dump(data, sort_keys=False, default_flow_style=None), comment)
 
@@ -113,7 +119,9 @@ def read_named(
         If there is no such file, or it cannot be read, is not YAML, holds no mapping or not a
         valid one.
     """
-    path, what = Path(name_or_path), kind.__name__.lower()
+    what = kind.__name__.lower()
+    refuse(unless_a(what, name_or_path, (str, Path), f"the name of a {what}, or a file's path"))
+    path = Path(name_or_path)
     if isinstance(name_or_path, str) and name_or_path in names:
         path = configs_dir() / folder / f"{name_or_path}.yaml"
     if not path.is_file():

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
 from magfold_env.scene.base import Number, Part, Positive
-from magfold_env.scene.errors import Problem, refuse
+from magfold_env.scene.errors import Problem, is_number, refuse, unless_positive
 from magfold_env.scene.magnets import Array
 
 
@@ -71,8 +71,9 @@ def channel(
     Raises
     ------
     SceneError
-        If a length is not positive.
+        If an argument is not two numbers, or a length not positive.
     """
+    _refuse_unless_points(start=start, end=end)
     x, y = end[0] - start[0], end[1] - start[1]
     length = math.hypot(x, y)
     _refuse_unless_positive(length=length, width=width, wall=wall)
@@ -106,12 +107,14 @@ def chamber(
     Raises
     ------
     SceneError
-        If a length is not positive, or the opening is not within the left wall.
+        If an argument is not two numbers, a length not positive, or the opening not within the
+        left wall.
     """
+    _refuse_unless_points(corner=corner, size=size)
     (left, low), (length, height) = corner, size
+    _refuse_unless_positive(length=length, height=height, opening=opening, wall=wall)
     right, high = left + length, low + height
     half = 0.5 * opening
-    _refuse_unless_positive(length=length, height=height, opening=opening, wall=wall)
     if not low < -half < half < high:
         allowed = f"must lie within the left wall, from y = {low:.6g} to {high:.6g}"
         refuse([Problem("opening", opening, allowed)])
@@ -150,7 +153,7 @@ def funnel(
         If a length is not positive, or the angle out of range.
     """
     _refuse_unless_positive(bore=bore, length=length, wall=wall)
-    if not 0.0 < angle < 0.5 * math.pi:
+    if not is_number(angle) or not 0.0 < angle < 0.5 * math.pi:
         refuse([Problem("angle", angle, "must be more than 0 and less than pi/2")])
     along, across = math.cos(angle), math.sin(angle)
     x = 0.5 * (length * along - wall * across)
@@ -161,6 +164,18 @@ def funnel(
     )
 
 
-def _refuse_unless_positive(**lengths: float) -> None:
-    allowed = "must be greater than 0"
-    refuse([Problem(key, each, allowed) for key, each in lengths.items() if not each > 0.0])
+def _refuse_unless_positive(**lengths: object) -> None:
+    refuse([each for key, value in lengths.items() for each in unless_positive(key, value)])
+
+
+def _refuse_unless_points(**points: object) -> None:
+    allowed = "must be two finite numbers"
+    refuse([Problem(key, each, allowed) for key, each in points.items() if not _is_point(each)])
+
+
+def _is_point(value: Any) -> bool:
+    try:
+        x, y = value
+    except (TypeError, ValueError):
+        return False
+    return all(is_number(each) and math.isfinite(each) for each in (x, y))

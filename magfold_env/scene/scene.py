@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Strict, model_validator
 from pydantic import Field as Limits
 
 from magfold_env.scene import base, parts, strip
-from magfold_env.scene.errors import Problem, SceneError, refuse
+from magfold_env.scene.errors import Problem, SceneError, refuse, unless_a
 from magfold_env.scene.magnets import FACES, ROUNDING, Array, Magnets
 from magfold_env.scene.obstacles import Obstacles, Rectangle
 
@@ -419,6 +419,11 @@ class Scene(base.Part):
         if self.bumps is not None and self.bumps.seed is None:
             changes["bumps"] = {"seed": int(rng.integers(1, 2**31 - 1))}
         return changes
+
+
+def unless_a_scene(value: object, key: str = "scene") -> list[Problem]:
+    """Return the problem with a value that is no scene."""
+    return unless_a(key, value, Scene, "a Scene, as load_scene returns one")
 
 
 def _box(left: float, low: float, right: float, high: float) -> Array:

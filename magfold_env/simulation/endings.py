@@ -1,6 +1,7 @@
 """How a run ends: statuses, and what they are in words."""
 
 import math
+from collections.abc import Sequence
 
 from magfold_env.engine import outcomes
 from magfold_env.engine.state import Model
@@ -34,11 +35,25 @@ def ending(
     if inside > 0:
         held = "a component" if inside == 1 else f"{inside} components"
         return FoldStatus.HELD, f"at rest at t = {time:.4g} s with {held} in the tube"
-    straight = [abs(abs(angle) - math.pi / 2.0) > FOLDED_WITHIN for angle in joints]
-    if not any(straight):
+    straight = [
+        number
+        for number, angle in enumerate(joints, 1)
+        if abs(abs(angle) - math.pi / 2.0) > FOLDED_WITHIN
+    ]
+    if not straight:
         return FoldStatus.FOLDED, f"folded at t = {time:.4g} s"
-    names = ", ".join(str(number) for number, is_open in enumerate(straight, 1) if is_open)
-    return FoldStatus.MISFOLDED, f"at rest at t = {time:.4g} s with joint {names} open"
+    return FoldStatus.MISFOLDED, f"at rest at t = {time:.4g} s with {named(straight)} open"
+
+
+def named(joints: Sequence[int]) -> str:
+    """Return the numbers of some joints, in order, in words: joint 2; joints 1, 3 to 9, 12."""
+    starts = [joint for joint in joints if joint - 1 not in joints]
+    ends = [joint for joint in joints if joint + 1 not in joints]
+    runs = [
+        f"{start} to {end}" if end > start + 1 else ", ".join(map(str, range(start, end + 1)))
+        for start, end in zip(starts, ends, strict=True)
+    ]
+    return f"joint{'s' if len(joints) > 1 else ''} {', '.join(runs)}"
 
 
 def work_cap(model: Model, steps: int) -> str:

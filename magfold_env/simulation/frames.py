@@ -15,7 +15,7 @@ from magfold_env.engine.state import Array, Model, Record, State
 from magfold_env.engine.stepping.integrator import LONGEST_STEP
 from magfold_env.engine.workspace import new_record, new_work
 from magfold_env.fold import Trajectory, loaded
-from magfold_env.scene import Problem, Scene, SceneError
+from magfold_env.scene import Scene, errors
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.view import Orientation
 
@@ -34,9 +34,8 @@ class Frames:
     """
 
     def __init__(self, model: Model, state: State, frame_rate: float | None) -> None:
-        if frame_rate is not None and not 0.0 < frame_rate <= FASTEST:
-            allowed = f"must be None, or positive and at most {FASTEST:.0f}"
-            raise SceneError([Problem("frame_rate", frame_rate, allowed)])
+        if frame_rate is not None:
+            errors.refuse(errors.unless_positive("frame_rate", frame_rate, FASTEST))
         interval = 0.0 if frame_rate is None else 1.0 / frame_rate
         capacity = ROOM + int(LONGEST_STEP / interval) if interval else 0
         self._model, self._state = model, state

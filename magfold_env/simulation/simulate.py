@@ -12,7 +12,8 @@ from magfold_env.engine.magnets.chain import magnet_energy, magnet_loads
 from magfold_env.engine.magnets.outer_field import add_magnet_forces
 from magfold_env.engine.workspace import new_work
 from magfold_env.fold import Fold
-from magfold_env.scene import Problem, Scene, SceneError, errors
+from magfold_env.parallel import MOST_WORKERS
+from magfold_env.scene import Problem, Scene, SceneError, errors, unless_a_scene
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.session import Session
 
@@ -47,9 +48,10 @@ def simulate(
     Raises
     ------
     SceneError
-        If the frame rate is not allowed.
+        If an argument is not allowed.
     """
-    session = Session(scene.draw(np.random.default_rng(seed)), frame_rate)
+    errors.refuse(unless_a_scene(scene))
+    session = Session(scene.draw(_generator(seed)), frame_rate)
     session.settle()
     return session.fold()
 
@@ -85,16 +87,18 @@ def simulate_batch(
     Raises
     ------
     SceneError
-        If there are not as many scenes as seeds, ``threads`` is not positive, or the frame rate is
-        not allowed.
+        If an argument is not allowed, or there are not as many scenes as seeds.
     """
+    errors.refuse(errors.unless_a("seeds", seeds, Iterable, "seeds, one a fold"))
+    if not isinstance(scenes, Scene):
+        errors.refuse(errors.unless_a("scenes", scenes, Sequence, "a Scene, or one for each seed"))
     draws = list(seeds)
     chosen = [scenes] * len(draws) if isinstance(scenes, Scene) else list(scenes)
     if len(chosen) != len(draws):
         allowed = f"must be one, or as many as the {len(draws)} seeds"
         raise SceneError([Problem("scenes", len(chosen), allowed)])
     workers = (os.cpu_count() or 1) if threads is None else threads
-    errors.refuse(errors.unless_at_least("threads", workers, 1))
+    errors.refuse(errors.unless_whole("threads", workers, 1, MOST_WORKERS))
 
     def run(scene: Scene, seed: int | np.random.Generator) -> Fold:
         return simulate(scene, seed, frame_rate=frame_rate)
@@ -122,10 +126,11 @@ def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> 
     Raises
     ------
     SceneError
-        If a shape is not (..., n), the shapes differ, or a number is beyond `LARGEST`.
+        If ``scene`` is none, a shape is not (..., n), the shapes differ, or a number is beyond
+        `LARGEST`.
     """
-    headings = checked("angles", angles, scene.n, stacked=True)
-    speeds = checked("rates", rates, scene.n, stacked=True)
+    headings = checked("angles", angles, scene, stacked=True)
+    speeds = checked("rates", rates, scene, stacked=True)
     if headings.shape != speeds.shape:
         raise SceneError([Problem("rates", speeds.shape, f"must have shape {headings.shape}")])
     model = pack(scene.alone())._replace(contact=False, frictional=False)
@@ -146,9 +151,9 @@ def forces(scene: Scene, angles: npt.ArrayLike) -> tuple[Floats, Floats]:
     Raises
     ------
     SceneError
-        If the shape is not (n,) or a number is beyond `LARGEST`.
+        If ``scene`` is none, the shape is not (n,) or a number is beyond `LARGEST`.
     """
-    return _smooth_state(scene, checked("angles", angles, scene.n))[:2]
+    return _smooth_state(scene, checked("angles", angles, scene))[:2]
 
 
 def energy(scene: Scene, angles: npt.ArrayLike) -> float:
@@ -159,14 +164,22 @@ def energy(scene: Scene, angles: npt.ArrayLike) -> float:
     Raises
     ------
     SceneError
-        If the shape is not (n,) or a number is beyond `LARGEST`.
+        If ``scene`` is none, the shape is not (n,) or a number is beyond `LARGEST`.
     """
-    return _smooth_state(scene, checked("angles", angles, scene.n))[2]
+    return _smooth_state(scene, checked("angles", angles, scene))[2]
 
 
-def checked(key: str, values: npt.ArrayLike, n: int, *, stacked: bool = False) -> Floats:
-    """Return numbers up to `LARGEST` of shape (n,), or (..., n) if ``stacked``; refuse others."""
-    array = np.asarray(values, dtype=np.float64)
+def checked(key: str, values: npt.ArrayLike, scene: Scene, *, stacked: bool = False) -> Floats:
+    """Return numbers up to `LARGEST` of shape (n,), or (..., n) if ``stacked``; refuse others.
+
+    They are those of a scene with n components; what is none is refused, too.
+    """
+    errors.refuse(unless_a_scene(scene))
+    n = scene.n
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise SceneError([Problem(key, values, f"must be {n} numbers")]) from None
     if array.shape[-1:] != (n,) or (array.ndim > 1 and not stacked):
         wanted = f"(..., {n})" if stacked else f"({n},)"
         raise SceneError([Problem(key, array.shape, f"must have shape {wanted}")])
@@ -174,6 +187,14 @@ def checked(key: str, values: npt.ArrayLike, n: int, *, stacked: bool = False) -
         allowed = f"must be finite and from {-LARGEST:g} to {LARGEST:g}"
         raise SceneError([Problem(key, array.tolist(), allowed)])
     return array
+
+
+def _generator(seed: int | np.random.Generator) -> np.random.Generator:
+    """Return the generator that a seed stands for, or itself."""
+    if isinstance(seed, np.random.Generator):
+        return seed
+    errors.refuse(errors.unless_whole("seed", seed, 0))
+    return np.random.default_rng(seed)
 
 
 def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, float]:

@@ -100,7 +100,7 @@ def test_wrong_options_of_fold_are_told_in_one_line(option: str, value: str, mes
     ("option", "value", "message"),
     [
         ("--mode", "sideways", "mode: 'sideways' is not allowed; must be one of free, forward"),
-        ("--top", "0", "top: 0 is not allowed; must be at least 1"),
+        ("--top", "0", "top: 0 is not allowed; must be from 1 to 10000000"),
         ("--among", "none", "among: 'none' is not allowed; must be one of all, folded, stable"),
         ("--png", "/nowhere/x.png", "--png: '/nowhere/x.png' is not allowed; its folder must"),
     ],

@@ -67,7 +67,7 @@ def test_what_cannot_be_reached_ends_with_1() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("LXR",), "word: 'LXR' is not allowed"),
+        (("LXR",), "target: 'LXR' is not allowed"),
         (("LR", "--mode", "up"), "mode: 'up' is not allowed; must be one of free, forward"),
         (("LR", "--objective", "x"), "objective: 'x' is not allowed"),
         (("LR", "--backend", "x"), "backend: 'x' is not allowed"),

@@ -77,11 +77,11 @@ def test_a_spread_of_start_angles_takes_the_place_of_given_ones() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--runs", 0), "runs: 0 is not allowed; must be at least 1"),
+        (("--runs", 0), "runs: 0 is not allowed; must be from 1 to 10000000"),
         (("--seed", -1), "seed: -1 is not allowed; must be at least 0"),
         (("--mode", "up"), "mode: 'up' is not allowed; must be one of free, forward, backward"),
         (("--speed", -1), "feed.speed: -1.0 is not allowed; must be greater than 0"),
-        (("--workers", 0), "workers: 0 is not allowed; must be at least 1"),
+        (("--workers", 0), "workers: 0 is not allowed; must be from 1 to 4096"),
         (("--backend", "gpu"), "backend: 'gpu' is not allowed; must be one of threads, processes"),
         (("--address", "auto"), "address: 'auto' is not allowed; must be left out unless backend"),
         (("--spread", "speed=0.1"), "--spread: 'speed=0.1' is not allowed; must be NAME=WIDTH"),

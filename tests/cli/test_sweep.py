@@ -120,7 +120,10 @@ def test_inner_values_look_as_one_would_write_them() -> None:
         (2 * ("--over", "friction=0:1"), "--over: 'friction=0:1' is not allowed; must not name"),
         (("--over", "friction=0:1", "--over", "duration=1:2", "--over", "feed.bore=1:2"), "one o"),
         (("--over", "friction=0:1", "--outcome", "LR"), "outcome: 'LR' is not allowed; must be a"),
-        (("--over", "friction=0:1", "--runs", 0), "runs: 0 is not allowed; must be at least 1"),
+        (
+            ("--over", "friction=0:1", "--runs", 0),
+            "runs: 0 is not allowed; must be from 1 to 10000000",
+        ),
         (("--over", "friction=0:1", "--mode", "up"), "mode: 'up' is not allowed; must be one of"),
         (("--over", "friction=0:1", "--png", "/nowhere/x.png"), "--png: '/nowhere/x.png' is not"),
     ],

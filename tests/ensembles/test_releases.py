@@ -162,9 +162,9 @@ def test_the_digest_follows_the_sources(tmp_path: Path, monkeypatch: pytest.Monk
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"runs": 0}, "runs: 0 is not allowed; must be at least 1"),
+        ({"runs": 0}, "runs: 0 is not allowed; must be from 1 to 10000000"),
         ({"seed": -1}, "seed: -1 is not allowed; must be at least 0"),
-        ({"workers": 0}, "workers: 0 is not allowed; must be at least 1"),
+        ({"workers": 0}, "workers: 0 is not allowed; must be from 1 to 4096"),
         ({"backend": "gpu"}, "backend: 'gpu' is not allowed; must be one of threads, processes"),
         ({"address": "auto"}, "address: 'auto' is not allowed; must be left out"),
     ],

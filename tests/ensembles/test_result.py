@@ -57,7 +57,7 @@ def test_any_word_and_status_has_a_probability() -> None:
     unseen = made.probability("RR")
     assert (unseen.rate, unseen.low) == (0.0, 0.0)
     assert 0.0 < unseen.high < 1.0
-    with pytest.raises(ValueError, match="'gone' is not a valid FoldStatus"):
+    with pytest.raises(ValueError, match="status: 'gone' is not allowed; must be one of folded, "):
         made.probability(status="gone")
 
 

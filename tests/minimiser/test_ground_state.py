@@ -146,7 +146,7 @@ def test_no_stable_state_is_no_error_until_it_is_asked_for() -> None:
     ("changes", "message"),
     [
         ({"among": "some"}, "among: 'some' is not allowed; must be one of all, folded, stable"),
-        ({"top": 0}, "top: 0 is not allowed; must be at least 1"),
+        ({"top": 0}, "top: 0 is not allowed; must be from 1 to 10000000"),
         ({"time_limit": -1.0}, "time_limit: -1.0 is not allowed; must be None or at least 0"),
         ({"node_limit": -1}, "node_limit: -1 is not allowed"),
     ],

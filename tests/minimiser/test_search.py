@@ -155,7 +155,7 @@ def test_long_chains_are_searched_by_branch_and_bound() -> None:
     [
         ({"mode": "sideways"}, "mode: 'sideways' is not allowed; must be one of free, forward"),
         ({"among": "some"}, "among: 'some' is not allowed; must be one of all, folded, stable"),
-        ({"top": 0}, "top: 0 is not allowed; must be at least 1"),
+        ({"top": 0}, "top: 0 is not allowed; must be from 1 to 10000000"),
     ],
 )
 def test_wrong_arguments_are_named(changes: dict[str, object], message: str) -> None:

@@ -12,11 +12,8 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.engine import outcomes
 from magfold_env.fold import kinetic_energy, recording
 from magfold_env.replay import page_data
-from magfold_env.replay.data import brief
-from magfold_env.simulation.endings import ending
 from magfold_env.simulation.frames import magnetic_energy
 from tests.folds import FREE, recorded
 
@@ -107,24 +104,6 @@ def test_nothing_to_press_lies_on_the_drawing(tmp_path: Path) -> None:
     assert "stage" in reader.around["drawing"]
     assert "controls" in reader.around["zoom"]
     assert "stage" not in reader.around["zoom"]
-
-
-@pytest.mark.parametrize(
-    ("joints", "told"),
-    [
-        ([*range(1, 30)], "joints 1 to 29"),
-        ([3], "joint 3"),
-        ([3, 4], "joints 3, 4"),
-        ([1, 3, 4, 5, 8, 10, 11, 13, 14, 15], "joints 1, 3 to 5, 8, 10, 11, 13 to 15"),
-    ],
-)
-def test_open_joints_are_told_in_ranges(joints: list[int], told: str) -> None:
-    angles = [0.0 if joint in joints else np.pi / 2 for joint in range(1, max(joints) + 1)]
-    _, message = ending(outcomes.RESTED, 0.25, angles, "")
-    assert f"joint {', '.join(map(str, joints))} open" in message
-    assert brief(message) == f"at rest at t = 0.25 s with {told} open"
-    shown = replace(recorded("LRLLL"), message=message)
-    assert page_data(recording(shown))["message"] == brief(message)
 
 
 def test_a_page_asks_for_nothing_outside_itself(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def test_generators_go_on_from_where_they_are():
     ("scenes", "threads", "message"),
     [
         ([SCENE], None, "scenes: 1 is not allowed; must be one, or as many as the 2 seeds"),
-        (SCENE, 0, "threads: 0 is not allowed; must be at least 1"),
+        (SCENE, 0, "threads: 0 is not allowed; must be from 1 to 4096"),
     ],
 )
 def test_wrong_numbers_are_refused(scenes, threads, message):

@@ -95,7 +95,7 @@ def test_a_chain_that_rests_at_once_has_one_frame(scene):
 
 @pytest.mark.parametrize("frame_rate", [0, -1.0, np.inf, np.nan, 1e12])
 def test_frame_rates_that_cannot_be_are_named(frame_rate):
-    allowed = "must be None, or positive and at most 1000000"
+    allowed = "must be greater than 0 and at most 1000000"
     told = f"^frame_rate: {frame_rate} is not allowed; {allowed}$"
     with pytest.raises(SceneError, match=told):
         simulate(load_scene("paper/sequence-3"), frame_rate=frame_rate)

@@ -33,6 +33,7 @@ from magfold_env.envs.chains.lattice import (
 )
 from magfold_env.envs.spaces.actions import SIGNS, letters_of, signs_of
 from magfold_env.scene import Scene
+from magfold_env.simulation.endings import named
 
 
 @by_pointer
@@ -124,8 +125,8 @@ class QuasistaticChains:
         if out < n:
             joint = out if self._rules.forward else n - out
             return f"stuck: every letter of joint {joint} overlaps after {self.word(row)!r}"
-        straight = [str(number) for number, turn in enumerate(turns.tolist(), 1) if turn == 0]
-        return f"at rest with joint {', '.join(straight)} open" if straight else "folded"
+        straight = [number for number, turn in enumerate(turns.tolist(), 1) if turn == 0]
+        return f"at rest with {named(straight)} open" if straight else "folded"
 
     def held(self, row: int) -> NDArray[np.bool_]:
         """Return that no component is held: there is no friction."""
