@@ -195,6 +195,16 @@ def test_nothing_sticks_out_sideways(
     assert (light < 384) == dark
 
 
+@pytest.mark.parametrize("size", [(1600, 900), (1000, 640)])
+def test_what_plays_the_fold_is_in_sight(page: chromium.Page, size: tuple[int, int]) -> None:
+    page.resize(*size)
+    page.until(f"innerWidth == {size[0]}")
+    for place in (0, 300, 10_000):
+        page.value(f"scrollTo(0, {place})")
+        lowest = "document.getElementById('controls').getBoundingClientRect().bottom"
+        assert page.value(f"{lowest} <= innerHeight")
+
+
 def test_everything_to_press_has_a_name(page: chromium.Page) -> None:
     tree = page.call("Accessibility.getFullAXTree")["nodes"]
     pressed = [
