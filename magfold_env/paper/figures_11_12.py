@@ -168,8 +168,8 @@ def steps_plots(measured: Measured) -> list[Plot]:
     axes[2].minorticks_off()
     axes[2].legend(fontsize=8, frameon=False)
     caption = (
-        "Left, middle: squared error over time against this project's solver with the same "
-        "point charges, by the number of time steps a frame (1/240 s). Right: its mean until "
+        "Above: squared error over time against this project's solver with the same "
+        "point charges, by the number of time steps a frame (1/240 s). Below: its mean until "
         "the first joint snaps."
     )
     return [Plot.of("figure-11", figure, caption)]
@@ -301,8 +301,8 @@ def points_plots(measured: Measured) -> list[Plot]:
     axes[2].set(xlabel="gap [mm]", ylabel="points / charged rectangles")
     axes[2].legend(fontsize=8, frameon=False)
     caption = (
-        "Left, middle: squared error over time of the paper's solver with h charges a pole "
-        "face, against this project's solver with rectangles of the same charge. Right: what "
+        "Above: squared error over time of the paper's solver with h charges a pole "
+        "face, against this project's solver with rectangles of the same charge. Below: what "
         "the points get wrong, without any dynamics."
     )
     return [Plot.of("figure-12", figure, caption)]
