@@ -112,8 +112,8 @@ def search_claims(measured: Measured) -> list[Claim]:
         )
         made.append(
             Claim(
-                "six ends of the search, three sequences in two directions.",
-                f"with {name}, {len(rows) - len(others)} of {len(rows)} are the same"
+                f"six ends of the search, three sequences in two directions (here with {name}).",
+                f"{len(rows) - len(others)} of {len(rows)} are the same"
                 + (f": {named}." if named else "."),
                 not others,
                 built_in=True,
