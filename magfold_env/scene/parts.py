@@ -227,7 +227,7 @@ class Solver(Part):
     """How time is stepped."""
 
     method: Literal["adaptive", "paper"] = "adaptive"
-    """`paper` repeats the paper's fixed steps and snaps; it needs `mount: pinned`."""
+    """`paper` repeats the paper's fixed steps and snaps; it needs the mount `pinned`."""
     tolerance: Annotated[float, Strict(), Limits(ge=1e-12, le=0.1)] = 1e-4
     """Local error allowed in an angle [rad] (`adaptive`)."""
     time_step: Positive = 1.0 / 1200.0

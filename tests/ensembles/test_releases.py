@@ -151,12 +151,20 @@ def test_the_digest_follows_the_sources(tmp_path: Path, monkeypatch: pytest.Monk
     package = Path(files.__file__).parent
     shutil.copytree(package, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(files, "__file__", str(tmp_path / "copy" / "files.py"))
-    first = files.physics_digest()
+    digest = files.physics_digest.__wrapped__  # anew each time
+    first = digest()
     (tmp_path / "copy" / "cli" / "app.py").write_text("")
-    assert files.physics_digest() == first
     kernel = tmp_path / "copy" / "engine" / "chain" / "feed.py"
-    kernel.write_text(kernel.read_text() + "\n")
-    assert files.physics_digest() != first
+    source = kernel.read_text()
+    kernel.write_text(f'"""Others say it otherwise."""\n# Truly.\n{source}\n\nx = 1.0 # shown\n')
+    changed = digest()
+    assert changed != first
+    kernel.write_text(f'{source}\n# Nor does this.\nx = 1.0 # shown\n"""Nor this.\n\n"""\n')
+    assert digest() == changed
+    kernel.write_text(source.replace('"""', '"""To begin with: ', 1))
+    assert digest() == first
+    kernel.write_text(source + "x = 2.0 # shown\n")
+    assert digest() not in {first, changed}
 
 
 @pytest.mark.parametrize(
