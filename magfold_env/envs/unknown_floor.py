@@ -39,7 +39,7 @@ class UnknownFloorEnv(FeedTrackEnv):
     ``jammed``); after 5 s, 250 steps (``unsettled``); or when the simulation breaks down. All of
     them terminate the episode: the time is the task's own.
 
-    **Action**: ``Box(−1, 1, (1,))``: x asks for the speed 0.6 m/s · x |x|, negative back, and for
+    **Action**: ``Box(−1, 1, (1,))``: x asks for the speed ``0.6 x |x|`` m/s, negative back, and for
     standstill below 0.025 m/s. The drive changes its speed by 0.2 m/s a step at most.
     `magfold_env.envs.spaces.actions.SpeedTable` has the other ways, a table of speeds among them.
 

@@ -1,0 +1,67 @@
+"""The site: `sphinx-build -W docs runs/site`, then open runs/site/index.html."""
+
+import sys
+from importlib.metadata import version as installed
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+from sphinx.application import Sphinx
+from sphinx.util.typing import stringify_annotation
+
+sys.path.append(str(Path(__file__).parent))
+from models import is_model
+
+project = "magfold_env"
+author = "the magfold_env developers"
+copyright = author
+version = release = installed("magfold_env")
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "models",
+]
+html_theme = "furo"
+html_title = "magfold_env"
+exclude_patterns = ["_build"]
+
+# A name in single backticks is what it names, where there is such a thing, else code.
+default_role = "py:obj"
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True}
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_preprocess_types = True
+napoleon_type_aliases = {"sequence": "~collections.abc.Sequence"}
+napoleon_custom_sections = [("Returns", "params_style")]
+python_maximum_signature_line_length = 88
+myst_enable_extensions = ["colon_fence"]
+myst_heading_anchors = 4
+
+_INCLUDED = {"agents/README.md": "agents.md", "agents/SCOREBOARD.md": "scoreboard.md"}
+_ARRAYS = stringify_annotation(ArrayLike, "smart"), stringify_annotation(ArrayLike)
+
+
+def _short(_app: Sphinx, _kind: str, _name: str, found: Any, _options: Any, *told: str) -> Any:
+    """Write what NumPy takes for an array as its documentation does, not in eight lines."""
+    if is_model(found):
+        return "(**keys)", ""
+    signature, returned = (text or "" for text in told)
+    for long in _ARRAYS:
+        signature = signature.replace(long, "ArrayLike")
+    return signature or None, returned or None
+
+
+def _linked(_app: Sphinx, _page: str, source: list[str]) -> None:
+    """Lead to the site's pages where files of the repository are named that they include."""
+    for path, page in _INCLUDED.items():
+        source[0] = source[0].replace(f"](../{path}", f"]({page}")
+
+
+def setup(app: Sphinx) -> None:
+    """Connect what is done to signatures and to links."""
+    app.connect("autodoc-process-signature", _short)
+    app.connect("source-read", _linked)

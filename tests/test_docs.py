@@ -1,0 +1,62 @@
+"""The site: what is public is told, and what it shows runs."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import magfold_env as mf
+from tests.command_line import run
+
+DOCS = Path(__file__).parents[1] / "docs"
+README = DOCS.parent / "README.md"
+
+
+def told() -> str:
+    """Return the pages of the Python reference."""
+    return "\n".join(page.read_text("utf-8") for page in (DOCS / "reference").glob("*.md"))
+
+
+@pytest.mark.parametrize("name", mf.__all__)
+def test_what_is_public_is_in_the_reference(name: str) -> None:
+    assert re.search(rf"^\.\. auto\w+:: magfold_env\.{name}$", told(), re.MULTILINE)
+
+
+def test_every_page_is_in_the_table_of_contents() -> None:
+    index = (DOCS / "index.md").read_text("utf-8")
+    listed = set(re.findall(r"^([a-z-]+)$", index, re.MULTILINE))
+    assert listed == {page.stem for page in DOCS.glob("*.md")} - {"index"}
+
+
+@pytest.mark.slow
+def test_the_lines_of_python_in_the_readme_run(capsys: pytest.CaptureFixture[str]) -> None:
+    (snippet,) = re.findall(r"```python\n(.*?)```", README.read_text("utf-8"), re.DOTALL)
+    space: dict[str, Any] = {}
+    exec(snippet, space)
+    assert "folded LRLLL -0.01138" in capsys.readouterr().out
+    assert space["observation"] in space["env"].observation_space
+
+
+def test_the_readme_is_short() -> None:
+    assert 500 <= len(README.read_text("utf-8").split()) <= 720
+
+
+def test_the_scene_that_is_written_at_the_start_folds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = (DOCS / "start.md").read_text("utf-8")
+    (scene,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    Path("mine.yaml").write_text(scene, "utf-8")
+    block = next(
+        each for each in re.findall(r"```bash\n(.*?)```", page, re.DOTALL) if "mine" in each
+    )
+    commands = [line.partition("#")[0].split() for line in block.splitlines()]
+    assert len(commands) == 3
+    for _, *words in commands:
+        few = ("--out", "few") if words[0] == "ensemble" else ()
+        result = run(*(word.replace("200", "5") for word in words), *few)
+        assert result.exit_code == 0, result.stderr
+    assert Path("mine.html").is_file()
+    assert Path("mine.pdf").is_file()
