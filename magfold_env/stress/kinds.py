@@ -188,7 +188,9 @@ def retracted(source: Source, n: int) -> Changes:
     count = source.integer(1, 6)
     pace = [logarithmic(source, 0.01, 0.6) for _ in range(count)]
     if source.integer(0, 1) == 0:
-        legs = [(source.number(0.001, n), speed) for speed in pace]
+        drawn = [(source.number(0.001, n), speed) for speed in pace]
+        # Every leg leads elsewhere.
+        legs = [leg for k, leg in enumerate(drawn) if k == 0 or leg[0] != drawn[k - 1][0]]
         schedule: Changes = {"advance": legs}
     else:
         schedule = {"time": [(logarithmic(source, 0.01, 1.0), pace[0])]}

@@ -12,6 +12,7 @@ from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Model, Pose, Work
 
 AT_REST = 1e-13  # [m/s] slower is rounding error
+ALONG = 1e-20  # and sines below are
 
 
 @inlined
@@ -43,6 +44,16 @@ def slide_of(model: Model, work: Work, v: Array, i: int) -> float:
     return s * s * model.bodies.mass[i] / (2.0 * max(model.grip[i], 1e-300))
 
 
+@inlined
+def _told(part: float) -> float:
+    """Return a sine or cosine, 0 where a force along it could not do what rounding undoes.
+
+    What is held turns at rates of rounding. To bear their centripetal acceleration along a row of
+    such entries alone would take any force.
+    """
+    return part if abs(part) > ALONG else 0.0
+
+
 @kernel
 def friction_rows(lo: int, model: Model, pose: Pose, work: Work, r: int, i: int) -> None:
     """Fill rows r to r + 2 with (vx, vy, c ω) of component i; the bias as in `contact_row`."""
@@ -52,8 +63,8 @@ def friction_rows(lo: int, model: Model, pose: Pose, work: Work, r: int, i: int)
         work.rows.id[r + k, 0] = i
     for k in range(lo, i + 1):
         d = model.bodies.reach[k] if k == i else model.bodies.length[k]
-        work.rows.jacobian[r, k] = -d * pose.sin[k]
-        work.rows.jacobian[r + 1, k] = d * pose.cos[k]
+        work.rows.jacobian[r, k] = -d * _told(pose.sin[k])
+        work.rows.jacobian[r + 1, k] = d * _told(pose.cos[k])
     work.rows.jacobian[r, n] = 1.0
     work.rows.jacobian[r + 1, n + 1] = 1.0
     work.rows.jacobian[r + 2, i] = model.arm

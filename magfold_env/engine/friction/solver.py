@@ -36,6 +36,7 @@ FIRST_PENALTY = 1e5
 LAST_PENALTY = 1e12
 GROWTH = 10.0  # of the penalty σ, when a round leaves more than the share below
 PROGRESS = 0.1
+SAME = 1e-3  # where nothing is found otherwise: a force may be far from the most that it can do
 ROUNDS = 40
 ENOUGH_ROUNDS = 20  # after which what is acceptable will do
 STEPS = 40  # of Newton's method in a round
@@ -356,12 +357,19 @@ def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
         largest = max(largest, abs(work.rows.bias[r]) * work.friction.newton.scale[r])
     if solve_by_sizes(rows, count, work, grip) and is_solution(rows, count, work, grip, largest):
         return True
-    return solve_by_multipliers(rows, count, work, grip, largest)
+    return solve_by_multipliers(rows, count, work, grip, largest, 0.0) or solve_by_multipliers(
+        rows, count, work, grip, largest, SAME
+    )
 
 
 @kernel
-def solve_by_multipliers(rows: int, count: int, work: Work, grip: Array, largest: float) -> bool:
-    """As `solve_with_friction`, by the method of multipliers; ``largest`` is the largest bias."""
+def solve_by_multipliers(
+    rows: int, count: int, work: Work, grip: Array, largest: float, same: float
+) -> bool:
+    """As `solve_with_friction`, by the method of multipliers; ``largest`` is the largest bias.
+
+    Rounds that leave more by a share up to ``same`` count as if they had left as much.
+    """
     newton = work.friction.newton
     rank = factorise(count, work)
     newton.force[:count] = 0.0
@@ -375,7 +383,7 @@ def solve_by_multipliers(rows: int, count: int, work: Work, grip: Array, largest
         if not math.isfinite(left):
             return False
         # A large penalty makes rounds few, and its product with w's rounding errors large.
-        if not found or left > before:
+        if not found or left > (1.0 + same) * before:
             penalty /= GROWTH
         elif left > PROGRESS * before:
             penalty = min(GROWTH * penalty, LAST_PENALTY)

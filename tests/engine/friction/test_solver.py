@@ -46,7 +46,7 @@ class Problem:
         scale_rows(rows, count, self.work)
         scale = self.work.friction.newton.scale[:count]
         largest = np.abs(self.work.rows.bias[:count] * scale).max()
-        return solve_by_multipliers(rows, count, self.work, self.grip, largest)
+        return solve_by_multipliers(rows, count, self.work, self.grip, largest, 0.0)
 
     def solve_by_sizes(self):
         return solve_by_sizes(self.normals, len(self.rows), self.work, self.grip)
