@@ -230,7 +230,7 @@ def test_a_state_of_another_search_is_refused(tmp_path: Path) -> None:
 def test_what_was_hard_of_twelve_components_takes_some_hundred_releases(
     target: str, mode: Any
 ) -> None:
-    design = mf.design(target, mode=mode, runs=40)
+    design = mf.design(target, mode=mode, runs=200)
     assert design.reached
     assert design.calls["releases"] < 400
 

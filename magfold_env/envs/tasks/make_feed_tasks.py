@@ -42,6 +42,9 @@ LEAST = 6
 MOST = 5
 """Of the draws of chambers, in how many one speed may."""
 
+NARROW_TUBE = {"bore": None, "loading": "preloaded", "force_limit": 1.0}
+"""The feed that the shipped chains were chosen in; the track's tube has been widened since."""
+
 Found = tuple[float, FeedTask]
 
 
@@ -122,7 +125,8 @@ def words_at_speeds(tasks: list[FeedTask], threads: int = 1) -> Any:
     numbers, draws, _ = (each.ravel() for each in np.indices(shape))
     speeds = np.resize(CANDIDATE_SPEEDS, numbers.size)
     seeds = np.array(episode_seeds("lumen", DRAWS), dtype=object)[draws].tolist()
-    episodes = FloorEpisodes(ChamberWorld("lumen", tasks=tasks), numbers.size, threads)
+    scene = load_scene("lumen").replace(feed=NARROW_TUBE)
+    episodes = FloorEpisodes(ChamberWorld(scene, tasks=tasks), numbers.size, threads)
     episodes.play(seeds, numbers.tolist(), lambda rows: (speeds[rows],))
     folded = episodes.arrays.status == FOLDED
     return np.where(folded, episodes.words(episodes.rows), "").reshape(shape)
