@@ -48,9 +48,13 @@ class FirstUse(event.Listener):
 
     def on_start(self, event: Any) -> None:
         """Note a function of this package that is begun, and those compiled within."""
+        function = event.data["dispatcher"].py_func
+        # What was made by `exec` may belong to no module.
+        ours = str(function.__module__).startswith("magfold_env.")
+        if ours:  # a kernel that others call is compiled twice: on its own, and within them
+            self._seen.add(function)
         if self._depth > 0:
             self._depth += 1
-            self._seen.add(event.data["dispatcher"])
             if not self._said and time.monotonic() - self._begun > PATIENCE:
                 self._said = True
                 self._say(
@@ -61,12 +65,9 @@ class FirstUse(event.Listener):
                     "" if self._told else NOTICE,
                 )
                 self._told = True
-        # What was made by `exec` may belong to no module.
-        elif str(event.data["dispatcher"].py_func.__module__).startswith("magfold_env."):
-            function = event.data["dispatcher"].py_func
+        elif ours:
             self._name = f"{function.__module__}.{function.__name__}"
             self._depth = 1
-            self._seen.add(event.data["dispatcher"])
             self._said = False
             self._begun = time.monotonic()
             self._collecting = gc.isenabled()
