@@ -14,8 +14,7 @@ class Kernel:
     """As much of a kernel as is looked at."""
 
     def __init__(self, module: str | None, name: str) -> None:
-        self.py_func = lambda: None
-        self.py_func.__module__, self.py_func.__name__ = module, name
+        self.py_func = type(name, (), {"__module__": module})
 
 
 def begun(kernel: Kernel) -> SimpleNamespace:
