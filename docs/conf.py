@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from sphinx.application import Sphinx
 from sphinx.util.typing import stringify_annotation
 
-sys.path.append(str(Path(__file__).parent))
+sys.path.append(str(Path(__file__).parent / "extensions"))
 from models import is_model
 
 project = "magfold_env"
@@ -22,11 +22,14 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
+    "environment_specs",
     "models",
+    "moving_pictures",
 ]
 html_theme = "furo"
 html_title = "magfold_env"
-exclude_patterns = ["_build"]
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 
 # A name in single backticks is what it names, where there is such a thing, else code.
 default_role = "py:obj"

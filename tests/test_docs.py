@@ -24,9 +24,10 @@ def test_what_is_public_is_in_the_reference(name: str) -> None:
 
 
 def test_every_page_is_in_the_table_of_contents() -> None:
-    index = (DOCS / "index.md").read_text("utf-8")
-    listed = set(re.findall(r"^([a-z-]+)$", index, re.MULTILINE))
-    assert listed == {page.stem for page in DOCS.glob("*.md")} - {"index"}
+    for folder in (DOCS, *(path.parent for path in DOCS.glob("*/index.md"))):
+        index = (folder / "index.md").read_text("utf-8")
+        listed = set(re.findall(r"^([a-z-]+)$", index, re.MULTILINE))
+        assert listed == {page.stem for page in folder.glob("*.md")} - {"index"}, folder
 
 
 @pytest.mark.slow

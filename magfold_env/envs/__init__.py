@@ -24,7 +24,7 @@
 ===================== ========================== ==================== =================== =========
 
 n is the number of components, 6 by default; b what the energy minimiser's own design scores. The
-classes' docstrings and ``docs/environments.md`` say what every entry means.
+classes' docstrings and the pages in ``docs/environments`` say what every entry means.
 
 **Versions.** The number at the end of an id changes whenever the same seed and actions no longer
 give the same observations and rewards with default arguments, but for rounding: other physics,

@@ -116,14 +116,15 @@ class ReprogramEnv(FeedTrackEnv):
 
     **End**: as there, after 10 s, 500 steps, if not before.
 
-    **Observation**: ``12 n + 5`` entries; ``target`` is the word that is sought now, ``time`` is
-    x / (10 s), and three entries are added at the end:
+    **Observation**: ``12 n + 5`` entries, of which these differ; the last three are added:
 
-    ===== ======= ============================ ====
-    group entries meaning                      range
-    ===== ======= ============================ ====
-    stage 3       the stage, one-hot           0, 1
-    ===== ======= ============================ ====
+    ====== ========= ============================================================= ======
+    group  entries   meaning and unit                                              range
+    ====== ========= ============================================================= ======
+    target 3 (n − 1) the word that is sought now, one-hot over L, S, R             0, 1
+    time   1         x / (10 s)                                                    [0, 1]
+    stage  3         the stage, one-hot                                            0, 1
+    ====== ========= ============================================================= ======
 
     **Reward**: the score is half the number of words reached, whatever the end, and 0 if the
     simulation breaks down; b is what the best of some schedules of three constant speeds scores

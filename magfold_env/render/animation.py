@@ -72,7 +72,7 @@ def save_gif(
     longest = max(panel.duration for panel in panels)
     times = np.linspace(0.0, longest, max(2, round(seconds * fps)))
     images = [tiled([p.at(float(t)) for p in panels], columns) for t in times]
-    _write(images, path, round(1000 / fps), round(1000 * hold))
+    write_gif(images, path, round(1000 / fps), round(1000 * hold))
 
 
 class _Panel:
@@ -123,8 +123,20 @@ def _columns(count: int, size: Size) -> int:
     return max(range(1, count + 1), key=square)
 
 
-def _write(images: Sequence[Image.Image], path: str | Path, step: int, hold: int) -> None:
-    """Write frames `step` ms long with one palette, so that only what moves is stored."""
+def write_gif(images: Sequence[Image.Image], path: str | Path, step: int, hold: int) -> None:
+    """Write pictures as a GIF that repeats, with one palette, so that only what moves is stored.
+
+    Parameters
+    ----------
+    images
+        The frames.
+    path
+        Where to; written under a temporary name first.
+    step
+        How long each is shown [ms].
+    hold
+        How much longer the last one is [ms].
+    """
     palette = images[-1].quantize(_COLOURS)
     frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     durations = [step] * (len(frames) - 1) + [step + hold]

@@ -143,8 +143,8 @@ class FeedOptions(TypedDict, total=False):
     fidelity: Literal["dynamics"]
     """Energy minimisation knows of no speed."""
     randomisation: Randomisation
-    """Physics drawn at reset, as in `magfold_env.envs.tasks.world.ChainOptions`, but ``scene`` by
-    default."""
+    """Physics drawn at reset: ``scene`` (default), the spreads that the scene gives; ``none``,
+    ``nominal`` or ``strong``, as in `magfold_env.envs.tasks.world.ChainOptions`."""
     speeds: int
     """Number of speed levels each way besides standstill, 5 by default."""
     actions: ActionKind
@@ -153,9 +153,9 @@ class FeedOptions(TypedDict, total=False):
     reward: RewardKind
     """``score`` (default), ``relative`` or ``sparse``; see `magfold_env.envs.tasks.reward`."""
     shaping: bool | Shaping
-    """As in `magfold_env.envs.tasks.world.FoldOptions`."""
+    """Potential-based shaping: False (default), ``similarity`` (or True) or ``energy``."""
     gamma: float
-    """As in `FoldOptions`."""
+    """Discount of the shaping, 1 by default; must be the agent's own."""
 
 
 class TaskWorld(World):

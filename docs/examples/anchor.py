@@ -1,0 +1,8 @@
+"""An anchor as a real device has it: strong and weak magnets, a payload, a field from outside."""
+
+import magfold_env as mf
+
+scene = mf.load_scene("anchor")
+fold = mf.simulate(scene, seed=0, frame_rate=60)
+print(fold.word, fold.status)
+fold.to_html("anchor.html")

@@ -1,0 +1,16 @@
+"""An episode of `TubeFeedGoal`: random actions, and what they would have been right for."""
+
+import gymnasium
+
+import magfold_env  # noqa: F401  # registers the environments
+
+env = gymnasium.make("MagFold/TubeFeedGoal-v0", render_mode="rgb_array_list")
+observation, info = env.reset(seed=0)
+env.action_space.seed(0)
+ended = False
+while not ended:
+    observation, reward, ended, _, info = env.step(env.action_space.sample())
+achieved = observation["achieved_goal"]
+print("wanted", info["target"], reward, "; achieved", info["word"])
+print(env.unwrapped.compute_reward(achieved, achieved, info))  # in hindsight
+env.unwrapped.to_html("tube_feed_goal.html")

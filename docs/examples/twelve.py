@@ -1,0 +1,9 @@
+"""Twelve components: magnets for which the word is the only stable one, released once."""
+
+import magfold_env as mf
+
+design = mf.design("LRLRRLLRLRL", objective="unique", mode="backward", runs=0)
+assert design.scene is not None, design.certificate
+fold = mf.simulate(design.scene, seed=0, frame_rate=60)
+print(fold.word, fold.status)
+fold.to_html("twelve.html")

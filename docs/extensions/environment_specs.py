@@ -1,0 +1,252 @@
+"""What the pages of environments show: spaces, entries, options, figures of admission.
+
+Directives, each with the id of an environment: `spec`, `observation`, `options` and `admission`;
+and `standing`, of all tracks. Sizes and ranges are the code's own, what they mean its docstrings',
+figures those of the files in ``agents/scores``; where these do not agree the site is not built.
+"""
+
+import inspect
+import json
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, get_args, get_type_hints
+
+import gymnasium
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.pycode import ModuleAnalyzer
+from sphinx.util.docutils import SphinxDirective
+
+import magfold_env  # noqa: F401  # registers the environments
+
+ROOT = Path(__file__).parents[2]
+SCORES = ROOT / "agents" / "scores"
+
+# In the order of the page.
+CONTESTANTS = {
+    "random": "random actions",
+    "always forward": "always ahead",
+    "baseline": "the baseline b",
+    "open loop": "the best open loop of 1,000 a task",
+    "trained blind": "the same learner trained blind",
+    "frozen": "the policy's own actions, frozen",
+    "trained": "the policy, most probable actions",
+    "trained, drawn": "the policy, drawn actions",
+    "oracle": "an oracle that knows all but start and noise",
+}
+
+
+STANDING = {
+    "open loop": "open loop",
+    "trained blind": "trained blind",
+    "frozen": "frozen",
+    "trained": "policy",
+    "oracle": "oracle",
+}
+
+
+class Entries:
+    """Groups of entries of an observation, as a docstring's tables tell of them.
+
+    Parameters
+    ----------
+    classes : sequence of type
+        Environments; of a group that several tell of the first one is believed.
+    """
+
+    def __init__(self, *classes: type) -> None:
+        self.told: dict[str, tuple[str, str, str]] = {}
+        """Number of entries, meaning and range of each group."""
+        for each in classes:
+            for group, *rest in _rows(inspect.getdoc(each) or ""):
+                self.told.setdefault(group, (rest[0], rest[1], rest[2]))
+
+    def count(self, group: str, **names: int) -> int:
+        """Return the number of entries of a group that a formula such as ``3 (n − 1)`` gives."""
+        formula = re.sub(r"(?<=\d) (?=[a-z(])", "*", self.told[group][0].replace("−", "-"))
+        return int(eval(formula, {}, names))  # of this repository's own docstrings
+
+
+def classes_of(env: Any) -> list[type]:
+    """Return the classes in whose docstrings the entries of an environment are told of."""
+    unknown_floor = gymnasium.spec("MagFold/UnknownFloor-v0").entry_point
+    given = [each for each in type(env).__mro__ if each.__module__.startswith("magfold_env.envs")]
+    if any(each.__name__ == "FeedTrackEnv" for each in given):
+        given.append(_loaded(unknown_floor))
+    if not any(_rows(inspect.getdoc(each) or "") for each in given):
+        given.append(_loaded(gymnasium.spec("MagFold/TubeFeed-v0").entry_point))
+    return given
+
+
+def _loaded(entry_point: Any) -> type:
+    return gymnasium.envs.registration.load_env_creator(entry_point)  # pyright: ignore
+
+
+def _rows(docstring: str) -> list[list[str]]:
+    """Return the rows of a docstring's simple tables of entries."""
+    found: list[list[str]] = []
+    for border, body in re.findall(
+        r"(?ms)^(=+ =[ =]*)\ngroup .*?\n=+ =[ =]*\n(.*?)\n=+ =", docstring
+    ):
+        starts = [match.start() for match in re.finditer("=+", border)]
+        for line in body.splitlines():
+            cells = [line[i:j].strip() for i, j in zip(starts, [*starts[1:], None], strict=True)]
+            if cells[0]:
+                found.append(cells)
+            else:  # it goes on with the row before
+                found[-1] = [f"{a} {b}".strip() for a, b in zip(found[-1], cells, strict=True)]
+    return found
+
+
+def options_of(env: Any) -> Iterator[tuple[str, str]]:
+    """Yield the options of an environment and what they mean."""
+    hint = get_type_hints(type(env).__init__, include_extras=True)["options"]
+    (kind,) = get_args(hint)
+    told = {
+        name: " ".join(lines)
+        for (_, name), lines in ModuleAnalyzer.for_module(kind.__module__).find_attr_docs().items()
+    }
+    for name in kind.__annotations__:
+        yield name, told[name].strip()
+
+
+class _Markdown(SphinxDirective):
+    """Makes a piece of a page of an environment's id, as Markdown."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Return what stands on the page."""
+        text = "\n".join(self.lines(self.arguments[0]))
+        return self.parse_text_to_nodes(text)
+
+    def lines(self, env_id: str) -> Iterator[str]:
+        """Yield lines of Markdown."""
+        raise NotImplementedError
+
+
+def table(head: Sequence[str], rows: Iterator[Sequence[str]]) -> Iterator[str]:
+    """Yield the lines of a table."""
+    yield f"| {' | '.join(head)} |"
+    yield "|" + "---|" * len(head)
+    for row in rows:
+        yield f"| {' | '.join(row)} |"
+    yield ""
+
+
+class _Spec(_Markdown):
+    def lines(self, env_id: str) -> Iterator[str]:
+        env: Any = gymnasium.make(env_id).unwrapped
+        yield from table(("", ""), self._facts(env_id, env))
+
+    def _facts(self, env_id: str, env: Any) -> Iterator[tuple[str, str]]:
+        name, _ = env.world.option
+        words = len(set(env.world.words))
+        tasks = (
+            f"{len(env.tasks)}, of the list `{env.make_world.shipped}`" if name == "task" else ""
+        )
+        module = gymnasium.spec(env_id).entry_point
+        yield "make", f'`gymnasium.make("{env_id}")`, `gymnasium.make_vec("{env_id}", num_envs=64)`'
+        yield "actions", f"`{env.action_space}`"
+        yield "observations", f"`{env.observation_space}`".replace("\n", " ")
+        yield name + "s", tasks or f"{words} words"
+        yield (
+            "fix one",
+            f'`reset(options={{"{name}": {0 if name == "task" else repr(env.targets[0])}}})`',
+        )
+        yield "scene", f"`{env.default_scene}`, {env.scene.n} components"
+        yield "render modes", ", ".join(f"`{mode}`" for mode in env.metadata["render_modes"])
+        yield "class", f"{{py:class}}`{str(module).replace(':', '.')}`"
+
+
+class _Observation(_Markdown):
+    def lines(self, env_id: str) -> Iterator[str]:
+        env: Any = gymnasium.make(env_id).unwrapped
+        entries = Entries(*classes_of(env))
+        yield from table(("entries", "group", "what", "range"), self._groups(env, entries))
+        yield "Those marked * are squashed by x / (1 + |x|), so that nothing is clipped away."
+
+    def _groups(self, env: Any, entries: Entries) -> Iterator[tuple[str, ...]]:
+        names = {"n": env.layout.n, "parts": getattr(env.layout, "parts", 0)}
+        for group, place in env.layout.slices.items():
+            count = place.stop - place.start
+            if group not in entries.told or entries.count(group, **names) != count:
+                raise self.error(f"no docstring tells of {count} entries {group!r}")
+            where = f"{place.start}" if count == 1 else f"{place.start}–{place.stop - 1}"
+            _, meaning, bounds = entries.told[group]
+            yield where, f"`{group}`", meaning, bounds.replace("*", "\\*")
+
+
+class _Options(_Markdown):
+    def lines(self, env_id: str) -> Iterator[str]:
+        env: Any = gymnasium.make(env_id).unwrapped
+        yield from table(("option", ""), ((f"`{name}`", told) for name, told in options_of(env)))
+
+
+class _Admission(_Markdown):
+    def lines(self, env_id: str) -> Iterator[str]:
+        path = SCORES / f"admission-{env_id.split('/')[1]}.json"
+        self.env.note_dependency(str(path))
+        found = json.loads(path.read_text("utf-8"))
+        head = (f"{found['episodes']:,} episodes", "success, %", "score", "normalised")
+        yield from table(head, self._contestants(found))
+        for each in found["rule"]:
+            holds = "" if each["holds"] else ", **which fails**"
+            yield f"- {each['line']}: it is {_points(each['measured'])}{holds}"
+        yield ""
+        room = _points(found["headroom"])
+        yield f"Headroom, oracle less policy, is {room}: **{found['verdict']}**."
+        yield "[What the rows mean](../evaluation.md#admission). The command:"
+        yield ""
+        command = found["provenance"]["command"]
+        yield f"```bash\n{command if isinstance(command, str) else ' '.join(command)}\n```"
+
+    def _contestants(self, found: Any) -> Iterator[tuple[str, ...]]:
+        for key, name in CONTESTANTS.items():
+            row, seeds = found["rows"][key], len(found["policies"].get(key, ()))
+            low, high = (f"{100 * each:.1f}" for each in row["success"][1:])
+            told = f"{name}{f', {seeds} seeds' if seeds > 1 else ''}"
+            success = f"{100 * row['success'][0]:.1f} ({low}–{high})"
+            yield told, success, f"{row['score']:.3f}", f"{row['normalised']:.2f}"
+
+
+class _Standing(_Markdown):
+    required_arguments = 0
+
+    def run(self) -> list[nodes.Node]:
+        """Return what stands on the page."""
+        head = ("", *(STANDING[key] for key in STANDING), "headroom, points", "")
+        return self.parse_text_to_nodes("\n".join(table(head, self._rows())))
+
+    def _rows(self) -> Iterator[tuple[str, ...]]:
+        for path in sorted(SCORES.glob("admission-*.json")):
+            self.env.note_dependency(str(path))
+            found = json.loads(path.read_text("utf-8"))
+            name = found["id"].split("/")[1].removesuffix("-v0")
+            page = re.sub("(?<=[a-z])(?=[A-Z])", "-", name).lower()
+            rows = (found["rows"][key]["success"] for key in STANDING)
+            shares = (f"{100 * v:.1f} ({100 * a:.1f}–{100 * b:.1f})" for v, a, b in rows)
+            room = f"{100 * found['headroom'][0]:.1f}".replace("-", "−")
+            yield f"[`{name}`](environments/{page}.md)", *shares, room, found["verdict"]
+
+
+def _points(measured: Sequence[float]) -> str:
+    value, low, high = (f"{100 * each:.1f}".replace("-", "−") for each in measured)
+    return f"{value} points ({low} to {high})"
+
+
+DIRECTIVES: dict[str, type[_Markdown]] = {
+    "spec": _Spec,
+    "observation": _Observation,
+    "options": _Options,
+    "admission": _Admission,
+    "standing": _Standing,
+}
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Add the directives."""
+    for name, each in DIRECTIVES.items():
+        app.add_directive(name, each)
+    return {"parallel_read_safe": True}

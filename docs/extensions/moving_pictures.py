@@ -1,0 +1,169 @@
+"""Moving pictures of examples, made as the site is built: the directive `moving-picture`.
+
+Its argument names a program in ``docs/examples``, which leaves a `Fold` as ``fold`` or an
+environment as ``env``, and writes a page that plays it. On the site stands a GIF of it, which leads
+to that page; below, on demand, the program. With the option ``words`` it is run once for each, in
+place of the one that it has as ``WORD``. What was made is kept until the program or the package
+changes.
+"""
+
+import ast
+import contextlib
+import hashlib
+import html
+import io
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from docutils import nodes
+from docutils.parsers.rst import directives
+from PIL import Image
+from sphinx.application import Sphinx
+from sphinx.util import logging
+from sphinx.util.docutils import SphinxDirective
+
+from magfold_env.envs.chain_env import ChainEnv
+from magfold_env.files import replacing
+from magfold_env.fold import Fold
+from magfold_env.render import save_gif
+from magfold_env.render.animation import write_gif
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "docs" / "examples"
+FOLDER = "_moving"
+
+SMALL = (320, 240)  # [px] width and height
+LARGE = (640, 480)
+FRAMES = (90, 60, 40, 20)  # of an episode: the first that make no more than
+BYTES = 1_000_000
+FPS = 15
+
+_log = logging.getLogger(__name__)
+
+
+class MovingPicture(SphinxDirective):
+    """Shows what programs do."""
+
+    required_arguments = 1
+    option_spec = {"words": directives.unchanged, "small": directives.flag}  # noqa: RUF012
+
+    def run(self) -> list[nodes.Node]:
+        """Return a figure for each run."""
+        path = EXAMPLES / f"{self.arguments[0]}.py"
+        self.env.note_dependency(str(path))
+        program = path.read_text("utf-8")
+        words = self.options.get("words", "").split()
+        found: list[nodes.Node] = []
+        for word in words or [None]:
+            found += self._figure(program if word is None else with_word(program, word), word)
+        return found
+
+    def _figure(self, program: str, word: str | None) -> Iterator[nodes.Node]:
+        size = SMALL if "small" in self.options else LARGE
+        name = made(program, size, Path(self.config.moving_pictures_cache))
+        shown = self.env.metadata[self.env.docname]
+        shown["moving"] = f"{shown.get('moving', '')} {name}"
+        up = "../" * self.env.docname.count("/")
+        title = (ast.get_docstring(ast.parse(program)) or "") if word is None else word
+        told = html.escape(re.sub(r"`(.*?)`", r"\1", title), quote=True)
+        where = f"{up}{FOLDER}/{name}"
+        width, height = size
+        caption = re.sub(r"`(.*?)`", r"<code>\1</code>", html.escape(title))
+        yield nodes.raw(
+            "",
+            f'<figure class="moving"><a href="{where}.html"><img src="{where}.gif" alt="{told}" '
+            f'width="{width}" height="{height}" loading="lazy"></a>'
+            f'<figcaption>{caption} <a href="{where}.html" aria-label="play: {told}">Play it</a>'
+            "</figcaption><details><summary>the program</summary>",
+            format="html",
+        )
+        yield nodes.literal_block(program, program, language="python")
+        yield nodes.raw("", "</details></figure>", format="html")
+
+
+def with_word(program: str, word: str) -> str:
+    """Return a program with another word."""
+    changed, count = re.subn(r'(?m)^WORD = ".*"$', f'WORD = "{word}"', program)
+    if count != 1:
+        raise ValueError(f"WORD: {count} lines of the program set it; must be one")
+    return changed
+
+
+def made(program: str, size: tuple[int, int], cache: Path) -> str:
+    """Return the name of a program's picture and page in a folder; make them if need be."""
+    name = hashlib.sha256(f"{program}{size}{_package()}".encode()).hexdigest()[:16]
+    picture, page = cache / f"{name}.gif", cache / f"{name}.html"
+    if not (picture.is_file() and page.is_file()):
+        _log.info("running an example: %s", program.splitlines()[0])
+        cache.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory() as folder:
+            space, written = run(program, Path(folder))
+            draw(space, picture, size)
+            with replacing(page) as temporary:
+                shutil.copyfile(written, temporary)
+    return name
+
+
+def run(program: str, folder: Path) -> tuple[dict[str, Any], Path]:
+    """Run a program in a folder, and return its variables and the page that it has written."""
+    (folder / "configs").symlink_to(ROOT / "configs")
+    space: dict[str, Any] = {"__name__": "__main__"}
+    with contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()):
+        exec(compile(program, "example", "exec"), space)
+    (page,) = folder.glob("*.html")
+    return space, page
+
+
+def draw(space: dict[str, Any], path: Path, size: tuple[int, int]) -> None:
+    """Draw the fold or the episode that a program has left."""
+    fold, env = space.get("fold"), space.get("env")
+    if isinstance(fold, Fold):
+        save_gif(fold, path, fps=FPS, seconds=3.0, hold=1.5, size=size)
+        return
+    assert env is not None
+    assert isinstance(env.unwrapped, ChainEnv)
+    frames: Sequence[Any] = env.render()
+    for count in FRAMES:
+        chosen = np.unique(np.linspace(0, len(frames) - 1, count).round().astype(int))
+        images = [Image.fromarray(frames[k]).resize(size, Image.Resampling.LANCZOS) for k in chosen]
+        write_gif(images, path, round(1000 / FPS), 1500)
+        if path.stat().st_size <= BYTES:
+            break
+
+
+@cache
+def _package() -> str:
+    """Return a hash of all that pictures and pages are made with."""
+    digest = hashlib.sha256(Path(__file__).read_bytes())
+    for path in sorted([*ROOT.glob("magfold_env/**/*"), *ROOT.glob("configs/**/*")]):
+        if path.is_file() and "__pycache__" not in path.parts:
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _copy(app: Sphinx, failed: Exception | None) -> None:
+    """Put what pages show into the site."""
+    if failed is not None or app.builder.format != "html":
+        return
+    target = Path(app.outdir) / FOLDER
+    shutil.rmtree(target, ignore_errors=True)
+    target.mkdir()
+    cache = Path(app.config.moving_pictures_cache)
+    shown = (page.get("moving", "").split() for page in app.env.metadata.values())
+    for name in set().union(*shown):
+        for each in (f"{name}.gif", f"{name}.html"):
+            shutil.copyfile(cache / each, target / each)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Add the directive."""
+    app.add_config_value("moving_pictures_cache", str(ROOT / "runs" / "moving-pictures"), "html")
+    app.add_directive("moving-picture", MovingPicture)
+    app.connect("build-finished", _copy)
+    return {"parallel_read_safe": False}
