@@ -11,6 +11,7 @@ from sphinx.util.typing import stringify_annotation
 
 sys.path.append(str(Path(__file__).parent / "extensions"))
 from models import is_model
+from moving_pictures import RUNS, package_digest
 
 project = "magfold_env"
 author = "the magfold_env developers"
@@ -18,7 +19,7 @@ copyright = author
 version = release = installed("magfold_env")
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
@@ -43,8 +44,19 @@ napoleon_custom_sections = [("Returns", "params_style")]
 python_maximum_signature_line_length = 88
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(RUNS / f"notebooks-{package_digest()}")
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 600
+nb_merge_streams = True
 
-_INCLUDED = {"agents/README.md": "agents.md", "agents/SCOREBOARD.md": "scoreboard.md"}
+_INCLUDED = {
+    "agents/README.md": "agents.md",
+    "agents/SCOREBOARD.md": "scoreboard.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "CHANGELOG.md": "changelog.md",
+}
 _ARRAYS = stringify_annotation(ArrayLike, "smart"), stringify_annotation(ArrayLike)
 
 

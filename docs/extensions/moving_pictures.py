@@ -36,6 +36,7 @@ from magfold_env.render.animation import write_gif
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
+RUNS = ROOT / "runs"
 FOLDER = "_moving"
 
 SMALL = (320, 240)  # [px] width and height
@@ -97,7 +98,7 @@ def with_word(program: str, word: str) -> str:
 
 def made(program: str, size: tuple[int, int], cache: Path) -> str:
     """Return the name of a program's picture and page in a folder; make them if need be."""
-    name = hashlib.sha256(f"{program}{size}{_package()}".encode()).hexdigest()[:16]
+    name = hashlib.sha256(f"{program}{size}{package_digest()}".encode()).hexdigest()[:16]
     picture, page = cache / f"{name}.gif", cache / f"{name}.html"
     if not (picture.is_file() and page.is_file()):
         _log.info("running an example: %s", program.splitlines()[0])
@@ -138,13 +139,13 @@ def draw(space: dict[str, Any], path: Path, size: tuple[int, int]) -> None:
 
 
 @cache
-def _package() -> str:
+def package_digest() -> str:
     """Return a hash of all that pictures and pages are made with."""
     digest = hashlib.sha256(Path(__file__).read_bytes())
     for path in sorted([*ROOT.glob("magfold_env/**/*"), *ROOT.glob("configs/**/*")]):
         if path.is_file() and "__pycache__" not in path.parts:
             digest.update(path.read_bytes())
-    return digest.hexdigest()
+    return digest.hexdigest()[:16]
 
 
 def _copy(app: Sphinx, failed: Exception | None) -> None:
@@ -156,14 +157,17 @@ def _copy(app: Sphinx, failed: Exception | None) -> None:
     target.mkdir()
     cache = Path(app.config.moving_pictures_cache)
     shown = (page.get("moving", "").split() for page in app.env.metadata.values())
-    for name in set().union(*shown):
-        for each in (f"{name}.gif", f"{name}.html"):
-            shutil.copyfile(cache / each, target / each)
+    wanted = {f"{name}.{kind}" for name in set().union(*shown) for kind in ("gif", "html")}
+    for each in wanted:
+        shutil.copyfile(cache / each, target / each)
+    for path in cache.iterdir():
+        if path.name not in wanted:
+            path.unlink()
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Add the directive."""
-    app.add_config_value("moving_pictures_cache", str(ROOT / "runs" / "moving-pictures"), "html")
+    app.add_config_value("moving_pictures_cache", str(RUNS / "moving-pictures"), "html")
     app.add_directive("moving-picture", MovingPicture)
     app.connect("build-finished", _copy)
     return {"parallel_read_safe": False}

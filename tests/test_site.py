@@ -1,0 +1,109 @@
+"""The built site in a browser: no link is dead, nothing is cut off, asks elsewhere or shuts out.
+
+Needs the site that `.ci/site` has built, a Chromium, and axe-core, which the extra `docs` brings.
+"""
+
+import os
+from collections.abc import Generator
+from html.parser import HTMLParser
+from importlib.util import find_spec
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+if os.name != "posix":
+    pytest.skip("the browser is driven over POSIX pipes", allow_module_level=True)
+
+from tests.replay import chromium
+
+SITE = Path(__file__).parents[1] / "runs" / "site"
+PAGES = sorted(
+    path
+    for path in SITE.rglob("*.html")
+    # Sources, and pages that play folds, which have tests of their own.
+    if path.relative_to(SITE).parts[0] not in {"_modules", "_moving", "_static"}
+)
+WIDTHS = (390, 1400)  # [px] a phone's, a desk's
+
+if not PAGES:
+    pytest.skip("no site is built; .ci/site does so", allow_module_level=True)
+
+in_browser = pytest.mark.skipif(
+    chromium.found() is None or find_spec("axe_core_python") is None,
+    reason="needs a Chromium or Chrome on the PATH, and axe-core-python",
+)
+
+
+class Content(HTMLParser):
+    """What a page leads to, and the places in it that others may lead to."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.places: set[str] = set()
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if value and name in ("href", "src"):
+                self.links.append(value)
+            elif value and name in ("id", "name"):
+                self.places.add(value)
+
+
+@pytest.fixture(scope="module")
+def contents() -> dict[Path, Content]:
+    return {path: Content(path.read_text("utf-8")) for path in SITE.rglob("*.html")}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(SITE).as_posix())
+def test_links_inside_lead_somewhere(page: Path, contents: dict[Path, Content]) -> None:
+    for link in contents[page].links:
+        parts = urlsplit(link)
+        if parts.scheme or parts.netloc:
+            assert parts.scheme in {"https", "mailto", "data"}, link
+            continue
+        target = (page.parent / unquote(parts.path)).resolve() if parts.path else page
+        assert target.is_file(), link
+        if parts.fragment and target in contents:
+            assert unquote(parts.fragment) in contents[target].places, link
+
+
+@pytest.fixture(scope="module")
+def axe() -> str:
+    from axe_core_python import base  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+
+    return (Path(base.__file__).parent / "axe.min.js").read_text("utf-8")
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Generator[chromium.Page]:
+    with chromium.page(tmp_path_factory.mktemp("profile")) as page:
+        yield page
+
+
+@pytest.mark.slow
+@in_browser
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(SITE).as_posix())
+def test_pages_are_whole_and_open_to_all(
+    browser: chromium.Page, axe: str, page: Path, dark: bool
+) -> None:
+    for width in WIDTHS:
+        browser.resize(width, 900, dark=dark)
+        browser.open(page)
+        assert browser.value("document.documentElement.scrollWidth") <= width
+    assert browser.complaints() == []
+    assert [each for each in browser.requests() if not each.startswith("file:")] == []
+    browser.value(f"{axe}; 0")
+    browser.value(
+        "window.found = null; axe.run({resultTypes: ['violations']})"
+        ".then(result => { window.found = result.violations; }); 0"
+    )
+    browser.until("window.found !== null")
+    serious = browser.value(
+        "found.filter(each => ['serious', 'critical'].includes(each.impact))"
+        ".map(each => [each.id, each.nodes.length, each.nodes[0].html.slice(0, 200)])"
+    )
+    assert serious == []
