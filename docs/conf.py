@@ -57,6 +57,12 @@ _INCLUDED = {
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
 }
+_FOR_READERS = {
+    'class="caption" role="heading"': 'class="caption" role="heading" aria-level="2"',
+    # Parameters, one a line, are no definitions of anything.
+    "<dl>\n<dd><em class": '<dl role="presentation">\n<dd><em class',
+    '<dd><em class="sig-param"': '<dd role="presentation"><em class="sig-param"',
+}
 _ARRAYS = stringify_annotation(ArrayLike, "smart"), stringify_annotation(ArrayLike)
 
 
@@ -76,7 +82,17 @@ def _linked(_app: Sphinx, _page: str, source: list[str]) -> None:
         source[0] = source[0].replace(f"](../{path}", f"]({page}")
 
 
+def _open_to_all(_app: Sphinx, _page: str, _template: str, context: Any, _tree: object) -> None:
+    """Say what screen readers need to know of what Sphinx and the theme write."""
+    for part in ("body", "furo_navigation_tree"):
+        if written := context.get(part):
+            for old, new in _FOR_READERS.items():
+                written = written.replace(old, new)
+            context[part] = written
+
+
 def setup(app: Sphinx) -> None:
-    """Connect what is done to signatures and to links."""
+    """Connect what is done to signatures, to links and to pages."""
     app.connect("autodoc-process-signature", _short)
     app.connect("source-read", _linked)
+    app.connect("html-page-context", _open_to_all, priority=900)  # the theme has been there
