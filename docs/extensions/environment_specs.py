@@ -8,6 +8,7 @@ figures those of the files in ``agents/scores``; where these do not agree the si
 import inspect
 import json
 import re
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
@@ -18,7 +19,10 @@ from sphinx.application import Sphinx
 from sphinx.pycode import ModuleAnalyzer
 from sphinx.util.docutils import SphinxDirective
 
-import magfold_env  # noqa: F401  # registers the environments
+from magfold_env.envs.feed_track import FeedTrackEnv
+from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.tube_feed import TubeFeedEnv
+from magfold_env.envs.unknown_floor import UnknownFloorEnv
 
 ROOT = Path(__file__).parents[2]
 SCORES = ROOT / "agents" / "scores"
@@ -36,7 +40,6 @@ CONTESTANTS = {
     "oracle": "an oracle that knows all but start and noise",
 }
 
-
 STANDING = {
     "open loop": "open loop",
     "trained blind": "trained blind",
@@ -44,6 +47,9 @@ STANDING = {
     "trained": "policy",
     "oracle": "oracle",
 }
+
+LIKE = {FeedTrackEnv: UnknownFloorEnv, FoldEnv: TubeFeedEnv}
+"""Where that stands which the docstrings of a kind of environment leave out."""
 
 
 class Entries:
@@ -70,17 +76,7 @@ class Entries:
 
 def classes_of(env: Any) -> list[type]:
     """Return the classes in whose docstrings the entries of an environment are told of."""
-    unknown_floor = gymnasium.spec("MagFold/UnknownFloor-v0").entry_point
-    given = [each for each in type(env).__mro__ if each.__module__.startswith("magfold_env.envs")]
-    if any(each.__name__ == "FeedTrackEnv" for each in given):
-        given.append(_loaded(unknown_floor))
-    if not any(_rows(inspect.getdoc(each) or "") for each in given):
-        given.append(_loaded(gymnasium.spec("MagFold/TubeFeed-v0").entry_point))
-    return given
-
-
-def _loaded(entry_point: Any) -> type:
-    return gymnasium.envs.registration.load_env_creator(entry_point)  # pyright: ignore
+    return [*type(env).__mro__, *(told for kind, told in LIKE.items() if isinstance(env, kind))]
 
 
 def _rows(docstring: str) -> list[list[str]]:
@@ -118,12 +114,11 @@ class _Markdown(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Return what stands on the page."""
-        text = "\n".join(self.lines(self.arguments[0]))
-        return self.parse_text_to_nodes(text)
+        return self.parse_text_to_nodes("\n".join(self.lines(*self.arguments)))
 
-    def lines(self, env_id: str) -> Iterator[str]:
+    @abstractmethod
+    def lines(self, *env_id: str) -> Iterator[str]:
         """Yield lines of Markdown."""
-        raise NotImplementedError
 
 
 def table(head: Sequence[str], rows: Iterator[Sequence[str]]) -> Iterator[str]:
@@ -205,19 +200,15 @@ class _Admission(_Markdown):
     def _contestants(self, found: Any) -> Iterator[tuple[str, ...]]:
         for key, name in CONTESTANTS.items():
             row, seeds = found["rows"][key], len(found["policies"].get(key, ()))
-            low, high = (f"{100 * each:.1f}" for each in row["success"][1:])
             told = f"{name}{f', {seeds} seeds' if seeds > 1 else ''}"
-            success = f"{100 * row['success'][0]:.1f} ({low}–{high})"
-            yield told, success, f"{row['score']:.3f}", f"{row['normalised']:.2f}"
+            yield told, _share(row), f"{row['score']:.3f}", f"{row['normalised']:.2f}"
 
 
 class _Standing(_Markdown):
     required_arguments = 0
 
-    def run(self) -> list[nodes.Node]:
-        """Return what stands on the page."""
-        head = ("", *(STANDING[key] for key in STANDING), "headroom, points", "")
-        return self.parse_text_to_nodes("\n".join(table(head, self._rows())))
+    def lines(self) -> Iterator[str]:
+        yield from table(("", *STANDING.values(), "headroom, points", ""), self._rows())
 
     def _rows(self) -> Iterator[tuple[str, ...]]:
         for path in sorted(SCORES.glob("admission-*.json")):
@@ -225,10 +216,14 @@ class _Standing(_Markdown):
             found = json.loads(path.read_text("utf-8"))
             name = found["id"].split("/")[1].removesuffix("-v0")
             page = re.sub("(?<=[a-z])(?=[A-Z])", "-", name).lower()
-            rows = (found["rows"][key]["success"] for key in STANDING)
-            shares = (f"{100 * v:.1f} ({100 * a:.1f}–{100 * b:.1f})" for v, a, b in rows)
+            shares = (_share(found["rows"][key]) for key in STANDING)
             room = f"{100 * found['headroom'][0]:.1f}".replace("-", "−")
             yield f"[`{name}`](environments/{page}.md)", *shares, room, found["verdict"]
+
+
+def _share(row: Any) -> str:
+    value, low, high = (f"{100 * each:.1f}" for each in row["success"])
+    return f"{value} ({low}–{high})"
 
 
 def _points(measured: Sequence[float]) -> str:

@@ -2,9 +2,9 @@
 
 Its argument names a program in ``docs/examples``, which leaves a `Fold` as ``fold`` or an
 environment as ``env``, and writes a page that plays it. On the site stands a GIF of it, which leads
-to that page; below, on demand, the program. With the option ``words`` it is run once for each, in
-place of the one that it has as ``WORD``. What was made is kept until the program or the package
-changes.
+to that page; below, on demand, the program. With the option ``values`` it is run once for each, in
+place of what its only constant is, such as ``WORD = "LRLLL"``. What was made is kept until the
+program or the package changes.
 """
 
 import ast
@@ -37,6 +37,7 @@ from magfold_env.render.animation import write_gif
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
 RUNS = ROOT / "runs"
+CACHE = RUNS / "moving-pictures"
 FOLDER = "_moving"
 
 SMALL = (320, 240)  # [px] width and height
@@ -52,26 +53,25 @@ class MovingPicture(SphinxDirective):
     """Shows what programs do."""
 
     required_arguments = 1
-    option_spec = {"words": directives.unchanged, "small": directives.flag}  # noqa: RUF012
+    option_spec = {"values": directives.unchanged, "small": directives.flag}  # noqa: RUF012
 
     def run(self) -> list[nodes.Node]:
         """Return a figure for each run."""
         path = EXAMPLES / f"{self.arguments[0]}.py"
         self.env.note_dependency(str(path))
         program = path.read_text("utf-8")
-        words = self.options.get("words", "").split()
-        found: list[nodes.Node] = []
-        for word in words or [None]:
-            found += self._figure(program if word is None else with_word(program, word), word)
-        return found
+        if values := self.options.get("values", "").split():
+            programs = [(with_value(program, value), value) for value in values]
+        else:
+            programs = [(program, ast.get_docstring(ast.parse(program)) or "")]
+        return [node for each in programs for node in self._figure(*each)]
 
-    def _figure(self, program: str, word: str | None) -> Iterator[nodes.Node]:
+    def _figure(self, program: str, title: str) -> Iterator[nodes.Node]:
         size = SMALL if "small" in self.options else LARGE
-        name = made(program, size, Path(self.config.moving_pictures_cache))
+        name = made(program, size)
         shown = self.env.metadata[self.env.docname]
         shown["moving"] = f"{shown.get('moving', '')} {name}"
         up = "../" * self.env.docname.count("/")
-        title = (ast.get_docstring(ast.parse(program)) or "") if word is None else word
         told = html.escape(re.sub(r"`(.*?)`", r"\1", title), quote=True)
         where = f"{up}{FOLDER}/{name}"
         width, height = size
@@ -88,21 +88,21 @@ class MovingPicture(SphinxDirective):
         yield nodes.raw("", "</details></figure>", format="html")
 
 
-def with_word(program: str, word: str) -> str:
-    """Return a program with another word."""
-    changed, count = re.subn(r'(?m)^WORD = ".*"$', f'WORD = "{word}"', program)
+def with_value(program: str, value: str) -> str:
+    """Return a program with another value of its constant."""
+    changed, count = re.subn(r'(?m)^([A-Z]+) = ".*"$', rf'\1 = "{value}"', program)
     if count != 1:
-        raise ValueError(f"WORD: {count} lines of the program set it; must be one")
+        raise ValueError(f"values: {value!r}: the program has {count} constants; must be one")
     return changed
 
 
-def made(program: str, size: tuple[int, int], cache: Path) -> str:
-    """Return the name of a program's picture and page in a folder; make them if need be."""
+def made(program: str, size: tuple[int, int]) -> str:
+    """Return the name of a program's picture and page in the cache; make them if need be."""
     name = hashlib.sha256(f"{program}{size}{package_digest()}".encode()).hexdigest()[:16]
-    picture, page = cache / f"{name}.gif", cache / f"{name}.html"
+    picture, page = CACHE / f"{name}.gif", CACHE / f"{name}.html"
     if not (picture.is_file() and page.is_file()):
         _log.info("running an example: %s", program.splitlines()[0])
-        cache.mkdir(parents=True, exist_ok=True)
+        CACHE.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory() as folder:
             space, written = run(program, Path(folder))
             draw(space, picture, size)
@@ -155,19 +155,17 @@ def _copy(app: Sphinx, failed: Exception | None) -> None:
     target = Path(app.outdir) / FOLDER
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir()
-    cache = Path(app.config.moving_pictures_cache)
     shown = (page.get("moving", "").split() for page in app.env.metadata.values())
     wanted = {f"{name}.{kind}" for name in set().union(*shown) for kind in ("gif", "html")}
     for each in wanted:
-        shutil.copyfile(cache / each, target / each)
-    for path in cache.iterdir():
+        shutil.copyfile(CACHE / each, target / each)
+    for path in CACHE.iterdir():
         if path.name not in wanted:
             path.unlink()
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Add the directive."""
-    app.add_config_value("moving_pictures_cache", str(RUNS / "moving-pictures"), "html")
     app.add_directive("moving-picture", MovingPicture)
     app.connect("build-finished", _copy)
     return {"parallel_read_safe": False}
