@@ -17,7 +17,7 @@ Search = Literal["exhaustive", "annealing", "cross-entropy"]
 FORMAT = "magfold_env design 1"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Design:
     """The result of `design`."""
 
@@ -50,6 +50,15 @@ class Design:
     searches for ``ground states``, and ``releases`` simulated in the search."""
     certificate: str
     """Why no sequence can do what was sought; empty if that is not proved."""
+
+    def __repr__(self) -> str:
+        """Return what was found, and how often it folds as wanted."""
+        if self.scene is None:
+            return f"<Design of {self.target}: none; {self.certificate}>"
+        speed = "" if self.speed is None else f" at {self.speed} m/s"
+        share = "" if self.probability is None else f": {self.probability}"
+        found = " ".join(self.sequence)
+        return f"<Design of {self.target}, {self.mode}: {found}{speed}{share}>"
 
     @property
     def sequence(self) -> tuple[str, ...]:

@@ -41,6 +41,7 @@ MOST_RUNS = 10_000_000
 """Each is kept in memory."""
 
 _SIDE_BY_SIDE = 8  # scenes at most, half of the geometries whose tables are kept
+MOST_SHOWN = 3  # ends in a line
 
 
 class Run(NamedTuple):
@@ -96,7 +97,7 @@ def run_one(scene: Scene, seed: int, index: int) -> Run:
     return Run(index, fold.word, fold.status.value, fold.energy, fold.time, angles)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Ensemble:
     """Many releases of one scene: columns with an entry a run, and probabilities.
 
@@ -134,6 +135,12 @@ class Ensemble:
     def __len__(self) -> int:
         """Return the number of runs."""
         return len(self.word)
+
+    def __repr__(self) -> str:
+        """Return the most frequent ends, each with its share."""
+        first = [f"{word} {status} {found}" for (word, status), found in self.outcomes.items()]
+        more = f", … ({len(first) - MOST_SHOWN} more)" if len(first) > MOST_SHOWN else ""
+        return f"<Ensemble, runs={len(self)}: {', '.join(first[:MOST_SHOWN])}{more}>"
 
     # --- probabilities -----------------------------------------------------------------------
 

@@ -76,7 +76,7 @@ def outcomes(made: Ensemble) -> Counter[Outcome]:
     return most_first(counts)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Sweep:
     """Ensembles of one scene over a grid of one or two of its numbers, with the same draws."""
 
@@ -92,6 +92,11 @@ class Sweep:
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.ensembles)
+
+    def __repr__(self) -> str:
+        """Return what was varied, and how often it was released."""
+        over = " × ".join(f"{key} ({len(values)} values)" for key, values in self.over.items())
+        return f"<Sweep over {over}, runs={len(self.ensembles[0])}>"
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -38,6 +38,8 @@ _FIRST = 100  # words of the near arm that are completed where there is no time 
 _STRETCH = 20_000  # entries bounded, and
 _BATCH = 50  # words completed, between two looks at the clock
 
+MOST_SHOWN = 5  # states of a result in a line
+
 Progress = Callable[[float], None]
 
 
@@ -59,6 +61,12 @@ class Ranking:
         if not self.states:
             raise ValueError("the search found no state that satisfies its condition")
         return self.states[0]
+
+    def __repr__(self) -> str:
+        """Return the lowest states, each with its energy."""
+        first = ", ".join(f"{s.word} {1e3 * s.energy:.4g} mJ" for s in self.states[:MOST_SHOWN])
+        more = ", …" if len(self.states) > MOST_SHOWN else ""
+        return f"<{type(self).__name__}: {first or 'no state'}{more}>"
 
 
 @dataclass(frozen=True)
@@ -83,7 +91,7 @@ class Decision:
     """The other letters of the same energy; the order S, L, R decided against them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Minimum(Ranking):
     """The result of `minimise`."""
 
@@ -186,7 +194,7 @@ def _one_by_one(scene: Scene, mode: Mode) -> Minimum:
     return Minimum(mode, (states.state_of(scene, "".join(letters)),), tuple(decisions), examined)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class GroundStates(Ranking):
     """The result of `ground_state`."""
 

@@ -20,7 +20,7 @@ Pairs = tuple[tuple[int, int], ...]
 _BESIDE = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class State:
     """A word of the lattice with its energy."""
 
@@ -40,6 +40,15 @@ class State:
     """The cells covered, up to rotation and translation."""
     tied: tuple[str, ...] = ()
     """Other words of the same energy that the search ranked with this one."""
+
+    def __repr__(self) -> str:
+        """Return the word, its energy, and what keeps it from being stable."""
+        pairs = ", ".join(f"{i} and {j}" for i, j in self.conflicts)
+        ties = f", tied with {len(self.tied)}" if self.tied else ""
+        state = (
+            "stable" if self.stable else f"equal poles of {pairs} touch" if pairs else "not folded"
+        )
+        return f"<State {self.word}: {1e3 * self.energy:.4g} mJ, {state}{ties}>"
 
     @property
     def stable(self) -> bool:
