@@ -24,6 +24,7 @@ _SCRIPTS = (
     "camera.js",
     "plot.js",
     "player.js",
+    "start.js",
 )
 
 

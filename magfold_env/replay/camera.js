@@ -5,9 +5,8 @@ const RULERS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500]; // [mm]
 const RULER = 90; // longest [px]
 
 class Camera {
-  constructor(drawing, whole, ruler) {
+  constructor(drawing, ruler) {
     this.drawing = drawing;
-    this.whole = whole;
     this.ruler = ruler;
     this.pointers = new Map();
     drawing.addEventListener("wheel", (event) => {
@@ -23,6 +22,11 @@ class Camera {
       drawing.addEventListener(end, (event) => this.pointers.delete(event.pointerId));
     }
     new ResizeObserver(() => this.#measure()).observe(drawing);
+  }
+
+  /** Show a rectangle [mm], y down, to which `fit` comes back. */
+  look(whole) {
+    this.whole = whole;
     this.fit();
   }
 

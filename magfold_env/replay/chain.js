@@ -27,7 +27,7 @@ class Chain {
       const width = magnets.width[f], thickness = magnets.thickness[f];
       const depth = side / 2 - magnets.inset[f] - thickness / 2;
       const magnet = shape("g", {
-        class: "magnet", transform: `rotate(${-NORMALS[f]}) translate(${depth} 0)`,
+        class: "magnet", "data-component": k, "data-face": f, transform: `rotate(${-NORMALS[f]}) translate(${depth} 0)`,
       }, group);
       shape("rect", {
         class: POLES[pole], x: -thickness / 2, y: -width / 2, width: thickness, height: width,

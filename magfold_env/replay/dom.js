@@ -21,7 +21,11 @@ function write(tag, text, parent) {
 }
 
 function set(element, attributes) {
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  for (const [name, value] of Object.entries(attributes)) {
+    // A page may forbid styles that are written down.
+    if (name === "style") element.style.cssText = value;
+    else element.setAttribute(name, value);
+  }
 }
 
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);

@@ -6,18 +6,26 @@ const MOST_VALUES = 40; // joints whose diagram is worth drawing
 const PAN = 40; // of an arrow key [px]
 
 class Player {
-  constructor(motion) {
+  constructor() {
+    this.camera = new Camera(byId("drawing"), byId("ruler"));
+    this.shown = () => {}; // called with each state that is drawn
+    this.#listen();
+  }
+
+  /** Take another motion, and show where it begins. */
+  load(motion) {
+    this.began = undefined;
     this.motion = motion;
-    this.time = motion.start;
-    const drawing = byId("drawing");
+    const drawing = byId("drawing"), { earlier, sequence } = motion.data;
+    drawing.replaceChildren();
     drawSurroundings(drawing, motion);
-    const { earlier, sequence } = motion.data;
     this.chains = [...earlier, [Infinity, sequence]].map(([until, faces]) =>
       ({ until, chain: new Chain(shape("g", {}, drawing), motion, faces) }));
-    this.camera = new Camera(drawing, wholeView(motion), byId("ruler"));
+    this.camera.look(wholeView(motion));
     this.plots = makePlots(motion, (time) => this.seek(time));
+    byId("time").max = motion.last;
     this.#fillSpeeds();
-    this.#listen();
+    this.#mark();
     this.seek(motion.start);
   }
 
@@ -80,6 +88,7 @@ class Player {
     byId("clock").textContent = `${this.time.toFixed(3)} / ${motion.end.toFixed(3)} s`;
     byId("now").textContent = motion.description(frame);
     for (const plot of this.plots) plot.show(this.time, frame);
+    this.shown(state);
   }
 
   /** Say in words, for those who do not see it, what is shown. */
@@ -97,6 +106,7 @@ class Player {
   }
 
   #fillSpeeds() {
+    byId("speed").replaceChildren();
     const slow = (this.motion.end - this.motion.start) / PLAYED;
     const usual = SPEEDS.findLast((each) => each <= Math.min(slow, 1)) ?? SPEEDS[0];
     for (const each of SPEEDS) {
@@ -108,7 +118,6 @@ class Player {
 
   #listen() {
     const slider = byId("time");
-    slider.max = this.motion.last;
     slider.addEventListener("input", () => this.seek(this.motion.data.time[slider.value]));
     byId("play").addEventListener("click", () => (this.playing ? this.pause() : this.play()));
     byId("speed").addEventListener("change", () => this.changeSpeed(0));
@@ -146,42 +155,27 @@ class Player {
 }
 
 function makePlots(motion, seek) {
-  const { data } = motion;
+  const { data } = motion, joints = motion.count - 1, drawn = {
+    energies: true, push: data.push !== null, joints: joints >= 1 && joints <= MOST_VALUES,
+  };
+  for (const [name, any] of Object.entries(drawn)) {
+    const figure = byId(name);
+    figure.hidden = !any;
+    figure.replaceChildren(figure.querySelector("figcaption"));
+  }
   const energies = [["magnetic", data.magnetic], ["kinetic", data.kinetic]]
     .filter(([, values]) => values)
     .map(([name, values]) => ({ name, values, unit: " mJ" }));
   const plots = [new Plot(byId("energies"), data.time, energies, { digits: 3, seek })];
-  if (data.push) {
+  if (drawn.push) {
     const push = { name: "mean since the frame before", values: data.push, unit: " N" };
     plots.push(new Plot(byId("push"), data.time, [push], { digits: 3, seek }));
-  } else byId("push").remove();
-  const joints = motion.count - 1;
-  if (joints < 1 || joints > MOST_VALUES) {
-    byId("joints").remove();
-    return plots;
   }
+  if (!drawn.joints) return plots;
   const rows = data.time.map((_, frame) => motion.joints(frame));
   const lines = rows[0].map((_, k) => ({ name: `${k + 1}`, values: rows.map((row) => row[k]), unit: "°" }));
   const ticks = [-90, -45, 0, 45, 90];
   return [...plots, new Plot(byId("joints"), data.time, lines, { ticks, digits: 1, seek })];
-}
-
-function fillTexts(data) {
-  byId("word").textContent = data.word || "(one component)";
-  byId("status").textContent = data.status;
-  byId("status").dataset.status = data.status;
-  byId("message").textContent = data.message;
-  for (const [name, value] of data.facts) {
-    write("dt", name, byId("facts"));
-    write("dd", value, byId("facts"));
-  }
-  const [x, y] = data.field?.uniform ?? [0, 0];
-  if (x || y) {
-    const arrow = byId("arrow");
-    arrow.hidden = false;
-    arrow.querySelector("svg").style.transform = `rotate(${-Math.atan2(y, x)}rad)`;
-    arrow.querySelector("span").textContent = `field ${Number(Math.hypot(x, y).toPrecision(3))} mT`;
-  }
 }
 
 byId("theme").addEventListener("click", () => {
@@ -189,7 +183,3 @@ byId("theme").addEventListener("click", () => {
   const shown = root.colorScheme || (dark ? "dark" : "light");
   root.colorScheme = shown === "dark" ? "light" : "dark";
 });
-
-const data = JSON.parse(byId("fold").textContent);
-fillTexts(data);
-new Player(new Motion(data));
