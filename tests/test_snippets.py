@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 import pytest
 import typer
 import yaml
@@ -167,16 +168,18 @@ def files_that_pages_take_for_granted() -> None:
     """Write what the commands of some page read, here."""
     start = snippets.ROOT / "docs" / "start.md"
     Path("mine.yaml").write_text(snippets.blocks(start, "yaml")[0], "utf-8")
-    scene = mf.load_scene("paper/sequence-3")
+    scene = mf.load_scene("paper/sequence-3").draw(np.random.default_rng(0))
     mf.simulate(scene).to_json("fold.json")
     for name, shipped, seed in (
         ("a", "ppo-tube-feed", 0),
         ("b", "ppo-tube-feed", 1),
         ("c", "ppo-unknown-floor", 0),
+        ("mine", "ppo-tube-feed", 2),
     ):
         Path("runs", name).mkdir(parents=True)
         shutil.copy(shipped_files(shipped)[seed], Path("runs", name, "policy.safetensors"))
-    shutil.copy(Path("runs/c/policy.safetensors"), "policy.safetensors")
+    shutil.copy("runs/c/policy.safetensors", "policy.safetensors")
+    shutil.copy("runs/mine/policy.safetensors", "runs/mine/best.safetensors")
     for folder in ("agents/scores", "runs/stress/failures"):
         Path(folder).mkdir(parents=True)
     mf.save_scene(scene, "runs/stress/failures/ordinary-0-20.yaml")

@@ -13,19 +13,10 @@ from typing import Any
 from magfold_env.files import write_text
 from magfold_env.replay.data import WORDS, Recording, page_data
 
-__all__ = ["Recording", "frame", "page", "page_data", "write_html"]
+__all__ = ["SCRIPTS", "Recording", "frame", "page", "page_data", "source", "write_html"]
 
-# In the order in which they build on each other.
-_SCRIPTS = (
-    "dom.js",
-    "motion.js",
-    "chain.js",
-    "surroundings.js",
-    "camera.js",
-    "plot.js",
-    "player.js",
-    "start.js",
-)
+SCRIPTS = ("dom.js", "motion.js", "chain.js", "surroundings.js", "camera.js", "plot.js", "player.js")
+"""What plays motions, in the order in which they build on each other; `source` has their texts."""
 
 
 def write_html(fold: Recording, path: str | Path) -> None:
@@ -50,11 +41,11 @@ def frame(fold: Recording) -> str:
 def page(data: dict[str, Any]) -> str:
     """Return the page for a fold as `page_data` describes it."""
     title = f"Fold {data['word'] or '(one component)'}, {data['status']}"
-    return Template(_file("page.html")).substitute(
+    return Template(source("page.html")).substitute(
         title=html.escape(title),
         words=WORDS,
-        style=_file("page.css"),
-        script="\n".join(_file(name) for name in _SCRIPTS),
+        style=source("page.css"),
+        script="\n".join(source(name) for name in (*SCRIPTS, "start.js")),
         data=_inline_json(data),
     )
 
@@ -64,5 +55,6 @@ def _inline_json(data: dict[str, Any]) -> str:
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def _file(name: str) -> str:
+def source(name: str) -> str:
+    """Return the text of one of the files that the page is made of."""
     return (Path(__file__).parent / name).read_text(encoding="utf-8")

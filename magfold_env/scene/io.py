@@ -35,7 +35,7 @@ class _Loader(yaml.SafeLoader):
         for key_node, _ in node.value:
             key = cast("Any", self.construct_object(key_node, deep=True))  # pyright: ignore[reportUnknownMemberType]
             if not isinstance(key, str) or key in seen:
-                wrong = "is given twice" if key in seen else "is not text"
+                wrong = "is given twice" if isinstance(key, str) else "is not text"
                 raise yaml.constructor.ConstructorError(
                     None, None, f"the key {key!r} {wrong}", key_node.start_mark
                 )

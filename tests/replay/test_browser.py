@@ -242,4 +242,4 @@ def test_magnets_that_are_not_loaded_yet_are_bare(browser: chromium.Page, tmp_pa
 def test_one_component_needs_no_diagram_of_joints(browser: chromium.Page, tmp_path: Path) -> None:
     page = _opened(browser, recorded("", mf.Scene(sequence=("NSNS",))), tmp_path)
     assert page.complaints() == []
-    assert browser.value("document.getElementById('joints').hidden")
+    assert page.value("document.getElementById('joints').hidden")

@@ -108,6 +108,7 @@ def test_a_missing_file_is_named(tmp_path: Path, kind: type) -> None:
         ("sequence: [NSNS\nfriction: 0.3\n", r"line 2, column \d+: "),
         ("sequence: [NSNS]\nsequence: [SSSS]\n", r"line 2, column 1: the key 'sequence' is given"),
         ("sequence: [NSNS]\ncasing: {1: 2}\n", r"line 2, column 10: the key 1 is not text"),
+        ("sequence: [NSNS]\n? {a: b}\n: 1\n", r"line 2, column 3: the key {.a.: .b.} is not text"),
         ("sequence: !!python/object:os.system {}\n", r"line 1, column 11: could not determine a"),
         ("sequence: &a [NSNS]\nstart_angles: *a\n", r"line 2, column 15: the alias \*a is not al"),
         ("- NSNS\n", r"\['NSNS'\] is not a scene; must be a mapping"),
