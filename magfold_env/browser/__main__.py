@@ -13,7 +13,7 @@ app = typer.Typer(add_completion=False, no_args_is_help=True)
 
 @app.callback()
 def main() -> None:
-    """The engine in a browser."""
+    """Self-folding chains in a browser."""
 
 
 @app.command()

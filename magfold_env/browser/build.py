@@ -1,7 +1,8 @@
-"""Write the folder that a page loads: kernels, packed memory, where things lie in it, the script."""
+"""Write the folder that a page loads: kernels, packed memory, its layout, scripts."""
 
 import json
 from importlib.metadata import version
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from magfold_env.simulation.frames import APART
 FORMAT = "magfold_env browser 1"
 KERNELS, MEMORY, LAYOUT = "engine.wasm", "memory.bin", "layout.json"
 SCRIPTS = "engine.js", "scene.js"
+INTERNAL = ("work", "probe")  # fields that no page has to find
 
 
 def build(folder: Path) -> dict[str, int]:
@@ -92,8 +94,13 @@ def _told(image: memory.Image, data: bytearray) -> dict[str, Any]:
     # Steps take less room than places.
     for name in ("own", "shared"):
         places = [0, *found[name]]
-        found[name] = [b - a for a, b in zip(places, places[1:], strict=False)]
-    return found | {"first": first, "fields": {k: list(f) for k, f in image.fields.items()}}
+        found[name] = [b - a for a, b in pairwise(places)]
+    fields = {
+        name: list(field)
+        for name, field in image.fields.items()
+        if name.split(".")[0] not in INTERNAL
+    }
+    return found | {"first": first, "fields": fields}
 
 
 def constants() -> dict[str, Any]:

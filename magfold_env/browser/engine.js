@@ -119,7 +119,7 @@ export class Chain {
     numbers[number.BORE] = told.bore;
     numbers[number.WALL] = told.wall;
     numbers[number.INTERVAL] = frameRate > 0 ? 1 / frameRate : 0;
-    const { settings, model, state, work, view } = this.#roots;
+    const { settings, model, state, probe, view } = this.#roots;
     if (told.start) {
       this.#fill("settings.start", told.start);
     } else {
@@ -130,7 +130,7 @@ export class Chain {
     /** Joint angles [rad] at the beginning, or in a tube the hinges' offsets [m]. */
     this.start = [...this.#array("settings.start").subarray(0, length)];
     kernels.set_up(settings, model, state, view);
-    this.#refuseOverlap(kernels.overlap(settings, model, state, work));
+    this.#refuseOverlap(kernels.overlap(settings, model, state, probe));
   }
 
   /**

@@ -318,5 +318,3 @@ def images() -> tuple[Image, dict[int, Image]]:
             block.place(array)
     chains = {n: Block(chain_of(standard(n), magnets), block).image() for n in LENGTHS}
     return block.image(), chains
-
-

@@ -151,7 +151,7 @@ def mean(values: Array) -> float:
     """Return the mean of fewer than 16 numbers, summed in the order in which NumPy does."""
     n = values.size
     total, first = 0.0, 0
-    if n >= 8:  # noqa: PLR2004
+    if n >= 8:
         pairs = (values[0] + values[1]) + (values[2] + values[3])
         total, first = pairs + ((values[4] + values[5]) + (values[6] + values[7])), 8
     for k in range(first, n):

@@ -51,6 +51,7 @@ def look(
     """Fill in the view of a recorded frame, or of the present if ``frame`` is negative.
 
     ``flip`` is 1 if the engine counts from component n. The scratch space is not that of the run.
+    How far the feed has gone is that of the present.
     """
     n = model.n
     lo, q, v = state.counter[at.LO], state.q, state.v

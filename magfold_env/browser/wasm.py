@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
@@ -38,7 +39,7 @@ NO_LINKER = (
 _KINDS = {"int64": ("i64", "i32"), "float64": ("double", "double")}  # in kernels, and outside
 # The upper half of a product of 64 bits, for quotients by constants: in halves of 32 bits.
 _MULTIPLY = """
-define internal i128 @__multi3(i128 %a, i128 %b) noinline {
+define internal i128 @__multi3(i128 %a, i128 %b) noinline optnone {
   %a0 = trunc i128 %a to i64
   %as = lshr i128 %a, 64
   %a1 = trunc i128 %as to i64
@@ -170,7 +171,8 @@ def _program(exports: Mapping[str, Export]) -> str:
         result = _lowered(kernel, signature).signature.return_type
         shown += _wrapped(name, inner, signature, result)
     own = {
-        name: lowered(kernel, (types.float64,) * count) for name, (kernel, count) in _INSTEAD.items()
+        name: lowered(kernel, (types.float64,) * count)
+        for name, (kernel, count) in _INSTEAD.items()
     }
     main = llvm.parse_assembly(_here(shown))
     for text in parts.values():
@@ -185,22 +187,19 @@ def _program(exports: Mapping[str, Export]) -> str:
     return text + _MULTIPLY
 
 
+@cache
 def _lowered(kernel: Any, signature: tuple[Any, ...]) -> Any:
     """Return what numba knows of a kernel that it has only written down."""
-    known = _lowered.__dict__.setdefault("known", {})
-    key = kernel, signature
-    if key not in known:
-        made = cast("Any", numba.njit)(
-            pipeline_class=deferred._LoweringCompiler,
-            no_cpython_wrapper=True,
-            no_cfunc_wrapper=True,
-            error_model="numpy",
-            nogil=True,
-            _nrt=False,
-        )(kernel.py_func)
-        made.compile(signature)
-        known[key] = made.overloads[signature]
-    return known[key]
+    made = cast("Any", numba.njit)(
+        pipeline_class=deferred._LoweringCompiler,
+        no_cpython_wrapper=True,
+        no_cfunc_wrapper=True,
+        error_model="numpy",
+        nogil=True,
+        _nrt=False,
+    )(kernel.py_func)
+    made.compile(signature)
+    return made.overloads[signature]
 
 
 def _here(text: str) -> str:
@@ -282,4 +281,3 @@ def _object(text: str, exports: Mapping[str, Export]) -> bytes:
     if missing:
         raise RuntimeError(f"kernels call what no browser has: {', '.join(missing)}")
     return machine.emit_object(program)
-
