@@ -39,7 +39,7 @@ NO_LINKER = (
 _KINDS = {"int64": ("i64", "i32"), "float64": ("double", "double")}  # in kernels, and outside
 # The upper half of a product of 64 bits, for quotients by constants: in halves of 32 bits.
 _MULTIPLY = """
-define internal i128 @__multi3(i128 %a, i128 %b) noinline optnone {
+define i128 @__multi3(i128 %a, i128 %b) noinline optnone {
   %a0 = trunc i128 %a to i64
   %as = lshr i128 %a, 64
   %a1 = trunc i128 %as to i64
