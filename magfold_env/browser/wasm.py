@@ -23,6 +23,7 @@ from typing import Any, NamedTuple, cast
 
 import llvmlite.binding as llvm
 import numba
+import numpy as np
 from numba.core import types
 
 from magfold_env.engine import elementary
@@ -104,8 +105,19 @@ def cosine(x: float) -> float:
 
 @jit.kernel
 def fused(a: float, b: float, c: float) -> float:
-    """Return a·b + c, rounded once."""
-    return elementary.fma_in_parts(a, b, c)
+    """Return a·b + c, rounded once, for |a|, |b| < 2⁹⁹⁶: `elementary.fma_in_parts`, unbranched.
+
+    Its branch is taken or not as the bits fall: no processor foresees that.
+    """
+    high, low = elementary._product(a, b)
+    rest, lower = elementary._sum(c, low)
+    total, last = elementary._sum(high, rest)
+    odd, error = elementary._sum(lower, last)
+    bits, sign = np.float64(odd).view(np.int64), np.float64(error).view(np.int64)
+    # One up or down, towards the error, where there is one and the last bit is even.
+    change = (~bits & 1) & np.int64(error != 0.0)
+    bits += change - 2 * (change & ((bits ^ sign) >> 63))
+    return total + np.int64(bits).view(np.float64)
 
 
 # What stands for LLVM's intrinsics.
