@@ -34,8 +34,7 @@ def build(folder: Path) -> dict[str, int]:
         If something is missing here that it takes; the message says what.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    files = {KERNELS: module(), **packed_memory()}
-    files |= {name: Path(__file__).with_name(name).read_bytes() for name in SCRIPTS}
+    files = {KERNELS: module(), **packed_memory(), **scripts()}
     for name, content in files.items():
         folder.joinpath(name).write_bytes(content)
     return {name: len(content) for name, content in files.items()}
@@ -73,6 +72,11 @@ def module() -> bytes:
             )
         }
     )
+
+
+def scripts() -> dict[str, bytes]:
+    """Return the scripts that a page loads."""
+    return {name: Path(__file__).with_name(name).read_bytes() for name in SCRIPTS}
 
 
 def packed_memory() -> dict[str, bytes]:

@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from magfold_env.engine.compile import by_pointer
 from magfold_env.engine.compile.kernel_cache import cache_root
 from magfold_env.files import sources_digest
 
+ROOMS = ("browser", "engine", "scene", "simulation")
 SCRIPT = Path(__file__).with_name("scenes.mjs")
 MISSING = (
     "needs kernels that take tuples by pointer"
@@ -27,20 +29,25 @@ MISSING = (
 NO_NODE = "needs Node.js: no node is on the PATH" if shutil.which("node") is None else ""
 
 
+@cache
 def folder() -> Path:
     """Return a folder that was built of these sources; skips the test where it cannot be."""
     if MISSING:
         pytest.skip(MISSING)
     root = cache_root() or Path(tempfile.gettempdir())
-    digest = sources_digest("**/*.py", "browser/*.js")
+    digest = sources_digest(*(f"{name}/**/*.py" for name in ROOMS), "*.py")
     found = root / f"browser-{digest}"
     with FileLock(root / "browser.lock"):
         if not found.is_dir():
-            for old in root.glob("browser-" + "[0-9a-f]" * 16):
-                shutil.rmtree(old, ignore_errors=True)
             made = found.with_suffix(f".{os.getpid()}")
             build.build(made)
+            for old in root.glob("browser-" + "[0-9a-f]" * 16):
+                shutil.rmtree(old, ignore_errors=True)
             made.rename(found)
+        # Scripts need no compiler.
+        for name, content in build.scripts().items():
+            if found.joinpath(name).read_bytes() != content:
+                found.joinpath(name).write_bytes(content)
     return found
 
 
