@@ -1,0 +1,35 @@
+"""`python -m magfold_env.browser build`: write the engine for browsers into a folder."""
+
+import gzip
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from magfold_env.browser import build as folder
+
+app = typer.Typer(add_completion=False, no_args_is_help=True)
+
+
+@app.callback()
+def main() -> None:
+    """Self-folding chains in a browser."""
+
+
+@app.command()
+def build(
+    out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("lab"),
+) -> None:
+    """Compile the kernels to WebAssembly, and pack the memory that they work on."""
+    try:
+        sizes = folder.build(out)
+    except RuntimeError as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(2) from None
+    for name, size in sizes.items():
+        packed = len(gzip.compress(out.joinpath(name).read_bytes(), mtime=0))
+        typer.echo(f"{out / name}: {size / 1e3:.0f} kB, {packed / 1e3:.0f} kB gzipped")
+
+
+if __name__ == "__main__":
+    app()

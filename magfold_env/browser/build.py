@@ -1,0 +1,144 @@
+"""Write the folder that a page loads: kernels, packed memory, its layout, scripts."""
+
+import json
+from importlib.metadata import version
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from magfold_env.browser import memory, settings, tables, view, wasm
+from magfold_env.engine import entries as at
+from magfold_env.engine import outcomes
+from magfold_env.engine.compile import by_pointer
+from magfold_env.engine.stepping import runs
+from magfold_env.engine.stepping.integrator import LONGEST_STEP
+from magfold_env.fold import FoldStatus
+from magfold_env.scene import Scene
+from magfold_env.simulation.endings import BREAKDOWNS
+from magfold_env.simulation.frames import APART
+
+FORMAT = "magfold_env browser 1"
+KERNELS, MEMORY, LAYOUT = "engine.wasm", "memory.bin", "layout.json"
+SCRIPTS = "engine.js", "scene.js"
+INTERNAL = ("work", "probe")  # fields that no page has to find
+
+
+def build(folder: Path) -> dict[str, int]:
+    """Write all that a page needs into a folder; returns the sizes of the files [bytes].
+
+    The same sources give the same bytes.
+
+    Raises
+    ------
+    RuntimeError
+        If something is missing here that it takes; the message says what.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    files = {KERNELS: module(), **packed_memory(), **scripts()}
+    for name, content in files.items():
+        folder.joinpath(name).write_bytes(content)
+    return {name: len(content) for name, content in files.items()}
+
+
+def module() -> bytes:
+    """Return the kernels as a WebAssembly module.
+
+    Raises
+    ------
+    RuntimeError
+        If numba's insides, or a linker, are missing.
+    """
+    if not by_pointer.POINTERS:
+        raise RuntimeError("needs kernels that take tuples by pointer, see engine.compile")
+    magnets, shared = memory.shared_of(memory.standard(2))
+    chain = memory.chain_of(memory.standard(2), magnets)
+    model, state, work, _, record, choice, seen = chain
+    moving = model, state, work
+    return wasm.module(
+        {
+            name: wasm.Export(kernel, arguments)
+            for name, kernel, arguments in (
+                ("make_joint_tables", tables.make_joint_tables, (shared.joints, shared.tables)),
+                ("make_far_table", tables.make_far_table, (shared.far, shared.tables)),
+                ("set_up", settings.set_up, (choice, model, state, seen)),
+                ("draw", settings.draw, (choice, model, 0.0)),
+                ("overlap", settings.overlap, (choice, *moving)),
+                ("ask", settings.ask, (choice, state)),
+                ("park", settings.park, (model, state)),
+                ("run", runs.run, (*moving, record, 0.0)),
+                ("energy", runs.energy, (*moving, 0.0)),
+                ("look", view.look, (0, *moving, record, seen, 0)),
+                ("ending", view.ending, (0, state, seen)),
+            )
+        }
+    )
+
+
+def scripts() -> dict[str, bytes]:
+    """Return the scripts that a page loads."""
+    return {name: Path(__file__).with_name(name).read_bytes() for name in SCRIPTS}
+
+
+def packed_memory() -> dict[str, bytes]:
+    """Return the packed memory of chains of all lengths, and where things lie in it."""
+    shared, chains = memory.images()
+    data = bytearray()
+    blocks: dict[str, Any] = {"shared": _told(shared, data)}
+    blocks["chains"] = {str(n): _told(image, data) for n, image in chains.items()}
+    layout = {"format": FORMAT, "version": version("magfold_env"), **constants(), **blocks}
+    text = json.dumps(layout, separators=(",", ":"), allow_nan=False)
+    return {MEMORY: bytes(data), LAYOUT: text.encode()}
+
+
+def _told(image: memory.Image, data: bytearray) -> dict[str, Any]:
+    """Return what a page has to know of a block, whose pieces are put at the end of ``data``."""
+    first = len(data)
+    data += image.data
+    found = {name: value for name, value in image._asdict().items() if name != "data"}
+    # Steps take less room than places.
+    for name in ("own", "shared"):
+        places = [0, *found[name]]
+        found[name] = [b - a for a, b in pairwise(places)]
+    fields = {
+        name: list(field)
+        for name, field in image.fields.items()
+        if name.split(".")[0] not in INTERNAL
+    }
+    return found | {"first": first, "fields": fields}
+
+
+def constants() -> dict[str, Any]:
+    """Return the numbers that kernels and a page must agree on, and a scene's defaults."""
+    scene = Scene(sequence=("NNNN",))
+    assert scene.magnets is not None
+    return {
+        "choice": _numbers(settings, "MOUNT", "FORWARD", "AT_MOUTH", "OBSTACLES"),
+        "number": _numbers(
+            settings, "FRICTION", "NORMAL", "DURATION", "FORCE_LIMIT", "BORE", "WALL", "INTERVAL"
+        ),
+        "counter": _numbers(at, "LO", "STEPS", "EVALUATIONS", "FRAMES", "KEEP"),
+        "clock": _numbers(at, "TIME", "FRAME_TIME"),
+        "account": _numbers(at, "PEAK"),
+        "view": _numbers(
+            view, "MAGNETIC", "KINETIC", "TIME", "ADVANCE", "PUSH", "RELEASED", "LOADED"
+        ),
+        "outcome": _numbers(outcomes, "REACHED", "RESTED", "FULL", "TIMED_OUT"),
+        "mounts": list(settings.MOUNTS),
+        "statuses": [status.value for status in view.STATUSES],
+        "breakdowns": {
+            str(outcome): [status.value, reason] for outcome, (status, reason) in BREAKDOWNS.items()
+        },
+        "failed": FoldStatus.FAILED.value,
+        "apart": APART,
+        "fastestFrames": (memory.FRAMES - 8) / LONGEST_STEP,
+        "mostObstacles": settings.MOST_OBSTACLES,
+        "scene": scene.model_dump(mode="json"),
+        "bore": scene.bore,
+        "diagonal": scene.casing.diagonal,
+        "shortest": memory.LENGTHS[0],
+        "longest": memory.LENGTHS[-1],
+    }
+
+
+def _numbers(module: Any, *names: str) -> dict[str, int]:
+    return {name: getattr(module, name) for name in names}

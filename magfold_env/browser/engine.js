@@ -1,0 +1,401 @@
+// The engine in a browser: kernels that were compiled from Python, and the memory they work on.
+// Only numbers are carried in and out here; what they mean is up to the kernels.
+
+import { readScene, SceneError } from "./scene.js";
+
+export { SceneError };
+
+const PAGE = 65536; // bytes of WebAssembly's memory
+const ALIGNED = 64;
+const MILLI = 1e3;
+const LETTERS = { "1": "L", "0": "S", "-1": "R" };
+const VIEWS = { f64: Float64Array, i64: BigInt64Array };
+
+/** All chains of a page, side by side in one memory. */
+export class Engine {
+  /** Return an engine: `wasm`, `memory` and `layout` are what the build wrote, bytes and an object. */
+  static async load({ wasm, memory, layout }) {
+    const { instance } = await WebAssembly.instantiate(wasm, {});
+    return new Engine(instance, memory, layout);
+  }
+
+  constructor(instance, memory, layout) {
+    this.kernels = instance.exports;
+    this.layout = layout;
+    this.images = new Uint8Array(memory);
+    this.end = this.kernels.__heap_base.value;
+    this.spare = new Map(); // places of chains that are no more, by their length
+    this.shared = this.take(layout.shared.size);
+    this.put(layout.shared, this.shared);
+    const { joints, far, tables } = layout.shared.roots;
+    this.kernels.make_joint_tables(this.shared + joints, this.shared + tables);
+    this.kernels.make_far_table(this.shared + far, this.shared + tables);
+  }
+
+  /**
+   * Return a chain at the beginning of its run.
+   *
+   * `scene` is as `magfold_env.scene.Scene`'s, see scene.js. `frameRate` [1/s] is that of frames to
+   * be recorded; 0 records none. Numbers of `random`, from [0, 1), draw a start left to chance.
+   * Raises a SceneError.
+   */
+  chain(scene, { frameRate = 0, random = Math.random } = {}) {
+    return new Chain(this, scene, frameRate, random);
+  }
+
+  get buffer() {
+    return this.kernels.memory.buffer;
+  }
+
+  /** Return where so many bytes [1] are free, which nobody else will get. */
+  take(size) {
+    const place = Math.ceil(this.end / ALIGNED) * ALIGNED;
+    this.end = place + size;
+    const missing = Math.ceil((this.end - this.buffer.byteLength) / PAGE);
+    if (missing > 0) this.kernels.memory.grow(missing);
+    return place;
+  }
+
+  /** Put a block where it was given room: what it holds at first, and addresses. */
+  put(block, place) {
+    const bytes = new Uint8Array(this.buffer), words = new Uint32Array(this.buffer);
+    bytes.fill(0, place, place + block.size);
+    let first = block.first;
+    for (const [offset, length] of block.pieces) {
+      bytes.set(this.images.subarray(first, first + length), place + offset);
+      first += length;
+    }
+    for (const [steps, begin] of [[block.own, place], [block.shared, this.shared]]) {
+      let word = place;
+      for (const step of steps) {
+        word += step;
+        words[word / 4] += begin;
+      }
+    }
+  }
+}
+
+/** A chain, anywhere in its run. */
+export class Chain {
+  constructor(engine, scene, frameRate, random) {
+    this.engine = engine;
+    this.told = readScene(scene, engine.layout);
+    this.n = this.told.sequence.length;
+    const fastest = engine.layout.fastestFrames;
+    if (!(frameRate >= 0 && frameRate <= fastest)) {
+      const allowed = `must be a number from 0 to ${fastest}`;
+      throw new SceneError([{ key: "frameRate", value: frameRate, allowed }]);
+    }
+    this.block = engine.layout.chains[this.n];
+    this.place = engine.spare.get(this.n)?.pop() ?? engine.take(this.block.size);
+    this.begin(frameRate, random);
+  }
+
+  // --- what a page may do ---
+
+  /** Go back to the beginning, another start if that is left to chance. */
+  begin(frameRate = this.frameRate, random = Math.random) {
+    const { engine, told, n } = this, { layout, kernels } = engine;
+    this.frameRate = frameRate;
+    this.recorded = [];
+    this.status = null;
+    this.message = "";
+    engine.put(this.block, this.place);
+    this.#fill("settings.pole", told.poles.flat().map(BigInt));
+    this.#fill("settings.remanence", told.remanence.flat());
+    this.#fill("settings.mass", told.mass);
+    this.#fill("settings.speed", told.speed);
+    this.#fill("settings.obstacles", told.obstacles.flat());
+    const { choice, number } = layout, choices = this.#array("settings.choice");
+    choices[choice.MOUNT] = BigInt(layout.mounts.indexOf(told.mount));
+    choices[choice.FORWARD] = BigInt(told.direction === "forward");
+    choices[choice.AT_MOUTH] = BigInt(told.loading === "at_mouth");
+    choices[choice.OBSTACLES] = BigInt(told.obstacles.length);
+    const numbers = this.#array("settings.number");
+    numbers[number.FRICTION] = told.friction;
+    numbers[number.NORMAL] = told.normal;
+    numbers[number.DURATION] = told.duration;
+    numbers[number.FORCE_LIMIT] = told.forceLimit;
+    numbers[number.BORE] = told.bore;
+    numbers[number.WALL] = told.wall;
+    numbers[number.INTERVAL] = frameRate > 0 ? 1 / frameRate : 0;
+    const { settings, model, state, probe, view } = this.#roots;
+    if (told.start) {
+      this.#fill("settings.start", told.start);
+    } else {
+      this.#fill("settings.start", Array.from({ length: n + 1 }, () => 2 * random() - 1));
+      kernels.draw(settings, model, told.spread);
+    }
+    const length = told.mount === "tube" ? n + 1 : n - 1;
+    /** Joint angles [rad] at the beginning, or in a tube the hinges' offsets [m]. */
+    this.start = [...this.#array("settings.start").subarray(0, length)];
+    kernels.set_up(settings, model, state, view);
+    this.#refuseOverlap(kernels.overlap(settings, model, state, probe));
+  }
+
+  /**
+   * Go on until a time [s], or the end of the run; returns its status, null if it has not ended.
+   *
+   * With a `speed` the feed goes so fast from now on, see `push`.
+   */
+  run(until = Infinity, { speed } = {}) {
+    if (speed !== undefined) this.push(speed);
+    if (this.status !== null) return this.status;
+    const { kernels, layout } = this.engine, { outcome: outcomes } = layout;
+    const { model, state, work, record } = this.#roots;
+    let outcome;
+    do {
+      outcome = kernels.run(model, state, work, record, until);
+      this.#keepFrames();
+    } while (outcome === outcomes.FULL);
+    if (outcome !== outcomes.REACHED) this.#end(outcome);
+    return this.status;
+  }
+
+  /** Have the feed go at a speed [m/s], or one a component in the mouth; below 0 it pulls back. */
+  push(speed) {
+    const speeds = Array.isArray(speed) ? speed : Array(this.n).fill(speed);
+    if (speeds.length !== this.n || !speeds.every(Number.isFinite)) {
+      const allowed = `must be a number, or ${this.n}`;
+      throw new SceneError([{ key: "speed", value: speed, allowed }]);
+    }
+    this.#fill("settings.speed", speeds);
+    this.engine.kernels.ask(this.#roots.settings, this.#roots.state);
+  }
+
+  /** Have the feed stand still for good: what is outside has its time to settle. */
+  park() {
+    this.engine.kernels.park(this.#roots.model, this.#roots.state);
+  }
+
+  /** Give its room to others. */
+  free() {
+    const { spare } = this.engine;
+    if (!spare.has(this.n)) spare.set(this.n, []);
+    spare.get(this.n).push(this.place);
+    this.place = NaN;
+  }
+
+  // --- what a page may see ---
+
+  /** Simulated time [s]. */
+  get time() {
+    return this.#array("state.clock")[this.engine.layout.clock.TIME];
+  }
+
+  /** Time steps so far. */
+  get steps() {
+    return this.#count("STEPS");
+  }
+
+  /** Evaluations of the accelerations so far. */
+  get evaluations() {
+    return this.#count("EVALUATIONS");
+  }
+
+  /** Components out of the tube; all where there is none. */
+  get released() {
+    return this.n - this.#count("LO");
+  }
+
+  /** Largest force of the feed so far [N]. */
+  get pushPeak() {
+    return this.#array("state.account")[this.engine.layout.account.PEAK];
+  }
+
+  /** Return headings [rad], component 1 first. */
+  headings() {
+    return this.#look("heading");
+  }
+
+  /** Return rates of the headings [rad/s]. */
+  rates() {
+    return this.#look("rate");
+  }
+
+  /** Return where component 1's outer hinge is [m]. */
+  base() {
+    return this.#look("base");
+  }
+
+  /** The nearest fold word; empty where numbers broke down. */
+  get word() {
+    return this.headings().every(Number.isFinite)
+      ? this.#look("letter").slice(0, -1).map((letter) => LETTERS[letter]).join("")
+      : "";
+  }
+
+  /** Return the magnetic energy of the magnets that act [J]. */
+  energy() {
+    const { model, state, probe } = this.#roots;
+    return this.engine.kernels.energy(model, state, probe, 0);
+  }
+
+  /** Return magnetic and kinetic energy [J], how far the feed has gone [m] and its time [s]. */
+  now() {
+    return this.#frame(-1);
+  }
+
+  /** Return the engine's own coordinates: headings from the inner end, then the base [rad, m]. */
+  coordinates() {
+    return [...this.#array("state.q")];
+  }
+
+  /** Return all that was recorded as replay's `Motion` takes it: lengths in mm, energies in mJ. */
+  frames() {
+    const { told, engine } = this, { layout } = engine, { scene } = layout, { magnets } = scene;
+    const rows = this.#allFrames(), tube = told.mount === "tube";
+    const four = (value) => (Array.isArray(value) ? value : Array(4).fill(value));
+    const backward = tube && told.direction === "backward";
+    return {
+      word: this.word,
+      status: this.status ?? "",
+      message: this.message,
+      sequence: told.sequence,
+      earlier: [],
+      side: MILLI * scene.casing.side,
+      order: told.sequence.map((_, k) => (backward ? this.n - 1 - k : k)),
+      magnets: Object.fromEntries(["width", "thickness", "inset"].map((name) =>
+        [name, four(magnets[name]).map((length) => MILLI * length)])),
+      pinned: told.mount === "pinned",
+      tube: tube ? { bore: MILLI * told.bore, wall: MILLI * told.wall } : null,
+      obstacles: told.obstacles.map(corners),
+      field: null,
+      facts: this.#facts(),
+      time: rows.map((row) => row.time),
+      angles: rows.map((row) => row.angles),
+      base: rows.map((row) => row.base.map((x) => MILLI * x)),
+      released: rows.map((row) => row.released),
+      loaded: rows.map((row) => row.loaded),
+      magnetic: rows.map((row) => MILLI * row.magnetic),
+      kinetic: rows.map((row) => MILLI * row.kinetic),
+      push: tube ? rows.map((row) => row.push) : null,
+    };
+  }
+
+  // --- within ---
+
+  get #roots() {
+    const found = {};
+    for (const [name, offset] of Object.entries(this.block.roots)) found[name] = this.place + offset;
+    return found;
+  }
+
+  /** Return the numbers of a field, such as "state.q", to be read and written. */
+  #array(name) {
+    const [offset, type, shape] = this.block.fields[name];
+    const size = shape.reduce((a, b) => a * b, 1);
+    return new VIEWS[type](this.engine.buffer, this.place + offset, size);
+  }
+
+  #fill(name, values) {
+    this.#array(name).set(values);
+  }
+
+  #count(name) {
+    return Number(this.#array("state.counter")[this.engine.layout.counter[name]]);
+  }
+
+  #flip() {
+    return Number(this.told.mount === "tube" && this.told.direction === "forward");
+  }
+
+  #seen(frame) {
+    const { model, state, probe, record, view } = this.#roots;
+    this.engine.kernels.look(this.#flip(), model, state, probe, record, view, frame);
+  }
+
+  #look(name) {
+    this.#seen(-1);
+    return [...this.#array(`view.${name}`)].map(Number);
+  }
+
+  #frame(frame) {
+    this.#seen(frame);
+    const { view } = this.engine.layout, feed = this.#array("view.feed");
+    const energy = this.#array("view.energy"), count = this.#array("view.count");
+    return {
+      time: feed[view.TIME],
+      advance: feed[view.ADVANCE],
+      push: feed[view.PUSH],
+      magnetic: energy[view.MAGNETIC],
+      kinetic: energy[view.KINETIC],
+      released: Number(count[view.RELEASED]),
+      loaded: Number(count[view.LOADED]),
+      angles: [...this.#array("view.heading")],
+      base: [...this.#array("view.base")],
+    };
+  }
+
+  #keepFrames() {
+    const counters = this.#array("state.counter"), { FRAMES } = this.engine.layout.counter;
+    const count = Number(counters[FRAMES]);
+    for (let frame = 0; frame < count; frame++) this.recorded.push(this.#frame(frame));
+    counters[FRAMES] = 0n;
+  }
+
+  /** Return recorded frames, and the present as the last one. */
+  #allFrames() {
+    const last = this.#frame(-1), rows = [...this.recorded];
+    // An impact may have come after a frame of the same moment.
+    if (rows.length > 0 && last.time - rows.at(-1).time < this.engine.layout.apart) {
+      last.push = rows.pop().push;
+    }
+    return [...rows, last];
+  }
+
+  #end(outcome) {
+    const { kernels, layout } = this.engine, { state, view } = this.#roots;
+    this.#seen(-1);
+    const status = kernels.ending(outcome, state, view);
+    const time = this.time, at = `at t = ${short(time, 6)} s`;
+    if (status < 0) {
+      const [name, reason] = layout.breakdowns[outcome], { solver } = layout.scene;
+      const limit = this.steps >= solver.max_steps
+        ? `${solver.max_steps} steps` : `${solver.max_steps_per_second} steps a second`;
+      this.status = name;
+      this.message = reason.replace("{at}", at).replace("{limit}", limit);
+      return;
+    }
+    this.status = layout.statuses[status];
+    this.message = outcome === layout.outcome.TIMED_OUT
+      ? `still moving after ${short(time, 4)} s`
+      : `${this.status} at t = ${short(time, 4)} s`;
+  }
+
+  #refuseOverlap(found) {
+    if (found === 0) return;
+    this.status = this.engine.layout.failed;
+    this.message = found < 0
+      ? `component ${-found} and an obstacle overlap at the start`
+      : `components ${Math.floor(found / 100)} and ${found % 100} overlap at the start`;
+  }
+
+  #facts() {
+    const { told } = this, facts = [["Sequence", told.sequence.join(" ")], ["Mount", told.mount]];
+    if (told.mount === "tube") {
+      const slow = Math.min(...told.speed), fast = Math.max(...told.speed);
+      const speed = slow === fast ? short(slow, 4) : `${short(slow, 4)} to ${short(fast, 4)}`;
+      facts.push(["Feed", `${told.direction}, ${speed} m/s, ${told.loading}`]);
+    }
+    const energy = `${(MILLI * this.energy()).toFixed(4)} mJ`.replace("-", "−");
+    return [
+      ...facts,
+      ["Casing", `${short(MILLI * this.engine.layout.scene.casing.side, 4)} mm`],
+      ["Friction", short(told.friction, 4)],
+      ["Magnetic energy at the end", energy],
+      ["Simulated time", `${this.time.toFixed(4)} s`],
+    ];
+  }
+}
+
+const short = (value, digits) => String(Number(value.toPrecision(digits)));
+
+/** Return the corners of an obstacle [mm], counter-clockwise, for drawing. */
+function corners([x, y, length, width, heading]) {
+  const c = Math.cos(heading), s = Math.sin(heading);
+  return [[1, -1], [1, 1], [-1, 1], [-1, -1]].map(([a, b]) => {
+    const along = 0.5 * a * length, across = 0.5 * b * width;
+    return [MILLI * (x + along * c - across * s), MILLI * (y + along * s + across * c)];
+  });
+}

@@ -1,0 +1,320 @@
+"""Packed memory: what chains of every length work on, and what they share, as bytes to be loaded.
+
+A *block* holds NamedTuples of arrays as kernels see them (`engine.compile.by_pointer`): their words
+and the arrays' data. Addresses among the words count from where their block begins, or that of what
+all chains share; whoever loads a block adds where that is. Only what is not zero is kept.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.browser.settings import MOST_OBSTACLES, Numbers, Settings
+from magfold_env.browser.tables import FarKit, JointKit
+from magfold_env.browser.view import View
+from magfold_env.engine import entries as at
+from magfold_env.engine.compile.by_pointer import pointer_types
+from magfold_env.engine.magnets.lookup import DEGREE, PAIRS
+from magfold_env.engine.state import Array, Magnets, Model, Record, State, Tables, Work
+from magfold_env.engine.workspace import new_nodes, new_record, new_state, new_work
+from magfold_env.scene import Scene
+from magfold_env.simulation import far_table, pair_tables
+from magfold_env.simulation.pack import pack, quadrature_of
+from magfold_env.simulation.quadrature import Rule, table_rule, width_rule
+
+LENGTHS = range(2, 13)
+FRAMES = 2048  # that are kept before a page takes them
+WORD = 8  # bytes
+ALIGNED = 64  # bytes: arrays begin with a cache line
+NEAR = 32  # bytes: zeros between two pieces that are not worth a third number
+
+TYPES = {"f": "f64", "i": "i64"}
+
+
+def standard(n: int) -> Scene:
+    """Return the scene whose casing and magnets a page's chains have."""
+    return Scene(sequence=("NNNN",) * n, start_angles=(0.0,) * (n - 1))
+
+
+class Chain(NamedTuple):
+    """All that one chain needs."""
+
+    model: Model
+    state: State
+    work: Work
+    probe: Work  # another, so that to measure changes nothing
+    record: Record
+    settings: Settings
+    view: View
+
+
+class Shared(NamedTuple):
+    """What chains of all lengths share, and what it is made of."""
+
+    tables: Tables
+    joints: JointKit
+    far: FarKit
+
+
+def shared_of(scene: Scene) -> tuple[Magnets, Shared]:
+    """Return the magnets of a scene, their tables yet to be made, and of what.
+
+    Raises
+    ------
+    ValueError
+        If tables do not serve its magnets.
+    """
+    magnets, part = pack(scene).magnets, scene.magnets
+    made = magnets.tables
+    if part is None or made.end == 0.0 or made.far.end == 0.0:
+        raise ValueError("scene: must have magnets that both kinds of tables serve")
+    far = made.far._replace(energy=np.zeros_like(made.far.energy))
+    tables = made._replace(one=np.zeros_like(made.one), two=np.zeros_like(made.two), far=far)
+    near = quadrature_of(scene.casing, part, table_rule(part))
+    joints = _joint_kit(near, scene.casing.diagonal)
+    kit = _far_kit(quadrature_of(scene.casing, part, Rule.single(1)), scene.casing.side)
+    return magnets._replace(tables=tables), Shared(tables, joints, kit)
+
+
+def _joint_kit(magnets: Magnets, pitch: float) -> JointKit:
+    one, two = (
+        pair_tables.END * pair_tables.sites(spaces)
+        for spaces in (pair_tables.ONE_SPACES, pair_tables.TWO_SPACES)
+    )
+    values = np.zeros((two.size * two.size, PAIRS))
+    band = _joint_band(pair_tables.TWO_SPACES)
+    return JointKit(
+        magnets=magnets,
+        nodes=new_nodes(magnets, 1),
+        pitch=pitch,
+        one=one[:, None].copy(),
+        two=np.array(list(product(two, two))),
+        one_band=_joint_band(pair_tables.ONE_SPACES),
+        two_band=band,
+        band=np.zeros_like(band),
+        values=values,
+        row=values.reshape(two.size, -1),
+    )
+
+
+def _joint_band(spaces: int) -> Array:
+    """Return the matrix of `pair_tables.coefficients`, row by row."""
+    matrix = pair_tables.basis_matrix(spaces, pair_tables.sites(spaces))
+    n = len(matrix)
+    band = np.zeros((n, 2 * DEGREE + 1))
+    for ahead in range(-DEGREE, DEGREE + 1):
+        band[max(-ahead, 0) : n - max(ahead, 0), DEGREE + ahead] = np.diagonal(matrix, ahead)
+    return band
+
+
+def _far_kit(magnets: Magnets, side: float) -> FarKit:
+    radial, turns = far_table.RADIAL, far_table.TURNS
+    ends = 1.0 / (far_table.FARTHEST * side), 1.0 / (far_table.NEAREST * side)
+    reciprocal = np.linspace(*ends, radial)
+    beyond = int(np.searchsorted(reciprocal, 1.0 / (far_table.NEAR * side)))
+    values = np.zeros((radial, turns, turns))
+    band = np.zeros((radial + 2, 9))
+    band[0, 4:] = band[-1, :5] = 1.0, -4.0, 6.0, -4.0, 1.0
+    band[1:-1, 3:6] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
+    quarter = turns // 4
+    heading = [k + quarter * face for k in range(-1, quarter + 2) for face in range(4)]
+    return FarKit(
+        magnets=magnets,
+        far=1.0 / reciprocal[:beyond],
+        near=1.0 / reciprocal[beyond:],
+        few=np.array(width_rule(True, far_table.FAR_NODES)),
+        many=np.array(width_rule(True, far_table.NEAR_NODES)),
+        far_values=values[:beyond],
+        near_values=values[beyond:],
+        values=values.reshape(-1, turns),
+        turned=np.zeros((radial * turns, turns)),
+        band=band,
+        right=np.zeros((radial + 2, turns * turns)),
+        heading=np.array(heading) % turns,
+    )
+
+
+def chain_of(scene: Scene, magnets: Magnets) -> Chain:
+    """Return room for chains as long as a scene's, with what they keep of it.
+
+    ``magnets`` are its own.
+    """
+    n, part = scene.n, scene.magnets
+    model = pack(scene)._replace(
+        magnets=magnets, obstacles=np.zeros((at.WALLS + MOST_OBSTACLES, at.RADIUS + 1))
+    )
+    assert part is not None
+    state, work, probe = new_state(model, np.zeros(n)), new_work(model), new_work(model)
+    for array in state:
+        cast("NDArray[Any]", array)[:] = 0
+    record = new_record(model, 1.0, FRAMES)
+    numbers = Numbers(
+        **{name: _word(model, name) for name in Numbers._fields[:9]},
+        interval=_word(record, "interval"),
+        obstacles=_word(model, "obstacles", 3),
+        boxes=_word(work, "boxes", 12),
+        probe=_word(probe, "boxes", 12),
+    )
+    settings = Settings(
+        pole=np.zeros((n, 4), dtype=np.int64),
+        remanence=np.zeros((n, 4)),
+        face=np.array([part.by_face("width"), part.by_face("height")]),
+        mass=np.zeros(n),
+        speed=np.zeros(n),
+        start=np.zeros(n + 1),
+        obstacles=np.zeros((MOST_OBSTACLES, 5)),
+        choice=np.zeros(4, dtype=np.int64),
+        number=np.zeros(7),
+        numbers=numbers,
+        offsets=np.zeros((1, n + 1)),
+        headings=np.zeros((1, n)),
+        depth=np.zeros(1),
+    )
+    view = View(
+        np.zeros(n), np.zeros(n), np.zeros(2), np.zeros(2), np.zeros(n, dtype=np.int64),
+        np.zeros(2), np.zeros(5), np.zeros(2, dtype=np.int64),
+    )  # fmt: skip
+    return Chain(model, state, work, probe, record, settings, view)
+
+
+def _word(packed: Any, name: str, count: int = 1) -> NDArray[Any]:
+    """Return words of a marked NamedTuple from a field on, to be written to."""
+    place = pointer_types.place_of(packed, name)
+    words = pointer_types.words_of(packed)[place : place + count]
+    return words.view(np.float64) if isinstance(getattr(packed, name), float) else words
+
+
+class Field(NamedTuple):
+    """Where the data of an array lie in a block."""
+
+    offset: int
+    type: str
+    shape: tuple[int, ...]
+
+
+class Image(NamedTuple):
+    """A block as it is kept."""
+
+    size: int
+    data: bytes
+    """What is not zero, piece after piece."""
+    pieces: list[tuple[int, int]]
+    """Where the pieces lie in the block, and how long they are."""
+    own: list[int]
+    """Where addresses lie that count from the beginning of this block."""
+    shared: list[int]
+    """And those that count from the beginning of the shared one."""
+    roots: dict[str, int]
+    """Where the words of every NamedTuple begin."""
+    fields: dict[str, Field]
+    """Arrays by the names of their fields, such as ``state.q``."""
+
+
+class Block:
+    """Memory that NamedTuples are packed into.
+
+    Parameters
+    ----------
+    packed
+        Them.
+    shared
+        The block of what is not this one's own.
+    """
+
+    def __init__(self, packed: tuple[Any, ...], shared: "Block | None" = None) -> None:
+        self._data = bytearray()
+        self._ranges: dict[int, tuple[int, int]] = {}  # by address: size, and place here
+        self._shared = shared
+        self.names: tuple[str, ...] = cast("Any", packed)._fields
+        self._packed = packed
+        self.roots = {
+            name: self._keep(each.address, bytes(each.words))
+            for name, each in zip(self.names, packed, strict=True)
+        }
+        self.fields: dict[str, Field] = {}
+        self._own: list[int] = []
+        self._others: list[int] = []
+        for name, each in zip(self.names, packed, strict=True):
+            for word, (field, array) in _arrays(each, name):
+                self._put(self.roots[name] + WORD * word, field, array)
+
+    def _keep(self, address: int, data: bytes) -> int:
+        self._data += bytes(-len(self._data) % ALIGNED)
+        place = len(self._data)
+        self._ranges[address] = len(data), place
+        self._data += data
+        return place
+
+    def _put(self, word: int, field: str, array: NDArray[Any]) -> None:
+        """Put an array's address where its word lies, and its data where they are not yet."""
+        place = 0
+        if array.size > 0:
+            found = None if self._shared is None else self._shared.find(array)
+            if found is not None:
+                place = found
+                self._others.append(word)
+            else:
+                place = self.place(array)
+                self._own.append(word)
+                self.fields[field] = Field(place, TYPES[array.dtype.kind], array.shape)
+        self._data[word : word + WORD] = place.to_bytes(WORD, "little")
+
+    def find(self, array: NDArray[Any]) -> int | None:
+        """Return where an array's data lie here, if they do."""
+        address = array.ctypes.data
+        for first, (size, place) in self._ranges.items():
+            if first <= address < first + size:
+                return place + address - first
+        return None
+
+    def place(self, array: NDArray[Any]) -> int:
+        """Return where an array's data lie, having put them there."""
+        found = self.find(array)
+        if found is not None:
+            return found
+        owner = array
+        while isinstance(owner.base, np.ndarray):
+            owner = cast("NDArray[Any]", owner.base)
+        if not owner.flags.c_contiguous:
+            raise ValueError("arrays that are packed must be C-contiguous")
+        self._keep(owner.ctypes.data, owner.tobytes())
+        return cast("int", self.find(array))
+
+    def image(self) -> Image:
+        """Return the block as it is kept."""
+        filled = np.flatnonzero(np.frombuffer(self._data, dtype=np.uint8))
+        gaps = np.flatnonzero(np.diff(filled) > NEAR)
+        first = filled[np.concatenate([[0], gaps + 1])] // WORD * WORD
+        last = filled[np.concatenate([gaps, [filled.size - 1]])] // WORD * WORD + WORD
+        pieces = [(int(a), int(b - a)) for a, b in zip(first, last, strict=True)]
+        data = b"".join(self._data[place : place + size] for place, size in pieces)
+        size = -(-len(self._data) // ALIGNED) * ALIGNED
+        return Image(size, data, pieces, self._own, self._others, self.roots, self.fields)
+
+
+def _arrays(packed: Any, name: str, word: int = 0) -> Iterator[tuple[int, tuple[str, Any]]]:
+    """Yield the words of a marked NamedTuple that are addresses, and whose arrays' they are."""
+    for field, value in zip(packed._fields, packed, strict=True):
+        if isinstance(value, np.ndarray):
+            yield word, (f"{name}.{field}", value)
+            word += 1 + value.ndim
+        elif isinstance(value, tuple):
+            yield from _arrays(value, f"{name}.{field}", word)
+            word += len(cast("Any", value).words) // WORD
+        else:
+            word += 1
+
+
+def images() -> tuple[Image, dict[int, Image]]:
+    """Return the block of what all chains share, and those of chains, by their length."""
+    magnets, shared = shared_of(standard(LENGTHS[0]))
+    block = Block(shared)
+    # What models hold of the magnets besides the tables.
+    for _, (_, array) in _arrays(magnets, "magnets"):
+        if array.size > 0:
+            block.place(array)
+    chains = {n: Block(chain_of(standard(n), magnets), block).image() for n in LENGTHS}
+    return block.image(), chains

@@ -1,0 +1,173 @@
+// What a page may say of a scene: the entries that magfold_env.scene.Scene has by the same names.
+// Here they are only checked and spelled out, a value for every component.
+
+const POLES = { N: 1, S: -1, "-": 0 };
+const RIGHT_ANGLE = Math.PI / 2;
+
+/** A scene that is not allowed; `problems` say what: {key, value, allowed}. */
+export class SceneError extends Error {
+  constructor(problems) {
+    super(problems.map(({ key, value, allowed }) =>
+      `${key}: ${shown(value)} is not allowed; ${allowed}`).join("\n"));
+    this.name = "SceneError";
+    this.problems = problems;
+  }
+}
+
+function shown(value) {
+  const text = value === undefined ? "nothing" : JSON.stringify(value) ?? String(value);
+  return text.length > 80 ? `${text.slice(0, 79)}…` : text;
+}
+
+const isNumber = (value) => typeof value === "number" && Number.isFinite(value);
+const positive = [(value) => isNumber(value) && value > 0, "must be a number above 0"];
+const notNegative = [(value) => isNumber(value) && value >= 0, "must be a number of at least 0"];
+const number = [isNumber, "must be a number"];
+const angle = [(value) => isNumber(value) && Math.abs(value) <= RIGHT_ANGLE,
+  "must be numbers from -π/2 to π/2"];
+const spread = [(value) => isNumber(value) && value >= 0 && value <= 0.5,
+  "must be a number from 0 to 0.5"];
+const oneOf = (names) => [(value) => names.includes(value), `must be one of ${names.join(", ")}`];
+
+/** Reads values one by one and collects what is wrong with them. */
+class Reader {
+  constructor() {
+    this.problems = [];
+  }
+
+  refuse(key, value, allowed) {
+    this.problems.push({ key, value, allowed });
+  }
+
+  /** Return a group as an object; entries that are none of its names are refused. */
+  group(key, value, names) {
+    if (value === undefined || value === null) return {};
+    if (typeof value !== "object" || Array.isArray(value)) {
+      this.refuse(key || "scene", value, `must have entries, of ${names.join(", ")}`);
+      return {};
+    }
+    for (const [name, entry] of Object.entries(value)) {
+      if (!names.includes(name)) {
+        this.refuse(key ? `${key}.${name}` : name, entry, `must be one of ${names.join(", ")}`);
+      }
+    }
+    return value;
+  }
+
+  one(key, value, other, [allows, allowed]) {
+    if (value === undefined) return other;
+    if (!allows(value)) this.refuse(key, value, allowed);
+    return value;
+  }
+
+  /** Return a list of `count` numbers; one number stands for as many if `spreads` says so. */
+  each(key, value, count, [allows, allowed], spreads = true) {
+    if (spreads && !Array.isArray(value)) {
+      this.one(key, value, undefined, [allows, allowed]);
+      return Array(count).fill(value);
+    }
+    if (!Array.isArray(value) || value.length !== count) {
+      this.refuse(key, value, `must have ${count} numbers`);
+      return Array(count).fill(0);
+    }
+    const wrong = value.findIndex((entry) => !allows(entry));
+    if (wrong >= 0) this.refuse(`${key}[${wrong}]`, value[wrong], allowed);
+    return value;
+  }
+}
+
+/**
+ * Return all that kernels must be told of a scene, component 1 first.
+ *
+ * `layout` is the build's. Raises a SceneError. Where the start is left to chance, `start` is null.
+ */
+export function readScene(scene, layout) {
+  const read = new Reader(), standard = layout.scene;
+  const entries = read.group("", scene, ["sequence", "mount", "feed", "friction", "gravity",
+    "magnets", "casing", "duration", "start_angles", "start_offsets", "start_angle_spread",
+    "obstacles"]);
+  const sequence = readSequence(read, entries.sequence, layout), n = sequence.length;
+  const feed = read.group("feed", entries.feed,
+    ["direction", "speed", "loading", "force_limit", "bore", "wall"]);
+  const magnets = read.group("magnets", entries.magnets, ["remanence"]);
+  const casing = read.group("casing", entries.casing, ["mass"]);
+  const gravity = read.group("gravity", entries.gravity, ["normal"]);
+  const mount = read.one("mount", entries.mount, standard.mount, oneOf(layout.mounts));
+  const strength = magnets.remanence ?? standard.magnets.remanence;
+  const rows = Array.isArray(strength) && Array.isArray(strength[0])
+    ? read.each("magnets.remanence", strength, n, [Array.isArray, "must be a row of four"], false)
+    : Array(n).fill(strength);
+  const limit = feed.force_limit === null ? Infinity : read.one(
+    "feed.force_limit", feed.force_limit, standard.feed.force_limit, positive);
+  const found = {
+    sequence, mount,
+    poles: sequence.map((faces) => [...faces].map((pole) => POLES[pole])),
+    remanence: rows.map((row, k) => read.each(
+      rows.length > 1 && row !== strength ? `magnets.remanence[${k}]` : "magnets.remanence",
+      row, 4, positive)),
+    mass: read.each("casing.mass", casing.mass ?? standard.casing.mass, n, positive),
+    speed: read.each("feed.speed", feed.speed ?? standard.feed.speed, n, positive),
+    direction: read.one("feed.direction", feed.direction, standard.feed.direction,
+      oneOf(["forward", "backward"])),
+    loading: read.one("feed.loading", feed.loading, standard.feed.loading,
+      oneOf(["preloaded", "at_mouth"])),
+    forceLimit: limit,
+    bore: read.one("feed.bore", feed.bore ?? undefined, layout.bore,
+      [(value) => isNumber(value) && value >= layout.diagonal,
+        `must be at least the casing's diagonal, ${layout.diagonal}`]),
+    wall: read.one("feed.wall", feed.wall, standard.feed.wall, positive),
+    friction: read.one("friction", entries.friction, standard.friction, notNegative),
+    normal: read.one("gravity.normal", gravity.normal, standard.gravity.normal, notNegative),
+    duration: read.one("duration", entries.duration, standard.duration, positive),
+    spread: read.one("start_angle_spread", entries.start_angle_spread,
+      standard.start_angle_spread, spread),
+    obstacles: readObstacles(read, entries.obstacles, layout),
+    start: readStart(read, entries, n, mount),
+  };
+  if (read.problems.length > 0) throw new SceneError(read.problems);
+  return found;
+}
+
+function readSequence(read, value, layout) {
+  const words = typeof value === "string" ? value.trim().split(/\s+/) : value;
+  const { shortest, longest } = layout;
+  if (!Array.isArray(words) || words.length < shortest || words.length > longest) {
+    read.refuse("sequence", value, `must have ${shortest} to ${longest} components`);
+    return Array(shortest).fill("----");
+  }
+  for (const [k, faces] of words.entries()) {
+    if (typeof faces !== "string" || !/^[NS-]{4}$/.test(faces)) {
+      read.refuse(`sequence[${k}]`, faces, "must be four letters N, S or - for no magnet");
+    }
+  }
+  return words.map(String);
+}
+
+function readStart(read, { start_angles: angles, start_offsets: offsets }, n, mount) {
+  const tube = mount === "tube";
+  if (tube && (angles ?? null) !== null) {
+    read.refuse("start_angles", angles, "a tube takes start_offsets");
+  }
+  const given = tube ? offsets : angles;
+  if ((given ?? null) === null) return null;
+  return tube
+    ? read.each("start_offsets", given, n + 1, number, false)
+    : read.each("start_angles", given, n - 1, angle, false);
+}
+
+function readObstacles(read, value, layout) {
+  if (value === undefined) return [];
+  if (!Array.isArray(value) || value.length > layout.mostObstacles) {
+    read.refuse("obstacles", value, `must be at most ${layout.mostObstacles} rectangles`);
+    return [];
+  }
+  return value.map((entry, k) => {
+    const key = `obstacles[${k}]`;
+    const { position, size, heading } = read.group(key, entry, ["position", "size", "heading"]);
+    return [
+      ...read.each(`${key}.position`, position, 2, number, false),
+      ...read.each(`${key}.size`, size, 2, positive, false),
+      read.one(`${key}.heading`, heading, 0, number),
+    ];
+  });
+}

@@ -1,0 +1,303 @@
+"""What a page may say of a chain, and the kernel that makes of it all that follows.
+
+Nothing is allocated here: room for a chain of n components is there beforehand, see
+`magfold_env.browser.memory`, and what a scene's other groups say, such as the casing, lies in it.
+`simulation.pack` and `simulation.start` are the same rules for any scene; tests compare every bit.
+"""
+
+import math
+from typing import NamedTuple
+
+from magfold_env.browser.view import BEFORE, IMPULSE, View
+from magfold_env.engine import entries as at
+from magfold_env.engine.chain import feed
+from magfold_env.engine.compile.by_pointer import by_pointer
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact import boxes
+from magfold_env.engine.elementary import sincos
+from magfold_env.engine.state import Array, IntArray, Model, State, Work
+from magfold_env.scene.base import MU0
+from magfold_env.simulation.pack import SLOWEST, TURNED
+
+MOST_OBSTACLES = 8
+
+MOUNTS = ("free", "pinned", "tube")
+FREE, PINNED, TUBE = range(3)
+# `Settings.choice`: a mount, whether feed is forward, whether magnets are loaded at the mouth, and
+# how many obstacles there are.
+MOUNT, FORWARD, AT_MOUTH, OBSTACLES = range(4)
+# `Settings.number`: the scene's entries of these names, gravity normal to the plane among them, and
+# the time between two frames. Without a limit of its force, or frames, a number is infinite, or 0.
+FRICTION, NORMAL, DURATION, FORCE_LIMIT, BORE, WALL, INTERVAL = range(7)
+# `Settings.obstacles`: centre [m], lengths along the heading and across [m], the heading [rad].
+X, Y, LENGTH, WIDTH, HEADING = range(5)
+
+_DIGITS = 1e15  # of an obstacle's axis
+_ROUND = 1.5 * 2.0**52  # added and taken away, it leaves a whole number
+_TURNED = tuple(TURNED)
+
+
+@by_pointer
+class Numbers(NamedTuple):
+    """The words of a chain in which its numbers lie, to be written between two calls of kernels."""
+
+    magnetic: IntArray  # one each, as in `Model`
+    frictional: IntArray
+    tube: IntArray
+    at_mouth: IntArray
+    pinned: IntArray
+    force_limit: Array
+    rate_scale: Array
+    light_rate: Array
+    duration: Array
+    interval: Array  # of `Record`
+    obstacles: IntArray  # address and shape of the model's, (3,)
+    boxes: IntArray  # addresses and lengths of those of the scratch space, (12,)
+    probe: IntArray  # and of that of what is measured
+
+
+@by_pointer
+class Settings(NamedTuple):
+    """A chain of n components, component 1 first; see `magfold_env.scene`."""
+
+    pole: IntArray  # outward poles of the faces, 1 N, −1 S, 0 no magnet, (n, 4)
+    remanence: Array  # (n, 4) [T]
+    face: Array  # widths and heights of the pole faces, (2, 4) [m]
+    mass: Array  # (n,) [kg]
+    speed: Array  # of the feed while each is in the mouth, (n,) [m/s]
+    start: Array  # joint angles [rad], or in a tube the hinges' offsets [m], (n + 1,)
+    obstacles: Array  # (MOST_OBSTACLES, 5)
+    choice: IntArray  # (4,)
+    number: Array  # (7,)
+    numbers: Numbers
+    offsets: Array  # scratch: those of a chain in the tube, (1, n + 1), its headings, (1, n), and
+    headings: Array
+    depth: Array  # its length, (1,)
+
+
+@inlined
+def is_flipped(settings: Settings) -> bool:
+    """Whether the engine counts from component n: the end that a forward feed holds."""
+    return settings.choice[MOUNT] == TUBE and settings.choice[FORWARD] == 1
+
+
+@kernel
+def set_up(settings: Settings, model: Model, state: State, view: View) -> None:
+    """Make a chain of its settings, at the beginning of its run.
+
+    State and scratch space must be as they were made: zeros but for what never changes.
+    """
+    # What is written among the words is not read here: a compiler may take it to be constant.
+    tube = settings.choice[MOUNT] == TUBE
+    number, words = settings.number, settings.numbers
+    at_mouth = tube and settings.choice[AT_MOUTH] == 1
+    largest, any_charge = put_charges(settings, model.charge)
+    words.magnetic[0] = int(at_mouth or any_charge)
+    words.at_mouth[0] = int(at_mouth)
+    words.tube[0] = int(tube)
+    words.pinned[0] = int(settings.choice[MOUNT] == PINNED)
+    words.force_limit[0] = number[FORCE_LIMIT]
+    words.duration[0] = number[DURATION]
+    words.interval[0] = number[INTERVAL]
+    words.frictional[0] = int(number[FRICTION] > 0.0 and number[NORMAL] > 0.0)
+    mean, least = put_masses(settings, model)
+    words.rate_scale[0] = typical_rate(settings, model, largest, mean)
+    light_rate = typical_rate(settings, model, largest, least)
+    words.light_rate[0] = light_rate
+    put_obstacles(settings, model)
+    begin(settings, model, state, light_rate)
+    put_start(settings, model, state)
+    ask(settings, state)
+    view.feed[BEFORE], view.feed[IMPULSE] = -number[INTERVAL], 0.0
+
+
+@kernel
+def put_charges(settings: Settings, charge: Array) -> tuple[float, bool]:
+    """Fill in the signed charges of the pole faces in the engine's order, (n, 4) [A·m].
+
+    Returns the largest that a face may have, and whether any has one.
+    """
+    n, flip = charge.shape[0], is_flipped(settings)
+    largest, any_charge = 0.0, False
+    for i in range(n):
+        for f in range(4):
+            strength = settings.remanence[i, f] * settings.face[0, f] * settings.face[1, f] / MU0
+            largest = max(largest, strength)
+            any_charge = any_charge or settings.pole[i, f] != 0
+            # Seen from the other end of the chain a casing is turned by half a turn.
+            k, g = (n - 1 - i, _TURNED[f]) if flip else (i, f)
+            charge[k, g] = float(settings.pole[i, f]) * strength
+    return largest, any_charge
+
+
+@kernel
+def put_masses(settings: Settings, model: Model) -> tuple[float, float]:
+    """Fill in masses, moments of inertia and friction; returns the mean and the least mass [kg]."""
+    n, flip = model.n, is_flipped(settings)
+    mass = model.bodies.mass
+    press = settings.number[FRICTION] * settings.number[NORMAL]
+    least = math.inf
+    for i in range(n):
+        k = n - 1 - i if flip else i
+        mass[k] = settings.mass[i]
+        least = min(least, mass[k])
+        model.bodies.inertia[k] = mass[k] * (model.side * model.side) / 6.0
+        model.grip[k] = press * mass[k]
+    return mean(mass), least
+
+
+@kernel
+def mean(values: Array) -> float:
+    """Return the mean of fewer than 16 numbers, summed in the order in which NumPy does."""
+    n = values.size
+    total, first = 0.0, 0
+    if n >= 8:
+        pairs = (values[0] + values[1]) + (values[2] + values[3])
+        total, first = pairs + ((values[4] + values[5]) + (values[6] + values[7])), 8
+    for k in range(first, n):
+        total += values[k]
+    return total / n
+
+
+@inlined
+def typical_rate(settings: Settings, model: Model, charge: float, mass: float) -> float:
+    """Return the rate that the strongest force gives one component [rad/s], see `pack`."""
+    widest = 0.0
+    for f in range(4):
+        widest = max(widest, settings.face[0, f])
+    density = charge / widest
+    force = 1e-7 * density * density
+    x, y = model.gravity_x, model.gravity_y
+    acceleration = math.sqrt(x * x + y * y) + force / mass
+    return max(math.sqrt(acceleration / model.bodies.length[0]), SLOWEST)
+
+
+@kernel
+def put_obstacles(settings: Settings, model: Model) -> None:
+    """Fill in what does not move: the tube's walls, if there is one, then obstacles."""
+    words, number = settings.numbers, settings.number
+    count = 0
+    if settings.choice[MOUNT] == TUBE:
+        # Longer than the chain: nothing comes to its inner end.
+        length = 2.0 * model.n * model.bodies.length[0]
+        middle = 0.5 * (number[BORE] + number[WALL])
+        for y in (middle, -middle):
+            put_rectangle(model, count, -0.5 * length, y, length, number[WALL], 0.0)
+            count += 1
+    for k in range(settings.choice[OBSTACLES]):
+        each = settings.obstacles[k]
+        put_rectangle(model, count, each[X], each[Y], each[LENGTH], each[WIDTH], each[HEADING])
+        count += 1
+    words.obstacles[1] = count
+    for k in range(1, words.boxes.size, 2):
+        words.boxes[k] = words.probe[k] = model.n + count
+
+
+@kernel
+def put_rectangle(
+    model: Model, row: int, x: float, y: float, along: float, across: float, heading: float
+) -> None:
+    """Fill in a row of the obstacles; edges are rounded as the casings', as far as it is large."""
+    s, c = sincos(heading)
+    # Rounded, as a scene's are, so that no sine's last bit counts.
+    c, s = rounded(c), rounded(s)
+    if across > along:
+        along, across, c, s = across, along, -s, c
+    radius = min(model.rounding, 0.25 * across)
+    out = model.obstacles[row]
+    out[at.X], out[at.Y], out[at.C], out[at.S] = x, y, c, s
+    out[at.A], out[at.B], out[at.RADIUS] = 0.5 * along - radius, 0.5 * across - radius, radius
+
+
+@inlined
+def rounded(x: float) -> float:
+    """Round to 15 digits after the point, for |x| ≤ 1."""
+    return (x * _DIGITS + _ROUND - _ROUND) / _DIGITS
+
+
+@kernel
+def begin(settings: Settings, model: Model, state: State, light_rate: float) -> None:
+    """Fill in what every run begins with, see `engine.workspace.new_state`."""
+    tube = settings.choice[MOUNT] == TUBE
+    state.clock[at.BRAKE] = state.clock[at.BUMP] = math.inf
+    state.clock[at.STEP] = 0.1 / light_rate
+    state.clock[at.END] = math.inf if tube else settings.number[DURATION]
+    state.counter[at.KEEP] = -1
+    state.counter[at.LO] = model.n if tube else 0
+    state.counter[at.FRESH] = 1
+    for i in range(model.n):
+        for f in range(4):
+            state.waiting[i, f] = model.charge[i, f]
+            if tube and settings.choice[AT_MOUTH] == 1:
+                # A component's magnets act from when its leading hinge reaches the mouth.
+                model.charge[i, f] = 0.0
+
+
+@kernel
+def put_start(settings: Settings, model: Model, state: State) -> None:
+    """Lay the chain where its angles, or its hinges' offsets, say."""
+    n = model.n
+    if settings.choice[MOUNT] != TUBE:
+        for k in range(1, n):
+            before = state.q[k - 1] if k > 1 else -0.0
+            state.q[k] = before + settings.start[k - 1]
+        return
+    flip = is_flipped(settings)
+    for k in range(n + 1):
+        settings.offsets[0, n - k if flip else k] = settings.start[k]
+    feed.lie_in_tube(settings.offsets, model.bodies.length, settings.headings, settings.depth)
+    for k in range(n):
+        state.q[k] = settings.headings[0, k]
+    state.feed[at.DEPTH] = settings.depth[0]
+    state.q[n + 1] = settings.offsets[0, n]
+
+
+@kernel
+def ask(settings: Settings, state: State) -> None:
+    """Ask speeds of the feed, one a component in the mouth."""
+    n = settings.speed.size
+    for i in range(n):
+        state.speed[n - 1 - i if is_flipped(settings) else i] = settings.speed[i]
+
+
+@kernel
+def park(model: Model, state: State) -> None:
+    """Let the feed stand still for good: what is outside has its time to settle."""
+    for i in range(model.n):
+        state.speed[i] = 0.0
+    state.counter[at.PARKED] = 1
+    state.clock[at.END] = state.clock[at.TIME] + model.duration
+
+
+@kernel
+def draw(settings: Settings, model: Model, spread: float) -> None:
+    """Turn ``start``, even numbers from [−1, 1), into a start as `Scene.draw` does.
+
+    ``spread`` is the scene's of start angles [rad].
+    """
+    n, scale = model.n, spread
+    if settings.choice[MOUNT] == TUBE:
+        diagonal = model.bodies.length[0]
+        play = max(0.5 * (settings.number[BORE] - diagonal), 0.0)
+        scale = min(play, 0.25 * spread * diagonal)
+    for k in range(n + 1):
+        settings.start[k] = scale * settings.start[k] + 0.0  # no −0
+
+
+@kernel
+def overlap(settings: Settings, model: Model, state: State, work: Work) -> int:
+    """Return what is wrong with where a chain begins, as a whole number; 0 if nothing.
+
+    k components and obstacles overlap in pairs: 100 i + j is of components i and j, −i of
+    component i and an obstacle; numbers begin with 1.
+    """
+    n = model.n
+    if settings.choice[MOUNT] == TUBE:
+        return 0
+    feed.place_all(0, model, state.q, work.pose)
+    boxes.place_boxes(0, model, work.pose, work)
+    i, _ = boxes.blocked(model, work)
+    if i >= 0:
+        return -(i + 1)
+    i, j = boxes.overlapping_pair(model, work)
+    return 100 * (i + 1) + j + 1 if i >= 0 and n > 1 else 0

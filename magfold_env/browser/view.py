@@ -1,0 +1,113 @@
+"""What a page sees of a chain: how it lies, its letters, its energies and how its run ended."""
+
+import math
+from typing import NamedTuple
+
+from magfold_env.engine import entries as at
+from magfold_env.engine import outcomes
+from magfold_env.engine.chain import feed
+from magfold_env.engine.compile.by_pointer import by_pointer
+from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.magnets.chain import magnet_energy
+from magfold_env.engine.state import Array, IntArray, Model, Record, State, Work
+from magfold_env.fold import FoldStatus
+from magfold_env.simulation.endings import FOLDED_WITHIN
+from magfold_env.simulation.view import public_state
+
+# `View.energy`: of magnets that act, and of motion [J].
+MAGNETIC, KINETIC = range(2)
+# `View.feed`: the time [s], how far the feed has gone [m], its mean force since the frame before
+# [N], and when that was [s] and the impulse of the drive then [N·s].
+TIME, ADVANCE, PUSH, BEFORE, IMPULSE = range(5)
+# `View.count`: components out of the tube, and those that have their magnets.
+RELEASED, LOADED = range(2)
+
+STATUSES = tuple(FoldStatus)
+_FOLDED, _MISFOLDED = STATUSES.index(FoldStatus.FOLDED), STATUSES.index(FoldStatus.MISFOLDED)
+_HELD, _UNSETTLED = STATUSES.index(FoldStatus.HELD), STATUSES.index(FoldStatus.UNSETTLED)
+BY_BREAKDOWN = -1  # what `endings.BREAKDOWNS` says of an outcome
+
+AT_MOUTH = 1e-6  # sides by which a leading hinge is outside, see `fold.loaded`
+
+
+@by_pointer
+class View(NamedTuple):
+    """A chain at one moment, component 1 first; see `simulation.view.ChainState`."""
+
+    heading: Array  # (n,) [rad]
+    rate: Array  # (n,) [rad/s]
+    base: Array  # (2,) [m]
+    velocity: Array  # of the base, (2,) [m/s]
+    letter: IntArray  # of joints, 1 L, 0 S, −1 R; the last is none, (n,)
+    energy: Array  # (2,)
+    feed: Array  # (5,)
+    count: IntArray  # (2,)
+
+
+@kernel
+def look(
+    flip: int, model: Model, state: State, work: Work, record: Record, view: View, frame: int
+) -> None:
+    """Fill in the view of a recorded frame, or of the present if ``frame`` is negative.
+
+    ``flip`` is 1 if the engine counts from component n. The scratch space is not that of the run.
+    How far the feed has gone is that of the present.
+    """
+    n = model.n
+    lo, q, v = state.counter[at.LO], state.q, state.v
+    time, impulse = state.clock[at.TIME], state.account[at.IMPULSE]
+    if frame >= 0:
+        lo, q, v = record.lo[frame], record.q[frame], record.v[frame]
+        time, impulse = record.time[frame], record.impulse[frame]
+    public_state(
+        flip == 1, lo, model.bodies.length, q, v,
+        view.heading, view.rate, view.base, view.velocity,
+    )  # fmt: skip
+    for k in range(n - 1):
+        view.letter[k] = letter(view.heading[k + 1] - view.heading[k])
+    view.energy[KINETIC] = feed.kinetic_of(lo, model, work, q, v)
+    view.energy[MAGNETIC] = magnet_energy(feed.place_all(lo, model, q, work.pose), model, work)
+    view.count[RELEASED] = n - lo
+    view.count[LOADED] = loaded(model, lo, q[n])
+    since = time - view.feed[BEFORE]
+    view.feed[PUSH] = (impulse - view.feed[IMPULSE]) / since if since > 0.0 else 0.0
+    view.feed[TIME] = time
+    view.feed[ADVANCE] = feed.advance(model, state) if lo > 0 else model.bodies.length.sum()
+    if frame >= 0:
+        view.feed[BEFORE], view.feed[IMPULSE] = time, impulse
+
+
+@kernel
+def letter(angle: float) -> int:
+    """Return the letter nearest to a joint's angle [rad]: thresholds at ±45°."""
+    turn = 2.0 * math.pi
+    angle -= turn * math.floor(angle / turn + 0.5)
+    return int(angle > 0.25 * math.pi) - int(angle < -0.25 * math.pi)
+
+
+@kernel
+def loaded(model: Model, lo: int, base: float) -> int:
+    """Return how many components have their magnets, see `fold.loaded`; the base is at x [m]."""
+    if not model.at_mouth:
+        return model.n
+    count = 0
+    # From the outermost that the tube holds, or from the last one, on.
+    for behind in range(0 if lo > 0 else 1, model.n - lo + 1):
+        count += int(base + behind * model.bodies.length[0] > AT_MOUTH * model.side)
+    return count
+
+
+@kernel
+def ending(outcome: int, state: State, view: View) -> int:
+    """Return which of the STATUSES a run has that ended so, or BY_BREAKDOWN; see `look`."""
+    if outcome == outcomes.TIMED_OUT:
+        return _UNSETTLED
+    if outcome != outcomes.RESTED:
+        return BY_BREAKDOWN
+    if state.counter[at.LO] > 0:
+        return _HELD
+    for k in range(view.heading.size - 1):
+        angle = view.heading[k + 1] - view.heading[k]
+        if abs(abs(angle) - math.pi / 2.0) > FOLDED_WITHIN:
+            return _MISFOLDED
+    return _FOLDED

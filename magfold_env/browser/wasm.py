@@ -1,0 +1,299 @@
+# Numba's own modules know no types.
+# pyright: basic
+
+"""Kernels -> one WebAssembly module that imports nothing. All that touches compilers' insides.
+
+Numba only lowers kernels (`engine.compile.deferred`): what it writes down before it optimises is
+the same on every machine, and LLVM optimises it again for WebAssembly. Its words of eight bytes
+hold addresses of four; the rest of them is zero. What other machines have an instruction or a
+library for are the engine's own kernels here: sines, cosines, and products that are rounded only
+with a sum. Then LLD links what LLVM wrote.
+"""
+
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple, cast
+
+import llvmlite.binding as llvm
+import numba
+import numpy as np
+from numba.core import types
+
+from magfold_env.engine import elementary
+from magfold_env.engine.compile import deferred, jit
+
+TRIPLE = "wasm32-unknown-unknown"
+FEATURES = "+bulk-memory,+nontrapping-fptoint,+sign-ext,+mutable-globals,+simd128"
+STACK = 256 * 1024  # bytes
+LINKERS = ("wasm-ld", "wasm-ld-22", "wasm-ld-21", "wasm-ld-20", "wasm-ld-19")
+NO_LINKER = (
+    "needs a linker for WebAssembly: pip install 'magfold_env[browser]', or Debian's package lld"
+)
+
+_KINDS = {"int64": ("i64", "i32"), "float64": ("double", "double")}  # in kernels, and outside
+# The upper half of a product of 64 bits, for quotients by constants: in halves of 32 bits.
+_MULTIPLY = """
+define i128 @__multi3(i128 %a, i128 %b) noinline optnone {
+  %a0 = trunc i128 %a to i64
+  %as = lshr i128 %a, 64
+  %a1 = trunc i128 %as to i64
+  %b0 = trunc i128 %b to i64
+  %bs = lshr i128 %b, 64
+  %b1 = trunc i128 %bs to i64
+  %al = and i64 %a0, 4294967295
+  %ah = lshr i64 %a0, 32
+  %bl = and i64 %b0, 4294967295
+  %bh = lshr i64 %b0, 32
+  %ll = mul i64 %al, %bl
+  %lh = mul i64 %al, %bh
+  %hl = mul i64 %ah, %bl
+  %hh = mul i64 %ah, %bh
+  %c0 = lshr i64 %ll, 32
+  %c1 = and i64 %lh, 4294967295
+  %c2 = and i64 %hl, 4294967295
+  %s0 = add i64 %c0, %c1
+  %s1 = add i64 %s0, %c2
+  %low0 = and i64 %ll, 4294967295
+  %low1 = shl i64 %s1, 32
+  %low = or i64 %low0, %low1
+  %h0 = lshr i64 %s1, 32
+  %h1 = lshr i64 %lh, 32
+  %h2 = lshr i64 %hl, 32
+  %t0 = add i64 %hh, %h0
+  %t1 = add i64 %t0, %h1
+  %t2 = add i64 %t1, %h2
+  %x0 = mul i64 %a0, %b1
+  %x1 = mul i64 %a1, %b0
+  %t3 = add i64 %t2, %x0
+  %t4 = add i64 %t3, %x1
+  %lo = zext i64 %low to i128
+  %hi0 = zext i64 %t4 to i128
+  %hi = shl i128 %hi0, 64
+  %r = or i128 %hi, %lo
+  ret i128 %r
+}
+"""
+
+
+class Export(NamedTuple):
+    """A kernel that a module shows to the outside."""
+
+    kernel: Any
+    """That takes marked NamedTuples and numbers, and returns a number or nothing."""
+    arguments: tuple[Any, ...]
+    """Examples of what it takes."""
+
+
+@jit.kernel
+def sine(x: float) -> float:
+    """Sine of an angle [rad]."""
+    return elementary.sincos(x)[0]
+
+
+@jit.kernel
+def cosine(x: float) -> float:
+    """Cosine of an angle [rad]."""
+    return elementary.sincos(x)[1]
+
+
+@jit.kernel
+def fused(a: float, b: float, c: float) -> float:
+    """Return a·b + c, rounded once, for |a|, |b| < 2⁹⁹⁶: `elementary.fma_in_parts`, unbranched.
+
+    Its branch is taken or not as the bits fall: no processor foresees that.
+    """
+    high, low = elementary._product(a, b)
+    rest, lower = elementary._sum(c, low)
+    total, last = elementary._sum(high, rest)
+    odd, error = elementary._sum(lower, last)
+    bits, sign = np.float64(odd).view(np.int64), np.float64(error).view(np.int64)
+    # One up or down, towards the error, where there is one and the last bit is even.
+    change = (~bits & 1) & np.int64(error != 0.0)
+    bits += change - 2 * (change & ((bits ^ sign) >> 63))
+    return total + np.int64(bits).view(np.float64)
+
+
+# What stands for LLVM's intrinsics.
+_INSTEAD: dict[str, tuple[Any, int]] = {
+    "llvm.fma.f64": (fused, 3),
+    "llvm.sin.f64": (sine, 1),
+    "llvm.cos.f64": (cosine, 1),
+    "sin": (sine, 1),
+    "cos": (cosine, 1),
+    "fma": (fused, 3),
+}
+_ROOT = "llvm.sqrt.f64"
+
+
+def linker() -> list[str] | None:
+    """Return the command of a linker for WebAssembly, or None if there is none here."""
+    if importlib.util.find_spec("ziglang") is not None:
+        return [sys.executable, "-m", "ziglang", "wasm-ld"]
+    found = next((path for name in LINKERS if (path := shutil.which(name))), None)
+    return None if found is None else [found]
+
+
+def module(exports: Mapping[str, Export]) -> bytes:
+    """Return a WebAssembly module of some kernels and all that they call.
+
+    Integers that they take or return have 32 bits outside, and addresses are numbers. It shows its
+    memory, and from which address on (``__heap_base``) that is free.
+
+    Raises
+    ------
+    RuntimeError
+        If there is no linker, or kernels call what the module does not have.
+    """
+    command = linker()
+    if command is None:
+        raise RuntimeError(NO_LINKER)
+    code = _object(_program(exports), exports)
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = Path(folder, "engine.o"), Path(folder, "engine.wasm")
+        source.write_bytes(code)
+        shown = [f"--export={name}" for name in (*exports, "__heap_base")]
+        settings = ["--no-entry", "--stack-first", "-z", f"stack-size={STACK}", "--strip-all"]
+        arguments = [*command, *settings, *shown, str(source), "-o", str(target)]
+        done = subprocess.run(arguments, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise RuntimeError(f"kernels are not linked: {done.stderr.strip()}")
+        return target.read_bytes()
+
+
+def _program(exports: Mapping[str, Export]) -> str:
+    """Return all code in LLVM's language, before it is optimised."""
+    parts: dict[int, str] = {}  # in the order in which it was lowered
+
+    def lowered(kernel: Any, signature: tuple[Any, ...]) -> str:
+        compiled = _lowered(kernel, signature)
+        for each in compiled.library.needed:
+            parts.setdefault(id(each), str(each._final_module))
+        return compiled.fndesc.llvm_func_name
+
+    shown = ""
+    for name, (kernel, arguments) in exports.items():
+        signature = tuple(numba.typeof(each) for each in arguments)
+        inner = lowered(kernel, signature)
+        result = _lowered(kernel, signature).signature.return_type
+        shown += _wrapped(name, inner, signature, result)
+    own = {
+        name: lowered(kernel, (types.float64,) * count)
+        for name, (kernel, count) in _INSTEAD.items()
+    }
+    main = llvm.parse_assembly(_here(shown))
+    for text in parts.values():
+        main.link_in(llvm.parse_assembly(_here(text)))
+    # A library's root is the instruction that every processor has.
+    text = str(main).replace("call double @sqrt(", f"call double @{_ROOT}(")
+    if f"declare double @{_ROOT}(" not in text:
+        text += f"\ndeclare double @{_ROOT}(double)\n"
+    for name, (_, count) in _INSTEAD.items():
+        stand_in = f"magfold.{name}"
+        used = re.compile(rf"(call [^@\n]*double) @(?:{re.escape(name)}|\"{re.escape(name)}\")\(")
+        text, times = used.subn(rf'\1 @"{stand_in}"(', text)
+        if times:
+            text += _stand_in(stand_in, own[name], count)
+    return text + _MULTIPLY
+
+
+@cache
+def _lowered(kernel: Any, signature: tuple[Any, ...]) -> Any:
+    """Return what numba knows of a kernel that it has only written down."""
+    made = cast("Any", numba.njit)(
+        pipeline_class=deferred._LoweringCompiler,
+        no_cpython_wrapper=True,
+        no_cfunc_wrapper=True,
+        error_model="numpy",
+        nogil=True,
+        _nrt=False,
+    )(kernel.py_func)
+    made.compile(signature)
+    return made.overloads[signature]
+
+
+def _here(text: str) -> str:
+    """Return code for WebAssembly instead of this machine."""
+    lines = [line for line in text.splitlines() if not line.startswith("target ")]
+    target = f'target datalayout = "{_machine().target_data}"\ntarget triple = "{TRIPLE}"'
+    return "\n".join([target, *lines])
+
+
+def _machine() -> Any:
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    target = llvm.Target.from_triple(TRIPLE)
+    return target.create_target_machine(opt=3, reloc="static", features=FEATURES)
+
+
+def _wrapped(name: str, inner: str, signature: tuple[Any, ...], result: Any) -> str:
+    """Return a function that calls a kernel as numba does, for callers that know nothing of it."""
+    given, passed, widened = [], [], []
+    for k, each in enumerate(signature):
+        inside, outside = _KINDS.get(str(each), ("ptr", "ptr"))
+        given.append(f"{outside} %a{k}")
+        wide = inside != outside
+        if wide:
+            widened.append(f"  %w{k} = sext {outside} %a{k} to {inside}")
+        passed.append(f"{inside} %{'w' if wide else 'a'}{k}")
+    kind, shown = _KINDS.get(str(result), ("ptr", "void"))
+    returned = ["  ret void"]
+    if shown != "void":
+        value = "%value" if kind == shown else "%short"
+        returned = [f"  %value = load {kind}, ptr %out"]
+        if kind != shown:
+            returned.append(f"  %short = trunc {kind} %value to {shown}")
+        returned.append(f"  ret {shown} {value}")
+    types_ = ", ".join(["ptr", "ptr", *(each.split()[0] for each in passed)])
+    lines = [
+        f'declare i32 @"{inner}"({types_})',
+        f"define {shown} @{name}({', '.join(given)}) {{",
+        f"  %out = alloca {kind}",
+        "  %error = alloca ptr",
+        *widened,
+        f'  %status = call i32 @"{inner}"({", ".join(["ptr %out", "ptr %error", *passed])})',
+        *returned,
+        "}",
+    ]
+    return "\n" + "\n".join(lines) + "\n"
+
+
+def _stand_in(name: str, inner: str, count: int) -> str:
+    given = ", ".join(f"double %a{k}" for k in range(count))
+    return f"""
+define internal double @"{name}"({given}) alwaysinline {{
+  %out = alloca double
+  %error = alloca ptr
+  %status = call i32 @"{inner}"(ptr %out, ptr %error, {given})
+  %value = load double, ptr %out
+  ret double %value
+}}
+"""
+
+
+def _object(text: str, exports: Mapping[str, Export]) -> bytes:
+    """Return a file of machine code that defines some functions and shows no others."""
+    program = llvm.parse_assembly(text)
+    program.verify()
+    kept = {*exports, "__multi3"}
+    for each in (*program.functions, *program.global_variables):
+        if not each.is_declaration and each.name not in kept:
+            each.linkage = "internal"
+    machine = _machine()
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3))
+    passes = builder.getModulePassManager()
+    passes.run(program, builder)
+    missing = [
+        each.name
+        for each in program.functions
+        if each.is_declaration and not each.name.startswith("llvm.")
+    ]
+    if missing:
+        raise RuntimeError(f"kernels call what no browser has: {', '.join(missing)}")
+    return machine.emit_object(program)

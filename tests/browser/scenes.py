@@ -1,0 +1,55 @@
+"""Random scenes that a page can hold, and how its script is told of them."""
+
+from typing import Any
+
+import numpy as np
+
+import magfold_env as mf
+
+MOUNTS = ("tube", "free", "pinned")
+
+
+def random_scene(rng: np.random.Generator, mount: str | None = None, **changes: Any) -> mf.Scene:
+    """Return a concrete scene of 2 to 12 components."""
+    n = int(rng.integers(2, 13))
+    letters = list("NS" if rng.random() < 0.7 else "NS-")
+    feed = {
+        "direction": str(rng.choice(["forward", "backward"])),
+        "loading": str(rng.choice(["preloaded", "preloaded", "at_mouth"])),
+        "speed": rng.uniform(0.1, 0.6, n) if rng.random() < 0.3 else float(rng.uniform(0.1, 0.6)),
+        "force_limit": None if rng.random() < 0.2 else 20.0,
+    }
+    mass: Any = 0.0037
+    if rng.random() < 0.4:
+        mass = 0.0037 * rng.uniform(0.5, 1.5, n)
+    remanence: Any = float(rng.uniform(0.3, 1.0))
+    if rng.random() < 0.2:
+        remanence = rng.uniform(0.3, 1.0, (n, 4))
+    scene = mf.Scene(
+        sequence=tuple("".join(rng.choice(letters, 4)) for _ in range(n)),
+        mount=mount or str(rng.choice(MOUNTS)),
+        feed=feed,
+        friction=float(rng.choice([0.0, 0.05, 0.2, 0.35])),
+        casing={"mass": mass},
+        magnets={"remanence": remanence},
+        duration=2.0,
+    )
+    return scene.replace(**changes).draw(rng)
+
+
+def told(scene: mf.Scene) -> dict[str, Any]:
+    """Return the entries of a concrete scene that a page's script takes."""
+    data = scene.model_dump(mode="json")
+    names = ("sequence", "mount", "friction", "duration")
+    found = {name: data[name] for name in names}
+    found["feed"] = {
+        name: data["feed"][name]
+        for name in ("direction", "speed", "loading", "force_limit", "bore", "wall")
+    }
+    found["magnets"] = {"remanence": data["magnets"]["remanence"]}
+    found["casing"] = {"mass": data["casing"]["mass"]}
+    found["gravity"] = {"normal": data["gravity"]["normal"]}
+    found["obstacles"] = data["obstacles"]
+    name = "start_offsets" if scene.mount == "tube" else "start_angles"
+    found[name] = data[name]
+    return found

@@ -1,0 +1,69 @@
+"""The folder that a page loads."""
+
+import gzip
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from magfold_env.browser import __main__ as command
+from magfold_env.browser import build, wasm
+from tests.browser import built
+
+LARGEST = 500_000  # bytes gzipped, of 1.5 MB for the whole page
+EXPORTS = {
+    "ask", "draw", "ending", "energy", "look", "make_far_table", "make_joint_tables", "overlap",
+    "park", "run", "set_up", "memory", "__heap_base",
+}  # fmt: skip
+
+
+def test_the_module_imports_nothing_and_exports_its_kernels() -> None:
+    told = built.run({"task": "module"})
+    assert told["imports"] == []
+    assert set(told["exports"]) == EXPORTS
+
+
+def test_the_folder_is_small() -> None:
+    files = list(built.folder().iterdir())
+    assert {each.name for each in files} == {
+        build.KERNELS, build.MEMORY, build.LAYOUT, *build.SCRIPTS
+    }  # fmt: skip
+    assert sum(len(gzip.compress(each.read_bytes())) for each in files) < LARGEST
+
+
+def test_the_layout_says_where_fields_lie() -> None:
+    layout = json.loads(built.folder().joinpath(build.LAYOUT).read_text())
+    for n, block in layout["chains"].items():
+        offset, kind, shape = block["fields"]["state.q"]
+        assert (kind, shape) == ("f64", [int(n) + 2])
+        assert 0 < offset < block["size"]
+
+
+@pytest.mark.slow
+def test_the_same_sources_give_the_same_bytes(tmp_path: Path) -> None:
+    build.build(tmp_path)
+    for each in built.folder().iterdir():
+        assert tmp_path.joinpath(each.name).read_bytes() == each.read_bytes(), each.name
+
+
+def test_without_a_linker_one_line_says_what_is_missing(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(wasm, "linker", lambda: None)
+    found = CliRunner().invoke(command.app, ["build", "--out", str(tmp_path)])
+    assert found.exit_code == 2
+    assert found.stderr.count("\n") == 1
+    assert "needs" in found.stderr
+
+
+def test_products_are_rounded_only_with_a_sum() -> None:
+    from fractions import Fraction  # noqa: PLC0415
+
+    rng = np.random.default_rng(0)
+    for _ in range(2000):
+        a, b = (float(x) for x in rng.standard_normal(2) * 2.0 ** rng.integers(-30, 30, 2))
+        c = -a * b * (1.0 + float(rng.integers(-4, 5)) * 2.0**-52)
+        exact = Fraction(a) * Fraction(b) + Fraction(c)
+        assert wasm.fused(a, b, c) == float(exact)

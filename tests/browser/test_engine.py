@@ -1,0 +1,126 @@
+"""The engine in JavaScript folds as `mf.simulate` does, bit for bit."""
+
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.fold import recording
+from magfold_env.replay import page_data
+from magfold_env.simulation.session import Session
+from tests.browser import built
+from tests.browser.scenes import MOUNTS, random_scene, told
+
+COMPARED = ("status", "word", "steps", "evaluations", "released", "time", "energy", "headings")
+
+
+def bits(value: Any) -> Any:
+    """Return floats as their bits, in hexadecimal."""
+    if isinstance(value, float):
+        return struct.pack(">d", value).hex()
+    return [bits(each) for each in value.tolist()]
+
+
+def ended(session: Session) -> dict[str, Any]:
+    assert session.status is not None
+    return {
+        "status": session.status.value,
+        "word": session.word,
+        "steps": session.steps,
+        "evaluations": session.evaluations,
+        "released": session.released,
+        "time": bits(session.time),
+        "energy": bits(session.energy()),
+        "headings": bits(session.angles),
+        "rates": bits(session.rates),
+        "peak": bits(session.account.push_peak),
+    }
+
+
+def compare(scenes: list[mf.Scene]) -> None:
+    found = built.run({"task": "folds", "scenes": [told(scene) for scene in scenes]})
+    for scene, there in zip(scenes, found, strict=True):
+        fold = mf.simulate(scene)
+        here = {
+            "status": fold.status.value,
+            "word": fold.word,
+            "steps": fold.steps,
+            "evaluations": fold.evaluations,
+            "released": fold.scene.n - fold.in_tube,
+            "time": bits(fold.time),
+            "energy": bits(fold.energy),
+            "headings": bits(fold.angles),
+            "peak": bits(fold.push_peak),
+        }
+        assert {name: there[name] for name in here} == here, told(scene)
+        # Its sines are not those of NumPy.
+        assert np.allclose(there["base"], fold.base, rtol=0.0, atol=1e-15)
+
+
+def test_scenes_end_in_the_same_bits() -> None:
+    rng = np.random.default_rng(27)
+    compare([random_scene(rng, MOUNTS[k % 3]) for k in range(21)])
+
+
+@pytest.mark.slow
+def test_thousands_of_scenes_end_in_the_same_bits() -> None:
+    rng = np.random.default_rng(2700)
+    for _ in range(30):
+        compare([random_scene(rng, MOUNTS[k % 3]) for k in range(100)])
+
+
+def test_a_feed_that_is_changed_by_hand_goes_as_a_session_does() -> None:
+    rng = np.random.default_rng(5)
+    scenes = [random_scene(rng, "tube") for _ in range(4)]
+    legs = [
+        [(float(rng.uniform(-0.2, 0.5)), float(rng.uniform(0.01, 0.2))) for _ in range(8)]
+        for _ in scenes
+    ]
+    job = {"task": "pushes", "scenes": [told(scene) for scene in scenes], "legs": legs}
+    for scene, way, there in zip(scenes, legs, built.run(job), strict=True):
+        session = Session(scene)
+        for speed, seconds in way:
+            session.push(speed, seconds)
+        session.park()
+        session.settle()
+        here = ended(session)
+        assert {name: there[name] for name in here} == here
+
+
+def test_frames_are_those_of_a_recording() -> None:
+    rng = np.random.default_rng(8)
+    scenes = [random_scene(rng, mount) for mount in MOUNTS]
+    job = {"task": "frames", "scenes": [told(scene) for scene in scenes], "frameRate": 240.0}
+    for scene, there in zip(scenes, built.run(job), strict=True):
+        here = page_data(recording(mf.simulate(scene, frame_rate=240.0)))
+        assert there.keys() == here.keys()
+        for name in ("word", "status", "sequence", "order", "pinned", "released", "loaded"):
+            assert there[name] == here[name], name
+        assert [name for name, _ in there["facts"]] == [name for name, _ in here["facts"]]
+        for name, within in (("time", 1e-6), ("angles", 1e-4), ("base", 1e-3), ("kinetic", 1e-3)):
+            assert np.allclose(there[name], here[name], rtol=1e-3, atol=within), name
+        assert np.allclose(there["magnetic"], here["magnetic"], rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"friction": -1}, "friction: -1 is not allowed; must be a number of at least 0"),
+        ({"mount": "glued"}, 'mount: "glued" is not allowed; must be one of free, pinned, tube'),
+        ({"sequence": "NNNN"}, 'sequence: "NNNN" is not allowed; must have 2 to 12 components'),
+        ({"sequence": ["NNNX", "NNNN"]}, 'sequence[0]: "NNNX" is not allowed; must be four'),
+        ({"feed": {"speed": [0.1]}}, "feed.speed: [0.1] is not allowed; must have 3 numbers"),
+        ({"magnets": {"remanence": 0}}, "magnets.remanence: 0 is not allowed; must be a number"),
+        ({"colour": 1}, "colour: 1 is not allowed; must be one of sequence, mount"),
+        ({"start_angles": [0.0, 2.0]}, "start_angles[1]: 2 is not allowed; must be numbers from"),
+    ],
+)
+def test_a_scene_that_is_not_allowed_is_told_by_its_key(
+    changes: dict[str, Any], message: str
+) -> None:
+    scene = {"sequence": ["NSNS", "NNSS", "SSNN"], **changes}
+    (refused,) = built.run({"task": "refused", "scenes": [scene]})
+    assert refused["name"] == "SceneError"
+    assert refused["message"].startswith(message)

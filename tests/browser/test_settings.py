@@ -1,0 +1,118 @@
+"""The kernel that makes a chain of its settings makes what packing a scene makes, bit for bit."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import magfold_env as mf
+from magfold_env.browser import memory, settings
+from magfold_env.engine.compile import by_pointer
+from magfold_env.simulation.pack import pack
+from magfold_env.simulation.session import Session
+from tests.browser.scenes import random_scene
+
+pytestmark = pytest.mark.skipif(
+    not by_pointer.POINTERS, reason="needs kernels that take tuples by pointer"
+)
+
+WALLED = {"obstacles": [{"position": (0.02, 0.05), "size": (0.01, 0.03), "heading": 0.4}]}
+
+
+def chain_of(scene: mf.Scene) -> memory.Chain:
+    """Return a chain that was made of its settings."""
+    n = scene.n
+    standard = memory.standard(n)
+    chain = memory.chain_of(standard, pack(standard).magnets)
+    given_ = chain.settings
+    poles = {"N": 1, "S": -1, "-": 0}
+    assert scene.magnets is not None
+    given_.pole[:] = [[poles[face] for face in faces] for faces in scene.sequence]
+    given_.remanence[:] = scene.magnets.remanence
+    given_.mass[:] = scene.masses
+    given_.speed[:] = scene.speeds
+    tube = scene.mount == "tube"
+    start = scene.start_offsets if tube else scene.start_angles
+    assert start is not None
+    given_.start[: len(start)] = start
+    for row, each in zip(given_.obstacles, scene.obstacles, strict=False):
+        row[:] = *each.position, *each.size, each.heading
+    given_.choice[:] = (
+        settings.MOUNTS.index(scene.mount),
+        scene.feed.direction == "forward",
+        scene.feed.loading == "at_mouth",
+        len(scene.obstacles),
+    )
+    limit = math.inf if scene.feed.force_limit is None else scene.feed.force_limit
+    given_.number[:] = (
+        scene.friction, scene.gravity.normal, scene.duration, limit,
+        scene.bore, scene.feed.wall, 0.0,
+    )  # fmt: skip
+    settings.set_up(given_, chain.model, chain.state, chain.view)
+    return chain
+
+
+def same(made: Any, packed: Any, *, but: tuple[str, ...] = ()) -> None:
+    """Check that two NamedTuples hold the same bytes."""
+    for name, mine, theirs in zip(made._fields, made, packed, strict=True):
+        if name in but:
+            continue
+        if isinstance(mine, tuple):
+            same(mine, theirs)
+        elif isinstance(mine, np.ndarray):
+            assert mine.tobytes() == theirs.tobytes(), name
+        else:
+            assert (mine, type(mine)) == (theirs, type(theirs)), name
+
+
+def check(scene: mf.Scene) -> None:
+    chain, session = chain_of(scene), Session(scene)
+    model, state = session._model, session._state
+    numbers = chain.settings.numbers
+    changed = settings.Numbers._fields[:9]
+    for name in changed:
+        (value,) = getattr(numbers, name)
+        expected = getattr(model, name)
+        assert value == expected, name
+        assert math.copysign(1.0, value) == math.copysign(1.0, expected), name
+    count = len(model.obstacles)
+    assert numbers.obstacles[1] == count
+    for words in (numbers.boxes, numbers.probe):
+        assert words[1::2].tolist() == [scene.n + count] * 6
+    assert chain.model.obstacles[:count].tobytes() == model.obstacles.tobytes()
+    same(chain.model, model, but=("obstacles", *changed))
+    same(chain.state, state)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_chain_of_settings_is_a_packed_scene(seed: int) -> None:
+    check(random_scene(np.random.default_rng(seed)))
+
+
+@pytest.mark.parametrize("mount", ["free", "tube"])
+def test_obstacles_are_those_of_a_scene(mount: str) -> None:
+    check(random_scene(np.random.default_rng(3), mount, **WALLED))
+
+
+@pytest.mark.slow
+def test_a_chain_of_settings_is_a_packed_scene_in_many_cases() -> None:
+    for seed in range(1000):
+        check(random_scene(np.random.default_rng(seed)))
+
+
+@pytest.mark.parametrize("mount", ["free", "tube"])
+def test_a_start_is_drawn_as_a_scene_draws_it(mount: str) -> None:
+    scene = random_scene(np.random.default_rng(0), mount)
+    chance = scene.replace(start_angles=None, start_offsets=None)
+    name = "start_offsets" if mount == "tube" else "start_angles"
+    drawn = getattr(chance.draw(np.random.default_rng(5)), name)
+    chain = chain_of(scene)
+    unit = 2.0 * np.random.default_rng(5).random(2 * scene.n + 4) - 1.0
+    unit = unit[scene.n + 3 :]
+    chain.settings.start[:] = 0.0
+    chain.settings.start[: len(drawn)] = unit[: len(drawn)]
+    settings.draw(chain.settings, chain.model, scene.start_angle_spread)
+    assert tuple(chain.settings.start[: len(drawn)]) == drawn
