@@ -97,13 +97,15 @@ def test_pages_are_whole_and_open_to_all(
     assert browser.complaints() == []
     assert [each for each in browser.requests() if not each.startswith("file:")] == []
     browser.value(f"{axe}; 0")
+    # Pages that play folds, in frames, have tests of their own.
     browser.value(
-        "window.found = null; axe.run({resultTypes: ['violations']})"
-        ".then(result => { window.found = result.violations; }); 0"
+        "window.found = null; axe.run({resultTypes: ['violations'], iframes: false}).then("
+        "result => { window.found = result.violations; },"
+        "error => { window.found = [{ id: String(error), impact: 'critical', nodes: [{}] }]; }); 0"
     )
     browser.until("window.found !== null")
     serious = browser.value(
         "found.filter(each => ['serious', 'critical'].includes(each.impact))"
-        ".map(each => [each.id, each.nodes.length, each.nodes[0].html.slice(0, 200)])"
+        ".map(each => [each.id, each.nodes.length, each.nodes[0].html?.slice(0, 200)])"
     )
     assert serious == []

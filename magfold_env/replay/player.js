@@ -8,7 +8,6 @@ const PAN = 40; // of an arrow key [px]
 class Player {
   constructor() {
     this.camera = new Camera(byId("drawing"), byId("ruler"));
-    this.shown = () => {}; // called with each state that is drawn
     this.#listen();
   }
 
@@ -88,7 +87,6 @@ class Player {
     byId("clock").textContent = `${this.time.toFixed(3)} / ${motion.end.toFixed(3)} s`;
     byId("now").textContent = motion.description(frame);
     for (const plot of this.plots) plot.show(this.time, frame);
-    this.shown(state);
   }
 
   /** Say in words, for those who do not see it, what is shown. */

@@ -1,0 +1,327 @@
+// The laboratory: a scene that is set by hand, the engine that folds it, and the film of the fold.
+
+const FRAME_RATE = 240; // [1/s] of simulated time
+const SLOWED = 0.1; // seconds of simulated time in one, while it is fed by hand
+const USUAL = {
+  sequence: ["SNNS", "NNSN", "SSSN", "NNNS", "SSSS", "NNSN"],
+  mount: "tube",
+  feed: { direction: "backward", speed: 0.1 },
+  friction: 0.35,
+  magnets: { remanence: 0.6 },
+  obstacles: [],
+};
+const WALL = { position: [0.06, 0.02], size: [0.03, 0.003], heading: 0 };
+
+class Laboratory {
+  constructor(engine) {
+    this.engine = engine;
+    this.player = new Player();
+    this.editor = new Editor(byId("poles"), (sequence) => this.change({ sequence }));
+    this.scene = USUAL;
+    this.wanted = "LRLLL";
+    this.#listen();
+    this.read(location.hash.slice(1));
+  }
+
+  // --- the scene ---
+
+  /** Take a scene from a link; the usual one if there is none, or if it is not allowed. */
+  read(link) {
+    try {
+      if (link) {
+        const { scene, wanted } = fromLink(link);
+        readScene(scene, this.engine.layout);
+        Object.assign(this, { scene: { ...USUAL, ...scene }, wanted });
+      }
+      this.#say("");
+    } catch (error) {
+      if (!(error instanceof SceneError)) throw error;
+      this.#say(error.message);
+    }
+    this.fold();
+  }
+
+  /** Change entries of the scene, and fold it anew from a start of its own. */
+  change(entries, keepStart = false) {
+    const { start_angles: _a, start_offsets: _o, ...kept } = this.scene;
+    const before = this.scene;
+    this.scene = { ...(keepStart ? before : kept), ...entries };
+    try {
+      this.#say("");
+      this.fold();
+    } catch (error) {
+      if (!(error instanceof SceneError)) throw error;
+      this.scene = before;
+      this.#say(error.message);
+      this.#showSettings();
+    }
+  }
+
+  setLength(n) {
+    const { sequence } = this.scene, { shortest, longest } = this.engine.layout;
+    const count = clamp(n, shortest, longest);
+    if (count === sequence.length) return;
+    const more = Array.from({ length: Math.max(0, count - sequence.length) }, randomFaces);
+    this.wanted = this.wanted.slice(0, count - 1);
+    this.change({ sequence: [...sequence.slice(0, count), ...more] });
+  }
+
+  // --- folding ---
+
+  fold() {
+    this.#begin(FRAME_RATE);
+    this.chain.run();
+    this.#showMotion();
+    this.player.play();
+  }
+
+  /** Begin a run with a start that is kept, so that the same scene folds the same way. */
+  #begin(frameRate) {
+    this.feeding = undefined;
+    const next = this.engine.chain(this.scene, { frameRate });
+    this.chain?.free();
+    this.chain = next;
+    const key = this.scene.mount === "tube" ? "start_offsets" : "start_angles";
+    this.scene = { ...this.scene, [key]: this.chain.start };
+    this.#showSettings();
+    history.replaceState(null, "", `#${toLink(this.scene, this.wanted)}`);
+  }
+
+  #showMotion() {
+    const data = this.chain.frames();
+    byId("word").textContent = data.word;
+    byId("status").textContent = data.status || "in your hands";
+    byId("status").dataset.status = data.status;
+    byId("message").textContent = data.message;
+    byId("facts").replaceChildren();
+    for (const [name, value] of data.facts) {
+      write("dt", name, byId("facts"));
+      write("dd", value, byId("facts"));
+    }
+    const motion = new Motion(data);
+    this.player.load(motion);
+    drawGhost(shape("g", {}, byId("drawing")), motion, this.wanted);
+    byId("reached").textContent = this.wanted === "" ? ""
+      : data.status === "folded" && data.word === this.wanted ? "✓ folded" : "not this";
+  }
+
+  // --- feeding by hand ---
+
+  /** Feed forwards (1), back (−1) or not (0), from now on. */
+  feed(way) {
+    if (this.scene.mount !== "tube") return;
+    if (this.feeding === undefined) {
+      if (way === 0) return;
+      this.player.pause();
+      this.#begin(FRAME_RATE);
+      const motion = new Motion(this.chain.frames());
+      this.player.load(motion);
+      this.player.camera.look(roomOf(motion));
+      this.feeding = { clock: performance.now(), motion };
+      byId("status").textContent = "in your hands";
+      for (const id of ["message", "reached"]) byId(id).textContent = "";
+      byId("status").dataset.status = "";
+      requestAnimationFrame(() => this.#step());
+    }
+    this.chain.push(way * this.scene.feed.speed);
+  }
+
+  letGo() {
+    if (this.feeding === undefined) return;
+    this.chain.park();
+    this.chain.run();
+    this.#endHand();
+  }
+
+  #step() {
+    const { feeding, chain } = this;
+    if (feeding === undefined) return;
+    const now = performance.now(), gone = Math.min((now - feeding.clock) / 1000, 0.1);
+    feeding.clock = now;
+    chain.run(chain.time + SLOWED * gone);
+    const { angles, base, released, loaded, time } = chain.now();
+    const place = base.map((x) => 1000 * x);
+    const state = { angles, base: place, released, loaded, frame: 0 };
+    state.centres = feeding.motion.centres(angles, place);
+    for (const each of this.player.chains) each.chain.draw(state);
+    byId("word").textContent = chain.word;
+    byId("now").textContent = `${time.toFixed(3)} s · ${chain.word} · ${released} of ${chain.n} out`;
+    if (chain.status === null) requestAnimationFrame(() => this.#step());
+    else this.#endHand();
+  }
+
+  #endHand() {
+    this.feeding = undefined;
+    this.#showMotion();
+    this.player.seek(this.player.motion.end);
+  }
+
+  // --- what is shown of the scene ---
+
+  #showSettings() {
+    const { sequence, mount, feed, friction, magnets, obstacles } = this.scene;
+    this.editor.show(sequence);
+    byId("count").textContent = sequence.length;
+    byId("mount").value = mount;
+    byId("direction").value = feed.direction;
+    for (const label of document.querySelectorAll("[data-tube]")) label.hidden = mount !== "tube";
+    byId("hand").hidden = mount !== "tube";
+    this.#slide("feed", Math.log10(feed.speed), `${Number(feed.speed.toPrecision(3))} m/s`);
+    this.#slide("friction", friction, friction.toFixed(2));
+    this.#slide("remanence", magnets.remanence, `${magnets.remanence.toFixed(2)} T`);
+    if (document.activeElement !== byId("wanted")) byId("wanted").value = this.wanted;
+    byId("wanted").maxLength = sequence.length - 1;
+    this.#showObstacles(obstacles);
+    byId("code").querySelector("pre").textContent = toYaml(this.scene);
+  }
+
+  #slide(id, value, text) {
+    byId(id).value = value;
+    byId(id).setAttribute("aria-valuetext", text);
+    document.querySelector(`output[for="${id}"]`).textContent = text;
+  }
+
+  #showObstacles(obstacles) {
+    const parent = byId("obstacles");
+    if (parent.contains(document.activeElement) && parent.childElementCount === obstacles.length) return;
+    parent.replaceChildren();
+    for (const [k, each] of obstacles.entries()) {
+      const row = write("div", "", parent);
+      row.className = "obstacle";
+      const { position: [x, y], size: [length, width], heading } = each;
+      const values = { x: 1e3 * x, y: 1e3 * y, length: 1e3 * length, width: 1e3 * width, turn: heading * 180 / Math.PI };
+      for (const [name, value] of Object.entries(values)) {
+        const label = write("label", `${name} [${name === "turn" ? "°" : "mm"}]`, row);
+        const field = write("input", "", label);
+        Object.assign(field, { type: "number", step: "any", value: Number(value.toPrecision(6)) });
+        field.dataset.name = name;
+      }
+      const remove = write("button", "×", row);
+      remove.type = "button";
+      remove.setAttribute("aria-label", `Remove wall ${k + 1}`);
+      remove.addEventListener("click", () =>
+        this.change({ obstacles: this.scene.obstacles.filter((_, i) => i !== k) }, true));
+      row.addEventListener("change", () => this.change({ obstacles: obstacles.with(k, wallOf(row)) }, true));
+    }
+  }
+
+  #say(text) {
+    byId("problem").textContent = text;
+    byId("problem").hidden = text === "";
+  }
+
+  // --- what is pressed ---
+
+  #listen() {
+    const on = (id, kind, act) => byId(id).addEventListener(kind, act);
+    const number = (id) => Number(byId(id).value);
+    byId("settings").addEventListener("submit", (event) => event.preventDefault());
+    for (const button of document.querySelectorAll("[data-length]")) {
+      button.addEventListener("click", () =>
+        this.setLength(this.scene.sequence.length + Number(button.dataset.length)));
+    }
+    on("mount", "change", () => this.change({ mount: byId("mount").value }));
+    on("direction", "change", () => this.#changeFeed({ direction: byId("direction").value }));
+    on("feed", "input", () => this.#changeFeed({ speed: Number((10 ** number("feed")).toPrecision(3)) }));
+    on("friction", "input", () => this.change({ friction: number("friction") }, true));
+    on("remanence", "input", () => this.change({ magnets: { remanence: number("remanence") } }, true));
+    on("wanted", "input", () => this.#want());
+    on("again", "click", () => this.change({}));
+    on("random", "click", () => this.change({ sequence: this.scene.sequence.map(randomFaces) }));
+    on("wall", "click", () => this.#addWall());
+    on("link", "click", () => this.#copy(location.href, "link copied"));
+    on("python", "click", () => {
+      byId("code").hidden = !byId("code").hidden;
+      if (!byId("code").hidden) this.#copy(toYaml(this.scene), "scene copied");
+    });
+    on("sheet", "click", () => print());
+    on("let-go", "click", () => this.letGo());
+    addEventListener("hashchange", () => this.read(location.hash.slice(1)));
+    this.#listenToHands();
+    this.#listenToDrawing();
+  }
+
+  #changeFeed(entries) {
+    this.change({ feed: { ...this.scene.feed, ...entries } }, "speed" in entries);
+  }
+
+  #want() {
+    const field = byId("wanted");
+    field.value = field.value.toUpperCase().replace(/[^LRS]/g, "");
+    this.wanted = field.value;
+    history.replaceState(null, "", `#${toLink(this.scene, this.wanted)}`);
+    this.#showMotion();
+    this.player.seek(this.player.motion.end);
+  }
+
+  #addWall() {
+    const { obstacles } = this.scene, { mostObstacles } = this.engine.layout;
+    if (obstacles.length < mostObstacles) this.change({ obstacles: [...obstacles, WALL] }, true);
+    else this.#say(`obstacles: ${obstacles.length} are the most`);
+  }
+
+  #listenToHands() {
+    for (const button of document.querySelectorAll("[data-feed]")) {
+      button.addEventListener("pointerdown", () => this.feed(Number(button.dataset.feed)));
+      for (const end of ["pointerup", "pointerleave", "pointercancel"]) {
+        button.addEventListener(end, () => this.feed(0));
+      }
+    }
+    const ways = { a: -1, d: 1 };
+    const way = ({ key, target }) => (target.matches("input[type=text]") ? undefined : ways[key]);
+    document.addEventListener("keydown", (event) => {
+      if (way(event) && !event.repeat && !event.ctrlKey && !event.metaKey) this.feed(way(event));
+    });
+    document.addEventListener("keyup", (event) => {
+      if (way(event)) this.feed(0);
+    });
+  }
+
+  /** Turn the pole of a magnet that is clicked, unless the view was dragged. */
+  #listenToDrawing() {
+    const drawing = byId("drawing");
+    let pressed;
+    drawing.addEventListener("pointerdown", ({ clientX, clientY }) => { pressed = [clientX, clientY]; });
+    drawing.addEventListener("click", ({ clientX, clientY }) => {
+      if (!pressed || Math.hypot(clientX - pressed[0], clientY - pressed[1]) > 4) return;
+      const magnet = document.elementFromPoint(clientX, clientY)?.closest("[data-face]");
+      if (magnet) this.editor.turn(Number(magnet.dataset.component), Number(magnet.dataset.face));
+    });
+  }
+
+  async #copy(text, told) {
+    try {
+      await navigator.clipboard.writeText(text);
+      byId("copied").textContent = told;
+    } catch {
+      byId("copied").textContent = text === location.href ? "the address above is the link" : "";
+    }
+  }
+}
+
+const randomFaces = () => Array.from({ length: 4 }, () => "NS"[Math.floor(2 * Math.random())]).join("");
+
+/** Return the wall that a row of fields tells of. */
+function wallOf(row) {
+  const of = (name) => row.querySelector(`[data-name="${name}"]`).valueAsNumber;
+  return {
+    position: [of("x") / 1e3, of("y") / 1e3],
+    size: [of("length") / 1e3, of("width") / 1e3],
+    heading: of("turn") * Math.PI / 180,
+  };
+}
+
+/** Return the rectangle [mm], y down, in which a chain that leaves its tube stays for the most. */
+function roomOf({ diagonal, count }) {
+  const length = diagonal * (0.6 * count + 1);
+  return { x: -1.5 * diagonal, y: -length / 2, w: length + 1.5 * diagonal, h: length };
+}
+
+async function begin() {
+  const told = JSON.parse(byId("engine").textContent);
+  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const [wasm, memory] = [bytes(told.wasm), bytes(told.memory)];
+  window.laboratory = new Laboratory(await Engine.load({ wasm, memory, layout: told.layout }));
+}
+
+begin();

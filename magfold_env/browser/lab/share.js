@@ -1,0 +1,41 @@
+// A scene as a link, and as the file that Python and the command line read.
+
+/** Return what stands behind the # of a link that holds a scene and the word that is wanted. */
+function toLink(scene, wanted) {
+  const bytes = new TextEncoder().encode(JSON.stringify({ scene, wanted }));
+  const text = btoa(String.fromCharCode(...bytes));
+  return text.replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
+}
+
+/** Return { scene, wanted } of what stands behind the # of a link; raises a SceneError. */
+function fromLink(text) {
+  const refuse = (allowed) => new SceneError([{ key: "link", value: text, allowed }]);
+  let told;
+  try {
+    const binary = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
+    told = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(
+      Uint8Array.from(binary, (letter) => letter.charCodeAt(0))));
+  } catch {
+    throw refuse("must be one that this page made, unbroken");
+  }
+  if (told === null || typeof told !== "object" || Array.isArray(told) || !("scene" in told)) {
+    throw refuse("must hold a scene");
+  }
+  return { scene: told.scene, wanted: typeof told.wanted === "string" ? told.wanted : "" };
+}
+
+/** Return a scene as YAML. */
+function toYaml(scene) {
+  const lines = Object.entries(scene).filter(([, value]) => value !== undefined);
+  return lines.map(([key, value]) => `${key}: ${flow(value)}\n`).join("");
+}
+
+function flow(value) {
+  if (Array.isArray(value)) return `[${value.map(flow).join(", ")}]`;
+  if (typeof value === "object") {
+    return `{${Object.entries(value).map(([key, each]) => `${key}: ${flow(each)}`).join(", ")}}`;
+  }
+  // YAML takes 1e-7 for a word.
+  if (typeof value === "number") return String(value).replace(/^(-?\d+)e/, "$1.0e");
+  return JSON.stringify(value);
+}

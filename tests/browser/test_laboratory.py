@@ -1,0 +1,176 @@
+"""The laboratory in a headless Chromium: what is set by hand folds as `mf.simulate` says."""
+
+import json
+import os
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+if os.name != "posix":
+    pytest.skip("the browser is driven over POSIX pipes", allow_module_level=True)
+
+import magfold_env as mf
+from magfold_env.browser import build, laboratory
+from tests.browser import built
+from tests.browser.scenes import MOUNTS, random_scene, told
+from tests.replay import chromium
+
+pytestmark = pytest.mark.skipif(
+    chromium.found() is None, reason="needs a Chromium or Chrome on the PATH"
+)
+BITS = "(values) => [...new BigUint64Array(new Float64Array(values).buffer)].map(String)"
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    names = build.KERNELS, build.MEMORY, build.LAYOUT
+    parts = [built.folder().joinpath(name).read_bytes() for name in names]
+    path = tmp_path_factory.mktemp("laboratory") / laboratory.PAGE
+    path.write_text(laboratory.page(*parts), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Generator[chromium.Page]:
+    with chromium.page(tmp_path_factory.mktemp("profile")) as page:
+        page.resize(1400, 900)
+        yield page
+
+
+@pytest.fixture
+def page(browser: chromium.Page, file: Path) -> Generator[chromium.Page]:
+    browser.call("Page.navigate", url="about:blank")
+    browser.open(file)
+    browser.until("window.laboratory !== undefined")
+    yield browser
+    assert browser.complaints() == []
+    assert browser.requests() == [file.as_uri()]
+
+
+def text(page: chromium.Page, name: str) -> str:
+    return page.value(f"byId('{name}').textContent")
+
+
+def same_fold(page: chromium.Page, path: Path) -> mf.Fold:
+    """Check that the scene that the page gives to Python ends there in the page's bits."""
+    path.write_text(page.value("toYaml(laboratory.scene)"), encoding="utf-8")
+    fold = mf.simulate(mf.load_scene(path))
+    headings = page.value(f"({BITS})(laboratory.chain.headings())")
+    assert headings == [str(int(each)) for each in fold.angles.view(np.uint64)]
+    assert text(page, "word") == fold.word
+    assert text(page, "status") == fold.status
+    return fold
+
+
+def test_it_opens_with_a_fold_that_python_repeats(page: chromium.Page, tmp_path: Path) -> None:
+    fold = same_fold(page, tmp_path / "mine.yaml")
+    assert fold.word == "LRLLL"
+    assert text(page, "reached") == "✓ folded"
+    assert page.value("document.querySelectorAll('.ghost').length") == 6
+
+
+def test_what_is_set_folds_anew(page: chromium.Page, tmp_path: Path) -> None:
+    page.value('document.querySelector(\'#poles [data-component="2"][data-face="1"]\').click()')
+    assert page.value("laboratory.scene.sequence[2]") == "S-SN"
+    for name, value, kind in (
+        ("mount", "free", "change"),
+        ("friction", "0.1", "input"),
+        ("remanence", "1.2", "input"),
+    ):
+        page.value(
+            f"byId('{name}').value = '{value}'; byId('{name}').dispatchEvent(new Event('{kind}'))"
+        )
+    page.value("document.querySelector('[data-length=\"1\"]').click()")
+    page.value("byId('wall').click()")
+    scene = page.value("laboratory.scene")
+    assert scene["mount"] == "free"
+    assert scene["friction"] == 0.1
+    assert scene["magnets"] == {"remanence": 1.2}
+    assert len(scene["sequence"]) == 7
+    assert len(scene["obstacles"]) == 1
+    same_fold(page, tmp_path / "mine.yaml")
+
+
+def test_keys_on_a_face(page: chromium.Page) -> None:
+    page.value("document.querySelector('#poles [data-component=\"0\"]').focus()")  # back left: N
+    page.key("s")
+    assert page.value("laboratory.scene.sequence[0]") == "SSNS"
+    page.key("ArrowRight")
+    page.key("-")
+    assert page.value("laboratory.scene.sequence[0]") == "-SNS"
+    assert page.value("document.activeElement.ariaLabel") == "component 1, front left: no magnet"
+
+
+def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
+    page.value("byId('random').click()")
+    before = page.value("[location.hash, laboratory.chain.headings()]")
+    page.value("location.hash = ''")
+    page.value(f"location.hash = '{before[0]}'")
+    page.until(f"location.hash === '{before[0]}'")
+    assert page.value("laboratory.chain.headings()") == before[1]
+
+
+@pytest.mark.parametrize(
+    ("link", "said"),
+    [
+        ("'xyz'", 'link: "xyz" is not allowed; must be one that this page made, unbroken'),
+        ("btoa('[]')", "must hold a scene"),
+        (
+            "toLink({ friction: -1 }, '')",
+            "friction: -1 is not allowed; must be a number of at least 0",
+        ),
+        ("toLink({ sequence: ['NSNS'] }, '')", 'sequence: ["NSNS"] is not allowed; must have 2'),
+    ],
+)
+def test_a_broken_link_is_told_by_its_key(page: chromium.Page, link: str, said: str) -> None:
+    page.value(f"location.hash = {link}")
+    page.until("!byId('problem').hidden")
+    assert said in text(page, "problem")
+    page.value("byId('again').click()")
+    assert page.value("byId('problem').hidden")
+    assert text(page, "word") == "LRLLL"
+
+
+def test_feeding_by_hand(page: chromium.Page) -> None:
+    page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
+    page.until("laboratory.chain.released >= 1")
+    page.call("Input.dispatchKeyEvent", type="keyUp", key="d")
+    page.until("byId('now').textContent.includes('1 of 6 out')")
+    page.value("byId('let-go').click()")
+    assert text(page, "status") == "held"
+    assert page.value("laboratory.player.motion.last") > 10  # it was recorded
+
+
+def test_nothing_is_cut_off_on_a_phone(page: chromium.Page) -> None:
+    page.resize(390, 844, dark=True)
+    assert page.value("document.documentElement.scrollWidth") <= 390
+    page.resize(1400, 900)
+
+
+def ends_in(page: chromium.Page, scene: mf.Scene) -> Any:
+    return page.value(
+        f"""(() => {{
+            const chain = laboratory.engine.chain({json.dumps(told(scene))});
+            const status = chain.run(), headings = ({BITS})(chain.headings());
+            const found = {{ headings, status, word: chain.word, steps: chain.steps }};
+            chain.free();
+            return found;
+        }})()"""
+    )
+
+
+@pytest.mark.slow
+def test_hundreds_of_scenes_end_in_the_same_bits(page: chromium.Page) -> None:
+    rng = np.random.default_rng(300)
+    for k in range(300):
+        scene = random_scene(rng, MOUNTS[k % 3])
+        fold = mf.simulate(scene)
+        assert ends_in(page, scene) == {
+            "headings": [str(int(each)) for each in fold.angles.view(np.uint64)],
+            "status": fold.status.value,
+            "word": fold.word,
+            "steps": fold.steps,
+        }, told(scene)
