@@ -1,5 +1,6 @@
 """The site: `sphinx-build -W docs runs/site`, then open runs/site/index.html."""
 
+import shutil
 import sys
 from importlib.metadata import version as installed
 from pathlib import Path
@@ -12,6 +13,8 @@ from sphinx.util.typing import stringify_annotation
 sys.path.append(str(Path(__file__).parent / "extensions"))
 from models import is_model
 from moving_pictures import RUNS, package_digest
+
+from magfold_env.browser import build as laboratory
 
 project = "magfold_env"
 author = "the magfold_env developers"
@@ -91,8 +94,17 @@ def _open_to_all(_app: Sphinx, _page: str, _template: str, context: Any, _tree: 
             context[part] = written
 
 
+def _laboratory(app: Sphinx, error: Exception | None) -> None:
+    """Put the laboratory beside the pages."""
+    if error is None and app.builder.format == "html":
+        folder = Path(app.outdir) / "laboratory"
+        folder.mkdir(exist_ok=True)
+        shutil.copy(laboratory.page(), folder / "index.html")
+
+
 def setup(app: Sphinx) -> None:
     """Connect what is done to signatures, to links and to pages."""
     app.connect("autodoc-process-signature", _short)
     app.connect("source-read", _linked)
+    app.connect("build-finished", _laboratory)
     app.connect("html-page-context", _open_to_all, priority=900)  # the theme has been there

@@ -1,6 +1,7 @@
 """`python -m magfold_env.browser build`: write the engine for browsers into a folder."""
 
 import gzip
+import shutil
 from pathlib import Path
 from typing import Annotated
 
@@ -19,10 +20,15 @@ def main() -> None:
 @app.command()
 def build(
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("lab"),
+    pack: Annotated[
+        bool, typer.Option("--pack", help="Put the page into the package too, for a wheel.")
+    ] = False,
 ) -> None:
-    """Compile the kernels to WebAssembly, and pack the memory that they work on."""
+    """Compile the kernels to WebAssembly, pack the memory that they work on, write the page."""
     try:
         sizes = folder.build(out)
+        if pack:
+            shutil.copy(out / folder.PAGE, folder.PACKED)
     except RuntimeError as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(2) from None

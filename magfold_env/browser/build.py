@@ -1,17 +1,24 @@
-"""Write the folder that a page loads: kernels, packed memory, its layout, scripts."""
+"""Write the folder of the laboratory: kernels, packed memory, its layout, scripts, the page."""
 
 import json
+import os
+import shutil
+import tempfile
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from magfold_env.browser import memory, settings, tables, view, wasm
+from filelock import FileLock
+
+from magfold_env.browser import laboratory, memory, settings, tables, view, wasm
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.compile import by_pointer
+from magfold_env.engine.compile.kernel_cache import cache_root
 from magfold_env.engine.stepping import runs
 from magfold_env.engine.stepping.integrator import LONGEST_STEP
+from magfold_env.files import sources_digest, write_text
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
 from magfold_env.simulation.endings import BREAKDOWNS
@@ -20,7 +27,46 @@ from magfold_env.simulation.frames import APART
 FORMAT = "magfold_env browser 1"
 KERNELS, MEMORY, LAYOUT = "engine.wasm", "memory.bin", "layout.json"
 SCRIPTS = "engine.js", "scene.js"
+PAGE = "index.html"
+PACKED = Path(__file__).with_name("laboratory.html")
+"""The page in a wheel, which needs no linker."""
+
+_ROOMS = ("browser", "engine", "scene", "simulation")
 INTERNAL = ("work", "probe")  # fields that no page has to find
+
+
+def page() -> Path:
+    """Return the laboratory: the one of a wheel, or of a checkout's sources, built at first use.
+
+    Raises
+    ------
+    RuntimeError
+        If it has to be built, and something is missing here that it takes; the message says what.
+    """
+    return PACKED if PACKED.is_file() else kept() / PAGE
+
+
+def kept() -> Path:
+    """Return a folder that was built of these sources, now or before.
+
+    Raises
+    ------
+    RuntimeError
+        As `build` does.
+    """
+    root = cache_root() or Path(tempfile.gettempdir())
+    digest = sources_digest(*(f"{name}/**/*.py" for name in _ROOMS), "*.py")
+    found = root / f"browser-{digest}"
+    with FileLock(root / "browser.lock"):
+        if not found.is_dir():
+            made = found.with_suffix(f".{os.getpid()}")
+            build(made)
+            for old in root.glob("browser-" + "[0-9a-f]" * 16):
+                shutil.rmtree(old, ignore_errors=True)
+            made.rename(found)
+        # What needs no compiler may have changed since.
+        write_page(found)
+    return found
 
 
 def build(folder: Path) -> dict[str, int]:
@@ -34,10 +80,19 @@ def build(folder: Path) -> dict[str, int]:
         If something is missing here that it takes; the message says what.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    files = {KERNELS: module(), **packed_memory(), **scripts()}
-    for name, content in files.items():
+    for name, content in {KERNELS: module(), **packed_memory()}.items():
         folder.joinpath(name).write_bytes(content)
-    return {name: len(content) for name, content in files.items()}
+    write_page(folder)
+    return {each.name: each.stat().st_size for each in sorted(folder.iterdir())}
+
+
+def write_page(folder: Path) -> None:
+    """Write the scripts, and the page that has all in it, of what was compiled into a folder."""
+    for name in SCRIPTS:
+        script = Path(__file__).with_name(name).read_text(encoding="utf-8")
+        write_text(folder / name, script)
+    parts = (folder.joinpath(name).read_bytes() for name in (KERNELS, MEMORY, LAYOUT))
+    write_text(folder / PAGE, laboratory.page(*parts))
 
 
 def module() -> bytes:
@@ -72,11 +127,6 @@ def module() -> bytes:
             )
         }
     )
-
-
-def scripts() -> dict[str, bytes]:
-    """Return the scripts that a page loads."""
-    return {name: Path(__file__).with_name(name).read_bytes() for name in SCRIPTS}
 
 
 def packed_memory() -> dict[str, bytes]:

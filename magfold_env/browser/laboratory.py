@@ -15,8 +15,6 @@ from magfold_env.replay import SCRIPTS
 from magfold_env.replay import source as replay_source
 from magfold_env.replay.data import WORDS
 
-PAGE = "laboratory.html"
-
 # In the order in which they build on each other.
 _ENGINE = ("scene.js", "engine.js")
 _SCRIPTS = ("editor.js", "ghost.js", "share.js", "laboratory.js")

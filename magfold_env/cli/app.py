@@ -11,6 +11,7 @@ from magfold_env.cli import (
     ensemble,
     fold,
     hold,
+    lab,
     minimise,
     options,
     paper,
@@ -97,6 +98,7 @@ app.command()(score.score)
 app.command()(stress.stress)
 app.command()(paper.paper)
 app.command()(warmup.warmup)
+app.command()(lab.lab)
 
 
 @app.command()

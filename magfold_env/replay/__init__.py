@@ -15,7 +15,15 @@ from magfold_env.replay.data import WORDS, Recording, page_data
 
 __all__ = ["SCRIPTS", "Recording", "frame", "page", "page_data", "source", "write_html"]
 
-SCRIPTS = ("dom.js", "motion.js", "chain.js", "surroundings.js", "camera.js", "plot.js", "player.js")
+SCRIPTS = (
+    "dom.js",
+    "motion.js",
+    "chain.js",
+    "surroundings.js",
+    "camera.js",
+    "plot.js",
+    "player.js",
+)
 """What plays motions, in the order in which they build on each other; `source` has their texts."""
 
 

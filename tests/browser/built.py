@@ -1,23 +1,17 @@
 """The folder for browsers, built once for every version of the sources, and what runs it."""
 
 import json
-import os
 import shutil
 import subprocess
-import tempfile
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
-from filelock import FileLock
 
 from magfold_env.browser import build, wasm
 from magfold_env.engine.compile import by_pointer
-from magfold_env.engine.compile.kernel_cache import cache_root
-from magfold_env.files import sources_digest
 
-ROOMS = ("browser", "engine", "scene", "simulation")
 SCRIPT = Path(__file__).with_name("scenes.mjs")
 MISSING = (
     "needs kernels that take tuples by pointer"
@@ -34,21 +28,7 @@ def folder() -> Path:
     """Return a folder that was built of these sources; skips the test where it cannot be."""
     if MISSING:
         pytest.skip(MISSING)
-    root = cache_root() or Path(tempfile.gettempdir())
-    digest = sources_digest(*(f"{name}/**/*.py" for name in ROOMS), "*.py")
-    found = root / f"browser-{digest}"
-    with FileLock(root / "browser.lock"):
-        if not found.is_dir():
-            made = found.with_suffix(f".{os.getpid()}")
-            build.build(made)
-            for old in root.glob("browser-" + "[0-9a-f]" * 16):
-                shutil.rmtree(old, ignore_errors=True)
-            made.rename(found)
-        # Scripts need no compiler.
-        for name, content in build.scripts().items():
-            if found.joinpath(name).read_bytes() != content:
-                found.joinpath(name).write_bytes(content)
-    return found
+    return build.kept()
 
 
 def run(job: dict[str, Any], timeout: float = 600.0) -> Any:

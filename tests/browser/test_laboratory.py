@@ -13,7 +13,7 @@ if os.name != "posix":
     pytest.skip("the browser is driven over POSIX pipes", allow_module_level=True)
 
 import magfold_env as mf
-from magfold_env.browser import build, laboratory
+from magfold_env.browser import build
 from tests.browser import built
 from tests.browser.scenes import MOUNTS, random_scene, told
 from tests.replay import chromium
@@ -25,12 +25,8 @@ BITS = "(values) => [...new BigUint64Array(new Float64Array(values).buffer)].map
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    names = build.KERNELS, build.MEMORY, build.LAYOUT
-    parts = [built.folder().joinpath(name).read_bytes() for name in names]
-    path = tmp_path_factory.mktemp("laboratory") / laboratory.PAGE
-    path.write_text(laboratory.page(*parts), encoding="utf-8")
-    return path
+def file() -> Path:
+    return built.folder() / build.PAGE
 
 
 @pytest.fixture(scope="module")

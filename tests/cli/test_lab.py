@@ -1,0 +1,49 @@
+"""`magfold lab`."""
+
+import webbrowser
+from pathlib import Path
+
+import pytest
+
+from magfold_env.browser import build
+from tests.command_line import fails_in_one_line, run
+
+
+@pytest.fixture
+def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    path = tmp_path / "laboratory.html"
+    path.write_text("<!doctype html>", "utf-8")
+    monkeypatch.setattr(build, "PACKED", path)
+    return path
+
+
+def test_it_is_opened(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", lambda url: opened.append(url) or True)
+    assert run("lab").exit_code == 0
+    assert opened == [page.as_uri()]
+
+
+def test_where_no_browser_is_the_file_is_named(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(webbrowser, "open", lambda _: False)
+    result = run("lab")
+    assert result.exit_code == 0
+    assert str(page) in result.stdout.replace("\n", "")
+
+
+def test_it_is_written_to_a_folder(page: Path, tmp_path: Path) -> None:
+    assert run("lab", "--out", tmp_path / "site").exit_code == 0
+    assert (tmp_path / "site" / "index.html").read_bytes() == page.read_bytes()
+
+
+def test_a_folder_that_is_a_file_is_refused(page: Path) -> None:
+    fails_in_one_line(run("lab", "--out", page), "--out")
+
+
+def test_what_is_missing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def kept() -> Path:
+        raise RuntimeError("needs a linker for WebAssembly")
+
+    monkeypatch.setattr(build, "PACKED", Path("nowhere"))
+    monkeypatch.setattr(build, "kept", kept)
+    fails_in_one_line(run("lab"), "needs a linker for WebAssembly")
