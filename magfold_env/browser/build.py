@@ -58,7 +58,6 @@ def module() -> bytes:
         {
             name: wasm.Export(kernel, arguments)
             for name, kernel, arguments in (
-                ("make_joint_tables", tables.make_joint_tables, (shared.joints, shared.tables)),
                 ("make_far_table", tables.make_far_table, (shared.far, shared.tables)),
                 ("set_up", settings.set_up, (choice, model, state, seen)),
                 ("draw", settings.draw, (choice, model, 0.0)),
