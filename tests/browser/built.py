@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+import time
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from magfold_env.engine.compile import by_pointer
 from magfold_env.engine.compile.kernel_cache import cache_root
 from magfold_env.files import sources_digest
 
+KEPT = 7.0 * 24.0 * 3600.0  # [s] a folder is removed when not used for so long
 ROOMS = ("browser", "engine", "scene", "simulation")
 SCRIPT = Path(__file__).with_name("scenes.mjs")
 MISSING = (
@@ -41,9 +43,12 @@ def folder() -> Path:
         if not found.is_dir():
             made = found.with_suffix(f".{os.getpid()}")
             build.build(made)
-            for old in root.glob("browser-" + "[0-9a-f]" * 16):
-                shutil.rmtree(old, ignore_errors=True)
             made.rename(found)
+        found.touch()
+        # Other checkouts use others.
+        for other in root.glob("browser-" + "[0-9a-f]" * 16):
+            if time.time() - other.stat().st_mtime > KEPT:
+                shutil.rmtree(other, ignore_errors=True)
         # Scripts need no compiler.
         for name, content in build.scripts().items():
             if found.joinpath(name).read_bytes() != content:
