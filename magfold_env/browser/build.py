@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import tempfile
+import time
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
@@ -30,6 +31,9 @@ SCRIPTS = "engine.js", "scene.js"
 PAGE = "index.html"
 PACKED = Path(__file__).with_name("laboratory.html")
 """The page in a wheel, which needs no linker."""
+
+KEPT = 7.0 * 24.0 * 3600.0
+"""Time after which a folder that was not used is removed [s]."""
 
 _ROOMS = ("browser", "engine", "scene", "simulation")
 INTERNAL = ("work", "probe")  # fields that no page has to find
@@ -61,9 +65,12 @@ def kept() -> Path:
         if not found.is_dir():
             made = found.with_suffix(f".{os.getpid()}")
             build(made)
-            for old in root.glob("browser-" + "[0-9a-f]" * 16):
-                shutil.rmtree(old, ignore_errors=True)
             made.rename(found)
+        found.touch()
+        # Other checkouts use others.
+        for other in root.glob("browser-" + "[0-9a-f]" * 16):
+            if time.time() - other.stat().st_mtime > KEPT:
+                shutil.rmtree(other, ignore_errors=True)
         # What needs no compiler may have changed since.
         write_page(found)
     return found
@@ -113,7 +120,6 @@ def module() -> bytes:
         {
             name: wasm.Export(kernel, arguments)
             for name, kernel, arguments in (
-                ("make_joint_tables", tables.make_joint_tables, (shared.joints, shared.tables)),
                 ("make_far_table", tables.make_far_table, (shared.far, shared.tables)),
                 ("set_up", settings.set_up, (choice, model, state, seen)),
                 ("draw", settings.draw, (choice, model, 0.0)),

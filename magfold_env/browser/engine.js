@@ -27,8 +27,7 @@ export class Engine {
     this.spare = new Map(); // places of chains that are no more, by their length
     this.shared = this.take(layout.shared.size);
     this.put(layout.shared, this.shared);
-    const { joints, far, tables } = layout.shared.roots;
-    this.kernels.make_joint_tables(this.shared + joints, this.shared + tables);
+    const { far, tables } = layout.shared.roots;
     this.kernels.make_far_table(this.shared + far, this.shared + tables);
   }
 
@@ -313,7 +312,7 @@ export class Chain {
   #frame(frame) {
     this.#seen(frame);
     const { view } = this.engine.layout, feed = this.#array("view.feed");
-    const energy = this.#array("view.energy"), count = this.#array("view.count");
+    const energy = this.#array("view.energy"), count = this.#array("view.number");
     return {
       time: feed[view.TIME],
       advance: feed[view.ADVANCE],

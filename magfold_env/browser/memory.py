@@ -6,24 +6,22 @@ all chains share; whoever loads a block adds where that is. Only what is not zer
 """
 
 from collections.abc import Iterator
-from itertools import product
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.browser.settings import MOST_OBSTACLES, Numbers, Settings
-from magfold_env.browser.tables import FarKit, JointKit
+from magfold_env.browser.tables import FarKit
 from magfold_env.browser.view import View
 from magfold_env.engine import entries as at
 from magfold_env.engine.compile.by_pointer import pointer_types
-from magfold_env.engine.magnets.lookup import DEGREE, PAIRS
-from magfold_env.engine.state import Array, Magnets, Model, Record, State, Tables, Work
-from magfold_env.engine.workspace import new_nodes, new_record, new_state, new_work
+from magfold_env.engine.state import Magnets, Model, Record, State, Tables, Work
+from magfold_env.engine.workspace import new_record, new_state, new_work
 from magfold_env.scene import Scene
-from magfold_env.simulation import far_table, pair_tables
+from magfold_env.simulation import far_table
 from magfold_env.simulation.pack import pack, quadrature_of
-from magfold_env.simulation.quadrature import Rule, table_rule, width_rule
+from magfold_env.simulation.quadrature import Rule, width_rule
 
 LENGTHS = range(2, 13)
 FRAMES = 2048  # that are kept before a page takes them
@@ -52,15 +50,14 @@ class Chain(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """What chains of all lengths share, and what it is made of."""
+    """What chains of all lengths share, and what the rest of it is made of."""
 
     tables: Tables
-    joints: JointKit
     far: FarKit
 
 
 def shared_of(scene: Scene) -> tuple[Magnets, Shared]:
-    """Return the magnets of a scene, their tables yet to be made, and of what.
+    """Return the magnets of a scene, the largest table yet to be made, and of what.
 
     Raises
     ------
@@ -72,42 +69,9 @@ def shared_of(scene: Scene) -> tuple[Magnets, Shared]:
     if part is None or made.end == 0.0 or made.far.end == 0.0:
         raise ValueError("scene: must have magnets that both kinds of tables serve")
     far = made.far._replace(energy=np.zeros_like(made.far.energy))
-    tables = made._replace(one=np.zeros_like(made.one), two=np.zeros_like(made.two), far=far)
-    near = quadrature_of(scene.casing, part, table_rule(part))
-    joints = _joint_kit(near, scene.casing.diagonal)
+    tables = made._replace(far=far)
     kit = _far_kit(quadrature_of(scene.casing, part, Rule.single(1)), scene.casing.side)
-    return magnets._replace(tables=tables), Shared(tables, joints, kit)
-
-
-def _joint_kit(magnets: Magnets, pitch: float) -> JointKit:
-    one, two = (
-        pair_tables.END * pair_tables.sites(spaces)
-        for spaces in (pair_tables.ONE_SPACES, pair_tables.TWO_SPACES)
-    )
-    values = np.zeros((two.size * two.size, PAIRS))
-    band = _joint_band(pair_tables.TWO_SPACES)
-    return JointKit(
-        magnets=magnets,
-        nodes=new_nodes(magnets, 1),
-        pitch=pitch,
-        one=one[:, None].copy(),
-        two=np.array(list(product(two, two))),
-        one_band=_joint_band(pair_tables.ONE_SPACES),
-        two_band=band,
-        band=np.zeros_like(band),
-        values=values,
-        row=values.reshape(two.size, -1),
-    )
-
-
-def _joint_band(spaces: int) -> Array:
-    """Return the matrix of `pair_tables.coefficients`, row by row."""
-    matrix = pair_tables.basis_matrix(spaces, pair_tables.sites(spaces))
-    n = len(matrix)
-    band = np.zeros((n, 2 * DEGREE + 1))
-    for ahead in range(-DEGREE, DEGREE + 1):
-        band[max(-ahead, 0) : n - max(ahead, 0), DEGREE + ahead] = np.diagonal(matrix, ahead)
-    return band
+    return magnets._replace(tables=tables), Shared(tables, kit)
 
 
 def _far_kit(magnets: Magnets, side: float) -> FarKit:
@@ -277,7 +241,7 @@ class Block:
             return found
         owner = array
         while isinstance(owner.base, np.ndarray):
-            owner = cast("NDArray[Any]", owner.base)
+            owner = owner.base
         if not owner.flags.c_contiguous:
             raise ValueError("arrays that are packed must be C-contiguous")
         self._keep(owner.ctypes.data, owner.tobytes())

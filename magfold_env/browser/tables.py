@@ -1,35 +1,17 @@
-"""The magnets' tables, made by the kernels that make them elsewhere.
+"""The largest of the magnets' tables, made by the kernels that make it elsewhere.
 
-They are a megabyte that no compression makes smaller, and take a fraction of a second to make. What
-takes none to keep, such as knots and matrices, is found by `simulation.pair_tables` and
-`simulation.far_table` when memory is packed; tests compare every bit of the tables.
+It is a megabyte that no compression makes smaller, and takes a page 0.2 s to make. The tables of
+joints' angles are a quarter of that, take 0.35 s, and are kept as they are. So is what takes no
+room, such as knots and matrices, as `simulation.far_table` has them; tests compare every bit.
 """
 
 from typing import NamedTuple
 
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.engine.magnets.lookup import PAIRS
-from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Tables
+from magfold_env.engine.state import Array, IntArray, Magnets, Tables
 from magfold_env.simulation.banded import solve_banded
 from magfold_env.simulation.far_table import fill, filter_rows
-from magfold_env.simulation.pair_tables import face_energies
-
-
-@by_pointer
-class JointKit(NamedTuple):
-    """What the tables of joints' angles are made of."""
-
-    magnets: Magnets  # whose nodes energies are summed over
-    nodes: Nodes
-    pitch: float  # distance of a casing's hinges [m]
-    one: Array  # joint angles of the sites, (m, 1) [rad]
-    two: Array  # (k·k, 2)
-    one_band: Array  # matrices of the splines, (m, 7), used up
-    two_band: Array  # (k, 7)
-    band: Array  # scratch, as long
-    values: Array  # scratch, (k·k, PAIRS)
-    row: Array  # the same numbers, (k, k·PAIRS)
 
 
 @by_pointer
@@ -48,34 +30,6 @@ class FarKit(NamedTuple):
     band: Array  # matrix of the radial splines, used up, (radial + 2, 9)
     right: Array  # scratch, (radial + 2, turns·turns); its first and last row are zeros
     heading: IntArray  # which directions the table's columns are, (turns + 12,)
-
-
-@kernel
-def make_joint_tables(kit: JointKit, tables: Tables) -> None:
-    """Fill in the tables of neighbours and of components two apart, see `build_tables`."""
-    face_energies(kit.magnets, kit.pitch, kit.one, kit.nodes, tables.one)
-    solve_banded(kit.one_band, tables.one)
-    face_energies(kit.magnets, kit.pitch, kit.two, kit.nodes, kit.values)
-    for i in range(kit.two_band.shape[0]):
-        for j in range(kit.two_band.shape[1]):
-            kit.band[i, j] = kit.two_band[i, j]
-    solve_banded(kit.band, kit.row)
-    swap(kit.row, tables.two)
-    solve_banded(kit.two_band, tables.two)
-    swap(tables.two, kit.row)
-    for i in range(kit.row.shape[0]):
-        for j in range(kit.row.shape[1]):
-            tables.two[i, j] = kit.row[i, j]
-
-
-@kernel
-def swap(values: Array, out: Array) -> None:
-    """Exchange the first two axes of values (k, k·PAIRS)."""
-    k = values.shape[0]
-    for i in range(k):
-        for j in range(k):
-            for p in range(PAIRS):
-                out[j, PAIRS * i + p] = values[i, PAIRS * j + p]
 
 
 @kernel

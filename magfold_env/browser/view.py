@@ -19,7 +19,7 @@ MAGNETIC, KINETIC = range(2)
 # `View.feed`: the time [s], how far the feed has gone [m], its mean force since the frame before
 # [N], and when that was [s] and the impulse of the drive then [N·s].
 TIME, ADVANCE, PUSH, BEFORE, IMPULSE = range(5)
-# `View.count`: components out of the tube, and those that have their magnets.
+# `View.number`: components out of the tube, and those that have their magnets.
 RELEASED, LOADED = range(2)
 
 STATUSES = tuple(FoldStatus)
@@ -41,7 +41,7 @@ class View(NamedTuple):
     letter: IntArray  # of joints, 1 L, 0 S, −1 R; the last is none, (n,)
     energy: Array  # (2,)
     feed: Array  # (5,)
-    count: IntArray  # (2,)
+    number: IntArray  # (2,)
 
 
 @kernel
@@ -67,8 +67,8 @@ def look(
         view.letter[k] = letter(view.heading[k + 1] - view.heading[k])
     view.energy[KINETIC] = feed.kinetic_of(lo, model, work, q, v)
     view.energy[MAGNETIC] = magnet_energy(feed.place_all(lo, model, q, work.pose), model, work)
-    view.count[RELEASED] = n - lo
-    view.count[LOADED] = loaded(model, lo, q[n])
+    view.number[RELEASED] = n - lo
+    view.number[LOADED] = loaded(model, lo, q[n])
     since = time - view.feed[BEFORE]
     view.feed[PUSH] = (impulse - view.feed[IMPULSE]) / since if since > 0.0 else 0.0
     view.feed[TIME] = time

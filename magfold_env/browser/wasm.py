@@ -169,12 +169,13 @@ def module(exports: Mapping[str, Export]) -> bytes:
 
 def _program(exports: Mapping[str, Export]) -> str:
     """Return all code in LLVM's language, before it is optimised."""
-    parts: dict[int, str] = {}  # in the order in which it was lowered
+    parts: dict[Any, str] = {}  # in the order in which it was lowered
 
     def lowered(kernel: Any, signature: tuple[Any, ...]) -> str:
         compiled = _lowered(kernel, signature)
-        for each in compiled.library.needed:
-            parts.setdefault(id(each), str(each._final_module))
+        for each in compiled.library.needed:  # again and again, once for every caller
+            if each not in parts:
+                parts[each] = str(each._final_module)
         return compiled.fndesc.llvm_func_name
 
     shown = ""

@@ -13,25 +13,26 @@ def random_scene(rng: np.random.Generator, mount: str | None = None, **changes: 
     """Return a concrete scene of 2 to 12 components."""
     n = int(rng.integers(2, 13))
     letters = list("NS" if rng.random() < 0.7 else "NS-")
-    feed = {
+    feed: Any = {
         "direction": str(rng.choice(["forward", "backward"])),
         "loading": str(rng.choice(["preloaded", "preloaded", "at_mouth"])),
         "speed": rng.uniform(0.1, 0.6, n) if rng.random() < 0.3 else float(rng.uniform(0.1, 0.6)),
         "force_limit": None if rng.random() < 0.2 else 20.0,
     }
-    mass: Any = 0.0037
+    casing: Any = {}
     if rng.random() < 0.4:
-        mass = 0.0037 * rng.uniform(0.5, 1.5, n)
-    remanence: Any = float(rng.uniform(0.3, 1.0))
+        casing["mass"] = 0.0037 * rng.uniform(0.5, 1.5, n)
+    magnets: Any = {"remanence": float(rng.uniform(0.3, 1.0))}
     if rng.random() < 0.2:
-        remanence = rng.uniform(0.3, 1.0, (n, 4))
+        magnets["remanence"] = rng.uniform(0.3, 1.0, (n, 4))
+    chosen: Any = mount or str(rng.choice(MOUNTS))
     scene = mf.Scene(
         sequence=tuple("".join(rng.choice(letters, 4)) for _ in range(n)),
-        mount=mount or str(rng.choice(MOUNTS)),
+        mount=chosen,
         feed=feed,
         friction=float(rng.choice([0.0, 0.05, 0.2, 0.35])),
-        casing={"mass": mass},
-        magnets={"remanence": remanence},
+        casing=casing,
+        magnets=magnets,
         duration=2.0,
     )
     return scene.replace(**changes).draw(rng)

@@ -14,7 +14,7 @@ from tests.browser import built
 
 LARGEST = 500_000  # bytes gzipped, of 1.5 MB for the whole page
 EXPORTS = {
-    "ask", "draw", "ending", "energy", "look", "make_far_table", "make_joint_tables", "overlap",
+    "ask", "draw", "ending", "energy", "look", "make_far_table", "overlap",
     "park", "run", "set_up", "memory", "__heap_base",
 }  # fmt: skip
 

@@ -64,6 +64,17 @@ def test_scenes_end_in_the_same_bits() -> None:
     compare([random_scene(rng, MOUNTS[k % 3]) for k in range(21)])
 
 
+def test_obstacles_are_met_alike() -> None:
+    rng = np.random.default_rng(9)
+    walls: Any = [
+        {"position": (0.1, y), "size": (0.3, 0.004), "heading": tilt}
+        for y, tilt in ((0.02, 0.05), (-0.02, -0.05))
+    ]
+    compare([random_scene(rng, mount, obstacles=walls) for mount in ("free", "pinned")])
+    block: Any = [{"position": (0.05, 0.0), "size": (0.01, 0.03), "heading": 0.4}]
+    compare([random_scene(rng, "tube", obstacles=block)])
+
+
 @pytest.mark.slow
 def test_thousands_of_scenes_end_in_the_same_bits() -> None:
     rng = np.random.default_rng(2700)

@@ -1,4 +1,4 @@
-"""Tables that are made in a page are those that are made elsewhere."""
+"""The table that is made in a page is the one that is made elsewhere."""
 
 import pytest
 
@@ -11,11 +11,10 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def test_tables_are_made_to_the_last_bit() -> None:
+def test_the_largest_table_is_made_to_the_last_bit() -> None:
     scene = memory.standard(3)
     _, shared = memory.shared_of(scene)
-    assert not shared.tables.one.any()
-    tables.make_joint_tables(shared.joints, shared.tables)
+    assert not shared.tables.far.energy.any()
     tables.make_far_table(shared.far, shared.tables)
     made, expected = shared.tables, pack(scene).magnets.tables
     assert made.one.tobytes() == expected.one.tobytes()
