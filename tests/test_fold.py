@@ -139,7 +139,7 @@ def test_notebooks_play_what_was_recorded() -> None:
     )
     assert repr(fold).endswith(f"{len(fold.trajectory or ())} frames>")
     shown = fold._repr_html_() or ""
-    assert shown.startswith('<iframe srcdoc="&lt;!doctype html&gt;')
+    assert shown.startswith('<iframe title="A fold, to be played" srcdoc="&lt;!doctype html&gt;')
     assert replace(fold, trajectory=None)._repr_html_() is None
     nothing = {name: value[:0] for name, value in vars(fold.trajectory).items()}
     assert "0 frames" in repr(mf.Trajectory(**nothing))

@@ -12,7 +12,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import click
 import numpy as np
 import pytest
 import typer
@@ -92,7 +91,7 @@ def test_settings_are_ones_that_are_read(page: Path, tmp_path: Path) -> None:
             assert Scene(**given).mount == "tube"
 
 
-def command_line(words: Sequence[str]) -> tuple[str, click.Command, list[str]] | None:
+def command_line(words: Sequence[str]) -> tuple[str, Any, list[str]] | None:
     """Return the name of a command of ours, the command, and its arguments."""
     if words[0] == "magfold":
         return " ".join(words[:2]), typer.main.get_command(app.app), list(words[1:])
@@ -109,7 +108,7 @@ def command_line(words: Sequence[str]) -> tuple[str, click.Command, list[str]] |
     return None
 
 
-def only_read(command: click.Command) -> None:
+def only_read(command: Any) -> None:
     """Let a command and those within do nothing once their options are read."""
     command.callback = None
     for each in getattr(command, "commands", {}).values():

@@ -43,7 +43,8 @@ def write_html(fold: Recording, path: str | Path) -> None:
 def frame(fold: Recording) -> str:
     """Return an HTML frame with that page in it, which another page may hold."""
     content = html.escape(page(page_data(fold)))
-    return f'<iframe srcdoc="{content}" style="width: 100%; height: 640px; border: 0"></iframe>'
+    style = "width: 100%; height: 640px; border: 0"
+    return f'<iframe title="A fold, to be played" srcdoc="{content}" style="{style}"></iframe>'
 
 
 def page(data: dict[str, Any]) -> str:
