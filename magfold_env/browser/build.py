@@ -47,7 +47,7 @@ def page() -> Path:
     RuntimeError
         If it has to be built, and something is missing here that it takes; the message says what.
     """
-    return PACKED if PACKED.is_file() else kept() / PAGE
+    return PACKED if PACKED.is_file() and laboratory.is_of(PACKED, _sources()) else kept() / PAGE
 
 
 def kept() -> Path:
@@ -59,8 +59,7 @@ def kept() -> Path:
         As `build` does.
     """
     root = cache_root() or Path(tempfile.gettempdir())
-    digest = sources_digest(*(f"{name}/**/*.py" for name in _ROOMS), "*.py")
-    found = root / f"browser-{digest}"
+    found = root / f"browser-{_sources()}"
     with FileLock(root / "browser.lock"):
         if not found.is_dir():
             made = found.with_suffix(f".{os.getpid()}")
@@ -99,7 +98,12 @@ def write_page(folder: Path) -> None:
         script = Path(__file__).with_name(name).read_text(encoding="utf-8")
         write_text(folder / name, script)
     parts = (folder.joinpath(name).read_bytes() for name in (KERNELS, MEMORY, LAYOUT))
-    write_text(folder / PAGE, laboratory.page(*parts))
+    write_text(folder / PAGE, laboratory.page(_sources(), *parts))
+
+
+def _sources() -> str:
+    """Return a hash of all that kernels and packed memory are made of."""
+    return sources_digest(*(f"{name}/**/*.py" for name in _ROOMS), "*.py")
 
 
 def module() -> bytes:

@@ -18,14 +18,18 @@ from magfold_env.replay.data import WORDS
 # In the order in which they build on each other.
 _ENGINE = ("scene.js", "engine.js")
 _SCRIPTS = ("editor.js", "ghost.js", "share.js", "laboratory.js")
+_SOURCES = '<meta name="sources" content="{}">'
 _POLICY = (
     "default-src 'none'; script-src 'wasm-unsafe-eval' {script}; style-src {style}; "
     "img-src data:; base-uri 'none'; form-action 'none'"
 )
 
 
-def page(wasm: bytes, memory: bytes, layout: bytes) -> str:
-    """Return the page, with what `magfold_env.browser.build` made of the engine in it."""
+def page(sources: str, wasm: bytes, memory: bytes, layout: bytes) -> str:
+    """Return the page, with what `magfold_env.browser.build` made of the engine in it.
+
+    It names the hash of the ``sources`` of that.
+    """
     script = "\n".join(
         [
             *(replay_source(name) for name in SCRIPTS),
@@ -40,12 +44,19 @@ def page(wasm: bytes, memory: bytes, layout: bytes) -> str:
         "layout": json.loads(layout),
     }
     return Template(_source("lab", "page.html")).substitute(
+        sources=sources,
         policy=_POLICY.format(script=_hash(script), style=_hash(style)),
         style=style,
         words=WORDS,
         engine=json.dumps(engine, separators=(",", ":")).replace("<", "\\u003c"),
         script=script,
     )
+
+
+def is_of(path: Path, sources: str) -> bool:
+    """Return whether a page in a file has the engine of such sources in it."""
+    with path.open(encoding="utf-8") as file:
+        return _SOURCES.format(sources) in file.read(1000)
 
 
 def _as_function(modules: tuple[str, ...], names: tuple[str, ...]) -> str:

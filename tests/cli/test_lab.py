@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from magfold_env.browser import build
+from magfold_env.browser import build, laboratory
 from tests.command_line import fails_in_one_line, run
 
 
@@ -14,6 +14,7 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "laboratory.html"
     path.write_text("<!doctype html>", "utf-8")
     monkeypatch.setattr(build, "PACKED", path)
+    monkeypatch.setattr(laboratory, "is_of", lambda *_: True)
     return path
 
 
@@ -47,3 +48,14 @@ def test_what_is_missing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build, "PACKED", Path("nowhere"))
     monkeypatch.setattr(build, "kept", kept)
     fails_in_one_line(run("lab"), "needs a linker for WebAssembly")
+
+
+def test_a_packed_page_of_other_sources_is_not_taken(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.undo()
+    monkeypatch.setattr(build, "PACKED", page)
+    monkeypatch.setattr(build, "kept", lambda: tmp_path)
+    assert build.page() == tmp_path / build.PAGE
+    page.write_text(laboratory.page(build._sources(), b"", b"", b"{}"), "utf-8")
+    assert build.page() == page
