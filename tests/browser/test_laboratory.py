@@ -109,6 +109,13 @@ def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
     assert page.value("laboratory.chain.headings()") == before[1]
 
 
+def test_a_link_may_leave_out_what_has_a_default(page: chromium.Page, tmp_path: Path) -> None:
+    page.value("location.hash = toLink({ sequence: 'SNNS NNSN SSSN', feed: {} }, '')")
+    page.until("laboratory.scene.sequence.length === 3")
+    assert page.value("byId('problem').hidden")
+    same_fold(page, tmp_path / "mine.yaml")
+
+
 @pytest.mark.parametrize(
     ("link", "said"),
     [
@@ -117,6 +124,10 @@ def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
         (
             "toLink({ friction: -1 }, '')",
             "friction: -1 is not allowed; must be a number of at least 0",
+        ),
+        (
+            "toLink({ sequence: ['NSNS', 'NSNS'], feed: { speed: [0.1, 0.2] } }, '')",
+            "feed.speed: [0.1,0.2] is not allowed; must be one number here",
         ),
         ("toLink({ sequence: ['NSNS'] }, '')", 'sequence: ["NSNS"] is not allowed; must have 2'),
     ],

@@ -30,8 +30,7 @@ class Laboratory {
     try {
       if (link) {
         const { scene, wanted } = fromLink(link);
-        readScene(scene, this.engine.layout);
-        Object.assign(this, { scene: { ...USUAL, ...scene }, wanted });
+        Object.assign(this, { scene: editable(scene, this.engine.layout), wanted });
       }
       this.#say("");
     } catch (error) {
@@ -297,6 +296,22 @@ class Laboratory {
       byId("copied").textContent = text === location.href ? "the address above is the link" : "";
     }
   }
+}
+
+/** Return a scene with all that can be set here spelled out; raises a SceneError. */
+function editable(scene, layout) {
+  const told = readScene(scene, layout);
+  const one = (key, values) => {
+    if (values.every((each) => each === values[0])) return values[0];
+    throw new SceneError([{ key, value: values, allowed: "must be one number here" }]);
+  };
+  const { sequence, mount, friction, direction } = told;
+  return {
+    ...scene, sequence, mount, friction,
+    feed: { ...scene.feed, direction, speed: one("feed.speed", told.speed) },
+    magnets: { remanence: one("magnets.remanence", told.remanence.flat()) },
+    obstacles: (scene.obstacles ?? []).map((each) => ({ heading: 0, ...each })),
+  };
 }
 
 const randomFaces = () => Array.from({ length: 4 }, () => "NS"[Math.floor(2 * Math.random())]).join("");
