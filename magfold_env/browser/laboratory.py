@@ -44,7 +44,8 @@ def page(sources: str, wasm: bytes, memory: bytes, layout: bytes) -> str:
         "layout": json.loads(layout),
     }
     return Template(_source("lab", "page.html")).substitute(
-        sources=sources,
+        sources=_SOURCES.format(sources),
+        controls=replay_source("controls.html"),
         policy=_POLICY.format(script=_hash(script), style=_hash(style)),
         style=style,
         words=WORDS,

@@ -54,6 +54,7 @@ def page(data: dict[str, Any]) -> str:
         title=html.escape(title),
         words=WORDS,
         style=source("page.css"),
+        controls=source("controls.html"),
         script="\n".join(source(name) for name in (*SCRIPTS, "start.js")),
         data=_inline_json(data),
     )
