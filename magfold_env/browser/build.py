@@ -12,7 +12,7 @@ from typing import Any
 
 from filelock import FileLock
 
-from magfold_env.browser import laboratory, memory, settings, tables, view, wasm
+from magfold_env.browser import laboratory, memory, settings, states, tables, view, wasm
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.compile import by_pointer
@@ -35,7 +35,7 @@ PACKED = Path(__file__).with_name("laboratory.html")
 KEPT = 7.0 * 24.0 * 3600.0
 """Time after which a folder that was not used is removed [s]."""
 
-_ROOMS = ("browser", "engine", "scene", "simulation")
+_ROOMS = ("browser", "engine", "minimiser", "scene", "simulation")
 INTERNAL = ("work", "probe")  # fields that no page has to find
 
 
@@ -116,9 +116,9 @@ def module() -> bytes:
     """
     if not by_pointer.POINTERS:
         raise RuntimeError("needs kernels that take tuples by pointer, see engine.compile")
-    magnets, shared = memory.shared_of(memory.standard(2))
-    chain = memory.chain_of(memory.standard(2), magnets)
-    model, state, work, _, record, choice, seen = chain
+    shared = memory.shared_of(memory.standard(2))
+    chain = memory.chain_of(memory.standard(2), shared.couplings)
+    model, state, work, _, record, choice, seen, search = chain
     moving = model, state, work
     return wasm.module(
         {
@@ -134,6 +134,9 @@ def module() -> bytes:
                 ("energy", runs.energy, (*moving, 0.0)),
                 ("look", view.look, (0, *moving, record, seen, 0)),
                 ("ending", view.ending, (0, state, seen)),
+                ("couple", states.couple, (shared.couplings, 0, 0)),
+                ("begin_search", states.begin_search, (choice, shared.couplings, search)),
+                ("visit", states.visit, (search, 0)),
             )
         }
     )
@@ -182,6 +185,7 @@ def constants() -> dict[str, Any]:
         "view": _numbers(
             view, "MAGNETIC", "KINETIC", "TIME", "ADVANCE", "PUSH", "RELEASED", "LOADED"
         ),
+        "progress": _numbers(states, "DEPTH", "FOUND"),
         "outcome": _numbers(outcomes, "REACHED", "RESTED", "FULL", "TIMED_OUT"),
         "mounts": list(settings.MOUNTS),
         "statuses": [status.value for status in view.STATUSES],

@@ -9,6 +9,9 @@ const PAGE = 65536; // bytes of WebAssembly's memory
 const ALIGNED = 64;
 const MILLI = 1e3;
 const LETTERS = { "1": "L", "0": "S", "-1": "R" };
+// Parts of a search between which a page may do something else, a millisecond or less.
+const COUPLED_AT_ONCE = 8; // poses
+const VISITED_AT_ONCE = 2000; // steps
 const VIEWS = { f64: Float64Array, i64: BigInt64Array };
 
 /** All chains of a page, side by side in one memory. */
@@ -167,6 +170,27 @@ export class Chain {
     this.engine.kernels.park(this.#roots.model, this.#roots.state);
   }
 
+  /**
+   * Rank the chain's words by their magnetic energy, as `mf.minimise` does.
+   *
+   * A generator that yields after every small part of the work and returns the states of least
+   * energy [J], the lowest first: [{ word, energy, stable }].
+   */
+  *ranking() {
+    const { kernels, shared, layout } = this.engine, { settings, search } = this.#roots;
+    const couplings = shared + layout.shared.roots.couplings;
+    while (!kernels.couple(couplings, this.n, COUPLED_AT_ONCE)) yield;
+    kernels.begin_search(settings, couplings, search);
+    while (!kernels.visit(search, VISITED_AT_ONCE)) yield;
+    const count = Number(this.#array("search.progress")[layout.progress.FOUND]);
+    const letters = this.#array("search.letter"), stable = this.#array("search.stable");
+    return [...this.#array("search.best").subarray(0, count)].map((energy, k) => ({
+      word: wordOf(letters.subarray(k * this.n, (k + 1) * this.n)),
+      energy,
+      stable: stable[k] === 1n,
+    }));
+  }
+
   /** Give its room to others. */
   free() {
     const { spare } = this.engine;
@@ -220,7 +244,7 @@ export class Chain {
   /** The nearest fold word; empty where numbers broke down. */
   get word() {
     return this.headings().every(Number.isFinite)
-      ? this.#look("letter").slice(0, -1).map((letter) => LETTERS[letter]).join("")
+      ? wordOf(this.#look("letter"))
       : "";
   }
 
@@ -387,6 +411,9 @@ export class Chain {
     ];
   }
 }
+
+/** Return the word of letters as kernels have them, of which the last is none. */
+const wordOf = (letters) => Array.from(letters.slice(0, -1), (letter) => LETTERS[letter]).join("");
 
 const short = (value, digits) => String(Number(value.toPrecision(digits)));
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.browser.settings import MOST_OBSTACLES, Numbers, Settings
+from magfold_env.browser.states import Couplings, Search, new_couplings, new_search
 from magfold_env.browser.tables import FarKit
 from magfold_env.browser.view import View
 from magfold_env.engine import entries as at
@@ -47,17 +48,19 @@ class Chain(NamedTuple):
     record: Record
     settings: Settings
     view: View
+    search: Search
 
 
 class Shared(NamedTuple):
-    """What chains of all lengths share, and what the rest of it is made of."""
+    """What chains of all lengths share, with what the rest of it is made of."""
 
     tables: Tables
     far: FarKit
+    couplings: Couplings
 
 
-def shared_of(scene: Scene) -> tuple[Magnets, Shared]:
-    """Return the magnets of a scene, the largest table yet to be made, and of what.
+def shared_of(scene: Scene) -> Shared:
+    """Return what chains with a scene's magnets share, with what is yet to be made left at zero.
 
     Raises
     ------
@@ -71,7 +74,9 @@ def shared_of(scene: Scene) -> tuple[Magnets, Shared]:
     far = made.far._replace(energy=np.zeros_like(made.far.energy))
     tables = made._replace(far=far)
     kit = _far_kit(quadrature_of(scene.casing, part, Rule.single(1)), scene.casing.side)
-    return magnets._replace(tables=tables), Shared(tables, kit)
+    magnets = magnets._replace(tables=tables)
+    couplings = new_couplings(magnets, scene.casing.diagonal, LENGTHS[-1])
+    return Shared(tables, kit, couplings)
 
 
 def _far_kit(magnets: Magnets, side: float) -> FarKit:
@@ -101,14 +106,14 @@ def _far_kit(magnets: Magnets, side: float) -> FarKit:
     )
 
 
-def chain_of(scene: Scene, magnets: Magnets) -> Chain:
+def chain_of(scene: Scene, couplings: Couplings) -> Chain:
     """Return room for chains as long as a scene's, with what they keep of it.
 
-    ``magnets`` are its own.
+    ``couplings`` are those of its magnets.
     """
     n, part = scene.n, scene.magnets
     model = pack(scene)._replace(
-        magnets=magnets, obstacles=np.zeros((at.WALLS + MOST_OBSTACLES, at.RADIUS + 1))
+        magnets=couplings.magnets, obstacles=np.zeros((at.WALLS + MOST_OBSTACLES, at.RADIUS + 1))
     )
     assert part is not None
     state, work, probe = new_state(model, np.zeros(n)), new_work(model), new_work(model)
@@ -141,7 +146,8 @@ def chain_of(scene: Scene, magnets: Magnets) -> Chain:
         np.zeros(n), np.zeros(n), np.zeros(2), np.zeros(2), np.zeros(n, dtype=np.int64),
         np.zeros(2), np.zeros(5), np.zeros(2, dtype=np.int64),
     )  # fmt: skip
-    return Chain(model, state, work, probe, record, settings, view)
+    search = new_search(couplings, n)
+    return Chain(model, state, work, probe, record, settings, view, search)
 
 
 def _word(packed: Any, name: str, count: int = 1) -> NDArray[Any]:
@@ -274,11 +280,7 @@ def _arrays(packed: Any, name: str, word: int = 0) -> Iterator[tuple[int, tuple[
 
 def images() -> tuple[Image, dict[int, Image]]:
     """Return the block of what all chains share, and those of chains, by their length."""
-    magnets, shared = shared_of(standard(LENGTHS[0]))
+    shared = shared_of(standard(LENGTHS[0]))
     block = Block(shared)
-    # What models hold of the magnets besides the tables.
-    for _, (_, array) in _arrays(magnets, "magnets"):
-        if array.size > 0:
-            block.place(array)
-    chains = {n: Block(chain_of(standard(n), magnets), block).image() for n in LENGTHS}
+    chains = {n: Block(chain_of(standard(n), shared.couplings), block).image() for n in LENGTHS}
     return block.image(), chains

@@ -111,6 +111,12 @@ def set_up(settings: Settings, model: Model, state: State, view: View) -> None:
     view.feed[BEFORE], view.feed[IMPULSE] = -number[INTERVAL], 0.0
 
 
+@inlined
+def face_charge(settings: Settings, i: int, f: int) -> float:
+    """Return the charge that a pole face has if it has a magnet [A·m]."""
+    return settings.remanence[i, f] * settings.face[0, f] * settings.face[1, f] / MU0
+
+
 @kernel
 def put_charges(settings: Settings, charge: Array) -> tuple[float, bool]:
     """Fill in the signed charges of the pole faces in the engine's order, (n, 4) [A·m].
@@ -121,7 +127,7 @@ def put_charges(settings: Settings, charge: Array) -> tuple[float, bool]:
     largest, any_charge = 0.0, False
     for i in range(n):
         for f in range(4):
-            strength = settings.remanence[i, f] * settings.face[0, f] * settings.face[1, f] / MU0
+            strength = face_charge(settings, i, f)
             largest = max(largest, strength)
             any_charge = any_charge or settings.pole[i, f] != 0
             # Seen from the other end of the chain a casing is turned by half a turn.

@@ -11,7 +11,7 @@ found by dynamic programming along the arm; they bound from below what the far a
 """
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,30 @@ class Arm(NamedTuple):
     """
     end: int
     """First of the nodes of the component at the arm's end."""
+
+
+class Poses(Protocol):
+    """Components on the lattice by some index, as an `Arm` has them by its nodes."""
+
+    @property
+    def x(self) -> IntArray:
+        """Cells, as `Arm.x`."""
+        ...
+
+    @property
+    def y(self) -> IntArray:
+        """Cells, as `Arm.y`."""
+        ...
+
+    @property
+    def quarter(self) -> IntArray:
+        """Headings in quarter turns."""
+        ...
+
+    @property
+    def component(self) -> IntArray:
+        """Components, 0-based."""
+        ...
 
 
 class PairTable(NamedTuple):
@@ -153,8 +177,8 @@ def _beside(x: int, y: int) -> int:
 
 
 @inlined
-def pair_energy(table: PairTable, one: Arm, u: int, other: Arm, v: int) -> float:
-    """Energy of the components at node u of one arm and node v of an arm [J].
+def pair_energy(table: PairTable, one: Poses, u: int, other: Poses, v: int) -> float:
+    """Energy of the components at u and v, nodes of two arms or of one [J].
 
     Infinite where they overlap, and where equal poles touch if that is excluded.
     """

@@ -59,6 +59,12 @@ const tasks = {
     chain.run();
     return end(chain);
   }),
+  states: () => job.scenes.map((scene) => {
+    const ranking = engine.chain(scene).ranking();
+    let part;
+    do part = ranking.next(); while (!part.done);
+    return part.value.map((state) => ({ ...state, energy: bits(state.energy) }));
+  }),
   frames: () => job.scenes.map((scene) => {
     const chain = engine.chain(scene, { frameRate: job.frameRate });
     chain.run();

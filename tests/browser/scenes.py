@@ -1,17 +1,20 @@
-"""Random scenes that a page can hold, and how its script is told of them."""
+"""Random scenes that a page can hold, and how its script and its kernels are told of them."""
 
+import math
 from typing import Any
 
 import numpy as np
 
 import magfold_env as mf
+from magfold_env.browser import memory, settings, states
+from magfold_env.simulation.pack import pack
 
 MOUNTS = ("tube", "free", "pinned")
 
 
 def random_scene(rng: np.random.Generator, mount: str | None = None, **changes: Any) -> mf.Scene:
-    """Return a concrete scene of 2 to 12 components."""
-    n = int(rng.integers(2, 13))
+    """Return a concrete scene of 2 to 12 components, or of ``n``."""
+    n = changes.pop("n", None) or int(rng.integers(2, 13))
     letters = list("NS" if rng.random() < 0.7 else "NS-")
     feed: Any = {
         "direction": str(rng.choice(["forward", "backward"])),
@@ -54,3 +57,43 @@ def told(scene: mf.Scene) -> dict[str, Any]:
     name = "start_offsets" if scene.mount == "tube" else "start_angles"
     found[name] = data[name]
     return found
+
+
+def couplings_of() -> states.Couplings:
+    """Return room for what components with a page's magnets do to each other on the lattice."""
+    standard = memory.standard(2)
+    magnets, diagonal = pack(standard).magnets, standard.casing.diagonal
+    return states.new_couplings(magnets, diagonal, memory.LENGTHS[-1])
+
+
+def chain_of(scene: mf.Scene, couplings: states.Couplings | None = None) -> memory.Chain:
+    """Return a chain that was made of its settings."""
+    standard = memory.standard(scene.n)
+    couplings = couplings or couplings_of()
+    chain = memory.chain_of(standard, couplings)
+    given_ = chain.settings
+    poles = {"N": 1, "S": -1, "-": 0}
+    assert scene.magnets is not None
+    given_.pole[:] = [[poles[face] for face in faces] for faces in scene.sequence]
+    given_.remanence[:] = scene.magnets.remanence
+    given_.mass[:] = scene.masses
+    given_.speed[:] = scene.speeds
+    tube = scene.mount == "tube"
+    start = scene.start_offsets if tube else scene.start_angles
+    assert start is not None
+    given_.start[: len(start)] = start
+    for row, each in zip(given_.obstacles, scene.obstacles, strict=False):
+        row[:] = *each.position, *each.size, each.heading
+    given_.choice[:] = (
+        settings.MOUNTS.index(scene.mount),
+        scene.feed.direction == "forward",
+        scene.feed.loading == "at_mouth",
+        len(scene.obstacles),
+    )
+    limit = math.inf if scene.feed.force_limit is None else scene.feed.force_limit
+    given_.number[:] = (
+        scene.friction, scene.gravity.normal, scene.duration, limit,
+        scene.bore, scene.feed.wall, 0.0,
+    )  # fmt: skip
+    settings.set_up(given_, chain.model, chain.state, chain.view)
+    return chain

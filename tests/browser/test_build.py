@@ -14,8 +14,8 @@ from tests.browser import built
 
 LARGEST = 750_000  # bytes gzipped, of 1.5 MB that it may have
 EXPORTS = {
-    "ask", "draw", "ending", "energy", "look", "make_far_table", "overlap",
-    "park", "run", "set_up", "memory", "__heap_base",
+    "ask", "begin_search", "couple", "draw", "ending", "energy", "look", "make_far_table",
+    "overlap", "park", "run", "set_up", "visit", "memory", "__heap_base",
 }  # fmt: skip
 
 

@@ -141,6 +141,25 @@ def test_a_broken_link_is_told_by_its_key(page: chromium.Page, link: str, said: 
     assert text(page, "word") == "LRLLL"
 
 
+def test_states_of_least_energy_stand_beside_the_fold(page: chromium.Page) -> None:
+    page.value("location.hash = ''")
+    page.until("byId('states').ariaBusy === 'false'")
+    rows = page.value("[...byId('states').rows].map((row) => row.innerText.split(/\\s*\\t\\s*/))")
+    scene = mf.load_scene("paper/sequence-3")
+    found = mf.minimise(scene.replace(sequence=page.value("laboratory.scene.sequence"))).states
+    assert [row[0] for row in rows[: len(found)]] == [state.word for state in found]
+    assert rows[0][1] == f"{1e3 * found[0].energy:.3f}".replace("-", "−")
+    assert rows[0][2] == "stable · this fold"
+    page.value("byId('states').rows[2].querySelector('button').click()")
+    assert page.value("laboratory.wanted") == found[2].word == page.value("byId('wanted').value")
+    assert page.value("document.querySelectorAll('.ghost').length") == 6
+    assert text(page, "reached") == "not this"
+    # Other magnets, other states.
+    page.value("byId('random').click()")
+    page.until("byId('states').ariaBusy === 'false'")
+    assert page.value("byId('states').rows.length") == 8
+
+
 def test_feeding_by_hand(page: chromium.Page) -> None:
     page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
     page.until("laboratory.chain.released >= 1")

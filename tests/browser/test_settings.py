@@ -9,50 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.browser import memory, settings
+from magfold_env.browser import settings
 from magfold_env.engine.compile import by_pointer
-from magfold_env.simulation.pack import pack
 from magfold_env.simulation.session import Session
-from tests.browser.scenes import random_scene
+from tests.browser.scenes import chain_of, random_scene
 
 pytestmark = pytest.mark.skipif(
     not by_pointer.POINTERS, reason="needs kernels that take tuples by pointer"
 )
 
 WALLED = {"obstacles": [{"position": (0.02, 0.05), "size": (0.01, 0.03), "heading": 0.4}]}
-
-
-def chain_of(scene: mf.Scene) -> memory.Chain:
-    """Return a chain that was made of its settings."""
-    n = scene.n
-    standard = memory.standard(n)
-    chain = memory.chain_of(standard, pack(standard).magnets)
-    given_ = chain.settings
-    poles = {"N": 1, "S": -1, "-": 0}
-    assert scene.magnets is not None
-    given_.pole[:] = [[poles[face] for face in faces] for faces in scene.sequence]
-    given_.remanence[:] = scene.magnets.remanence
-    given_.mass[:] = scene.masses
-    given_.speed[:] = scene.speeds
-    tube = scene.mount == "tube"
-    start = scene.start_offsets if tube else scene.start_angles
-    assert start is not None
-    given_.start[: len(start)] = start
-    for row, each in zip(given_.obstacles, scene.obstacles, strict=False):
-        row[:] = *each.position, *each.size, each.heading
-    given_.choice[:] = (
-        settings.MOUNTS.index(scene.mount),
-        scene.feed.direction == "forward",
-        scene.feed.loading == "at_mouth",
-        len(scene.obstacles),
-    )
-    limit = math.inf if scene.feed.force_limit is None else scene.feed.force_limit
-    given_.number[:] = (
-        scene.friction, scene.gravity.normal, scene.duration, limit,
-        scene.bore, scene.feed.wall, 0.0,
-    )  # fmt: skip
-    settings.set_up(given_, chain.model, chain.state, chain.view)
-    return chain
 
 
 def same(made: Any, packed: Any, *, but: tuple[str, ...] = ()) -> None:

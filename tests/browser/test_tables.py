@@ -13,7 +13,7 @@ pytestmark = pytest.mark.skipif(
 
 def test_the_largest_table_is_made_to_the_last_bit() -> None:
     scene = memory.standard(3)
-    _, shared = memory.shared_of(scene)
+    shared = memory.shared_of(scene)
     assert not shared.tables.far.energy.any()
     tables.make_far_table(shared.far, shared.tables)
     made, expected = shared.tables, pack(scene).magnets.tables

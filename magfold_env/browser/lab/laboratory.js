@@ -17,6 +17,7 @@ class Laboratory {
     this.engine = engine;
     this.player = new Player();
     this.editor = new Editor(byId("poles"), (sequence) => this.change({ sequence }));
+    this.states = new States(byId("states"), (word) => this.want(word));
     this.scene = USUAL;
     this.wanted = "LRLLL";
     this.#listen();
@@ -102,6 +103,9 @@ class Laboratory {
     drawGhost(shape("g", {}, byId("drawing")), motion, this.wanted);
     byId("reached").textContent = this.wanted === "" ? ""
       : data.status === "folded" && data.word === this.wanted ? "✓ folded" : "not this";
+    const { chain } = this;
+    this.states.mark(data.word, this.wanted);
+    this.states.rank(chain, this.scene, () => this.chain === chain);
   }
 
   // --- feeding by hand ---
@@ -224,7 +228,7 @@ class Laboratory {
     on("feed", "input", () => this.#changeFeed({ speed: Number((10 ** number("feed")).toPrecision(3)) }));
     on("friction", "input", () => this.change({ friction: number("friction") }, true));
     on("remanence", "input", () => this.change({ magnets: { remanence: number("remanence") } }, true));
-    on("wanted", "input", () => this.#want());
+    on("wanted", "input", () => this.want(byId("wanted").value));
     on("again", "click", () => this.change({}));
     on("random", "click", () => this.change({ sequence: this.scene.sequence.map(randomFaces) }));
     on("wall", "click", () => this.#addWall());
@@ -244,10 +248,9 @@ class Laboratory {
     this.change({ feed: { ...this.scene.feed, ...entries } }, "speed" in entries);
   }
 
-  #want() {
-    const field = byId("wanted");
-    field.value = field.value.toUpperCase().replace(/[^LRS]/g, "");
-    this.wanted = field.value;
+  /** Want a word: show its outline, and whether the chain folded so. */
+  want(word) {
+    byId("wanted").value = this.wanted = word.toUpperCase().replace(/[^LRS]/g, "");
     history.replaceState(null, "", `#${toLink(this.scene, this.wanted)}`);
     this.#showMotion();
     this.player.seek(this.player.motion.end);

@@ -1,0 +1,231 @@
+"""The words of least magnetic energy, for a page: what `mf.minimise` ranks.
+
+Words are visited depth first, in the order S, L, R, and the pairs of a component are added when it
+is laid. Nothing is allocated here, and all of it can be done in parts: how far a search has come
+lies in its arrays.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from magfold_env.browser.settings import Settings, face_charge
+from magfold_env.engine.compile.by_pointer import by_pointer
+from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.magnets import pairs
+from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
+from magfold_env.engine.workspace import new_nodes
+from magfold_env.minimiser.arms import PairTable, pair_energy
+from magfold_env.minimiser.couplings import FACES
+from magfold_env.minimiser.energies import TIE
+from magfold_env.minimiser.lattice import HEADINGS, TURNS
+
+MOST = 8
+"""States that are kept."""
+
+# `Search.progress`: components that are laid but the first, −1 at the end; states that were found.
+DEPTH, FOUND = range(2)
+
+_TURNS = tuple(int(turn) for turn in TURNS)
+_HEADINGS = tuple((int(x), int(y)) for x, y in HEADINGS)
+
+
+@by_pointer
+class Couplings(NamedTuple):
+    """What two components do to each other on the lattice, see `minimiser.arms.PairTable`."""
+
+    magnets: Magnets
+    half: Array  # half a casing's diagonal, (1,) [m]
+    energy: Array  # of faces of unit charge by cell and quarter turns, (x, y, 4, 4, 4) [J/(A·m)²]
+    known: IntArray  # 1 where that is filled in, (x, y, 4)
+    charge: Array  # scratch: those of two components, (2, 4)
+    pose: Pose  # and where they lie, (2,) each
+    nodes: Nodes
+
+
+@by_pointer
+class Search(NamedTuple):
+    """All words of a chain of n components, component 1 first, and the best of them so far."""
+
+    coupling: Array  # `Couplings.energy`
+    charge: Array  # of the faces, (n, 4) [A·m]
+    unit: Array  # of energy: so close are equal ones, (1,) [J]
+    x: IntArray  # cells of the components that are laid, and their headings, (n,)
+    y: IntArray
+    quarter: IntArray
+    component: IntArray
+    tried: IntArray  # letters of the joint behind each that were tried, (n,)
+    energy: Array  # of the components up to each, (n,) [J]
+    best: Array  # energies of the states found, the lowest first, (MOST,) [J]
+    letter: IntArray  # 1 L, 0 S, −1 R, (MOST, n)
+    stable: IntArray  # whether they are folded, and no equal poles touch, (MOST,)
+    progress: IntArray  # (2,)
+
+
+def new_couplings(magnets: Magnets, length: float, longest: int) -> Couplings:
+    """Return room for the couplings of chains of up to ``longest`` components.
+
+    ``length`` is that of a component from hinge to hinge [m].
+    """
+    width = 4 * (longest - 1) + 1
+    return Couplings(
+        magnets=magnets,
+        half=np.array([0.5 * length]),
+        energy=np.zeros((width, width, 4, FACES, FACES)),
+        known=np.zeros((width, width, 4), dtype=np.int64),
+        charge=np.zeros((2, FACES)),
+        pose=Pose(*np.zeros((4, 2))),
+        nodes=new_nodes(magnets, 2),
+    )
+
+
+def new_search(couplings: Couplings, n: int) -> Search:
+    """Return room for a search of chains of n components."""
+    x, y, quarter, component, tried = np.zeros((5, n), dtype=np.int64)
+    return Search(
+        coupling=couplings.energy,
+        charge=np.zeros((n, FACES)),
+        unit=np.zeros(1),
+        x=x, y=y, quarter=quarter, component=component, tried=tried,
+        energy=np.zeros(n),
+        best=np.zeros(MOST),
+        letter=np.zeros((MOST, n), dtype=np.int64),
+        stable=np.zeros(MOST, dtype=np.int64),
+        progress=np.zeros(2, dtype=np.int64),
+    )  # fmt: skip
+
+
+@kernel
+def couple(couplings: Couplings, n: int, most: int) -> int:
+    """Fill in up to ``most`` couplings that chains of n components need; returns 1 at the end."""
+    reach, middle, filled = 2 * (n - 1), couplings.energy.shape[0] // 2, 0
+    for x in range(-reach, reach + 1):
+        rest = reach - abs(x)
+        for y in range(-rest, rest + 1, 2):
+            if x == 0 and y == 0:
+                continue
+            # Every turn changes the parity of the cell's x, its y and the heading together.
+            for quarter in range(x % 2, 4, 2):
+                if couplings.known[x + middle, y + middle, quarter] == 0:
+                    if filled == most:
+                        return 0
+                    couplings.known[x + middle, y + middle, quarter] = 1
+                    put_pose(couplings, x, y, quarter)
+                    put_energies(couplings, couplings.energy[x + middle, y + middle, quarter])
+                    filled += 1
+    return 1
+
+
+@kernel
+def put_pose(couplings: Couplings, x: int, y: int, quarter: int) -> None:
+    """Lay a second component in a cell, the first at the origin heading along +x."""
+    pose, half = couplings.pose, couplings.half[0]
+    pose.cos[0], pose.sin[0], pose.x[0], pose.y[0] = 1.0, 0.0, 0.0, 0.0
+    c, s = _HEADINGS[quarter]
+    pose.cos[1], pose.sin[1] = float(c), float(s)
+    pose.x[1], pose.y[1] = half * x, half * y
+
+
+@kernel
+def put_energies(couplings: Couplings, out: Array) -> None:
+    """Fill in the energies of all pairs of faces of two components as they lie (4, 4)."""
+    charge = couplings.charge
+    for a in range(FACES):
+        for b in range(FACES):
+            for f in range(FACES):
+                charge[0, f] = 1.0 if f == a else 0.0
+                charge[1, f] = 1.0 if f == b else 0.0
+            out[a, b] = pairs.energy(0, couplings.magnets, charge, couplings.pose, couplings.nodes)
+
+
+@kernel
+def begin_search(settings: Settings, couplings: Couplings, search: Search) -> None:
+    """Begin to visit the words of a chain, of which no state is known."""
+    largest = 0.0
+    for i in range(search.x.size):
+        search.component[i] = i
+        for f in range(FACES):
+            strength = face_charge(settings, i, f)
+            largest = max(largest, strength)
+            search.charge[i, f] = float(settings.pole[i, f]) * strength
+    # `minimiser.energies.tie`
+    side = couplings.half[0] * math.sqrt(2.0)
+    search.unit[0] = TIE * 1e-7 * largest * largest / side
+    search.x[0], search.y[0], search.quarter[0], search.tried[0] = 0, 0, 0, 0
+    search.energy[0] = 0.0
+    search.progress[DEPTH], search.progress[FOUND] = 0, 0
+
+
+@kernel
+def visit(search: Search, most: int) -> int:
+    """Go on for up to ``most`` steps; returns 1 once all words were visited."""
+    table = PairTable(search.coupling, search.coupling.shape[0] // 2, search.charge, False)
+    last, depth = search.x.size - 1, search.progress[DEPTH]
+    for _ in range(most):
+        if depth < 0:
+            break
+        if depth == last:
+            keep(search)
+            depth -= 1
+        elif search.tried[depth] == len(_TURNS):
+            depth -= 1
+        else:
+            search.tried[depth] += 1
+            lay(search, depth)
+            total = search.energy[depth]
+            for k in range(depth + 1):
+                total += pair_energy(table, search, k, search, depth + 1)
+            if total < math.inf:
+                depth += 1
+                search.tried[depth] = 0
+                search.energy[depth] = total
+    search.progress[DEPTH] = depth
+    return int(depth < 0)
+
+
+@kernel
+def lay(search: Search, depth: int) -> None:
+    """Lay the component behind the joint whose letter was tried last."""
+    before, letter = int(search.quarter[depth]), int(search.tried[depth]) - 1
+    after = (before + _TURNS[letter]) % 4
+    x, y = _HEADINGS[before]
+    dx, dy = _HEADINGS[after]
+    search.x[depth + 1] = search.x[depth] + x + dx
+    search.y[depth + 1] = search.y[depth] + y + dy
+    search.quarter[depth + 1] = after
+
+
+@kernel
+def keep(search: Search) -> None:
+    """Put the word that is laid among the best, behind those of equal energy, or leave it."""
+    last, count = search.x.size - 1, search.progress[FOUND]
+    energy = search.energy[last]
+    place = count
+    while place > 0 and energy < search.best[place - 1] - search.unit[0]:
+        place -= 1
+    if place == MOST:
+        return
+    for k in range(min(count, MOST - 1), place, -1):
+        search.best[k] = search.best[k - 1]
+        search.stable[k] = search.stable[k - 1]
+        for joint in range(last):
+            search.letter[k, joint] = search.letter[k - 1, joint]
+    search.best[place] = energy
+    for k in range(last):
+        search.letter[place, k] = _TURNS[search.tried[k] - 1]
+    search.stable[place] = is_stable(search)
+    search.progress[FOUND] = min(count + 1, MOST)
+
+
+@kernel
+def is_stable(search: Search) -> int:
+    """Whether the word that is laid is folded, and no equal poles touch."""
+    table = PairTable(search.coupling, search.coupling.shape[0] // 2, search.charge, True)
+    for k in range(1, search.x.size):
+        if _TURNS[search.tried[k - 1] - 1] == 0:
+            return 0
+        for i in range(k):
+            if not pair_energy(table, search, i, search, k) < math.inf:
+                return 0
+    return 1
