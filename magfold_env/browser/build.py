@@ -12,13 +12,25 @@ from typing import Any
 
 from filelock import FileLock
 
-from magfold_env.browser import laboratory, memory, settings, states, tables, view, wasm
+from magfold_env.browser import episode as episodes
+from magfold_env.browser import (
+    games,
+    laboratory,
+    memory,
+    networks,
+    settings,
+    states,
+    tables,
+    view,
+    wasm,
+)
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.compile import by_pointer
 from magfold_env.engine.compile.kernel_cache import cache_root
 from magfold_env.engine.stepping import runs
 from magfold_env.engine.stepping.integrator import LONGEST_STEP
+from magfold_env.envs.chains.arrays import STATUSES
 from magfold_env.files import sources_digest, write_text
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
@@ -26,8 +38,8 @@ from magfold_env.simulation.endings import BREAKDOWNS
 from magfold_env.simulation.frames import APART
 
 FORMAT = "magfold_env browser 1"
-KERNELS, MEMORY, LAYOUT = "engine.wasm", "memory.bin", "layout.json"
-SCRIPTS = "engine.js", "scene.js"
+KERNELS, MEMORY, LAYOUT, GAMES = "engine.wasm", "memory.bin", "layout.json", "games.json"
+SCRIPTS = "engine.js", "games.js", "networks.js", "scene.js"
 PAGE = "index.html"
 PACKED = Path(__file__).with_name("laboratory.html")
 """The page in a wheel, which needs no linker."""
@@ -35,7 +47,7 @@ PACKED = Path(__file__).with_name("laboratory.html")
 KEPT = 7.0 * 24.0 * 3600.0
 """Time after which a folder that was not used is removed [s]."""
 
-_ROOMS = ("browser", "engine", "minimiser", "scene", "simulation")
+_ROOMS = ("browser", "engine", "envs", "minimiser", "scene", "simulation")
 INTERNAL = ("work", "probe")  # fields that no page has to find
 
 
@@ -97,7 +109,9 @@ def write_page(folder: Path) -> None:
     for name in SCRIPTS:
         script = Path(__file__).with_name(name).read_text(encoding="utf-8")
         write_text(folder / name, script)
-    parts = (folder.joinpath(name).read_bytes() for name in (KERNELS, MEMORY, LAYOUT))
+    played = {"games": games.games(), "networks": networks.networks()}
+    write_text(folder / GAMES, json.dumps(played, separators=(",", ":"), allow_nan=False))
+    parts = (folder.joinpath(name).read_bytes() for name in (KERNELS, MEMORY, LAYOUT, GAMES))
     write_text(folder / PAGE, laboratory.page(_sources(), *parts))
 
 
@@ -118,7 +132,7 @@ def module() -> bytes:
         raise RuntimeError("needs kernels that take tuples by pointer, see engine.compile")
     shared = memory.shared_of(memory.standard(2))
     chain = memory.chain_of(memory.standard(2), shared.couplings)
-    model, state, work, _, record, choice, seen, search = chain
+    model, state, work, _, record, choice, seen, search, episode = chain
     moving = model, state, work
     return wasm.module(
         {
@@ -129,6 +143,7 @@ def module() -> bytes:
                 ("draw", settings.draw, (choice, model, 0.0)),
                 ("overlap", settings.overlap, (choice, *moving)),
                 ("ask", settings.ask, (choice, state)),
+                ("choose", settings.choose, (choice, state, 0)),
                 ("park", settings.park, (model, state)),
                 ("run", runs.run, (*moving, record, 0.0)),
                 ("energy", runs.energy, (*moving, 0.0)),
@@ -137,6 +152,10 @@ def module() -> bytes:
                 ("couple", states.couple, (shared.couplings, 0, 0)),
                 ("begin_search", states.begin_search, (choice, shared.couplings, search)),
                 ("visit", states.visit, (search, 0)),
+                ("take_in", episodes.take_in, (0, seen, episode)),
+                ("observe", episodes.observe, (model, episode)),
+                ("film", episodes.film, (model, episode)),
+                ("judge", episodes.judge, (episode,)),
             )
         }
     )
@@ -177,11 +196,20 @@ def constants() -> dict[str, Any]:
     return {
         "choice": _numbers(settings, "MOUNT", "FORWARD", "AT_MOUTH", "OBSTACLES"),
         "number": _numbers(
-            settings, "FRICTION", "NORMAL", "DURATION", "FORCE_LIMIT", "BORE", "WALL", "INTERVAL"
+            settings,
+            "FRICTION",
+            "NORMAL",
+            "DURATION",
+            "FORCE_LIMIT",
+            "BORE",
+            "WALL",
+            "INTERVAL",
+            "TOLERANCE",
+            "MAX_STEPS",
         ),
         "counter": _numbers(at, "LO", "STEPS", "EVALUATIONS", "FRAMES", "KEEP"),
         "clock": _numbers(at, "TIME", "FRAME_TIME"),
-        "account": _numbers(at, "PEAK"),
+        "account": _numbers(at, "PEAK", "IMPULSE"),
         "view": _numbers(
             view, "MAGNETIC", "KINETIC", "TIME", "ADVANCE", "PUSH", "RELEASED", "LOADED"
         ),
@@ -196,6 +224,7 @@ def constants() -> dict[str, Any]:
         "apart": APART,
         "fastestFrames": (memory.FRAMES - 8) / LONGEST_STEP,
         "mostObstacles": settings.MOST_OBSTACLES,
+        "ends": [str(each) for each in STATUSES],
         "scene": scene.model_dump(mode="json"),
         "bore": scene.bore,
         "diagonal": scene.casing.diagonal,

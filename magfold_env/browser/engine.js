@@ -1,7 +1,7 @@
 // The engine in a browser: kernels that were compiled from Python, and the memory they work on.
 // Only numbers are carried in and out here; what they mean is up to the kernels.
 
-import { readScene, SceneError } from "./scene.js";
+import { POLES, readScene, SceneError } from "./scene.js";
 
 export { SceneError };
 
@@ -12,7 +12,7 @@ const LETTERS = { "1": "L", "0": "S", "-1": "R" };
 // Parts of a search between which a page may do something else, a millisecond or less.
 const COUPLED_AT_ONCE = 8; // poses
 const VISITED_AT_ONCE = 2000; // steps
-const VIEWS = { f64: Float64Array, i64: BigInt64Array };
+const VIEWS = { f64: Float64Array, f32: Float32Array, i64: BigInt64Array, u8: Uint8Array };
 
 /** All chains of a page, side by side in one memory. */
 export class Engine {
@@ -38,11 +38,11 @@ export class Engine {
    * Return a chain at the beginning of its run.
    *
    * `scene` is as `magfold_env.scene.Scene`'s, see scene.js. `frameRate` [1/s] is that of frames to
-   * be recorded; 0 records none. Numbers of `random`, from [0, 1), draw a start left to chance.
-   * Raises a SceneError.
+   * be recorded; 0 records none. Numbers of `random`, from [0, 1), draw a start left to chance. An
+   * `endless` chain may take longer to settle than its scene allows. Raises a SceneError.
    */
-  chain(scene, { frameRate = 0, random = Math.random } = {}) {
-    return new Chain(this, scene, frameRate, random);
+  chain(scene, { frameRate = 0, random = Math.random, endless = false } = {}) {
+    return new Chain(this, scene, frameRate, random, endless);
   }
 
   get buffer() {
@@ -79,9 +79,10 @@ export class Engine {
 
 /** A chain, anywhere in its run. */
 export class Chain {
-  constructor(engine, scene, frameRate, random) {
+  constructor(engine, scene, frameRate, random, endless) {
     this.engine = engine;
     this.told = readScene(scene, engine.layout);
+    if (endless) this.told.duration = Infinity;
     this.n = this.told.sequence.length;
     const fastest = engine.layout.fastestFrames;
     if (!(frameRate >= 0 && frameRate <= fastest)) {
@@ -108,20 +109,22 @@ export class Chain {
     this.#fill("settings.mass", told.mass);
     this.#fill("settings.speed", told.speed);
     this.#fill("settings.obstacles", told.obstacles.flat());
-    const { choice, number } = layout, choices = this.#array("settings.choice");
+    const { choice, number } = layout, choices = this.field("settings.choice");
     choices[choice.MOUNT] = BigInt(layout.mounts.indexOf(told.mount));
     choices[choice.FORWARD] = BigInt(told.direction === "forward");
     choices[choice.AT_MOUTH] = BigInt(told.loading === "at_mouth");
     choices[choice.OBSTACLES] = BigInt(told.obstacles.length);
-    const numbers = this.#array("settings.number");
+    const numbers = this.field("settings.number");
     numbers[number.FRICTION] = told.friction;
     numbers[number.NORMAL] = told.normal;
     numbers[number.DURATION] = told.duration;
     numbers[number.FORCE_LIMIT] = told.forceLimit;
     numbers[number.BORE] = told.bore;
     numbers[number.WALL] = told.wall;
+    numbers[number.TOLERANCE] = told.tolerance;
+    numbers[number.MAX_STEPS] = told.maxSteps;
     numbers[number.INTERVAL] = frameRate > 0 ? 1 / frameRate : 0;
-    const { settings, model, state, probe, view } = this.#roots;
+    const { settings, model, state, probe, view } = this.roots;
     if (told.start) {
       this.#fill("settings.start", told.start);
     } else {
@@ -130,7 +133,7 @@ export class Chain {
     }
     const length = told.mount === "tube" ? n + 1 : n - 1;
     /** Joint angles [rad] at the beginning, or in a tube the hinges' offsets [m]. */
-    this.start = [...this.#array("settings.start").subarray(0, length)];
+    this.start = [...this.field("settings.start").subarray(0, length)];
     kernels.set_up(settings, model, state, view);
     this.#refuseOverlap(kernels.overlap(settings, model, state, probe));
   }
@@ -144,7 +147,7 @@ export class Chain {
     if (speed !== undefined) this.push(speed);
     if (this.status !== null) return this.status;
     const { kernels, layout } = this.engine, { outcome: outcomes } = layout;
-    const { model, state, work, record } = this.#roots;
+    const { model, state, work, record } = this.roots;
     let outcome;
     do {
       outcome = kernels.run(model, state, work, record, until);
@@ -162,12 +165,12 @@ export class Chain {
       throw new SceneError([{ key: "speed", value: speed, allowed }]);
     }
     this.#fill("settings.speed", speeds);
-    this.engine.kernels.ask(this.#roots.settings, this.#roots.state);
+    this.engine.kernels.ask(this.roots.settings, this.roots.state);
   }
 
   /** Have the feed stand still for good: what is outside has its time to settle. */
   park() {
-    this.engine.kernels.park(this.#roots.model, this.#roots.state);
+    this.engine.kernels.park(this.roots.model, this.roots.state);
   }
 
   /**
@@ -177,14 +180,14 @@ export class Chain {
    * energy [J], the lowest first: [{ word, energy, stable }].
    */
   *ranking() {
-    const { kernels, shared, layout } = this.engine, { settings, search } = this.#roots;
+    const { kernels, shared, layout } = this.engine, { settings, search } = this.roots;
     const couplings = shared + layout.shared.roots.couplings;
     while (!kernels.couple(couplings, this.n, COUPLED_AT_ONCE)) yield;
     kernels.begin_search(settings, couplings, search);
     while (!kernels.visit(search, VISITED_AT_ONCE)) yield;
-    const count = Number(this.#array("search.progress")[layout.progress.FOUND]);
-    const letters = this.#array("search.letter"), stable = this.#array("search.stable");
-    return [...this.#array("search.best").subarray(0, count)].map((energy, k) => ({
+    const count = Number(this.field("search.progress")[layout.progress.FOUND]);
+    const letters = this.field("search.letter"), stable = this.field("search.stable");
+    return [...this.field("search.best").subarray(0, count)].map((energy, k) => ({
       word: wordOf(letters.subarray(k * this.n, (k + 1) * this.n)),
       energy,
       stable: stable[k] === 1n,
@@ -203,7 +206,7 @@ export class Chain {
 
   /** Simulated time [s]. */
   get time() {
-    return this.#array("state.clock")[this.engine.layout.clock.TIME];
+    return this.field("state.clock")[this.engine.layout.clock.TIME];
   }
 
   /** Time steps so far. */
@@ -223,7 +226,7 @@ export class Chain {
 
   /** Largest force of the feed so far [N]. */
   get pushPeak() {
-    return this.#array("state.account")[this.engine.layout.account.PEAK];
+    return this.field("state.account")[this.engine.layout.account.PEAK];
   }
 
   /** Return headings [rad], component 1 first. */
@@ -250,7 +253,7 @@ export class Chain {
 
   /** Return the magnetic energy of the magnets that act [J]. */
   energy() {
-    const { model, state, probe } = this.#roots;
+    const { model, state, probe } = this.roots;
     return this.engine.kernels.energy(model, state, probe, 0);
   }
 
@@ -261,7 +264,7 @@ export class Chain {
 
   /** Return the engine's own coordinates: headings from the inner end, then the base [rad, m]. */
   coordinates() {
-    return [...this.#array("state.q")];
+    return [...this.field("state.q")];
   }
 
   /** Return all that was recorded as replay's `Motion` takes it: lengths in mm, energies in mJ. */
@@ -296,27 +299,55 @@ export class Chain {
     };
   }
 
-  // --- within ---
-
-  get #roots() {
-    const found = {};
-    for (const [name, offset] of Object.entries(this.block.roots)) found[name] = this.place + offset;
-    return found;
-  }
+  // --- what else kernels know ---
 
   /** Return the numbers of a field, such as "state.q", to be read and written. */
-  #array(name) {
+  field(name) {
     const [offset, type, shape] = this.block.fields[name];
     const size = shape.reduce((a, b) => a * b, 1);
     return new VIEWS[type](this.engine.buffer, this.place + offset, size);
   }
 
+  /** Call a kernel with what the chain has by some names, such as "model". */
+  call(kernel, ...names) {
+    const { roots } = this;
+    return this.engine.kernels[kernel](...names.map((name) => roots[name]));
+  }
+
+  /** Give component k, from 0 on, which leaves its tube next, faces and a speed [m/s]; pause then. */
+  choose(k, faces, speed) {
+    this.field("settings.pole").set([...faces].map((face) => BigInt(POLES[face])), 4 * k);
+    this.field("settings.speed")[k] = speed;
+    this.told.sequence = this.told.sequence.with(k, faces);
+    this.engine.kernels.choose(this.roots.settings, this.roots.state, k);
+  }
+
+  /** Note how the chain lies for what an agent sees of it; `forward` as it is fed. */
+  see(forward) {
+    this.#seen(-1);
+    const { view, episode } = this.roots;
+    this.engine.kernels.take_in(Number(forward), view, episode);
+  }
+
+  /** Impulse of the feed so far [N·s]. */
+  get impulse() {
+    return this.field("state.account")[this.engine.layout.account.IMPULSE];
+  }
+
+  // --- within ---
+
+  get roots() {
+    const found = {};
+    for (const [name, offset] of Object.entries(this.block.roots)) found[name] = this.place + offset;
+    return found;
+  }
+
   #fill(name, values) {
-    this.#array(name).set(values);
+    this.field(name).set(values);
   }
 
   #count(name) {
-    return Number(this.#array("state.counter")[this.engine.layout.counter[name]]);
+    return Number(this.field("state.counter")[this.engine.layout.counter[name]]);
   }
 
   #flip() {
@@ -324,19 +355,19 @@ export class Chain {
   }
 
   #seen(frame) {
-    const { model, state, probe, record, view } = this.#roots;
+    const { model, state, probe, record, view } = this.roots;
     this.engine.kernels.look(this.#flip(), model, state, probe, record, view, frame);
   }
 
   #look(name) {
     this.#seen(-1);
-    return [...this.#array(`view.${name}`)].map(Number);
+    return [...this.field(`view.${name}`)].map(Number);
   }
 
   #frame(frame) {
     this.#seen(frame);
-    const { view } = this.engine.layout, feed = this.#array("view.feed");
-    const energy = this.#array("view.energy"), count = this.#array("view.number");
+    const { view } = this.engine.layout, feed = this.field("view.feed");
+    const energy = this.field("view.energy"), count = this.field("view.number");
     return {
       time: feed[view.TIME],
       advance: feed[view.ADVANCE],
@@ -345,13 +376,13 @@ export class Chain {
       kinetic: energy[view.KINETIC],
       released: Number(count[view.RELEASED]),
       loaded: Number(count[view.LOADED]),
-      angles: [...this.#array("view.heading")],
-      base: [...this.#array("view.base")],
+      angles: [...this.field("view.heading")],
+      base: [...this.field("view.base")],
     };
   }
 
   #keepFrames() {
-    const counters = this.#array("state.counter"), { FRAMES } = this.engine.layout.counter;
+    const counters = this.field("state.counter"), { FRAMES } = this.engine.layout.counter;
     const count = Number(counters[FRAMES]);
     for (let frame = 0; frame < count; frame++) this.recorded.push(this.#frame(frame));
     counters[FRAMES] = 0n;
@@ -368,14 +399,14 @@ export class Chain {
   }
 
   #end(outcome) {
-    const { kernels, layout } = this.engine, { state, view } = this.#roots;
+    const { kernels, layout } = this.engine, { state, view } = this.roots;
     this.#seen(-1);
     const status = kernels.ending(outcome, state, view);
     const time = this.time, at = `at t = ${short(time, 6)} s`;
     if (status < 0) {
-      const [name, reason] = layout.breakdowns[outcome], { solver } = layout.scene;
-      const limit = this.steps >= solver.max_steps
-        ? `${solver.max_steps} steps` : `${solver.max_steps_per_second} steps a second`;
+      const [name, reason] = layout.breakdowns[outcome], { maxSteps } = this.told;
+      const limit = this.steps >= maxSteps
+        ? `${maxSteps} steps` : `${layout.scene.solver.max_steps_per_second} steps a second`;
       this.status = name;
       this.message = reason.replace("{at}", at).replace("{limit}", limit);
       return;

@@ -16,7 +16,7 @@ from magfold_env.replay import source as replay_source
 from magfold_env.replay.data import WORDS
 
 # In the order in which they build on each other.
-_ENGINE = ("scene.js", "engine.js")
+_ENGINE = ("scene.js", "engine.js", "networks.js", "games.js")
 _SCRIPTS = ("editor.js", "ghost.js", "share.js", "states.js", "laboratory.js")
 _SOURCES = '<meta name="sources" content="{}">'
 _POLICY = (
@@ -25,7 +25,7 @@ _POLICY = (
 )
 
 
-def page(sources: str, wasm: bytes, memory: bytes, layout: bytes) -> str:
+def page(sources: str, wasm: bytes, memory: bytes, layout: bytes, games: bytes) -> str:
     """Return the page, with what `magfold_env.browser.build` made of the engine in it.
 
     It names the hash of the ``sources`` of that.
@@ -33,7 +33,7 @@ def page(sources: str, wasm: bytes, memory: bytes, layout: bytes) -> str:
     script = "\n".join(
         [
             *(replay_source(name) for name in SCRIPTS),
-            _as_function(_ENGINE, ("Engine", "SceneError", "readScene")),
+            _as_function(_ENGINE, ("Engine", "GAMES", "Network", "SceneError", "readScene")),
             *(_source("lab", name) for name in _SCRIPTS),
         ]
     )
@@ -42,6 +42,7 @@ def page(sources: str, wasm: bytes, memory: bytes, layout: bytes) -> str:
         "wasm": base64.b64encode(wasm).decode(),
         "memory": base64.b64encode(memory).decode(),
         "layout": json.loads(layout),
+        **json.loads(games),
     }
     return Template(_source("lab", "page.html")).substitute(
         sources=_SOURCES.format(sources),

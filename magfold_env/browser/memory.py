@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from magfold_env.browser.episode import Episode
 from magfold_env.browser.settings import MOST_OBSTACLES, Numbers, Settings
 from magfold_env.browser.states import Couplings, Search, new_couplings, new_search
 from magfold_env.browser.tables import FarKit
@@ -30,7 +31,7 @@ WORD = 8  # bytes
 ALIGNED = 64  # bytes: arrays begin with a cache line
 NEAR = 32  # bytes: zeros between two pieces that are not worth a third number
 
-TYPES = {"f": "f64", "i": "i64"}
+TYPES = {"float64": "f64", "float32": "f32", "int64": "i64", "bool": "u8"}
 
 
 def standard(n: int) -> Scene:
@@ -49,6 +50,7 @@ class Chain(NamedTuple):
     settings: Settings
     view: View
     search: Search
+    episode: Episode
 
 
 class Shared(NamedTuple):
@@ -121,7 +123,7 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
         cast("NDArray[Any]", array)[:] = 0
     record = new_record(model, 1.0, FRAMES)
     numbers = Numbers(
-        **{name: _word(model, name) for name in Numbers._fields[:9]},
+        **{name: _word(model, name) for name in Numbers._fields[:11]},
         interval=_word(record, "interval"),
         obstacles=_word(model, "obstacles", 3),
         boxes=_word(work, "boxes", 12),
@@ -136,7 +138,7 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
         start=np.zeros(n + 1),
         obstacles=np.zeros((MOST_OBSTACLES, 5)),
         choice=np.zeros(4, dtype=np.int64),
-        number=np.zeros(7),
+        number=np.zeros(9),
         numbers=numbers,
         offsets=np.zeros((1, n + 1)),
         headings=np.zeros((1, n)),
@@ -147,7 +149,7 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
         np.zeros(2), np.zeros(5), np.zeros(2, dtype=np.int64),
     )  # fmt: skip
     search = new_search(couplings, n)
-    return Chain(model, state, work, probe, record, settings, view, search)
+    return Chain(model, state, work, probe, record, settings, view, search, Episode.empty(n))
 
 
 def _word(packed: Any, name: str, count: int = 1) -> NDArray[Any]:
@@ -229,7 +231,7 @@ class Block:
             else:
                 place = self.place(array)
                 self._own.append(word)
-                self.fields[field] = Field(place, TYPES[array.dtype.kind], array.shape)
+                self.fields[field] = Field(place, TYPES[array.dtype.name], array.shape)
         self._data[word : word + WORD] = place.to_bytes(WORD, "little")
 
     def find(self, array: NDArray[Any]) -> int | None:

@@ -1,7 +1,7 @@
 // What a page may say of a scene: the entries that magfold_env.scene.Scene has by the same names.
 // Here they are only checked and spelled out, a value for every component.
 
-const POLES = { N: 1, S: -1, "-": 0 };
+export const POLES = { N: 1, S: -1, "-": 0 };
 const RIGHT_ANGLE = Math.PI / 2;
 
 /** A scene that is not allowed; `problems` say what: {key, value, allowed}. */
@@ -27,6 +27,9 @@ const angle = [(value) => isNumber(value) && Math.abs(value) <= RIGHT_ANGLE,
   "must be numbers from -π/2 to π/2"];
 const spread = [(value) => isNumber(value) && value >= 0 && value <= 0.5,
   "must be a number from 0 to 0.5"];
+const tolerance = [(value) => isNumber(value) && value >= 1e-12 && value <= 0.1,
+  "must be a number from 1e-12 to 0.1"];
+const count = [(value) => Number.isSafeInteger(value) && value > 0, "must be a whole number above 0"];
 const oneOf = (names) => [(value) => names.includes(value), `must be one of ${names.join(", ")}`];
 
 /** Reads values one by one and collects what is wrong with them. */
@@ -85,13 +88,14 @@ export function readScene(scene, layout) {
   const read = new Reader(), standard = layout.scene;
   const entries = read.group("", scene, ["sequence", "mount", "feed", "friction", "gravity",
     "magnets", "casing", "duration", "start_angles", "start_offsets", "start_angle_spread",
-    "obstacles"]);
+    "obstacles", "solver"]);
   const sequence = readSequence(read, entries.sequence, layout), n = sequence.length;
   const feed = read.group("feed", entries.feed,
     ["direction", "speed", "loading", "force_limit", "bore", "wall"]);
   const magnets = read.group("magnets", entries.magnets, ["remanence"]);
   const casing = read.group("casing", entries.casing, ["mass"]);
   const gravity = read.group("gravity", entries.gravity, ["normal"]);
+  const solver = read.group("solver", entries.solver, ["tolerance", "max_steps"]);
   const mount = read.one("mount", entries.mount, standard.mount, oneOf(layout.mounts));
   const strength = magnets.remanence ?? standard.magnets.remanence;
   const rows = Array.isArray(strength) && Array.isArray(strength[0])
@@ -119,6 +123,8 @@ export function readScene(scene, layout) {
     friction: read.one("friction", entries.friction, standard.friction, notNegative),
     normal: read.one("gravity.normal", gravity.normal, standard.gravity.normal, notNegative),
     duration: read.one("duration", entries.duration, standard.duration, positive),
+    tolerance: read.one("solver.tolerance", solver.tolerance, standard.solver.tolerance, tolerance),
+    maxSteps: read.one("solver.max_steps", solver.max_steps, standard.solver.max_steps, count),
     spread: read.one("start_angle_spread", entries.start_angle_spread,
       standard.start_angle_spread, spread),
     obstacles: readObstacles(read, entries.obstacles, layout),

@@ -27,8 +27,9 @@ FREE, PINNED, TUBE = range(3)
 # how many obstacles there are.
 MOUNT, FORWARD, AT_MOUTH, OBSTACLES = range(4)
 # `Settings.number`: the scene's entries of these names, gravity normal to the plane among them, and
-# the time between two frames. Without a limit of its force, or frames, a number is infinite, or 0.
-FRICTION, NORMAL, DURATION, FORCE_LIMIT, BORE, WALL, INTERVAL = range(7)
+# the time between two frames, and the solver's. Without a limit of its force, or frames, a number
+# is infinite, or 0.
+FRICTION, NORMAL, DURATION, FORCE_LIMIT, BORE, WALL, INTERVAL, TOLERANCE, MAX_STEPS = range(9)
 # `Settings.obstacles`: centre [m], lengths along the heading and across [m], the heading [rad].
 X, Y, LENGTH, WIDTH, HEADING = range(5)
 
@@ -49,6 +50,8 @@ class Numbers(NamedTuple):
     force_limit: Array
     rate_scale: Array
     light_rate: Array
+    tolerance: Array
+    max_steps: IntArray
     duration: Array
     interval: Array  # of `Record`
     obstacles: IntArray  # address and shape of the model's, (3,)
@@ -68,7 +71,7 @@ class Settings(NamedTuple):
     start: Array  # joint angles [rad], or in a tube the hinges' offsets [m], (n + 1,)
     obstacles: Array  # (MOST_OBSTACLES, 5)
     choice: IntArray  # (4,)
-    number: Array  # (7,)
+    number: Array  # (9,)
     numbers: Numbers
     offsets: Array  # scratch: those of a chain in the tube, (1, n + 1), its headings, (1, n), and
     headings: Array
@@ -98,6 +101,8 @@ def set_up(settings: Settings, model: Model, state: State, view: View) -> None:
     words.pinned[0] = int(settings.choice[MOUNT] == PINNED)
     words.force_limit[0] = number[FORCE_LIMIT]
     words.duration[0] = number[DURATION]
+    words.tolerance[0] = number[TOLERANCE]
+    words.max_steps[0] = int(number[MAX_STEPS])
     words.interval[0] = number[INTERVAL]
     words.frictional[0] = int(number[FRICTION] > 0.0 and number[NORMAL] > 0.0)
     mean, least = put_masses(settings, model)
@@ -264,6 +269,18 @@ def ask(settings: Settings, state: State) -> None:
     n = settings.speed.size
     for i in range(n):
         state.speed[n - 1 - i if is_flipped(settings) else i] = settings.speed[i]
+
+
+@kernel
+def choose(settings: Settings, state: State, k: int) -> None:
+    """Give component k, the next to leave its tube, its magnets and speed; pause when it is out."""
+    n, held = settings.speed.size, state.counter[at.LO]
+    i, turned = (n - 1 - k, True) if is_flipped(settings) else (k, False)
+    for f in range(4):
+        charge = float(settings.pole[k, f]) * face_charge(settings, k, f)
+        state.waiting[i, _TURNED[f] if turned else f] = charge
+    state.speed[i] = settings.speed[k]
+    state.counter[at.KEEP] = held - 1 if held > 1 else -1
 
 
 @kernel

@@ -120,7 +120,41 @@ def fused(a: float, b: float, c: float) -> float:
     return total + np.int64(bits).view(np.float64)
 
 
-# What stands for LLVM's intrinsics.
+@jit.kernel
+def arctangent(y: float, x: float) -> float:
+    """Angle of the vector (x, y) [rad]."""
+    return elementary.direction(x, y)
+
+
+# x = k·ln 2 + r, and the polynomial of fdlibm's e_exp.c for |r| ≤ ln 2 / 2.
+_PER_LN2, _LN2, _LN2_REST = (
+    1.4426950408889634,
+    6.93147180369123816490e-01,
+    1.90821492927058770002e-10,
+)
+_P1, _P2, _P3 = 1.66666666666666019037e-01, -2.77777777770155933842e-03, 6.61375632143793436117e-05
+_P4, _P5 = -1.65339022054652515390e-06, 4.13813679705723846039e-08
+_LEAST, _MOST = -708.0, 709.0  # beyond, 0 or infinite
+
+
+@jit.kernel
+def exponential(x: float) -> float:
+    """Exponential function, to within a unit in the last place; 0 below e⁻⁷⁰⁸."""
+    if not x > _LEAST:
+        return 0.0 if x <= _LEAST else x
+    if x > _MOST:
+        return np.inf
+    k = np.floor(x * _PER_LN2 + 0.5)
+    high, low = x - k * _LN2, k * _LN2_REST
+    r = high - low
+    z = r * r
+    c = r - z * (_P1 + z * (_P2 + z * (_P3 + z * (_P4 + z * _P5))))
+    value = 1.0 + (r * c / (2.0 - c) - low + high)
+    bits = np.float64(value).view(np.int64) + (np.int64(k) << 52)
+    return np.int64(bits).view(np.float64)
+
+
+# What stands for LLVM's intrinsics, and a library's functions.
 _INSTEAD: dict[str, tuple[Any, int]] = {
     "llvm.fma.f64": (fused, 3),
     "llvm.sin.f64": (sine, 1),
@@ -128,6 +162,9 @@ _INSTEAD: dict[str, tuple[Any, int]] = {
     "sin": (sine, 1),
     "cos": (cosine, 1),
     "fma": (fused, 3),
+    "llvm.exp.f64": (exponential, 1),
+    "exp": (exponential, 1),
+    "atan2": (arctangent, 2),
 }
 _ROOT = "llvm.sqrt.f64"
 

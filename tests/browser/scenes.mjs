@@ -6,6 +6,9 @@ import { pathToFileURL } from "node:url";
 
 const folder = process.argv[2];
 const { Engine } = await import(pathToFileURL(`${folder}/engine.js`));
+const { GAMES } = await import(pathToFileURL(`${folder}/games.js`));
+const { Network } = await import(pathToFileURL(`${folder}/networks.js`));
+const played = JSON.parse(fs.readFileSync(`${folder}/games.json`, "utf8"));
 const job = JSON.parse(fs.readFileSync(0, "utf8"));
 
 const words = new BigUint64Array(1), floats = new Float64Array(words.buffer);
@@ -64,6 +67,23 @@ const tasks = {
     let part;
     do part = ranking.next(); while (!part.done);
     return part.value.map((state) => ({ ...state, energy: bits(state.energy) }));
+  }),
+  // Episodes of environments, whose draws and actions are given.
+  episodes: () => job.episodes.map(({ goal, numbers, normals, actions }) => {
+    const game = new GAMES[job.game](engine, played.games[job.game]);
+    game.begin({ goal, numbers, normal: () => normals.shift() });
+    const found = { draws: game.draws, observations: [[...game.observe()]], rewards: [] };
+    for (const action of actions) {
+      found.rewards.push(game.step(action));
+      found.observations.push([...game.observe()]);
+    }
+    const { done, status, score, success, total, chain } = game;
+    return { ...found, done, status, score, success, total, headings: bits(chain.headings()) };
+  }),
+  // What networks choose, episode by episode.
+  actions: () => job.episodes.map((observations) => {
+    const network = new Network(played.networks[job.game]);
+    return observations.map((each) => network.act(Float32Array.from(each)));
   }),
   frames: () => job.scenes.map((scene) => {
     const chain = engine.chain(scene, { frameRate: job.frameRate });

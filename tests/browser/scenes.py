@@ -93,7 +93,7 @@ def chain_of(scene: mf.Scene, couplings: states.Couplings | None = None) -> memo
     limit = math.inf if scene.feed.force_limit is None else scene.feed.force_limit
     given_.number[:] = (
         scene.friction, scene.gravity.normal, scene.duration, limit,
-        scene.bore, scene.feed.wall, 0.0,
+        scene.bore, scene.feed.wall, 0.0, scene.solver.tolerance, scene.solver.max_steps,
     )  # fmt: skip
     settings.set_up(given_, chain.model, chain.state, chain.view)
     return chain

@@ -38,7 +38,7 @@ def check(scene: mf.Scene) -> None:
     chain, session = chain_of(scene), Session(scene)
     model, state = session._model, session._state
     numbers = chain.settings.numbers
-    changed = settings.Numbers._fields[:9]
+    changed = settings.Numbers._fields[:11]
     for name in changed:
         (value,) = getattr(numbers, name)
         expected = getattr(model, name)

@@ -160,7 +160,7 @@ class CameraLayout(Layout):
         frames : array, shape (m, 5 n)
             Frames of all chains, those of `rows` to be filled in.
         """
-        _take(self.side, rows, pointer(arrays), noise, frames)
+        take_frames(self.side, rows, pointer(arrays), noise, frames)
 
 
 class StageLayout(CameraLayout):
@@ -217,7 +217,10 @@ class AnchorLayout(TrayLayout):
 
 
 @kernel
-def _take(side: float, rows: Ints, arrays: ChainArrays, noise: Floats, frames: Floats) -> None:
+def take_frames(
+    side: float, rows: Ints, arrays: ChainArrays, noise: Floats, frames: Floats
+) -> None:
+    """See `CameraLayout.take`."""
     n = arrays.angles.shape[1]
     pitch = np.sqrt(2.0) * side
     length = n * pitch

@@ -102,7 +102,7 @@ class Goal:
         row, code = np.zeros(1, dtype=np.int64), np.array([STATUSES.index(status)])
         angles, folds = self.angles[None], self.headings[None]
         count = np.array([len(self.words)])
-        _judge(row, code, joint_angles[None], count, angles, folds, scratch, out)
+        judge(row, code, joint_angles[None], count, angles, folds, scratch, out)
         return out[:, 0]
 
 
@@ -183,7 +183,7 @@ class Goals:
         out = np.empty((3, len(rows)))
         headings = angles[rows]
         joints = headings[:, 1:] - headings[:, :-1]
-        _judge(rows, status, joints, self._counts, self._angles, self._folds, self._scratch, out)
+        judge(rows, status, joints, self._counts, self._angles, self._folds, self._scratch, out)
         return out
 
 
@@ -220,7 +220,7 @@ def _grow(word: str, cell: Cell, quarter: int, free: frozenset[Cell], found: set
 
 
 @kernel
-def _judge(
+def judge(
     rows: Ints,
     status: Ints,
     joints: Floats,

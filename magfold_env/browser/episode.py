@@ -1,0 +1,96 @@
+"""What an agent sees of a chain in a page, and how near it is to its target.
+
+The rules are those of `magfold_env.envs`: their kernels, for a single chain.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.browser.view import RELEASED, View
+from magfold_env.engine.compile.by_pointer import by_pointer
+from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.state import Array, IntArray, Model
+from magfold_env.envs.chains.arrays import ChainArrays, component
+from magfold_env.envs.spaces.observation import fill_chain, take_frames
+from magfold_env.envs.tasks import goals
+
+
+@by_pointer
+class Episode(NamedTuple):
+    """An episode of one chain of n components, component 1 first."""
+
+    arrays: ChainArrays  # of that one
+    row: IntArray  # its number, 0, (1,)
+    noise: Array  # standard normal numbers: of each heading, x and y, (1, 3 n)
+    frames: Array  # what a camera sees, (1, 5 n)
+    entries: NDArray[np.float32]  # of the observation of a chain that is chosen, (14 n − 1,)
+    letter: IntArray  # of the word wanted, 1 L, 0 S, −1 R, the last is none, (n,)
+    words: IntArray  # how many will do, 1, (1,)
+    wanted: Array  # its joint angles, (1, 1, n − 1), and
+    fold: Array  # headings, (1, 1, n) [rad]
+    joint: Array  # scratch: the chain's joint angles, (1, n − 1) [rad]
+    scratch: Array  # (5, n)
+    judged: Array  # potential, score and success, (3, 1)
+
+    @classmethod
+    def empty(cls, n: int) -> "Episode":
+        """Return room for an episode."""
+        return cls(
+            arrays=ChainArrays.empty(1, n),
+            row=np.zeros(1, dtype=np.int64),
+            noise=np.zeros((1, 3 * n)),
+            frames=np.zeros((1, 5 * n)),
+            entries=np.zeros(14 * n - 1, dtype=np.float32),
+            letter=np.zeros(n, dtype=np.int64),
+            words=np.ones(1, dtype=np.int64),
+            wanted=np.zeros((1, 1, n - 1)),
+            fold=np.zeros((1, 1, n)),
+            joint=np.zeros((1, n - 1)),
+            scratch=np.zeros((5, n)),
+            judged=np.zeros((3, 1)),
+        )
+
+
+@kernel
+def take_in(forward: int, view: View, episode: Episode) -> None:
+    """Note where a chain is that was looked at, see `view.look`."""
+    arrays = episode.arrays
+    n = view.heading.size
+    arrays.forward[0] = forward == 1
+    for k in range(n):
+        arrays.angles[0, k], arrays.rates[0, k] = view.heading[k], view.rate[k]
+        place = component(forward == 1, k, n)
+        arrays.released[0, place] = k < view.number[RELEASED]
+    for axis in range(2):
+        arrays.base[0, axis] = view.base[axis]
+        arrays.base_velocity[0, axis] = view.velocity[axis]
+
+
+@kernel
+def observe(model: Model, episode: Episode) -> None:
+    """Fill in the entries of the observation of a chain that is chosen."""
+    fill_chain(model.side, episode.arrays, 0, episode.entries)
+
+
+@kernel
+def film(model: Model, episode: Episode) -> None:
+    """Take a camera's frame, with its noise."""
+    take_frames(model.side, episode.row, episode.arrays, episode.noise, episode.frames)
+
+
+@kernel
+def judge(episode: Episode) -> None:
+    """Fill in how near the chain is to the word wanted; how it ended says ``arrays.status``."""
+    angles = episode.arrays.angles
+    for k in range(episode.joint.size):
+        turn = float(episode.letter[k]) * (math.pi / 2.0)
+        episode.wanted[0, 0, k] = turn
+        episode.fold[0, 0, k + 1] = episode.fold[0, 0, k] + turn
+        episode.joint[0, k] = angles[0, k + 1] - angles[0, k]
+    goals.judge(
+        episode.row, episode.arrays.status, episode.joint, episode.words, episode.wanted,
+        episode.fold, episode.scratch, episode.judged,
+    )  # fmt: skip

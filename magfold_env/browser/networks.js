@@ -1,0 +1,77 @@
+// Networks that act: layers of numbers, what they are shown of observations, the likeliest action.
+
+export class Network {
+  /** `told` is what the build wrote of a policy. */
+  constructor(told) {
+    Object.assign(this, { ...told, last: [] });
+    const numbers = lengthened(told.weights);
+    const inputs = told.order ? told.order[0].length + told.order.length : undefined;
+    // Weights and biases follow each other, and only the first layer's width is not told.
+    let wide = inputs ?? firstWidth(told.widths, numbers.length), begin = 0;
+    this.layers = told.widths.map((height) => {
+      const weights = numbers.subarray(begin, begin + height * wide);
+      const biases = numbers.subarray(begin + height * wide, begin + height * (wide + 1));
+      const layer = { weights, biases, wide };
+      begin += height * (wide + 1);
+      wide = height;
+      return layer;
+    });
+  }
+
+  /** Forget what was seen: another episode begins. */
+  begin() {
+    this.last = [];
+  }
+
+  /** Return the likeliest action, a list of numbers, having seen one more observation. */
+  act(observation) {
+    // Before the first there were others like it.
+    while (this.last.length < this.frames) this.last.push(observation);
+    this.last = [...this.last.slice(1), observation];
+    const seen = this.order ? this.#fromTheMouth(observation) : this.last.flatMap((each) => [...each]);
+    const logits = this.#layers(seen);
+    let begin = 0;
+    return this.choices.map((count) => {
+      const part = logits.subarray(begin, begin + count);
+      begin += count;
+      return part.indexOf(Math.max(...part));
+    });
+  }
+
+  #layers(seen) {
+    let values = Float32Array.from(seen);
+    for (const [place, { weights, biases, wide }] of this.layers.entries()) {
+      const hidden = place < this.layers.length - 1;
+      values = Float32Array.from(biases, (bias, row) => {
+        let total = bias;
+        for (let k = 0; k < wide; k++) total += weights[row * wide + k] * values[k];
+        return hidden ? Math.tanh(total) : total;
+      });
+    }
+    return values;
+  }
+
+  /** Order an observation of tube feed, see magfold_env.envs.wrappers.mouth_order. */
+  #fromTheMouth(observation) {
+    const { order } = this, n = order.length - 1, first = 3 * (n - 1);
+    const step = observation.subarray(first, first + n).reduce((a, b) => a + b, 0);
+    const ordered = order[step].map((entry) => observation[entry] ?? 0);
+    return [...ordered, ...order.map((_, k) => Number(k === step))];
+  }
+}
+
+/** Return numbers of which 24 bits are told, byte by byte, the most significant first. */
+function lengthened(text) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const count = bytes.length / 3, words = new Uint32Array(count);
+  for (let k = 0; k < count; k++) {
+    words[k] = (bytes[k] << 24) | (bytes[count + k] << 16) | (bytes[2 * count + k] << 8);
+  }
+  return new Float32Array(words.buffer);
+}
+
+/** Return how many numbers the first of layers of such widths takes that has so many in all. */
+function firstWidth(widths, count) {
+  const later = widths.slice(1).reduce((sum, width, k) => sum + width * (widths[k] + 1), 0);
+  return (count - later) / widths[0] - 1;
+}
