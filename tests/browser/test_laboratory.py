@@ -160,6 +160,52 @@ def test_states_of_least_energy_stand_beside_the_fold(page: chromium.Page) -> No
     assert page.value("byId('states').rows.length") == 8
 
 
+def open_game(page: chromium.Page, name: str) -> None:
+    page.value(f"byId('mode').value = '{name}'; byId('mode').dispatchEvent(new Event('change'))")
+
+
+def scores(page: chromium.Page) -> Any:
+    return page.value(
+        "[...byId('scores').rows].map((row) => [...row.cells].map((c) => c.innerText))"
+    )
+
+
+def test_tube_feed_is_played_against_a_policy(page: chromium.Page) -> None:
+    open_game(page, "tube_feed")
+    assert not page.value("byId('poles').checkVisibility()")
+    page.value("document.querySelector('#next [data-face=\"2\"]').click()")
+    for left in range(6, 0, -1):
+        assert page.value("laboratory.play.game.n - laboratory.play.game.fed") == left
+        page.value("byId('feed-next').click()")
+    assert page.value("laboratory.play.game.chain.told.sequence[0]") == "NNSN"
+    page.value("byId('watch').click()")
+    you, policy = scores(page)
+    assert you[0] == "you"
+    assert policy[:4] == ["the policy", page.value("laboratory.play.game.target"), "folded", "1.00"]
+    # The same draw once more is another try against the same target.
+    target = page.value("laboratory.play.game.target")
+    page.value("byId('retry').click()")
+    assert page.value("laboratory.play.game.target") == target
+    assert page.value("laboratory.play.game.fed") == 0
+    open_game(page, "")
+    assert text(page, "word") == "LRLLL"
+
+
+def test_unknown_floor_is_played_by_hand(page: chromium.Page) -> None:
+    open_game(page, "unknown_floor")
+    page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
+    page.until("laboratory.play.game.steps >= 3")
+    assert page.value("laboratory.play.game.driven") > 0.0
+    page.call("Input.dispatchKeyEvent", type="keyUp", key="d")
+    steps = page.value("laboratory.play.game.steps")
+    page.until(f"laboratory.play.game.steps > {steps}")  # time goes on
+    page.value("byId('watch').click()")
+    ((who, _, _, score, reward),) = scores(page)
+    assert who == "the policy"
+    assert float(score) >= float(reward)
+    open_game(page, "")
+
+
 def test_feeding_by_hand(page: chromium.Page) -> None:
     page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
     page.until("laboratory.chain.released >= 1")

@@ -2,13 +2,12 @@
 
 const FACE_NAMES = ["front left", "back left", "back right", "front right"];
 const GRID = [1, 0, 2, 3]; // faces, row by row as they are seen
-const NEXT = { N: "S", S: "-", "-": "N" };
 const POLE_NAMES = { N: "north", S: "south", "-": "no magnet" };
 
 class Editor {
-  /** `changed` is called with a sequence whenever a pole is turned. */
-  constructor(parent, changed) {
-    Object.assign(this, { parent, changed, sequence: [] });
+  /** `changed` is called with a sequence whenever a face gets another of the `poles`. */
+  constructor(parent, changed, poles = "NS-") {
+    Object.assign(this, { parent, changed, poles, sequence: [], first: 0 });
     parent.addEventListener("click", ({ target }) => {
       const face = target.closest("[data-face]");
       if (face) this.turn(Number(face.dataset.component), Number(face.dataset.face));
@@ -16,24 +15,30 @@ class Editor {
     parent.addEventListener("keydown", (event) => this.#key(event));
   }
 
-  show(sequence) {
-    const same = sequence.length === this.sequence.length;
-    this.sequence = [...sequence];
+  /** Show some components, of which the first one is number `first`, counted from 0. */
+  show(sequence, first = 0) {
+    const same = sequence.length === this.sequence.length && first === this.first;
+    Object.assign(this, { sequence: [...sequence], first });
     if (!same) this.#build();
     for (const button of this.#buttons()) {
       const { component, face } = button.dataset, pole = sequence[component][face];
       button.dataset.pole = button.textContent = pole;
-      const name = `component ${Number(component) + 1}, ${FACE_NAMES[face]}: ${POLE_NAMES[pole]}`;
+      const name = `component ${this.first + Number(component) + 1}, ${FACE_NAMES[face]}: ${POLE_NAMES[pole]}`;
       button.setAttribute("aria-label", name);
       button.title = name;
     }
   }
 
-  /** Give a face another pole, by default the next of N, S and none. */
-  turn(component, face, pole = NEXT[this.sequence[component][face]]) {
+  /** Give a face another pole, by default the next one. */
+  turn(component, face, pole = this.#after(this.sequence[component][face])) {
+    if (!this.poles.includes(pole)) return;
     const faces = [...this.sequence[component]];
     faces[face] = pole;
     this.changed(this.sequence.with(component, faces.join("")));
+  }
+
+  #after(pole) {
+    return this.poles[(this.poles.indexOf(pole) + 1) % this.poles.length];
   }
 
   #buttons() {
@@ -50,7 +55,7 @@ class Editor {
         button.type = "button";
         Object.assign(button.dataset, { component: k, face });
       }
-      write("b", String(k + 1), write("span", "", component)).ariaHidden = "true";
+      write("b", String(this.first + k + 1), write("span", "", component)).ariaHidden = "true";
     }
   }
 

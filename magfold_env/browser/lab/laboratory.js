@@ -13,9 +13,11 @@ const USUAL = {
 const WALL = { position: [0.06, 0.02], size: [0.03, 0.003], heading: 0 };
 
 class Laboratory {
-  constructor(engine) {
+  /** `told` is what the build wrote of games and networks. */
+  constructor(engine, told) {
     this.engine = engine;
     this.player = new Player();
+    this.play = new Play(engine, this.player, told);
     this.editor = new Editor(byId("poles"), (sequence) => this.change({ sequence }));
     this.states = new States(byId("states"), (word) => this.want(word));
     this.scene = USUAL;
@@ -28,6 +30,8 @@ class Laboratory {
 
   /** Take a scene from a link; the usual one if there is none, or if it is not allowed. */
   read(link) {
+    byId("mode").value = "";
+    this.play.open("");
     try {
       if (link) {
         const { scene, wanted } = fromLink(link);
@@ -112,7 +116,8 @@ class Laboratory {
 
   /** Feed forwards (1), back (−1) or not (0), from now on. */
   feed(way) {
-    if (this.scene.mount !== "tube") return;
+    if (this.play.name) this.play.drive(way);
+    if (this.play.name || this.scene.mount !== "tube") return;
     if (this.feeding === undefined) {
       if (way === 0) return;
       this.player.pause();
@@ -223,6 +228,10 @@ class Laboratory {
       button.addEventListener("click", () =>
         this.setLength(this.scene.sequence.length + Number(button.dataset.length)));
     }
+    on("mode", "change", () => {
+      this.play.open(byId("mode").value);
+      if (!this.play.name) this.fold();
+    });
     on("mount", "change", () => this.change({ mount: byId("mount").value }));
     on("direction", "change", () => this.#changeFeed({ direction: byId("direction").value }));
     on("feed", "input", () => this.#changeFeed({ speed: Number((10 ** number("feed")).toPrecision(3)) }));
@@ -287,7 +296,7 @@ class Laboratory {
     drawing.addEventListener("click", ({ clientX, clientY }) => {
       if (!pressed || Math.hypot(clientX - pressed[0], clientY - pressed[1]) > 4) return;
       const magnet = document.elementFromPoint(clientX, clientY)?.closest("[data-face]");
-      if (magnet) this.editor.turn(Number(magnet.dataset.component), Number(magnet.dataset.face));
+      if (magnet && !this.play.name) this.editor.turn(Number(magnet.dataset.component), Number(magnet.dataset.face));
     });
   }
 
@@ -339,7 +348,7 @@ async function begin() {
   const told = JSON.parse(byId("engine").textContent);
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const [wasm, memory] = [bytes(told.wasm), bytes(told.memory)];
-  window.laboratory = new Laboratory(await Engine.load({ wasm, memory, layout: told.layout }));
+  window.laboratory = new Laboratory(await Engine.load({ wasm, memory, layout: told.layout }), told);
 }
 
 begin();
