@@ -34,6 +34,7 @@ from magfold_env.envs.chains.arrays import STATUSES
 from magfold_env.files import sources_digest, write_text
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
+from magfold_env.scene.magnets import ROUNDING
 from magfold_env.simulation.endings import BREAKDOWNS
 from magfold_env.simulation.frames import APART
 
@@ -228,6 +229,7 @@ def constants() -> dict[str, Any]:
         "scene": scene.model_dump(mode="json"),
         "bore": scene.bore,
         "diagonal": scene.casing.diagonal,
+        "rounding": ROUNDING,
         "shortest": memory.LENGTHS[0],
         "longest": memory.LENGTHS[-1],
     }

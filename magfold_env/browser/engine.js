@@ -1,7 +1,7 @@
 // The engine in a browser: kernels that were compiled from Python, and the memory they work on.
 // Only numbers are carried in and out here; what they mean is up to the kernels.
 
-import { POLES, readScene, SceneError } from "./scene.js";
+import { cornersOf, POLES, readScene, SceneError } from "./scene.js";
 
 export { SceneError };
 
@@ -285,7 +285,7 @@ export class Chain {
         [name, four(magnets[name]).map((length) => MILLI * length)])),
       pinned: told.mount === "pinned",
       tube: tube ? { bore: MILLI * told.bore, wall: MILLI * told.wall } : null,
-      obstacles: told.obstacles.map(corners),
+      obstacles: told.obstacles.map((each) => cornersOf(each).map((corner) => corner.map((x) => MILLI * x))),
       field: null,
       facts: this.#facts(),
       time: rows.map((row) => row.time),
@@ -447,12 +447,3 @@ export class Chain {
 const wordOf = (letters) => Array.from(letters.slice(0, -1), (letter) => LETTERS[letter]).join("");
 
 const short = (value, digits) => String(Number(value.toPrecision(digits)));
-
-/** Return the corners of an obstacle [mm], counter-clockwise, for drawing. */
-function corners([x, y, length, width, heading]) {
-  const c = Math.cos(heading), s = Math.sin(heading);
-  return [[1, -1], [1, 1], [-1, 1], [-1, -1]].map(([a, b]) => {
-    const along = 0.5 * a * length, across = 0.5 * b * width;
-    return [MILLI * (x + along * c - across * s), MILLI * (y + along * s + across * c)];
-  });
-}

@@ -130,9 +130,52 @@ export function readScene(scene, layout) {
     obstacles: readObstacles(read, entries.obstacles, layout),
     start: readStart(read, entries, n, mount),
   };
+  if (read.problems.length === 0 && mount === "tube") checkTube(read, entries, found, layout);
   if (read.problems.length > 0) throw new SceneError(read.problems);
   return found;
 }
+
+/** Refuse what a tube leaves no room for; magfold_env.scene.Scene has the same rules. */
+function checkTube(read, entries, { bore, start, obstacles }, { diagonal, rounding, scene }) {
+  const play = Math.max((bore - diagonal) / 2, 0), { side } = scene.casing;
+  if (start?.some((offset) => Math.abs(offset) > play + rounding * diagonal)) {
+    const allowed = `must lie within ${brief(play)} m of the tube's axis, as its bore asks`;
+    read.refuse("start_offsets", start, allowed);
+  } else if (start?.slice(1).some((offset, k) => Math.abs(offset - start[k]) > side)) {
+    read.refuse("start_offsets", start,
+      `neighbouring hinges must lie at most the side, ${brief(side)} m, off each other across the tube`);
+  }
+  for (const [k, obstacle] of obstacles.entries()) {
+    const corners = cornersOf(obstacle), half = bore / 2, room = 1 - rounding;
+    const end = Math.min(...corners.map(([x]) => x), 0) - diagonal;
+    const [low, high, front] = [-room * half, room * half, room * diagonal];
+    if (overlap(corners, [[end, low], [front, low], [front, high], [end, high]])) {
+      read.refuse(`obstacles[${k}].position`, entries.obstacles[k].position,
+        "must leave free the tube's bore and as much before its mouth as a casing is long: "
+        + `nowhere both x < ${brief(diagonal)} and |y| < ${brief(half)}`);
+    }
+  }
+}
+
+/** Return the corners of an obstacle [m], counter-clockwise. */
+export function cornersOf([x, y, length, width, heading]) {
+  const c = Math.cos(heading), s = Math.sin(heading);
+  return [[1, -1], [1, 1], [-1, 1], [-1, -1]].map(([a, b]) => {
+    const along = 0.5 * a * length, across = 0.5 * b * width;
+    return [x + along * c - across * s, y + along * s + across * c];
+  });
+}
+
+/** Whether two convex outlines overlap: no edge of one of them separates them. */
+function overlap(one, other) {
+  return [one, other].every((outline) => outline.every(([x, y], k) => {
+    const [nextX, nextY] = outline[(k + 1) % outline.length];
+    const [a, b] = [one, other].map((each) => each.map(([u, v]) => (nextY - y) * u - (nextX - x) * v));
+    return Math.max(...a) > Math.min(...b) && Math.max(...b) > Math.min(...a);
+  }));
+}
+
+const brief = (value) => String(Number(value.toPrecision(6)));
 
 function readSequence(read, value, layout) {
   const words = typeof value === "string" ? value.trim().split(/\s+/) : value;

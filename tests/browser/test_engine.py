@@ -115,6 +115,38 @@ def test_frames_are_those_of_a_recording() -> None:
         assert np.allclose(there["magnetic"], here["magnetic"], rtol=1e-3, atol=1e-3)
 
 
+TUBE: Any = {"mount": "tube", "sequence": ["NSNS", "NNSS", "SSNN"]}
+WALL: Any = {"size": [0.01, 0.01]}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"start_offsets": [0.0, 0.001, 0.0, 0.0]},
+        {"start_offsets": [0.0, 0.013, 0.0, 0.0], "feed": {"bore": 0.05}},
+        {"obstacles": [{"position": [-0.02, 0.005], **WALL}]},
+        {"obstacles": [{"position": [0.02, 0.012], "heading": 0.7, **WALL}]},
+        {"obstacles": [{"position": [0.2, 0.0], **WALL}, {"position": [0.015, 0.0], **WALL}]},
+    ],
+)
+def test_what_a_tube_leaves_no_room_for_is_refused_as_elsewhere(changes: dict[str, Any]) -> None:
+    scene = {**TUBE, **changes}
+    with pytest.raises(mf.SceneError) as error:
+        mf.Scene(**scene)
+    (refused,) = built.run({"task": "refused", "scenes": [scene]})
+    (mine,), (there,) = (each.splitlines() for each in (str(error.value), refused["message"]))
+    assert mine.split(":")[0] == there.split(":")[0]
+    assert mine.split("allowed;")[1] == there.split("allowed;")[1]
+
+
+def test_what_just_fits_beside_a_tube_is_allowed() -> None:
+    rng = np.random.default_rng(2)
+    beside = {"position": (0.0, 0.02), "size": (0.03, 0.0199)}
+    beyond = {"position": (0.06, 0.0), "size": (0.0799, 0.01)}
+    for obstacle in (beside, beyond):
+        compare([random_scene(rng, "tube", obstacles=[obstacle])])
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
