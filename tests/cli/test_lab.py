@@ -57,5 +57,5 @@ def test_a_packed_page_of_other_sources_is_not_taken(
     monkeypatch.setattr(build, "PACKED", page)
     monkeypatch.setattr(build, "kept", lambda: tmp_path)
     assert build.page() == tmp_path / build.PAGE
-    page.write_text(laboratory.page(build._sources(), b"", b"", b"{}"), "utf-8")
+    page.write_text(laboratory.page(build._sources(), b"", b"", b"{}", b"{}"), "utf-8")
     assert build.page() == page
