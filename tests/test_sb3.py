@@ -88,6 +88,7 @@ def test_attributes_are_those_of_an_environment() -> None:
         env.set_attr("targets", ("LL",))
 
 
+@pytest.mark.slow
 @pytest.mark.train
 def test_ppo_learns() -> None:
     env = make_sb3_vec(FEED, 8, reward="score", shaping=True, **QUICK)

@@ -150,6 +150,7 @@ def test_schedules_turn_where_the_feed_has_gone_so_far_and_stand_so_long() -> No
     assert plan.at[0] == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("env_id", TRAYS)
 def test_orders_are_ones_that_can_be_had_from_the_tray(env_id: str) -> None:
     arena, number = own_arena(env_id, 2), 13
@@ -187,6 +188,7 @@ def test_orders_are_ones_that_can_be_had_from_the_tray(env_id: str) -> None:
         assert (info["is_success"], info["score"]) == tuple(end)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("env_id", TRAYS)
 def test_the_oracle_takes_orders_by_their_gaps_with_the_strengths_of_an_episode(
     env_id: str, monkeypatch: pytest.MonkeyPatch

@@ -42,6 +42,7 @@ def play(env: Any, ways: Any, stream: str) -> tuple[Any, list[list[tuple[int, ..
     return episodes.play(episode_seeds(stream, DRAWS), [0] * DRAWS, choose), took
 
 
+@pytest.mark.slow
 def test_chains_can_be_had_from_their_trays_and_begin_alike(found: Any) -> None:
     env, ways = found
     assert len(ways) == len(env.tasks)
@@ -57,6 +58,7 @@ def test_chains_can_be_had_from_their_trays_and_begin_alike(found: Any) -> None:
             assert chain.speed in env.actions.speeds
 
 
+@pytest.mark.slow
 def test_chains_that_fail_a_test_are_drawn_back_and_more_hold_in_the_end(found: Any) -> None:
     env, ways = found
     one, others = play(env, ways[0][:1], mending.STREAM)
@@ -75,6 +77,7 @@ def test_chains_that_fail_a_test_are_drawn_back_and_more_hold_in_the_end(found: 
     assert any(BACK in [step[0] for step in steps] for steps in took)
 
 
+@pytest.mark.slow
 def test_demonstrations_can_show_it(
     found: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -77,6 +77,7 @@ def test_they_are_a_million() -> None:
     assert sum(STEPS[fidelity] for _, fidelity, _ in WORLDS) >= 1_000_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("env_id", "fidelity"), dict.fromkeys(world[:2] for world in WORLDS))
 def test_memory_stays_flat(env_id: str, fidelity: str) -> None:
     # Few targets or tasks: what is kept of each is found in the first episodes.

@@ -65,7 +65,9 @@ def compare(seed: int) -> tuple[float, float]:
     return off, max(1.0 - bore, moved - 1.0)
 
 
-@pytest.mark.parametrize(("seed", "joint", "way"), [(2, 0, 1), (3, 2, 0)])
+@pytest.mark.parametrize(
+    ("seed", "joint", "way"), [pytest.param(2, 0, 1, marks=pytest.mark.slow), (3, 2, 0)]
+)
 def test_a_joint_opens_at_its_moment(seed: int, joint: int, way: int) -> None:
     fold = random_fold(seed)
     moment = mf.holding(fold, directions=[0.0]).opening[joint, way]

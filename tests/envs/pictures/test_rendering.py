@@ -40,6 +40,15 @@ VARIANTS = [
     pytest.param("MagFold/Anchor-v0", {}, id="anchor"),
 ]
 every_variant = pytest.mark.parametrize(("env_id", "options"), VARIANTS)
+# A track has hundreds of steps, each of which is drawn.
+TRACKS = VARIANTS[4:]
+every_variant_slowly = pytest.mark.parametrize(
+    ("env_id", "options"),
+    [
+        *VARIANTS[:4],
+        *(pytest.param(*each.values, id=each.id, marks=pytest.mark.slow) for each in TRACKS),
+    ],
+)
 
 
 @pytest.fixture(autouse=True)
@@ -168,7 +177,7 @@ def test_text_names_the_target_and_every_component(env_id: str, options: dict) -
     assert text_of(env.snapshot()) == env.render()
 
 
-@every_variant
+@every_variant_slowly
 def test_a_window_changes_nothing(env_id: str, options: dict) -> None:
     shown, hidden = made(env_id, "human", options), made(env_id, None, options)
     if "Floor" in env_id:
@@ -313,6 +322,7 @@ def test_episodes_can_be_filmed(env_id: str, options: dict, tmp_path: Path) -> N
     assert [path.suffix for path in (tmp_path / "films").iterdir()] == [".mp4"]
 
 
+@pytest.mark.slow
 def test_videos_have_the_motion_and_gymnasiums_the_decisions(tmp_path: Path) -> None:
     counts = {}
     for kind in (RecordVideo, record_video.RecordVideo):
