@@ -8,7 +8,7 @@ from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.engine.magnets.chain import magnet_energy
+from magfold_env.engine.magnets.chain import magnet_energy, potential_energy
 from magfold_env.engine.state import Array, IntArray, Model, Record, State, Work
 from magfold_env.fold import FoldStatus
 from magfold_env.simulation.endings import FOLDED_WITHIN
@@ -66,7 +66,11 @@ def look(
     for k in range(n - 1):
         view.letter[k] = letter(view.heading[k + 1] - view.heading[k])
     view.energy[KINETIC] = feed.kinetic_of(lo, model, work, q, v)
-    view.energy[MAGNETIC] = magnet_energy(feed.place_all(lo, model, q, work.pose), model, work)
+    first = feed.place_all(lo, model, q, work.pose)
+    # Of hundreds of frames as the dynamics looks it up, within the magnets' accuracy.
+    view.energy[MAGNETIC] = (
+        magnet_energy(first, model, work) if frame < 0 else potential_energy(first, model, q, work)
+    )
     view.number[RELEASED] = n - lo
     view.number[LOADED] = loaded(model, lo, q[n])
     since = time - view.feed[BEFORE]
