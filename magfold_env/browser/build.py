@@ -214,7 +214,7 @@ def constants() -> dict[str, Any]:
         "view": _numbers(
             view, "MAGNETIC", "KINETIC", "TIME", "ADVANCE", "PUSH", "RELEASED", "LOADED"
         ),
-        "progress": _numbers(states, "DEPTH", "FOUND"),
+        "progress": _numbers(states, "FOUND"),
         "outcome": _numbers(outcomes, "REACHED", "RESTED", "FULL", "TIMED_OUT"),
         "mounts": list(settings.MOUNTS),
         "statuses": [status.value for status in view.STATUSES],

@@ -91,6 +91,8 @@ export class Chain {
     }
     this.block = engine.layout.chains[this.n];
     this.place = engine.spare.get(this.n)?.pop() ?? engine.take(this.block.size);
+    this.roots = Object.fromEntries(
+      Object.entries(this.block.roots).map(([name, offset]) => [name, this.place + offset]));
     this.begin(frameRate, random);
   }
 
@@ -335,12 +337,6 @@ export class Chain {
   }
 
   // --- within ---
-
-  get roots() {
-    const found = {};
-    for (const [name, offset] of Object.entries(this.block.roots)) found[name] = this.place + offset;
-    return found;
-  }
 
   #fill(name, values) {
     this.field(name).set(values);

@@ -42,7 +42,7 @@ class Game {
     this.start();
   }
 
-  /** Where the chain is, for a picture. */
+  /** Whether the episode has ended. */
   get done() {
     return this.status !== null;
   }
@@ -74,17 +74,16 @@ class Game {
   /** Return what is drawn, as magfold_env.envs.chains.draws makes it of numbers from [−1, 1). */
   #draw(unit) {
     const { n } = this, { spreads, scene, offset, referenceSpeed } = this.told;
-    const first = 2 * n + 4, each = (row, k) => unit[first + row * n + k];
+    const first = 2 * n + 4, [remanence] = [scene.magnets.remanence].flat();
     const decades = rounded(10 ** (spreads.friction_decades * unit[0]), 12);
     const speed = 1 + spreads.feed_speed * unit[n + 2], strength = 1 + spreads.remanence * unit[n + 1];
     const components = Array.from({ length: n }, (_, k) => k);
-    const remanence = (face) => [scene.magnets.remanence].flat()[0] * face;
     return {
       friction: scene.friction * ((1 + spreads.friction * unit[0]) * decades),
-      strengths: components.map((k) => [0, 1, 2, 3].map((face) => remanence(
-        spreads.magnet > 0 ? strength * (1 + spreads.magnet * unit[first + n + 4 * k + face]) : strength))),
+      strengths: components.map((k) => [0, 1, 2, 3].map((face) => remanence
+        * (spreads.magnet > 0 ? strength * (1 + spreads.magnet * unit[first + n + 4 * k + face]) : strength))),
       factors: components.map((k) => referenceSpeed
-        * (spreads.feed_jitter > 0 ? speed * (1 + spreads.feed_jitter * each(0, k)) : speed) / referenceSpeed),
+        * (spreads.feed_jitter > 0 ? speed * (1 + spreads.feed_jitter * unit[first + k]) : speed) / referenceSpeed),
       offsets: Array.from({ length: n + 1 }, (_, k) => offset * unit[n + 3 + k] + 0),
     };
   }

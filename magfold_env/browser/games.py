@@ -5,7 +5,7 @@ from typing import Any
 from magfold_env.envs.camera_track import FORCE_NOISE, FORCE_SCALE, TIME_COST
 from magfold_env.envs.chains.draws import REFERENCE_SPEED
 from magfold_env.envs.feed_track import INTERVAL, STEEPEST
-from magfold_env.envs.spaces.actions import DEAD_BAND, FASTEST, PATTERNS, SLOWEST
+from magfold_env.envs.spaces.actions import FASTEST, PATTERNS, scaled_speed
 from magfold_env.envs.tasks.feed_tasks import FeedWorld
 from magfold_env.envs.tasks.fold_task import FoldTask
 from magfold_env.envs.tube_feed import TubeFeedEnv
@@ -24,18 +24,14 @@ def games() -> dict[str, Any]:
 def tube_feed() -> dict[str, Any]:
     """Return those of ``MagFold/TubeFeed-v0``."""
     task = FoldTask(None, TubeFeedEnv.default_scene, TubeFeedEnv.at_a_time)
-    levels = task.actions.speeds
+    levels: list[float] = task.actions.speeds.tolist()
     return _drawn(task.scene) | {
         "words": task.words,
         "baselines": [task.baseline_of(word).score for word in task.words],
         "patterns": PATTERNS,
-        "speeds": levels.tolist(),
-        "scaled": task.actions.read(
-            [[0, level] for level in range(len(levels))], len(levels)
-        )[2].tolist(),
-        "slowest": SLOWEST,
-        "fastest": FASTEST,
-    }  # fmt: skip
+        "speeds": levels,
+        "scaled": [scaled_speed(level) for level in levels],
+    }
 
 
 def unknown_floor() -> dict[str, Any]:
@@ -45,7 +41,6 @@ def unknown_floor() -> dict[str, Any]:
         "tasks": [task.model_dump(mode="json") for task in world.tasks],
         "speeds": world.actions.speeds.tolist(),
         "fastest": FASTEST,
-        "deadBand": DEAD_BAND,
         "interval": INTERVAL,
         "steepest": STEEPEST,
         "horizon": HORIZON,

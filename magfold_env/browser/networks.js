@@ -5,9 +5,8 @@ export class Network {
   constructor(told) {
     Object.assign(this, { ...told, last: [] });
     const numbers = lengthened(told.weights);
-    const inputs = told.order ? told.order[0].length + told.order.length : undefined;
-    // Weights and biases follow each other, and only the first layer's width is not told.
-    let wide = inputs ?? firstWidth(told.widths, numbers.length), begin = 0;
+    // Every layer's weights, row by row, then its biases.
+    let wide = told.inputs, begin = 0;
     this.layers = told.widths.map((height) => {
       const weights = numbers.subarray(begin, begin + height * wide);
       const biases = numbers.subarray(begin + height * wide, begin + height * (wide + 1));
@@ -68,10 +67,4 @@ function lengthened(text) {
     words[k] = (bytes[k] << 24) | (bytes[count + k] << 16) | (bytes[2 * count + k] << 8);
   }
   return new Float32Array(words.buffer);
-}
-
-/** Return how many numbers the first of layers of such widths takes that has so many in all. */
-function firstWidth(widths, count) {
-  const later = widths.slice(1).reduce((sum, width, k) => sum + width * (widths[k] + 1), 0);
-  return (count - later) / widths[0] - 1;
 }

@@ -51,6 +51,7 @@ def network(name: str) -> dict[str, Any]:
         "frames": settings.frames,
         "order": _order(settings) if settings.features == "mouth" else None,
         "choices": _choices(settings),
+        "inputs": file.header[f"{HIDDEN}.0.weight"]["shape"][1],
         "widths": [shape[0] for shape in shapes.values() if len(shape) == 2],
         "weights": base64.b64encode(
             shortened(np.concatenate([each.ravel() for each in weights]))

@@ -2,6 +2,7 @@
 
 import json
 import os
+import time
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -203,6 +204,18 @@ def test_unknown_floor_is_played_by_hand(page: chromium.Page) -> None:
     ((who, _, _, score, reward),) = scores(page)
     assert who == "the policy"
     assert float(score) >= float(reward)
+    open_game(page, "")
+
+
+def test_a_game_may_be_left_while_it_runs(page: chromium.Page) -> None:
+    for first, then in (("unknown_floor", ""), ("", "tube_feed")):
+        open_game(page, first)
+        page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
+        page.value("new Promise(requestAnimationFrame)")
+        open_game(page, then)
+        page.call("Input.dispatchKeyEvent", type="keyUp", key="d")
+        time.sleep(0.2)  # frames that were asked for before
+        assert page.complaints() == []
     open_game(page, "")
 
 

@@ -229,6 +229,7 @@ class Laboratory {
         this.setLength(this.scene.sequence.length + Number(button.dataset.length)));
     }
     on("mode", "change", () => {
+      this.feeding = undefined;
       this.play.open(byId("mode").value);
       if (!this.play.name) this.fold();
     });

@@ -17,7 +17,7 @@ class Play {
   /** Play an environment from now on, by its name; none if that is empty. */
   open(name) {
     this.game?.chain.free();
-    Object.assign(this, { name, game: null, rows: {} });
+    Object.assign(this, { name, game: null, rows: {}, running: false });
     document.body.dataset.mode = name;
     if (name) this.begin();
   }
