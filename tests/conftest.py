@@ -18,6 +18,12 @@ settings.register_profile("thorough", settings.get_profile("default"), max_examp
 settings.load_profile("default")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _no_folders_left_behind(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Have learners of Stable-Baselines3 log to a folder that pytest removes, unless told where."""
+    os.environ.setdefault("SB3_LOGDIR", str(tmp_path_factory.getbasetemp() / "sb3"))
+
+
 @pytest.fixture
 def quick(tmp_path: Path) -> str:
     """Path of a scene so short that a simulation costs next to nothing."""

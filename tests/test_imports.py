@@ -43,6 +43,7 @@ def test_nothing_heavy_is_loaded(statement: str, names: str) -> None:
     assert _loaded(statement, names)[1] == []
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("statement", "most", "reference"),
     # Ratios, for a busy machine is not the package's fault; they are about 1.1 and 2.
@@ -86,6 +87,7 @@ def test_environments_are_registered_once() -> None:
     assert ENTRY_POINTS.keys() <= before.keys()
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     "code",
     [

@@ -28,6 +28,7 @@ def test_a_mutant_can_be_planted_and_names_tests_that_exist(mutant: Mutant, tmp_
         assert f"def {name.partition('[')[0]}" in (ROOT / path).read_text(encoding="utf-8")
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("test", "end"),
     [("assert one() == 1", "killed"), ("assert one() > 0", "survived"), ("1 +", "broken")],

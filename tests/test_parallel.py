@@ -68,6 +68,7 @@ def test_an_error_of_a_task_is_raised(workers: Workers) -> None:
         list(finished(fail_at_three, range(6), workers))
 
 
+@pytest.mark.medium
 def test_tasks_of_a_lost_process_are_run_again(tmp_path: Path) -> None:
     tasks = [(x, str(tmp_path / "died")) for x in range(12)]
     found = list(finished(die_once, tasks, Workers(2, "processes")))
@@ -75,6 +76,7 @@ def test_tasks_of_a_lost_process_are_run_again(tmp_path: Path) -> None:
     assert sorted(found) == [(k, k * k) for k in range(12)]
 
 
+@pytest.mark.medium
 def test_processes_that_die_again_and_again_end_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parallel, "LOSSES", 2)  # new processes take seconds
     found = finished(die_elsewhere, [os.getpid()] * 4, Workers(2, "processes"))

@@ -117,6 +117,7 @@ def test_masks_that_change_are_those_of_each_environment() -> None:
     assert not masks[:, -1].any()
 
 
+@pytest.mark.medium
 @pytest.mark.train
 def test_hindsight_replay_relabels_goals() -> None:
     env = make_sb3_vec(GOAL, 2, actions="box", **QUICK)
@@ -135,6 +136,7 @@ def test_hindsight_replay_relabels_goals() -> None:
     assert np.mean(rewards == 0.0) > 0.2
 
 
+@pytest.mark.medium
 def test_the_package_does_without() -> None:
     code = "import sys, gymnasium, magfold_env"
     code += "; gymnasium.make_vec('MagFold/TubeFeed-v0', fidelity='quasistatic')"

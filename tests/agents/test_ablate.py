@@ -138,6 +138,7 @@ def test_other_speeds_change_speeds_only(kind: Any) -> None:
     assert set(drawn) == set(env.actions.speeds.round(6))
 
 
+@pytest.mark.medium
 @pytest.mark.usefixtures("made_up")
 def test_only_who_reads_motion_loses_when_blind(tmp_path: Path) -> None:
     worth: dict[str, dict[Any, float]] = {}
@@ -150,6 +151,7 @@ def test_only_who_reads_motion_loses_when_blind(tmp_path: Path) -> None:
     assert worth["design"][BLIND] == 0.0
 
 
+@pytest.mark.medium
 def test_differences_are_paired_as_a_slow_bootstrap_pairs_them() -> None:
     rng = np.random.default_rng(0)
     policies_, words, draws = 4, tuple(WORDS[:13]), 6
@@ -189,6 +191,7 @@ measure(Method("random", ("random",)), settings, 1, 1, Path(sys.argv[2]))
 """
 
 
+@pytest.mark.medium
 def test_a_run_that_was_killed_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = command.measure(RANDOM, QUASI, 1, 1, tmp_path / "whole")
     run_until_killed(10, KILLED, QUASI.model_dump_json(), str(tmp_path / "killed"))

@@ -96,6 +96,7 @@ def test_of_as_many_successes_the_higher_score_wins_then_the_first() -> None:
     assert [each.place for each in halving(4, 12, trial)] == [1, 2, 3, 0]
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("env_id", FEED_TRACKS)
 def test_schedules_are_ones_that_actions_can_ask_for(env_id: str) -> None:
     arena = own_arena(env_id, 2)

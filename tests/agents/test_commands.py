@@ -37,6 +37,7 @@ def test_commands_without_their_extra_tell_it_in_one_line(missing: str, tmp_path
     assert done.stderr == f"error: agents need Stable-Baselines3: {REMEDY}\n"
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("command", "missing", "extras"),
     [("rllib_example", "ray", "ray"), ("tune_ray", "ray", "tune,ray"), ("tune", "optuna", "tune")],

@@ -22,6 +22,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     return paths
 
 
+@pytest.mark.medium
 def test_series_are_those_of_the_run(runs: list[Path]) -> None:
     written = records(runs[0])
     for name, found in series(runs[0]).items():

@@ -132,6 +132,7 @@ def refolded(env: ReprogramEnv, plan: DrawingBackTwice, number: int) -> list[Any
     return told
 
 
+@pytest.mark.medium
 def test_where_the_drive_slips_a_chain_is_let_out_before_it_is_drawn_in_further(
     refolding: Any,
 ) -> None:
@@ -179,6 +180,7 @@ def test_a_first_fold_creeps_where_the_tube_holds_the_last_component(refolding: 
         assert each.back < 0.0
 
 
+@pytest.mark.medium
 def test_for_every_task_the_best_of_some_settings_is_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

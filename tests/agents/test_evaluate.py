@@ -37,6 +37,7 @@ def results(folder: Path) -> Results:
     return compare([frozen], SETTINGS, draws=2, processes=1, folder=folder, built=True)
 
 
+@pytest.mark.medium
 def test_the_comparison_writes_numbers_pictures_and_a_gif(folder: Path, results: Results) -> None:
     assert {name: len(runs) for name, runs in results.items()} == {
         "random": 1,
@@ -66,6 +67,7 @@ class Page(HTMLParser):
         self.folds += [value or "" for name, value in attrs if name == "srcdoc"]
 
 
+@pytest.mark.medium
 def test_the_page_needs_nothing_but_itself(folder: Path, results: Results) -> None:
     text = (folder / "report.html").read_text(encoding="utf-8")
     page = Page()
@@ -80,6 +82,7 @@ def test_the_page_needs_nothing_but_itself(folder: Path, results: Results) -> No
         assert name in text
 
 
+@pytest.mark.medium
 def test_the_page_answers_first_and_opens_on_what_was_asked_about(
     folder: Path, results: Results
 ) -> None:
@@ -96,12 +99,14 @@ def test_the_page_answers_first_and_opens_on_what_was_asked_about(
     assert str(Path.cwd()) not in text
 
 
+@pytest.mark.medium
 def test_policies_are_compared_on_the_same_draws(results: Results) -> None:
     scenes = [[each.scene for each in run] for runs in results.values() for run in runs]
     for same in zip(*scenes, strict=True):
         assert len({(scene.friction, scene.start_angles) for scene in same if scene}) == 1
 
 
+@pytest.mark.medium
 def test_a_choice_is_tried_built_beforehand_under_the_same_draws(results: Results) -> None:
     outcomes = [each for runs in results.values() for run in runs for each in run]
     for outcome in outcomes:

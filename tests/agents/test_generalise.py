@@ -48,6 +48,7 @@ def test_what_is_lost_is_taken_word_by_word() -> None:
     assert 0.0 <= low < 0.225 < high <= 0.6
 
 
+@pytest.mark.medium
 def test_the_command_trains_plays_and_goes_on(tmp_path: Path) -> None:
     config = tmp_path / "tiny.yaml"
     config.write_text(yaml.safe_dump(TINY), encoding="utf-8")

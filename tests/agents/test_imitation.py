@@ -82,6 +82,7 @@ def test_batches_hold_every_step_once_and_whole_episodes_in_rows(by_episode: boo
         assert all(np.all(np.diff(each < 0, axis=1) >= 0) for each in batches)
 
 
+@pytest.mark.medium
 def test_what_is_learned_from_whole_episodes_is_what_is_told_step_by_step(tmp_path: Path) -> None:
     given = settings({"algorithm": "recurrent-ppo", "lstm": {"hidden": 8}}, episodes=6)
     model: Any = models.make_model(given.learner, make_training_envs(given, 0), 0)
@@ -106,6 +107,7 @@ def test_what_is_learned_from_whole_episodes_is_what_is_told_step_by_step(tmp_pa
     assert at == len(found[0]) == len(steps.returns)
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("learner", "least"),
     [({"algorithm": "ppo"}, 0.5), ({"algorithm": "recurrent-ppo", "lstm": {"hidden": 32}}, 0.25)],
@@ -131,6 +133,7 @@ def test_networks_come_to_choose_and_to_expect_the_same(
     assert expected > least > before[1]
 
 
+@pytest.mark.medium
 def test_a_run_that_imitates_repeats_itself(tmp_path: Path) -> None:
     runs = [train(settings(episodes=4), tmp_path / name) for name in ("a", "b")]
     assert same_weights(*runs)

@@ -41,6 +41,7 @@ def test_a_run_that_is_lucky_is_so_on_all_targets() -> None:
     np.testing.assert_allclose((found.low, found.high), by_scipy(runs), atol=0.02)
 
 
+@pytest.mark.medium
 def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
     rng = np.random.default_rng(2)
     held = 0

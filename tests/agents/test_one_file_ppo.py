@@ -26,6 +26,7 @@ def test_it_can_be_copied_away() -> None:
     assert others == {"gymnasium", "magfold_env", "numpy", "rich", "torch", "typer"}
 
 
+@pytest.mark.medium
 @pytest.mark.train
 def test_the_seed_decides_the_weights(tmp_path: Path) -> None:
     weights: list[dict[str, torch.Tensor]] = []

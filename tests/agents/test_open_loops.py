@@ -29,6 +29,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> Any:
     return env
 
 
+@pytest.mark.medium
 def test_an_episode_is_played_by_the_best_that_succeeds(few: Any, tmp_path: Path) -> None:
     best = BestOpenLoops(SETTINGS, EFFORT, tmp_path)
     numbers, seeds = np.arange(12) % TASKS, list(range(100, 112))
@@ -50,6 +51,7 @@ def test_an_episode_is_played_by_the_best_that_succeeds(few: Any, tmp_path: Path
     assert 0.0 < single[:, 0].mean() < shown.mean()
 
 
+@pytest.mark.medium
 def test_a_search_goes_on_where_it_was_broken_off(
     few: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

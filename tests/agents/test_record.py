@@ -38,6 +38,7 @@ def each(value: Any, step: int) -> Any:
     return value[step]
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("env_id", "options"),
     [

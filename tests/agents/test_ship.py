@@ -56,6 +56,7 @@ def test_a_shipped_policy_is_loaded_by_its_name(card: Card) -> None:
         load_shipped("other")
 
 
+@pytest.mark.medium
 def test_the_card_takes_what_an_evaluation_found(card: Card, tmp_path: Path) -> None:
     settings = tiny().env
     results = compare([Method.parse(NAME)], settings, 3, 1, tmp_path / "out")
@@ -67,6 +68,7 @@ def test_the_card_takes_what_an_evaluation_found(card: Card, tmp_path: Path) -> 
     assert found.env == settings.model_dump(mode="json", exclude_defaults=True)
 
 
+@pytest.mark.medium
 def test_the_card_takes_what_an_ablation_found_and_keeps_the_rest(
     card: Card, tmp_path: Path
 ) -> None:
@@ -112,6 +114,7 @@ def test_the_card_takes_what_an_admission_found(card: Card, tmp_path: Path) -> N
         with_results(card, [path])
 
 
+@pytest.mark.medium
 def test_an_admission_tells_what_cards_take(tmp_path: Path) -> None:
     floor = "MagFold/UnknownFloor-v0"
     train(tiny(env={"id": floor}, timesteps=24), tmp_path / "run")
@@ -129,6 +132,7 @@ def test_an_admission_tells_what_cards_take(tmp_path: Path) -> None:
     assert found.rows["trained"].success[0] == pytest.approx(successes.count("1") / 3)
 
 
+@pytest.mark.medium
 def test_results_of_other_policies_are_refused(card: Card, tmp_path: Path) -> None:
     compare([], tiny().env, 1, 1, tmp_path / "out")
     with pytest.raises(CardError, match=r"results\.json: has no results of all of tiny-set"):

@@ -65,6 +65,7 @@ def test_policies_are_small_and_their_settings_are_known(name: str) -> None:
 
 
 # Other processors round sums in other ways, and a fold that is undecided may end elsewhere.
+@pytest.mark.medium
 @pytest.mark.parametrize(("name", "result"), RESULTS)
 def test_a_policy_of_each_set_does_what_its_card_says(name: str, result: CardResult) -> None:
     wrong, played = differing(name, 0, result, slice(0, 1))

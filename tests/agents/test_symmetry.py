@@ -135,6 +135,7 @@ def test_other_actions_are_refused() -> None:
             SymmetricPolicy(seen, actions, lambda _: 1e-3, features_extractor_class=FromOneSide)
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("algorithm", ["ppo", "maskable-ppo"])
 @pytest.mark.parametrize("env_id", ["MagFold/TubeFeed-v0", "MagFold/TubeFeedGoal-v0"])
 def test_a_symmetric_policy_learns_is_saved_and_plays(

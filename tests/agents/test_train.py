@@ -52,6 +52,7 @@ def test_the_same_seed_trains_the_same_policy(run: Path, tmp_path: Path) -> None
     assert again.read_bytes() == (run / "policy.safetensors").read_bytes()
 
 
+@pytest.mark.medium
 def test_a_trained_policy_plays_the_same_in_any_number_of_processes(run: Path) -> None:
     episodes = [(t, s) for t in ("LRLLL", "RLRRR") for s in episode_seeds("evaluation", 1)]
     policy = str(run / "policy.safetensors")

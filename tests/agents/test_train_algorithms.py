@@ -35,6 +35,7 @@ RUNS = [
 ]
 
 
+@pytest.mark.medium
 @pytest.mark.train
 @pytest.mark.parametrize("settings", RUNS)
 def test_a_run_changes_the_networks_and_leaves_its_files(
@@ -61,6 +62,7 @@ def test_a_run_changes_the_networks_and_leaves_its_files(
     assert "rollout/ep_rew_mean" in written or settings.env.id in TRACKS
 
 
+@pytest.mark.medium
 @pytest.mark.train
 def test_a_masked_policy_takes_what_can_be_built(tmp_path: Path) -> None:
     settings = tiny("maskable-ppo")

@@ -87,6 +87,7 @@ RUNS = [
 ]
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("settings", RUNS)
 def test_a_killed_run_goes_on_bit_for_bit(settings: TrainSettings, tmp_path: Path) -> None:
     whole, killed = tmp_path / "whole", tmp_path / "killed"
@@ -105,6 +106,7 @@ def test_a_killed_run_goes_on_bit_for_bit(settings: TrainSettings, tmp_path: Pat
     assert info.resumed_at == sorted(info.resumed_at) != []
 
 
+@pytest.mark.medium
 def test_how_environments_are_stepped_changes_nothing(tmp_path: Path) -> None:
     for stepping in ("native", "serial"):
         train(tiny("ppo", stepping=stepping), tmp_path / stepping)
@@ -114,6 +116,7 @@ def test_how_environments_are_stepped_changes_nothing(tmp_path: Path) -> None:
     assert records(tmp_path / "native") == records(tmp_path / "serial")
 
 
+@pytest.mark.medium
 def test_a_run_killed_before_its_first_checkpoint_begins_again(tmp_path: Path) -> None:
     broken_off(tiny(), tmp_path / "killed", [10])
     train(tiny(), tmp_path / "whole")
@@ -123,6 +126,7 @@ def test_a_run_killed_before_its_first_checkpoint_begins_again(tmp_path: Path) -
     assert records(tmp_path / "whole") == records(tmp_path / "killed")
 
 
+@pytest.mark.medium
 def test_a_finished_run_is_left_as_it_is(tmp_path: Path) -> None:
     policy = train(tiny(), tmp_path)
     before = policy.stat().st_mtime_ns
@@ -132,6 +136,7 @@ def test_a_finished_run_is_left_as_it_is(tmp_path: Path) -> None:
     assert policy.stat().st_mtime_ns > before
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("algorithm", ["ppo", "recurrent-ppo", pytest.param("sac", marks=SLOW)])
 def test_a_finished_run_that_is_lengthened_is_the_longer_run(
     algorithm: str, tmp_path: Path
@@ -168,6 +173,7 @@ def test_a_finished_run_that_is_lengthened_is_the_longer_run(
         train(long.model_copy(update={"timesteps": 500}), lengthened, resume=True)
 
 
+@pytest.mark.medium
 def test_a_run_that_a_full_disk_broke_off_goes_on(tmp_path: Path) -> None:
     train(tiny(), tmp_path / "whole")
     write, states = zipfile.ZipFile.writestr, itertools.count()
@@ -188,6 +194,7 @@ def test_a_run_that_a_full_disk_broke_off_goes_on(tmp_path: Path) -> None:
     assert records(tmp_path / "whole") == records(broken)
 
 
+@pytest.mark.medium
 def test_environments_leave_ctrl_c_to_the_run_and_end_amid_a_step() -> None:
     make = partial(gymnasium.make, "Pendulum-v1")
     envs = Processes([make, make])

@@ -71,6 +71,7 @@ def study_in(folder: Path) -> optuna.Study:
     return optuna.load_study(study_name="search", storage=f"sqlite:///{folder / 'study.db'}")
 
 
+@pytest.mark.medium
 def test_the_same_command_goes_on_with_the_same_study(file: Path, tmp_path: Path) -> None:
     folder = tmp_path / "out"
     arguments = [str(file), "--output", str(folder)]
@@ -92,6 +93,7 @@ def test_the_same_command_goes_on_with_the_same_study(file: Path, tmp_path: Path
         assert f"trial-{trial.number:04d}" in result.output
 
 
+@pytest.mark.medium
 def test_the_best_settings_train_the_same_policy_again(file: Path, tmp_path: Path) -> None:
     folder = tmp_path / "out"
     assert CliRunner().invoke(app, [str(file), "--output", str(folder)]).exit_code == 0
@@ -121,6 +123,7 @@ class Scripted:
         info.write(folder)
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("pruner", ["median", "hyperband", "none"])
 def test_runs_that_do_badly_are_broken_off(
     pruner: str, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -160,6 +163,7 @@ def test_a_run_that_is_broken_off_can_be_trained_to_its_end(file: Path, tmp_path
     assert same_weights(policy, tmp_path / "whole" / "policy.safetensors")
 
 
+@pytest.mark.medium
 def test_an_interrupted_trial_is_taken_up_in_its_folder(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -225,6 +229,7 @@ def test_a_trial_that_was_broken_off_goes_on_at_its_checkpoint(
     assert same_weights(whole, folder / "trial-0000" / "policy.safetensors")
 
 
+@pytest.mark.medium
 def test_searches_may_begin_at_once(file: Path, tmp_path: Path) -> None:
     search = load_search(str(file))
     for attempt in range(2):
@@ -267,6 +272,7 @@ def test_networks_that_are_not_finite_are_told(tmp_path: Path) -> None:
         train(settings, tmp_path)
 
 
+@pytest.mark.medium
 def test_another_search_of_that_name_is_refused(file: Path, tmp_path: Path) -> None:
     assert CliRunner().invoke(app, [str(file), "--output", str(tmp_path / "out")]).exit_code == 0
     more = load_search(str(file), ["learner.gamma=0.5"])

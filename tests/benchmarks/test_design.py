@@ -18,6 +18,7 @@ def _silent(share: float, what: str) -> None:
     pass
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_targets_are_judged_beside_the_minimiser(
     count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -54,6 +55,7 @@ def test_the_minimiser_takes_the_speed_at_which_it_does_best() -> None:
     assert design.minimisers_choice(scene, "LRR", "free", {"LRR": None}, seed=3) is None
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_lengths_and_friction(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     if not whole:

@@ -19,6 +19,7 @@ from tests.laws import agreement, chains, impacts
 seeds = st.integers(0, 2**32 - 1)
 
 
+@pytest.mark.medium
 def test_a_number_gives_one_scene():
     drawn = [scenes.random_scene(seed) for seed in range(100)]
     assert drawn[:20] == [scenes.random_scene(seed) for seed in range(20)]
@@ -59,6 +60,7 @@ def test_designs_hardly_repel_anywhere_in_their_folds():
     assert clean >= 15
 
 
+@pytest.mark.medium
 @given(seed=seeds)
 def test_separation_agrees_with_points_along_the_edges(seed):
     rng = np.random.default_rng(seed)

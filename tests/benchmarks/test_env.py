@@ -132,6 +132,7 @@ def measured(tmp_path_factory):
     return measuring("env", tmp_path_factory)
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("name", [name for name, part in BENCHMARKS["env"].items() if part.draw])
 def test_every_part_runs_and_draws(name, measured):
     part, files = measured(name)
@@ -149,6 +150,7 @@ def test_python_adds_less_than_the_whole_step_takes(measured):
     assert all(row["time [µs]"] > 0.0 for row in part["rows"])
 
 
+@pytest.mark.medium
 def test_ends_are_compared_at_every_tolerance(measured):
     part, files = measured("tolerance")
     assert files == {"env.json", "tolerance.csv"}

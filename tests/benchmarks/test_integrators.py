@@ -83,6 +83,7 @@ def error(method: Integrator, problem, setting, exact):
     return np.abs(method.prepare(problem, setting)().angles - exact).max()
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("method", "order"),
     [
@@ -120,6 +121,7 @@ def test_evaluations_grow_with_the_order_of_the_pair(swing):
         assert np.log(tight / loose) / np.log(1e5) == pytest.approx(1 / order, abs=0.03)
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("method", [*ADAPTIVE, None], ids=lambda m: m.name if m else "engine")
 def test_all_agree_on_the_magnetic_chain(method, chain):
     reference = DOP853.prepare(chain, 1e-12)().angles

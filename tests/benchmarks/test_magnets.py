@@ -240,6 +240,7 @@ def measured(request, tmp_path_factory):
         yield measure
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("name", list(BENCHMARKS["magnets"]))
 def test_every_part_runs_and_draws(name, measured):
     if name == "peers" and not installed():
@@ -250,6 +251,7 @@ def test_every_part_runs_and_draws(name, measured):
     assert files == {"magnets.json", f"{name}.csv", f"{name}.png"}
 
 
+@pytest.mark.medium
 def test_bounds_hold_in_the_quick_measurement(measured):
     part, _ = measured("accuracy")
     bounded = [row for row in part["rows"] if row["model"] == accuracy.BOUND]

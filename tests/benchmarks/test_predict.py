@@ -18,6 +18,7 @@ def _silent(share: float, what: str) -> None:
     pass
 
 
+@pytest.mark.medium
 def test_the_experiment_is_written_and_drawn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -80,6 +81,7 @@ def test_hits_are_counted_among_the_cases_that_can_be_judged() -> None:
     assert words["forward"]["full search"] == "--"
 
 
+@pytest.mark.medium
 def test_the_predictors_part_has_a_row_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(predictors, "QUICK_MANY", 2)
     monkeypatch.setattr(predictors, "QUICK_SCENES", 1)

@@ -50,6 +50,7 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> Measured:
     return Measured(monkeypatch)
 
 
+@pytest.mark.medium
 def test_everything_is_reported_on_one_page(measured: Measured, tmp_path: Path) -> None:
     assert suite.run("quick", tmp_path / "new" / "folder")
     out = tmp_path / "new" / "folder"
@@ -70,6 +71,7 @@ def test_everything_is_reported_on_one_page(measured: Measured, tmp_path: Path) 
     assert (out / "fake" / "one.csv").read_text(encoding="utf-8").startswith("z,error,a\n")
 
 
+@pytest.mark.medium
 def test_a_killed_run_goes_on(measured: Measured, tmp_path: Path) -> None:
     measured.broken = KeyboardInterrupt()
     with pytest.raises(KeyboardInterrupt):
@@ -86,6 +88,7 @@ def test_a_killed_run_goes_on(measured: Measured, tmp_path: Path) -> None:
     assert first.count("<td") == (tmp_path / "report.html").read_text("utf-8").count("<td")
 
 
+@pytest.mark.medium
 def test_another_runs_parts_are_refused(
     measured: Measured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -100,6 +103,7 @@ def test_another_runs_parts_are_refused(
     assert measured.asked == ["one", "two"]
 
 
+@pytest.mark.medium
 def test_a_part_that_breaks_loses_no_other(
     measured: Measured, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -138,6 +138,7 @@ def test_a_run_is_compared_at_common_times() -> None:
     assert 1.5 < off[0] / off[1] < 2.5  # of first order, frames included
 
 
+@pytest.mark.medium
 def test_work_precision_has_every_setting_and_its_front(
     tmp_path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -59,11 +59,13 @@ def compare(scenes: list[mf.Scene]) -> None:
         assert np.allclose(there["base"], fold.base, rtol=0.0, atol=1e-15)
 
 
+@pytest.mark.medium
 def test_scenes_end_in_the_same_bits() -> None:
     rng = np.random.default_rng(27)
     compare([random_scene(rng, MOUNTS[k % 3]) for k in range(21)])
 
 
+@pytest.mark.medium
 def test_obstacles_are_met_alike() -> None:
     rng = np.random.default_rng(9)
     walls: Any = [
@@ -82,6 +84,7 @@ def test_thousands_of_scenes_end_in_the_same_bits() -> None:
         compare([random_scene(rng, MOUNTS[k % 3]) for k in range(100)])
 
 
+@pytest.mark.medium
 def test_a_feed_that_is_changed_by_hand_goes_as_a_session_does() -> None:
     rng = np.random.default_rng(5)
     scenes = [random_scene(rng, "tube") for _ in range(4)]
@@ -100,6 +103,7 @@ def test_a_feed_that_is_changed_by_hand_goes_as_a_session_does() -> None:
         assert {name: there[name] for name in here} == here
 
 
+@pytest.mark.medium
 def test_frames_are_those_of_a_recording() -> None:
     rng = np.random.default_rng(8)
     scenes = [random_scene(rng, mount) for mount in MOUNTS]
@@ -139,6 +143,7 @@ def test_what_a_tube_leaves_no_room_for_is_refused_as_elsewhere(changes: dict[st
     assert mine.split("allowed;")[1] == there.split("allowed;")[1]
 
 
+@pytest.mark.medium
 def test_what_just_fits_beside_a_tube_is_allowed() -> None:
     rng = np.random.default_rng(2)
     beside = {"position": (0.0, 0.02), "size": (0.03, 0.0199)}

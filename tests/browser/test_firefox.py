@@ -14,7 +14,10 @@ from tests.browser import built
 from tests.browser.scenes import MOUNTS, random_scene, told
 from tests.replay import firefox
 
-pytestmark = pytest.mark.skipif(firefox.found() is None, reason="needs a Firefox on the PATH")
+pytestmark = [
+    pytest.mark.medium,
+    pytest.mark.skipif(firefox.found() is None, reason="needs a Firefox on the PATH"),
+]
 BITS = "((values) => [...new BigUint64Array(new Float64Array(values).buffer)].map(String))"
 
 

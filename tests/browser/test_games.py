@@ -48,6 +48,7 @@ def play(env: Any, game: str, seed: int, goal: int, choose: Any) -> dict[str, An
     return found | {"info": info, "headings": bits(env.state.angles)}
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("game", IDS)
 def test_an_episode_is_that_of_the_environment(game: str) -> None:
     env = make(game)
@@ -74,6 +75,7 @@ def test_an_episode_is_that_of_the_environment(game: str) -> None:
         assert there["score"] == pytest.approx(info["score"], abs=1e-12)
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("game", IDS)
 def test_a_network_acts_as_the_policy_that_was_shipped(game: str) -> None:
     from agents.evaluation.shipped import load_shipped  # noqa: PLC0415 - needs torch

@@ -69,6 +69,7 @@ def test_it_opens_with_a_fold_that_python_repeats(page: chromium.Page, tmp_path:
     assert page.value("document.querySelectorAll('.ghost').length") == 6
 
 
+@pytest.mark.medium
 def test_what_is_set_folds_anew(page: chromium.Page, tmp_path: Path) -> None:
     page.value('document.querySelector(\'#poles [data-component="2"][data-face="1"]\').click()')
     assert page.value("laboratory.scene.sequence[2]") == "S-SN"
@@ -91,6 +92,7 @@ def test_what_is_set_folds_anew(page: chromium.Page, tmp_path: Path) -> None:
     same_fold(page, tmp_path / "mine.yaml")
 
 
+@pytest.mark.medium
 def test_keys_on_a_face(page: chromium.Page) -> None:
     page.value("document.querySelector('#poles [data-component=\"0\"]').focus()")  # back left: N
     page.key("s")
@@ -101,6 +103,7 @@ def test_keys_on_a_face(page: chromium.Page) -> None:
     assert page.value("document.activeElement.ariaLabel") == "component 1, front left: no magnet"
 
 
+@pytest.mark.medium
 def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
     page.value("byId('random').click()")
     before = page.value("[location.hash, laboratory.chain.headings()]")
@@ -117,6 +120,7 @@ def test_a_link_may_leave_out_what_has_a_default(page: chromium.Page, tmp_path: 
     same_fold(page, tmp_path / "mine.yaml")
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("link", "said"),
     [
@@ -142,6 +146,7 @@ def test_a_broken_link_is_told_by_its_key(page: chromium.Page, link: str, said: 
     assert text(page, "word") == "LRLLL"
 
 
+@pytest.mark.medium
 def test_states_of_least_energy_stand_beside_the_fold(page: chromium.Page) -> None:
     page.value("location.hash = ''")
     page.until("byId('states').ariaBusy === 'false'")
@@ -171,6 +176,7 @@ def scores(page: chromium.Page) -> Any:
     )
 
 
+@pytest.mark.medium
 def test_tube_feed_is_played_against_a_policy(page: chromium.Page) -> None:
     open_game(page, "tube_feed")
     assert not page.value("byId('poles').checkVisibility()")
@@ -192,6 +198,7 @@ def test_tube_feed_is_played_against_a_policy(page: chromium.Page) -> None:
     assert text(page, "word") == "LRLLL"
 
 
+@pytest.mark.medium
 def test_unknown_floor_is_played_by_hand(page: chromium.Page) -> None:
     open_game(page, "unknown_floor")
     page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
@@ -207,6 +214,7 @@ def test_unknown_floor_is_played_by_hand(page: chromium.Page) -> None:
     open_game(page, "")
 
 
+@pytest.mark.medium
 def test_a_game_may_be_left_while_it_runs(page: chromium.Page) -> None:
     for first, then in (("unknown_floor", ""), ("", "tube_feed")):
         open_game(page, first)
@@ -219,6 +227,7 @@ def test_a_game_may_be_left_while_it_runs(page: chromium.Page) -> None:
     open_game(page, "")
 
 
+@pytest.mark.medium
 def test_feeding_by_hand(page: chromium.Page) -> None:
     page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
     page.until("laboratory.chain.released >= 1")
@@ -229,6 +238,7 @@ def test_feeding_by_hand(page: chromium.Page) -> None:
     assert page.value("laboratory.player.motion.last") > 10  # it was recorded
 
 
+@pytest.mark.medium
 def test_nothing_is_cut_off_on_a_phone(page: chromium.Page) -> None:
     page.resize(390, 844, dark=True)
     assert page.value("document.documentElement.scrollWidth") <= 390

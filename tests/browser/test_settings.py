@@ -53,6 +53,7 @@ def check(scene: mf.Scene) -> None:
     same(chain.state, state)
 
 
+@pytest.mark.medium
 @given(st.integers(0, 2**32 - 1))
 def test_a_chain_of_settings_is_a_packed_scene(seed: int) -> None:
     check(random_scene(np.random.default_rng(seed)))

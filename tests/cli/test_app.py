@@ -164,6 +164,7 @@ def test_minimise_shows_the_decisions_of_a_feed() -> None:
     assert "--" in shown  # joint 2 turned left would overlap
 
 
+@pytest.mark.medium
 def test_words_of_long_chains_are_whole(tmp_path: Path) -> None:
     scene = mf.load_scene("paper/sequence-3").replace(sequence=("NSNS", "SN-N", "SSNN", "NNSS") * 5)
     mf.save_scene(scene, tmp_path / "long.yaml")

@@ -10,6 +10,7 @@ from tests.command_line import run
 from tests.killed import records_in
 
 
+@pytest.mark.medium
 def test_it_shows_and_writes_what_design_returns(tmp_path: Path) -> None:
     out, json = tmp_path / "out", tmp_path / "design.json"
     options = ("--mode", "backward", "--speed", 0.3, "--runs", 8, "--seed", 2)

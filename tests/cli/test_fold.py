@@ -34,6 +34,7 @@ def test_a_page_needs_no_extra(quick: str, tmp_path: Path, monkeypatch: pytest.M
     assert len(data["time"]) == len(fold.trajectory) > 5
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("suffix", ["pdf", "png"])
 def test_a_sheet_is_written(quick: str, tmp_path: Path, suffix: str) -> None:
     pytest.importorskip("matplotlib.figure")

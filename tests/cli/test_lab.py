@@ -18,6 +18,7 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
+@pytest.mark.medium
 def test_it_is_opened(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
     monkeypatch.setattr(webbrowser, "open", lambda url: opened.append(url) or True)
@@ -25,6 +26,7 @@ def test_it_is_opened(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert opened == [page.as_uri()]
 
 
+@pytest.mark.medium
 def test_where_no_browser_is_the_file_is_named(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(webbrowser, "open", lambda _: False)
     result = run("lab")
@@ -32,6 +34,7 @@ def test_where_no_browser_is_the_file_is_named(page: Path, monkeypatch: pytest.M
     assert str(page) in result.stdout.replace("\n", "")
 
 
+@pytest.mark.medium
 def test_it_is_written_to_a_folder(page: Path, tmp_path: Path) -> None:
     assert run("lab", "--out", tmp_path / "site").exit_code == 0
     assert (tmp_path / "site" / "index.html").read_bytes() == page.read_bytes()
@@ -50,6 +53,7 @@ def test_what_is_missing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     fails_in_one_line(run("lab"), "needs a linker for WebAssembly")
 
 
+@pytest.mark.medium
 def test_a_packed_page_of_other_sources_is_not_taken(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -42,6 +42,7 @@ def test_every_mode_releases_its_own_way(mode: Any) -> None:
     assert (design.speed is None) == (mode == "free")
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("search", ["exhaustive", "annealing"])
 @pytest.mark.parametrize("objective", ["ground", "gap", "unique", "sensitivity"])
 def test_objectives_of_energy_are_met(objective: Any, search: Any) -> None:
@@ -64,6 +65,7 @@ def test_objectives_of_energy_are_met(objective: Any, search: Any) -> None:
     assert design.score == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.medium
 def test_no_search_beats_the_proven_optimum() -> None:
     for objective in ("gap", "sensitivity"):
         proved, found = (
@@ -75,12 +77,14 @@ def test_no_search_beats_the_proven_optimum() -> None:
         assert 0.8 * proved.bound < found.score <= proved.bound * (1 + 1e-9)
 
 
+@pytest.mark.medium
 def test_cross_entropy_needs_no_energies() -> None:
     design = mf.design("LR", SMALL, search="cross-entropy", runs=20, budget=600)
     assert design.reached
     assert set(design.calls) == {"releases", "ground states"}  # the latter for the evidence
 
 
+@pytest.mark.medium
 def test_a_long_chain_is_designed() -> None:
     design = mf.design("LRRLLRLR", objective="gap", runs=0)
     assert design.search == "annealing"
@@ -150,6 +154,7 @@ def test_wrong_arguments_are_named(changes: dict[str, Any], message: str) -> Non
         mf.design(**{"target": "LR", "scene": SMALL, **changes})
 
 
+@pytest.mark.medium
 def test_the_same_seed_gives_the_same_design_however_many_work() -> None:
     def find(**more: Any) -> Design:
         return mf.design("LLR", SMALL, seed=5, runs=12, search="annealing", **more)
@@ -200,6 +205,7 @@ KILLED = (
 )
 
 
+@pytest.mark.medium
 def test_a_killed_search_goes_on_and_ends_the_same(tmp_path: Path) -> None:
     state = tmp_path / "state"
     run_until_killed(10, KILLED, json.dumps(ARGUMENTS), str(state))

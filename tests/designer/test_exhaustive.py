@@ -27,6 +27,7 @@ def signs_of(number: int) -> np.ndarray:
     return np.array([1.0 if letter == "N" else -1.0 for letter in letters])
 
 
+@pytest.mark.medium
 def test_gaps(every: tuple[str, Exhaustive]) -> None:
     target, found = every
     gaps = found.gaps

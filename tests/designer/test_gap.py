@@ -59,6 +59,7 @@ def designs() -> dict[str, GapDesign | None]:
     return gap_designs(mf.load_scene("paper/sequence-1"), folded_words(6))
 
 
+@pytest.mark.medium
 def test_the_designs_of_the_26_words_are_ground_states(
     designs: dict[str, GapDesign | None],
 ) -> None:
@@ -74,6 +75,7 @@ def test_the_designs_of_the_26_words_are_ground_states(
         assert second.energy - best.energy == pytest.approx(design.gap)
 
 
+@pytest.mark.medium
 @pytest.mark.laws
 def test_mirrored_targets_have_mirrored_designs(designs: dict[str, GapDesign | None]) -> None:
     for target, design in designs.items():
@@ -83,6 +85,7 @@ def test_mirrored_targets_have_mirrored_designs(designs: dict[str, GapDesign | N
         assert image.gap == pytest.approx(design.gap, rel=1e-9)
 
 
+@pytest.mark.medium
 def test_no_random_sequence_beats_the_design(designs: dict[str, GapDesign | None]) -> None:
     rng = np.random.default_rng(5)
     scene = mf.load_scene("paper/sequence-1")

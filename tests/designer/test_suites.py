@@ -28,6 +28,7 @@ def test_suites_are_shipped() -> None:
     assert [f"n{n}" for n in LENGTHS] == NAMES
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("name", NAMES)
 def test_every_target_has_all_witnesses(name: str) -> None:
     suite = load_suite(name)
@@ -42,6 +43,7 @@ def test_every_target_has_all_witnesses(name: str) -> None:
             assert (witness.probability is not None) == (kind in ("forward", "backward", "free"))
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("every", [10, pytest.param(1, marks=pytest.mark.slow)])
 def test_witnesses_by_energy_hold(every: int, name: str) -> None:

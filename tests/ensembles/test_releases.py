@@ -33,6 +33,7 @@ def made() -> mf.Ensemble:
     return mf.ensemble(TUBE, RUNS, seed=3, workers=1)
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("workers", "backend"), [(None, "threads"), (2, "threads"), (5, "threads"), (2, "processes")]
 )
@@ -109,6 +110,7 @@ ensemble(Scene.model_validate_json(sys.argv[1]), 400, seed=3, workers=2, state=s
 """
 
 
+@pytest.mark.medium
 def test_a_killed_ensemble_goes_on_and_ends_the_same(tmp_path: Path) -> None:
     state = tmp_path / "state"
     run_until_killed(10, KILLED, TUBE.model_dump_json(), str(state))
@@ -147,6 +149,7 @@ def test_a_state_of_other_physics_is_refused(
         mf.ensemble(TUBE, 1, state=tmp_path)
 
 
+@pytest.mark.medium
 def test_the_digest_follows_the_sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     package = Path(files.__file__).parent
     shutil.copytree(package, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__"))

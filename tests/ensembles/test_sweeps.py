@@ -55,6 +55,7 @@ def test_all_points_draw_the_same(made: mf.Sweep) -> None:
         assert scene.friction / point["friction"] == pytest.approx(drawn[0].friction / 0.1)
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("backend", ["threads", "processes"])
 def test_a_sweep_does_not_depend_on_who_makes_it(made: mf.Sweep, backend: Any) -> None:
     again = mf.sweep(SCENE, OVER, RUNS, seed=3, workers=2, backend=backend)
@@ -81,6 +82,7 @@ sweep(Scene.model_validate_json(scene), json.loads(over), 4, seed=3, workers=2, 
 """
 
 
+@pytest.mark.medium
 def test_a_killed_sweep_goes_on_and_ends_in_the_same_file(made: mf.Sweep, tmp_path: Path) -> None:
     state = tmp_path / "state"
     run_until_killed(9, KILLED, SCENE.model_dump_json(), json.dumps(OVER), str(state))
@@ -114,6 +116,7 @@ def test_a_state_of_another_sweep_is_refused(
 # --- tables of magnets ----------------------------------------------------------------------------
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("side", "over", "most"),  # sides that no other test has
     [
@@ -189,6 +192,7 @@ def test_what_cannot_be_swept_is_told(over: Any, message: str) -> None:
         mf.sweep(SCENE, over, 1)
 
 
+@pytest.mark.medium
 @given(
     st.dictionaries(
         st.sampled_from(["friction", "feed.speed", "solver.max_steps", "x", ""]),

@@ -9,6 +9,8 @@ from sb3_contrib import MaskablePPO
 from sb3_contrib.common.maskable.utils import get_action_masks
 from stable_baselines3 import DQN, PPO, SAC, HerReplayBuffer
 
+import magfold_env  # noqa: F401 - registers the environments
+
 pytestmark = pytest.mark.train
 
 QUICK: dict[str, Any] = {"fidelity": "quasistatic", "components": 3}
@@ -31,6 +33,7 @@ def test_masks_reach_the_learner_and_are_kept() -> None:
         assert masks[int(action[0])]
 
 
+@pytest.mark.medium
 def test_hindsight_replay_relabels_goals() -> None:
     env = gymnasium.make("MagFold/TubeFeedGoal-v0", actions="box", **QUICK)
     model = SAC(

@@ -35,6 +35,7 @@ def test_chambers_are_drawn_as_widely_as_said() -> None:
     assert abs(np.corrcoef(offsets, widths)[0, 1]) < 0.2
 
 
+@pytest.mark.medium
 def test_chains_meet_their_own_chambers_and_no_others() -> None:
     env: Any = gymnasium.make_vec("MagFold/Lumen-v0", num_envs=32).unwrapped
     env.reset(seed=0)

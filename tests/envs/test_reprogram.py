@@ -66,6 +66,7 @@ def played() -> tuple[ReprogramVectorEnv, list[Any], list[Any]]:
     return rolls()
 
 
+@pytest.mark.medium
 def test_schedules_reach_no_word_one_or_both(played: Any) -> None:
     envs = played[0]
     ends = envs.episodes.told_at_end(envs.episodes.rows)
@@ -179,6 +180,7 @@ def test_all_out_the_first_word_counts_no_more() -> None:
     assert folded > 0
 
 
+@pytest.mark.medium
 def test_the_baseline_is_what_the_best_of_the_schedules_scores(
     tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -197,6 +197,7 @@ def test_a_dead_magnet_does_not_act_where_it_lies() -> None:
     assert (episodes(env).chains.drawn.chains.charge[0] == 0).sum() == 4 * 4
 
 
+@pytest.mark.medium
 def test_the_minimisers_chain_has_the_largest_gap_of_those_that_can_be_had() -> None:
     scene, tray = mf.load_scene("tray"), ("NSSN", "SNSN", "NNSN", "NSNN", "SNNS", "NSNS", "SSNN")
     designs = TrayDesigns(scene, "LRLRL")
@@ -215,6 +216,7 @@ def test_the_minimisers_chain_has_the_largest_gap_of_those_that_can_be_had() -> 
     assert designs.best(("NNNN",) * 9) is None
 
 
+@pytest.mark.medium
 def test_the_baseline_is_what_the_minimisers_chain_scores(
     tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

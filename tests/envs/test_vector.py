@@ -165,6 +165,7 @@ def test_time_is_over_for_both_alike(mode: AutoresetMode) -> None:
     native.close()
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("kind", ["discrete", "dict"])
 def test_chains_that_go_forth_and_back_are_alike(kind: str) -> None:
     options = {"actions": kind, "shaping": "energy", "gamma": 0.9, "randomisation": "strong"}
@@ -221,6 +222,7 @@ def test_pictures_are_those_of_single_environments(fidelity: str) -> None:
         assert same(native.render(), single.render())
 
 
+@pytest.mark.medium
 def test_they_can_be_filmed(tmp_path: Any) -> None:
     options: dict[str, Any] = QUICK | {"fidelity": "quasistatic", "render_mode": "rgb_array"}
     native = gymnasium.make_vec(FEED, num_envs=2, **options)

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
+import magfold_env  # noqa: F401 - registers the environments
+
 FEED = "MagFold/TubeFeed-v0"
 
 

@@ -65,6 +65,7 @@ def compare(seed: int) -> tuple[float, float]:
     return off, max(1.0 - bore, moved - 1.0)
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("seed", "joint", "way"), [pytest.param(2, 0, 1, marks=pytest.mark.slow), (3, 2, 0)]
 )

@@ -39,6 +39,7 @@ def compare_scene(scene, step, after, hard=1.0, within=0.01, creep=SLOW):
     assert np.median(apart) < 5e-3
 
 
+@pytest.mark.medium
 def test_a_free_fold_agrees(monkeypatch):
     # Its outermost loop takes longer to compile than Python takes to run it once.
     monkeypatch.setattr(reference, "run", getattr(run, "py_func", run))

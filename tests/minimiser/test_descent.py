@@ -59,6 +59,7 @@ def test_torques_are_slopes_of_the_energy() -> None:
         assert found.torques[joint] == pytest.approx(-rise / 2e-6, rel=1e-5, abs=1e-9)
 
 
+@pytest.mark.medium
 def test_casings_stay_apart() -> None:
     for seed in range(20, 26):
         scene, start = random_scene(seed, 9)

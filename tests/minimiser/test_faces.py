@@ -29,6 +29,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     return Scene(sequence=sequence, magnets=Magnets(**kind, remanence=rows))
 
 
+@pytest.mark.medium
 @given(scenes())
 @settings(max_examples=20)
 def test_word_energies_are_sums_over_charges(scene: Scene) -> None:

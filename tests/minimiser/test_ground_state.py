@@ -70,6 +70,7 @@ def test_a_long_chain_read_from_its_other_end_has_the_same_ground_states(n: int)
         )
 
 
+@pytest.mark.medium
 def test_a_long_ground_state_lies_below_what_other_searches_find() -> None:
     scene = random_scene(8, 20)
     found = ground_state(scene, top=10)

@@ -28,6 +28,7 @@ def by_position() -> tuple[list[str], np.ndarray]:
     return words, reference.forms(words, SIDE, MODELS["points"])
 
 
+@pytest.mark.medium
 def test_a_thousand_sequences_are_brute_force(by_position: tuple[list[str], np.ndarray]) -> None:
     words, forms = by_position
     sequences = random_sequences(1, 1000, 6)
@@ -107,6 +108,7 @@ def test_torques_are_slopes_of_the_energy() -> None:
             )
 
 
+@pytest.mark.medium
 def test_stable_words_are_local_minima_and_no_others() -> None:
     scene = mf.load_scene("paper/sequence-1")
     landscape = Landscape(scene)
@@ -146,6 +148,7 @@ def test_every_sequence_is_each_one(n: int) -> None:
         np.testing.assert_allclose(landscape.every_energy(word), expected[:, row], atol=scale)
 
 
+@pytest.mark.medium
 def test_every_sequence_of_six_in_samples() -> None:
     landscape = Landscape(mf.load_scene("paper/sequence-1"), "folded")
     shares: list[float] = []

@@ -40,6 +40,7 @@ def test_full_search_is_brute_force(sequence: tuple[str, ...], model: str) -> No
     assert np.all(np.diff(energies) >= -1e-9 * scale)
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("model", ["points", "strips"])
 def test_full_search_of_six_components(model: str) -> None:
     rng = np.random.default_rng(6)

@@ -23,12 +23,14 @@ def candidates(number: int) -> list[Candidate]:
     return Candidates(SCENE)(number)
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("number", NUMBERS)
 def test_todays_sequences_are_among_them(number: int) -> None:
     (mine,) = [each for each in candidates(number) if each.sequence == today(number)]
     assert all(mine.energies.values())
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("number", NUMBERS)
 def test_the_minimiser_agrees(number: int) -> None:
     found = candidates(number)

@@ -50,6 +50,7 @@ def test_another_end_disagrees_for_its_model_alone(ends: Measured) -> None:
     assert "sequence 1 backward ends in S1A" in device.found
 
 
+@pytest.mark.medium
 def test_figure_6_decides_one_joint_at_a_time(ends: Measured, tmp_path: Path) -> None:
     every = minimise(states.scene_of(1, "literal"), top=300).states
     scores = {state.word: state.coulomb_score for state in every}

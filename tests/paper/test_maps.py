@@ -28,6 +28,7 @@ def test_only_friction_over_remanence_squared_and_speed_over_remanence_count(
     np.testing.assert_allclose(4.0 * one.energy, other.energy, rtol=1e-3)
 
 
+@pytest.mark.medium
 def test_a_map_has_all_releases_at_every_point(tmp_path: Path) -> None:
     found = [row for mode in ("free", "forward") for row in maps.rows(3, mode, quick=True)]
     for ratio in maps.QUICK_RATIOS:

@@ -29,6 +29,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(search, "CHAIN_RUNS", 1)
 
 
+@pytest.mark.medium
 @pytest.mark.usefixtures("small")
 def test_rounds_keep_what_is_best_and_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

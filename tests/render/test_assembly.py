@@ -167,6 +167,7 @@ def test_a_fold_that_broke_down_is_told_and_not_drawn() -> None:
     assert outcome.note.startswith("failed: ")
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("count", "pages"), [(1, 1), pytest.param(6, 1, marks=pytest.mark.slow), (14, 2)]
 )

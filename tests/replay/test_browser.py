@@ -103,6 +103,7 @@ def test_scrubbing_shows_the_frame(page: chromium.Page, frame: int) -> None:
     assert angles_to_word(np.diff(motion.angles[frame])) in now
 
 
+@pytest.mark.medium
 def test_it_plays_to_the_end_and_again(page: chromium.Page) -> None:
     start = page.value(PLACES)
     page.value("document.getElementById('speed').value = 0.5")

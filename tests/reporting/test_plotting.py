@@ -7,6 +7,7 @@ from magfold_env.reporting.plotting import WIDEST, panels
 pytest.importorskip("matplotlib.figure")
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("count", range(1, 7))
 @pytest.mark.parametrize("shared", [True, False])
 def test_no_row_of_panels_is_wider_than_a_page(count: int, shared: bool) -> None:

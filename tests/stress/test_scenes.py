@@ -17,6 +17,7 @@ from tests.stress.drawn import scenes
 NEVER_SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 CHEAP = ("ordinary", "friction", "overlapping", "straight", "stops")
 FOUND = sorted((Path(__file__).parent / "found").glob("*.yaml"))
+SECONDS_EACH = {"light-end", "rounding-hides-the-rest", "stopped-by-decree"}
 
 
 @pytest.mark.parametrize("kind", CHEAP)
@@ -50,6 +51,14 @@ def test_ten_million_steps_of_a_pendulum_keep_every_law():
     assert Case(0, "marathon", 0).verdict().broken == []
 
 
-@pytest.mark.parametrize("path", FOUND, ids=[path.stem for path in FOUND])
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(
+            path, id=path.stem, marks=pytest.mark.medium if path.stem in SECONDS_EACH else ()
+        )
+        for path in FOUND
+    ],
+)
 def test_scenes_that_once_broke_a_law_keep_all(path: Path):
     assert check(load_scene(path)).broken == []

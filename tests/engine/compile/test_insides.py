@@ -129,6 +129,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
     return str(folder), printed
 
 
+@pytest.mark.medium
 @compiled
 @pytest.mark.parametrize("inside", CHANGES)
 def test_kernels_do_the_same_without(inside, small, tmp_path):
@@ -201,6 +202,7 @@ print([each.hex() for x in (0.0, 0.3, -1.0, 2.5, -1e3, 1e14) for each in map(flo
 """
 
 
+@pytest.mark.medium
 @compiled
 def test_sines_without_a_compiler_are_those_with_one():
     with_one, _ = run(SINES, "", "")

@@ -160,6 +160,7 @@ def edit(path: Path, old: str, new: str) -> None:
     path.write_text(source.replace(old, new), encoding="utf-8")
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("file", "old", "new", "expected"),
     [
@@ -188,6 +189,7 @@ DAMAGES = {
 }
 
 
+@pytest.mark.medium
 def test_what_is_damaged_is_compiled_again(copy):
     assert run(copy) == [7.0, 3.0]
     again = kept(copy)
@@ -204,6 +206,7 @@ def test_what_is_damaged_is_compiled_again(copy):
     assert kept(copy) == again
 
 
+@pytest.mark.medium
 def test_nothing_is_kept_where_nothing_can_be_written(copy):
     cache, package = copy.parent.parent / "cache", copy / "__pycache__"
     shutil.rmtree(cache)
@@ -213,6 +216,7 @@ def test_nothing_is_kept_where_nothing_can_be_written(copy):
     assert not kept(copy)
 
 
+@pytest.mark.medium
 def test_sources_in_an_archive_are_found(copy):
     archive = shutil.make_archive(str(copy.parent), "zip", copy.parent)
     code = f"import sys; sys.path.insert(0, {archive!r})\n{RUN}"
@@ -239,6 +243,7 @@ print(twice(1.0), *(int(fingerprint(each.__file__)[:12], 16) for each in (observ
 """
 
 
+@pytest.mark.medium
 def test_an_edited_observation_is_seen_and_compiles_no_integrator_again(copy):
     shutil.copytree(kernel_cache.FOLDER, copy, dirs_exist_ok=True)
     (copy.parent / "caller.py").write_text(CALLER)

@@ -89,6 +89,7 @@ def errors(pair, place, headings):
     return [np.abs(f - e).max() / s / flush for f, e, s in zip(found, exact, scales, strict=True)]
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("geometry", sorted(GEOMETRIES))
 def test_forces_torques_and_energies_keep_the_bound(geometry):
     rng = np.random.default_rng(61)
@@ -99,6 +100,7 @@ def test_forces_torques_and_energies_keep_the_bound(geometry):
         assert max(max(errors(pair, *pose)) for pose in poses) <= BOUND
 
 
+@pytest.mark.medium
 def test_uneven_strengths_keep_the_bound():
     rng = np.random.default_rng(62)
     for _ in range(20):
@@ -107,6 +109,7 @@ def test_uneven_strengths_keep_the_bound():
         assert max(max(errors(Pair(scene), *touching(rng, flush=True))) for _ in range(3)) <= BOUND
 
 
+@pytest.mark.medium
 def test_what_is_far_away_is_almost_exact():
     # A fold begins slowly, under weak forces from afar.
     rng = np.random.default_rng(63)
@@ -167,6 +170,7 @@ def test_a_casing_turned_by_a_right_angle_has_its_faces_elsewhere(seed):
     assert seen[2] == pytest.approx(energy, abs=1e-10 * size * SIDE)
 
 
+@pytest.mark.medium
 def test_what_is_kept_is_a_function_of_charges_and_cell():
     rng = np.random.default_rng(64)
     pair = pair_of("the paper's")

@@ -44,12 +44,14 @@ def test_the_default_env_needs_no_computation(randomisation: Randomisation, cach
     assert not list(cache.iterdir())
 
 
+@pytest.mark.medium
 def test_shipped_designs_are_the_minimisers() -> None:
     env = TubeFeedEnv()
     for target, sequence in designs(env.scene).items():
         assert env.baseline_of(target).sequence == sequence
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(
     ("target", "randomisation"),
     [
@@ -65,6 +67,7 @@ def test_shipped_numbers_can_be_recomputed(target: str, randomisation: Randomisa
     assert evaluate_design(env.scene, target, shipped.sequence) == shipped
 
 
+@pytest.mark.medium
 def test_the_baseline_is_the_mean_score_at_the_best_speed() -> None:
     scene, target = scene_of(3), "LR"
     sequence = designs(scene)[target]

@@ -18,6 +18,7 @@ DRAWS = {
 }
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("env_id", TRACKS)
 def test_it_scores_what_is_stored(env_id: str) -> None:
     env: Any = gymnasium.make(env_id).unwrapped

@@ -24,6 +24,7 @@ def built(n: int, direction: str = "forward") -> mf.Scene:
     return scene.replace(feed={"direction": direction}, magnets={"accuracy": 1e-6})
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 @pytest.mark.parametrize("n", [2, 6, 9])
 def test_a_chain_built_beforehand_folds_as_the_minimiser_says(direction: str, n: int) -> None:
@@ -126,6 +127,7 @@ def test_energies_of_a_target_are_those_of_its_word() -> None:
     assert rules.energy_as("LRRLR", signs, 3) == pytest.approx(first, rel=1e-6)
 
 
+@pytest.mark.medium
 def test_a_chain_that_grows_into_a_corner_has_misfolded() -> None:
     env = gymnasium.make("MagFold/TubeFeed-v0", fidelity="quasistatic", components=16).unwrapped
     rng = np.random.default_rng(0)

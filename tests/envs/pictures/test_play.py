@@ -80,6 +80,7 @@ def test_a_choice_is_seen_before_it_is_made(game: Game) -> None:
     assert (_screen()[:540] != seen[:540]).any()
 
 
+@pytest.mark.medium
 def test_speeds_end_where_their_levels_do(game: Game) -> None:
     for _ in range(12):
         game.press("up")

@@ -177,6 +177,7 @@ def test_text_names_the_target_and_every_component(env_id: str, options: dict) -
     assert text_of(env.snapshot()) == env.render()
 
 
+@pytest.mark.medium
 @every_variant_slowly
 def test_a_window_changes_nothing(env_id: str, options: dict) -> None:
     shown, hidden = made(env_id, "human", options), made(env_id, None, options)
@@ -203,6 +204,7 @@ def test_a_window_shows_the_motion_between_decisions(monkeypatch: pytest.MonkeyP
     env.close()
 
 
+@pytest.mark.medium
 def test_a_film_shows_the_motion_between_decisions() -> None:
     env = TubeFeedEnv(render_mode="rgb_array_list", **QUICK)
     assert env.metadata["render_fps"] == viewer.FILM_FPS
@@ -242,6 +244,7 @@ def test_what_is_drawn_back_is_shown_as_it_was() -> None:
     assert last != fed
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize("env_id", ["MagFold/UnknownFloor-v0", "MagFold/Tray-v0"])
 def test_films_of_every_step_are_whole(env_id: str) -> None:
     env = made(env_id, "rgb_array_list", {})
@@ -343,6 +346,7 @@ def test_videos_have_the_motion_and_gymnasiums_the_decisions(tmp_path: Path) -> 
         assert clip.duration == pytest.approx(frames / viewer.FILM_FPS, abs=0.1)
 
 
+@pytest.mark.medium
 def test_vector_envs_can_be_filmed(tmp_path: Path) -> None:
     single = [lambda: gymnasium.make("MagFold/TubeFeed-v0", render_mode="rgb_array", **QUICK)] * 2
     env = VectorRecordVideo(

@@ -66,6 +66,7 @@ def test_a_negative_spread_is_named() -> None:
         SensorNoise(gymnasium.make("MagFold/TubeFeed-v0", **QUICK), -0.1)
 
 
+@pytest.mark.medium
 def test_success_leads_from_stage_to_stage() -> None:
     env = Curriculum(quick(), LENGTHS, threshold=0.01, window=2000)
     env.action_space.seed(0)
