@@ -86,7 +86,7 @@ def test_it_does_so_in_all_episodes(name: str, admission: CardAdmission) -> None
     assert differing_in_admission(name, admission, count) <= 0.04 * count
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 @pytest.mark.parametrize(("name", "result"), RESULTS)
 def test_every_policy_scores_what_its_card_says(name: str, result: CardResult) -> None:
     for number in range(len(shipped_card(name).policies)):

@@ -66,13 +66,13 @@ def test_some_random_steps(env_id: str, fidelity: str, actions: str) -> None:
     random_steps(env_id, fidelity, actions, 750 if fidelity == "quasistatic" else steps)
 
 
-@pytest.mark.stress
+@pytest.mark.weekly
 @pytest.mark.parametrize(("env_id", "fidelity", "actions"), WORLDS)
 def test_a_million_random_steps(env_id: str, fidelity: str, actions: str) -> None:
     random_steps(env_id, fidelity, actions, STEPS[fidelity])
 
 
-@pytest.mark.stress
+@pytest.mark.weekly
 def test_they_are_a_million() -> None:
     assert sum(STEPS[fidelity] for _, fidelity, _ in WORLDS) >= 1_000_000
 

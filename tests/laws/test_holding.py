@@ -20,6 +20,7 @@ LEAST = 5e-5  # [N·m]: what is less is a small difference of what magnets and f
 STRETCHED = 10.0  # times the least pull: where it acts along hinges, springs give way before
 MOVING = {17, 49}  # scenes of these numbers do not come to rest
 FOLDS = [seed for seed in range(52) if seed not in MOVING]
+NIGHTLY = 12  # of them, which are loaded every night; the others take longer in all
 
 
 def random_fold(seed: int) -> mf.Fold:
@@ -85,8 +86,13 @@ def test_a_fold_gives_way_at_its_pull() -> None:
     assert (bore, moved) == (0.99, 1.01)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", FOLDS)
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(seed, marks=pytest.mark.slow if k < NIGHTLY else pytest.mark.weekly)
+        for k, seed in enumerate(FOLDS)
+    ],
+)
 def test_random_folds_give_way_at_their_limit_loads(seed: int) -> None:
     moment, pull = compare(seed)
     assert moment <= 0.01 + 1e-9

@@ -142,7 +142,7 @@ def test_kernels_do_the_same_without(inside, small, tmp_path):
 
 
 @compiled
-@pytest.mark.slow
+@pytest.mark.weekly
 @pytest.mark.parametrize("inside", ["deferred", "pointer_types", "others"])
 def test_chains_fold_the_same_without(inside, tmp_path):
     change = CHANGES.get(inside, CHANGES["fused"] + CHANGES["kernel_cache"] + CHANGES["first_use"])
