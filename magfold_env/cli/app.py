@@ -71,7 +71,7 @@ def play(
         from magfold_env.envs.pictures.play import Game  # noqa: PLC0415
         from magfold_env.envs.tube_feed import TubeFeedEnv  # noqa: PLC0415
 
-        length = components if target is None else len(target) + 1
+        length = len(target) + 1 if target else components
         if components not in (None, length):
             raise ValueError(
                 f"--components: {components} is not allowed; must be {length} for {target!r}"

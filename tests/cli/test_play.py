@@ -26,6 +26,10 @@ def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
     ("arguments", "message"),
     [
         (("--target", "LXL"), "LXL"),
+        (
+            ("--target", ""),
+            "targets: '' is not allowed; must be a fully folded word of 6 components",
+        ),
         (("--target", "lrl"), "; did you mean LRL?"),
         (("--target", "LRL", "--components", "5"), "--components: 5 is not allowed; must be 4"),
         (("--scene", "pendulum-3"), "scene.mount: 'pinned' is not allowed; must be 'tube'"),
