@@ -3,10 +3,11 @@
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from magfold_env.cli import options
-from magfold_env.scene import load_scene
+from magfold_env.scene import errors, load_scene
 
 
 def stress(
@@ -22,7 +23,8 @@ def stress(
     ] = None,
     out: options.Results = Path("runs/stress"),
     rerun: Annotated[
-        Path | None, typer.Option(help="Judge the scene in this file, and try nothing else.")
+        Path | None,
+        typer.Option(help="Judge the scene in this file, as --seed draws it, and nothing else."),
     ] = None,
 ) -> None:
     """Try to break the simulation by random and extreme scenes; exit code 1 if a law is broken."""
@@ -33,7 +35,9 @@ def stress(
         if rerun is not None and not rerun.is_file():
             raise ValueError(f"--rerun: {str(rerun)!r} is not allowed; must be the file of a scene")
         if rerun is not None:
-            verdict = laws.check(load_scene(rerun))
+            errors.refuse(errors.unless_whole("seed", seed, 0))
+            scene = load_scene(rerun).draw(np.random.default_rng(seed))
+            verdict = laws.check(scene)
             options.wide_console().print(report.verdict_table(rerun.name, verdict))
             kept = not verdict.broken
         else:

@@ -160,6 +160,15 @@ def test_a_scene_is_judged_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert "no breakdown" in result.stdout
 
 
+def test_what_a_scene_leaves_to_chance_is_drawn_by_the_seed(quick: str) -> None:
+    seen = [command("stress", "--rerun", quick, "--seed", seed) for seed in (1, 2, 1)]
+    assert [result.exit_code for result in seen] == [0, 0, 0]
+    first, other, again = (result.stdout for result in seen)
+    assert first == again != other
+    told = "seed: -1 is not allowed"
+    fails_in_one_line(command("stress", "--rerun", quick, "--seed", -1), told)
+
+
 @pytest.mark.parametrize(
     ("option", "value", "told"),
     [
