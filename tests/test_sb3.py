@@ -2,6 +2,8 @@
 
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -119,8 +121,9 @@ def test_masks_that_change_are_those_of_each_environment() -> None:
 
 @pytest.mark.medium
 @pytest.mark.train
-def test_hindsight_replay_relabels_goals() -> None:
-    env = make_sb3_vec(GOAL, 2, actions="box", **QUICK)
+@pytest.mark.parametrize("make", [gymnasium.make, partial(make_sb3_vec, num_envs=2)])
+def test_hindsight_replay_relabels_goals(make: Callable[..., Any]) -> None:
+    env = make(GOAL, actions="box", **QUICK)
     model = SAC(
         "MultiInputPolicy",
         env,
@@ -133,6 +136,7 @@ def test_hindsight_replay_relabels_goals() -> None:
     buffer: Any = model.replay_buffer
     rewards = buffer.sample(512).rewards.numpy()
     assert set(np.unique(rewards)) == {-1.0, 0.0}
+    # A success is rare in random actions, not among relabelled goals.
     assert np.mean(rewards == 0.0) > 0.2
 
 
