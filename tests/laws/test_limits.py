@@ -48,8 +48,7 @@ MISSED = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.stress
+@pytest.mark.weekly
 def test_no_law_is_broken_but_those_that_are_named():
     seeds = range(40)
     laws = [
