@@ -45,6 +45,7 @@ def file(model: stable_baselines3.PPO, tmp_path: Path) -> Path:
     return tmp_path / "policy.safetensors"
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(("algorithm", "features", "env_id"), CASES)
 def test_every_algorithm_acts_as_before(
     algorithm: str, features: str, env_id: str, tmp_path: Path

@@ -23,6 +23,7 @@ def roots_of(x, degree, out):
         out[i] = inverse_root(x[i], degree)
 
 
+@pytest.mark.medium
 @pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="the interpreter takes minutes")
 @pytest.mark.parametrize("largest", [1.0, 100.0, 1e6, 1e14])
 def test_sincos_is_as_good_as_the_library_on_any_heading(largest):

@@ -46,6 +46,7 @@ def test_a_free_fold_agrees(monkeypatch):
     compare(2, "free", 0, 5e-5, 0.15)
 
 
+@pytest.mark.medium
 def test_a_fold_that_is_held_again_agrees(monkeypatch):
     monkeypatch.setattr(reference, "run", getattr(run, "py_func", run))
     compare_scene(there_and_back(100), 1e-4, 0.2)

@@ -53,6 +53,7 @@ def test_table_1(k: int, forward: str, backward: str, suffix: str) -> None:
         assert found.best.stable
 
 
+@pytest.mark.medium
 def test_sequence_1_global_minimum_and_what_lies_below_s1c() -> None:
     s1c = states(1)["LRLLR"]
     assert search(1).best.word == search(1, "forward").best.word == "LRLLL"

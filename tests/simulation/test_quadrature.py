@@ -189,6 +189,7 @@ ENTRIES = [
 ]
 
 
+@pytest.mark.medium
 @pytest.mark.parametrize(("nodes", "distance", "stated"), ENTRIES)
 def test_error_map_is_as_stated(nodes, distance, stated):
     rng = np.random.default_rng(19)
