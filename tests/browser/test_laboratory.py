@@ -1,7 +1,9 @@
 """The laboratory in a headless Chromium: what is set by hand folds as `mf.simulate` says."""
 
+import base64
 import json
 import os
+import re
 import time
 from collections.abc import Generator
 from pathlib import Path
@@ -236,6 +238,31 @@ def test_feeding_by_hand(page: chromium.Page) -> None:
     page.value("byId('let-go').click()")
     assert text(page, "status") == "held"
     assert page.value("laboratory.player.motion.last") > 10  # it was recorded
+
+
+@pytest.mark.medium
+@pytest.mark.parametrize("n", [6, 12])
+def test_the_assembly_sheet_is_one_page_that_shows_the_end(page: chromium.Page, n: int) -> None:
+    page.value(f"laboratory.setLength({n})")
+    page.value("laboratory.player.play(), laboratory.player.camera.zoom(4)")
+    size = {"paperWidth": 8.27, "paperHeight": 11.69}
+    sheet = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True, **size)["data"])
+    assert len(re.findall(rb"/Type\s*/Page\b", sheet)) == 1
+    assert page.value("laboratory.player.time === laboratory.player.motion.end")
+    assert not page.value("laboratory.player.playing")
+    poles = page.value("laboratory.scene.sequence.join('')")
+    magnets = "[...document.querySelectorAll('#straight .magnet')]"
+    assert page.value(f"{magnets}.map((each) => each.textContent).join('')") == poles
+    north, south = poles.count("N"), poles.count("S")
+    assert f"{north + south} magnets" in text(page, "pieces")
+    assert f"{north} with N out, {south} with S out" in text(page, "pieces")
+    shows = "(name) => getComputedStyle(byId(name)).display !== 'none'"
+    names = ("settings", "poles", "controls", "plots", "assembly", "code")
+    page.value("byId('code').hidden = true")
+    page.call("Emulation.setEmulatedMedia", media="print")
+    assert [page.value(f"({shows})('{name}')") for name in names] == [False] * 4 + [True] * 2
+    page.call("Emulation.setEmulatedMedia", media="")
+    assert [page.value(f"({shows})('{name}')") for name in names] == [True] * 4 + [False] * 2
 
 
 @pytest.mark.medium

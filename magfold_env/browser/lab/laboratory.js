@@ -248,10 +248,20 @@ class Laboratory {
       if (!byId("code").hidden) this.#copy(toYaml(this.scene), "scene copied");
     });
     on("sheet", "click", () => print());
+    addEventListener("beforeprint", () => this.#prepareSheet());
     on("let-go", "click", () => this.letGo());
     addEventListener("hashchange", () => this.read(location.hash.slice(1)));
     this.#listenToHands();
     this.#listenToDrawing();
+  }
+
+  /** Show how the fold ended, and all of it. */
+  #prepareSheet() {
+    const { player } = this;
+    player.pause();
+    player.seek(player.motion.end);
+    player.camera.fit();
+    if (!this.play.name) showSheet(player.motion, this.scene, this.engine.layout.scene);
   }
 
   #changeFeed(entries) {
