@@ -17,7 +17,15 @@ from magfold_env.replay.data import WORDS
 
 # In the order in which they build on each other.
 _ENGINE = ("scene.js", "engine.js", "networks.js", "games.js")
-_SCRIPTS = ("editor.js", "ghost.js", "share.js", "states.js", "sheet.js", "play.js", "laboratory.js")
+_SCRIPTS = (
+    "editor.js",
+    "ghost.js",
+    "share.js",
+    "states.js",
+    "sheet.js",
+    "play.js",
+    "laboratory.js",
+)
 _SOURCES = '<meta name="sources" content="{}">'
 _POLICY = (
     "default-src 'none'; script-src 'wasm-unsafe-eval' {script}; style-src {style}; "
