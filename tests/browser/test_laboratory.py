@@ -108,11 +108,19 @@ def test_keys_on_a_face(page: chromium.Page) -> None:
 @pytest.mark.medium
 def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
     page.value("byId('random').click()")
+    page.value("byId('link').click()")
     before = page.value("[location.hash, laboratory.chain.headings()]")
     page.value("location.hash = ''")
     page.value(f"location.hash = '{before[0]}'")
     page.until(f"location.hash === '{before[0]}'")
     assert page.value("laboratory.chain.headings()") == before[1]
+
+
+@pytest.mark.medium
+def test_the_address_is_not_written_more_often_than_browsers_allow(page: chromium.Page) -> None:
+    page.value("laboratory.setLength(2)")
+    page.value("for (let k = 0; k < 500; k++) laboratory.change({ friction: k / 500 })")
+    page.until("location.hash === `#${toLink(laboratory.scene, laboratory.wanted)}`")
 
 
 def test_a_link_may_leave_out_what_has_a_default(page: chromium.Page, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 // The laboratory: a scene that is set by hand, the engine that folds it, and the film of the fold.
 
 const FRAME_RATE = 240; // [1/s] of simulated time
+const ADDRESS_RATE = 4; // [1/s] at most; browsers throttle those who write it often, or throw
 const SLOWED = 0.1; // seconds of simulated time in one, while it is fed by hand
 const USUAL = {
   sequence: ["SNNS", "NNSN", "SSSN", "NNNS", "SSSS", "NNSN"],
@@ -30,6 +31,8 @@ class Laboratory {
 
   /** Take a scene from a link; the usual one if there is none, or if it is not allowed. */
   read(link) {
+    clearTimeout(this.writing);
+    this.writing = undefined;
     byId("mode").value = "";
     this.play.open("");
     try {
@@ -88,7 +91,7 @@ class Laboratory {
     const key = this.scene.mount === "tube" ? "start_offsets" : "start_angles";
     this.scene = { ...this.scene, [key]: this.chain.start };
     this.#showSettings();
-    history.replaceState(null, "", `#${toLink(this.scene, this.wanted)}`);
+    this.#writeAddress();
   }
 
   #showMotion() {
@@ -242,7 +245,10 @@ class Laboratory {
     on("again", "click", () => this.change({}));
     on("random", "click", () => this.change({ sequence: this.scene.sequence.map(randomFaces) }));
     on("wall", "click", () => this.#addWall());
-    on("link", "click", () => this.#copy(location.href, "link copied"));
+    on("link", "click", () => {
+      this.#writeAddress(0);
+      this.#copy(location.href, "link copied");
+    });
     on("python", "click", () => {
       byId("code").hidden = !byId("code").hidden;
       if (!byId("code").hidden) this.#copy(toYaml(this.scene), "scene copied");
@@ -271,7 +277,7 @@ class Laboratory {
   /** Want a word: show its outline, and whether the chain folded so. */
   want(word) {
     byId("wanted").value = this.wanted = word.toUpperCase().replace(/[^LRS]/g, "");
-    history.replaceState(null, "", `#${toLink(this.scene, this.wanted)}`);
+    this.#writeAddress();
     this.#showMotion();
     this.player.seek(this.player.motion.end);
   }
@@ -309,6 +315,16 @@ class Laboratory {
       const magnet = document.elementFromPoint(clientX, clientY)?.closest("[data-face]");
       if (magnet && !this.play.name) this.editor.turn(Number(magnet.dataset.component), Number(magnet.dataset.face));
     });
+  }
+
+  /** Have the address hold the scene, after a while in which more may change. */
+  #writeAddress(after = 1000 / ADDRESS_RATE) {
+    const write = () => {
+      this.writing = undefined;
+      history.replaceState(null, "", `#${toLink(this.scene, this.wanted)}`);
+    };
+    if (after > 0) this.writing ??= setTimeout(write, after);
+    else write();
   }
 
   async #copy(text, told) {
