@@ -95,6 +95,19 @@ def test_what_is_set_folds_anew(page: chromium.Page, tmp_path: Path) -> None:
 
 
 @pytest.mark.medium
+def test_a_slider_does_not_wait_for_long_folds(page: chromium.Page, tmp_path: Path) -> None:
+    for value in ("0.1", "0.2"):
+        page.value(f"byId('friction').value = '{value}'")
+        moved = "laboratory.took = Infinity, byId('friction').dispatchEvent(new Event('input'))"
+        assert page.value(f"{moved}, laboratory.chain.status") is None
+    page.until("laboratory.chain.status !== null")
+    assert page.value("laboratory.took < 60000")
+    assert same_fold(page, tmp_path / "mine.yaml").scene.friction == 0.2
+    click = "laboratory.took = Infinity, byId('again').click()"
+    assert page.value(f"{click}, laboratory.chain.status") is not None
+
+
+@pytest.mark.medium
 def test_keys_on_a_face(page: chromium.Page) -> None:
     page.value("document.querySelector('#poles [data-component=\"0\"]').focus()")  # back left: N
     page.key("s")

@@ -2,6 +2,8 @@
 
 const FRAME_RATE = 240; // [1/s] of simulated time
 const ADDRESS_RATE = 4; // [1/s] at most; browsers throttle those who write it often, or throw
+const LONG = 100; // milliseconds of a fold for which a slider is not to wait at every move
+const REST = 150; // milliseconds after which a slider is taken to have been let go
 const SLOWED = 0.1; // seconds of simulated time in one, while it is fed by hand
 const USUAL = {
   sequence: ["SNNS", "NNSN", "SSSN", "NNNS", "SSSS", "NNSN"],
@@ -11,6 +13,7 @@ const USUAL = {
   magnets: { remanence: 0.6 },
   obstacles: [],
 };
+const SLIDING = { keepStart: true, sliding: true };
 const WALL = { position: [0.06, 0.02], size: [0.03, 0.003], heading: 0 };
 
 class Laboratory {
@@ -48,14 +51,14 @@ class Laboratory {
     this.fold();
   }
 
-  /** Change entries of the scene, and fold it anew from a start of its own. */
-  change(entries, keepStart = false) {
+  /** Change entries of the scene, and fold it anew from a start of its own; see `fold`. */
+  change(entries, { keepStart = false, sliding = false } = {}) {
     const { start_angles: _a, start_offsets: _o, ...kept } = this.scene;
     const before = this.scene;
     this.scene = { ...(keepStart ? before : kept), ...entries };
     try {
       this.#say("");
-      this.fold();
+      this.fold(sliding);
     } catch (error) {
       if (!(error instanceof SceneError)) throw error;
       this.scene = before;
@@ -75,16 +78,25 @@ class Laboratory {
 
   // --- folding ---
 
-  fold() {
+  /** Fold the scene; while a slider is `sliding`, chains that take long are folded when it rests. */
+  fold(sliding = false) {
     this.#begin(FRAME_RATE);
+    if (sliding && this.took > LONG) this.folding = setTimeout(() => this.#run(), REST);
+    else this.#run();
+  }
+
+  #run() {
+    const from = performance.now();
     this.chain.run();
     this.#showMotion();
+    this.took = performance.now() - from;
     this.player.play();
   }
 
   /** Begin a run with a start that is kept, so that the same scene folds the same way. */
   #begin(frameRate) {
     this.feeding = undefined;
+    clearTimeout(this.folding);
     const next = this.engine.chain(this.scene, { frameRate });
     this.chain?.free();
     this.chain = next;
@@ -211,8 +223,8 @@ class Laboratory {
       remove.type = "button";
       remove.setAttribute("aria-label", `Remove wall ${k + 1}`);
       remove.addEventListener("click", () =>
-        this.change({ obstacles: this.scene.obstacles.filter((_, i) => i !== k) }, true));
-      row.addEventListener("change", () => this.change({ obstacles: obstacles.with(k, wallOf(row)) }, true));
+        this.change({ obstacles: this.scene.obstacles.filter((_, i) => i !== k) }, { keepStart: true }));
+      row.addEventListener("change", () => this.change({ obstacles: obstacles.with(k, wallOf(row)) }, { keepStart: true }));
     }
   }
 
@@ -233,14 +245,15 @@ class Laboratory {
     }
     on("mode", "change", () => {
       this.feeding = undefined;
+      clearTimeout(this.folding);
       this.play.open(byId("mode").value);
       if (!this.play.name) this.fold();
     });
     on("mount", "change", () => this.change({ mount: byId("mount").value }));
     on("direction", "change", () => this.#changeFeed({ direction: byId("direction").value }));
     on("feed", "input", () => this.#changeFeed({ speed: Number((10 ** number("feed")).toPrecision(3)) }));
-    on("friction", "input", () => this.change({ friction: number("friction") }, true));
-    on("remanence", "input", () => this.change({ magnets: { remanence: number("remanence") } }, true));
+    on("friction", "input", () => this.change({ friction: number("friction") }, SLIDING));
+    on("remanence", "input", () => this.change({ magnets: { remanence: number("remanence") } }, SLIDING));
     on("wanted", "input", () => this.want(byId("wanted").value));
     on("again", "click", () => this.change({}));
     on("random", "click", () => this.change({ sequence: this.scene.sequence.map(randomFaces) }));
@@ -271,7 +284,7 @@ class Laboratory {
   }
 
   #changeFeed(entries) {
-    this.change({ feed: { ...this.scene.feed, ...entries } }, "speed" in entries);
+    this.change({ feed: { ...this.scene.feed, ...entries } }, "speed" in entries ? SLIDING : {});
   }
 
   /** Want a word: show its outline, and whether the chain folded so. */
@@ -284,7 +297,7 @@ class Laboratory {
 
   #addWall() {
     const { obstacles } = this.scene, { mostObstacles } = this.engine.layout;
-    if (obstacles.length < mostObstacles) this.change({ obstacles: [...obstacles, WALL] }, true);
+    if (obstacles.length < mostObstacles) this.change({ obstacles: [...obstacles, WALL] }, { keepStart: true });
     else this.#say(`obstacles: ${obstacles.length} are the most`);
   }
 
