@@ -179,6 +179,9 @@ class Checkpoint:
             ((text,),) = database.execute("SELECT key FROM run")
             key = json.loads(text)
             rows = database.execute("SELECT number, record FROM records ORDER BY number").fetchall()
+            # Where the table's own description is damaged, its numbers may be anything.
+            if wrong := [number for number, _ in rows if not isinstance(number, int)]:
+                raise sqlite3.DatabaseError(f"a record has the number {wrong[0]!r}")
         if where := difference(key, self._key):
             message = (
                 f"{self._file}: was written by another run, {where}; "

@@ -171,6 +171,7 @@ def test_an_interruption_after_writing_doubles_nothing(
         pytest.param(lambda content: b"[1, 2]", id="list"),
         pytest.param(lambda content: content.replace(b"records", b"recards"), id="another name"),
         pytest.param(lambda content: content.replace(b'{"seed"', b'("seed"'), id="no key"),
+        pytest.param(lambda content: content.replace(b"R PRIMARY", b"R_PRIMARY"), id="no numbers"),
         pytest.param(lambda content: content[:4096] + bytes(4096) + content[8192:], id="a page"),
     ],
 )

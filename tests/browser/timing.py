@@ -1,0 +1,108 @@
+"""Time the laboratory in a headless Chromium: ``python -m tests.browser.timing [FILE]``.
+
+For an idle machine. Without a FILE the laboratory's page is built first. Prints, each with what it
+is to be at most: when the page is ready, a fold of six components by the page's own clock, a click
+on a face to the first frame of what folds then, the frames of a film that plays, and its size.
+"""
+
+import gzip
+import json
+import sys
+import tempfile
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from magfold_env.browser import build
+from tests.replay import chromium
+
+REPEATS = 41
+tell = partial(print, flush=True)
+# Notes when the page has made its laboratory, on the clock that begins with the navigation.
+WATCH = """
+let made;
+Object.defineProperty(window, "laboratory", {
+  get: () => made,
+  set: (value) => { made = value; window.readyAt = performance.now(); },
+});
+"""
+FOLD = """(() => {
+  const sequence = laboratory.scene.sequence.map(randomFaces);
+  const scene = { ...laboratory.scene, mount: MOUNT, sequence };
+  delete scene.start_angles;
+  delete scene.start_offsets;
+  const from = performance.now();
+  const chain = laboratory.engine.chain(scene, { frameRate: FRAME_RATE });
+  chain.run();
+  const took = performance.now() - from;
+  chain.free();
+  return took;
+})()"""
+CLICK = """(() => {
+  window.took = undefined;
+  const faces = [...document.querySelectorAll("#poles [data-face]")];
+  const face = faces[Math.floor(faces.length * Math.random())], from = performance.now();
+  face.click();
+  requestAnimationFrame(() => setTimeout(() => { window.took = performance.now() - from; }));
+})()"""
+PLAY = """(() => {
+  window.times = [];
+  laboratory.player.seek(0);
+  laboratory.player.play();
+  const step = (time) => {
+    times.push(time);
+    if (laboratory.player.playing) requestAnimationFrame(step);
+    else window.played = true;
+  };
+  requestAnimationFrame(step);
+})()"""
+
+
+def opened(page: chromium.Page, file: Path) -> float:
+    """Open a page and return when it was ready [ms]."""
+    page.call("Page.navigate", url="about:blank")
+    page.open(file)
+    page.until("window.readyAt !== undefined")
+    return page.value("readyAt")
+
+
+def clicked(page: chromium.Page) -> float:
+    """Turn a pole and return the time to the first frame [ms]."""
+    page.value(CLICK)
+    page.until("window.took !== undefined")
+    return page.value("took")
+
+
+def played(page: chromium.Page) -> Any:
+    """Play a film and return the times between its frames [ms]."""
+    page.value(PLAY)
+    page.until("window.played")
+    return np.diff(page.value("times"))
+
+
+def tell_times(what: str, values: Any, allowed: str) -> None:
+    """Print a median and where 95 % lie, in ms."""
+    median, most = np.percentile(values, [50, 95])
+    tell(f"{what}: {median:.1f} ms, 95 % within {most:.1f} ms ({allowed})")
+
+
+def main() -> None:
+    """Measure all, and print it."""
+    file = Path(sys.argv[1]) if sys.argv[1:] else build.page()
+    with tempfile.TemporaryDirectory() as profile, chromium.page(Path(profile)) as page:
+        page.resize(1400, 900)
+        page.call("Page.addScriptToEvaluateOnNewDocument", source=WATCH)
+        tell_times("opened and ready", [opened(page, file) for _ in range(11)], "500")
+        for mount, allowed in (("free", "10"), ("tube", "20")):
+            fold = FOLD.replace("MOUNT", json.dumps(mount))
+            tell_times(f"fold, {mount}", [page.value(fold) for _ in range(REPEATS)], allowed)
+        tell_times("click to first frame", [clicked(page) for _ in range(REPEATS)], "100")
+        tell_times("between frames of a film", played(page), "16.7: 60 a second")
+    size = len(gzip.compress(file.read_bytes()))
+    tell(f"the page, gzipped: {size / 1e6:.2f} MB (1.5)")
+
+
+if __name__ == "__main__":
+    main()
