@@ -73,9 +73,12 @@ class Track:
     def env_of(self, actions: Space[Any]) -> CameraTrackEnv:
         """Return a single environment that takes some actions, if there is one."""
         if isinstance(actions, spaces.Discrete):
-            levels = int(actions.n) // self.world.actions.per_level
-            return self._made(actions="discrete", speeds=max(2, levels))
-        return self.env
+            kind, size = "discrete", int(actions.n)
+        elif isinstance(actions, spaces.MultiDiscrete):
+            kind, size = "multidiscrete", int(np.prod(actions.nvec))
+        else:
+            return self.env
+        return self._made(actions=kind, speeds=max(2, size // self.world.actions.per_level))
 
     @cached_property
     def single_actions(self) -> Any:

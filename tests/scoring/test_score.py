@@ -30,6 +30,14 @@ def entered(path: Path, env_id: str, **changes: Any) -> Path:
     return path
 
 
+@pytest.mark.parametrize("env_id", TRACKS)
+@pytest.mark.parametrize("kind", ["discrete", "multidiscrete"])
+@pytest.mark.parametrize("speeds", [2, 3, 5])
+def test_a_policy_plays_the_environment_of_its_actions(env_id: str, kind: str, speeds: int) -> None:
+    actions = gymnasium.make(env_id, actions=kind, speeds=speeds).action_space
+    assert track_of(env_id, 0).env_of(actions).action_space == actions
+
+
 def played_alone(path: Path, env_id: str, seed: int, count: int) -> tuple[list[Any], list[Any]]:
     """Return how episodes of a single environment end, and the actions that led there."""
     actor, track = Actor.read(path), track_of(env_id, seed)
