@@ -102,9 +102,17 @@ def _laboratory(app: Sphinx, error: Exception | None) -> None:
         shutil.copy(laboratory.page(), folder / "index.html")
 
 
+def _forget(_app: Sphinx, error: Exception | None) -> None:
+    """Remove what notebooks gave with other versions of the package."""
+    for other in RUNS.glob("notebooks-*"):
+        if error is None and str(other) != nb_execution_cache_path:
+            shutil.rmtree(other)
+
+
 def setup(app: Sphinx) -> None:
     """Connect what is done to signatures, to links and to pages."""
     app.connect("autodoc-process-signature", _short)
     app.connect("source-read", _linked)
     app.connect("build-finished", _laboratory)
+    app.connect("build-finished", _forget)
     app.connect("html-page-context", _open_to_all, priority=900)  # the theme has been there
