@@ -6,6 +6,7 @@ from purpose to purpose, and training seeds, which are small numbers, are in non
 
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
+from math import prod
 from typing import Any, cast
 
 import gymnasium
@@ -72,10 +73,11 @@ class Track:
 
     def env_of(self, actions: Space[Any]) -> CameraTrackEnv:
         """Return a single environment that takes some actions, if there is one."""
+        sizes: Any = actions
         if isinstance(actions, spaces.Discrete):
-            kind, size = "discrete", int(actions.n)
+            kind, size = "discrete", int(sizes.n)
         elif isinstance(actions, spaces.MultiDiscrete):
-            kind, size = "multidiscrete", int(np.prod(actions.nvec))
+            kind, size = "multidiscrete", prod(map(int, sizes.nvec))
         else:
             return self.env
         return self._made(actions=kind, speeds=max(2, size // self.world.actions.per_level))
