@@ -96,8 +96,8 @@ class Laboratory {
   /** Begin a run with a start that is kept, so that the same scene folds the same way. */
   #begin(frameRate) {
     this.feeding = undefined;
-    clearTimeout(this.folding);
     const next = this.engine.chain(this.scene, { frameRate });
+    clearTimeout(this.folding);
     this.chain?.free();
     this.chain = next;
     const key = this.scene.mount === "tube" ? "start_offsets" : "start_angles";
