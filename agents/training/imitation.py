@@ -98,7 +98,7 @@ class Demonstrations:
         effort = Search(self._given.tried, self._given.trials)
         self._plan: Callable[[Sequence[int], Sequence[int]], Plan]
         if self._given.plan == "mending":
-            ways = mended(env)
+            ways = mended(settings.env, folder)
             self._plan = lambda numbers, _: Mending([ways[number] for number in numbers])
         elif self._given.plan == "open loops":
             self._plan = BestOpenLoops(settings.env, effort, folder).plan

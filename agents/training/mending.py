@@ -4,18 +4,21 @@ On a tray whose magnets are not all sound the first chain often fails, and a tes
 is left: it bears less than the pull, or is no fold. Then it is drawn back, but for its first
 component, and another chain of the same fold is built. Which chains these are is searched for each
 task on draws of a stream of its own, the first one among them all, every later one on the draws in
-which those before it fail. On ``MagFold/Tray-v0`` nothing of the kind helps: whether a chain will
-be right is not seen before its last component is out, when it is too late.
+which those before it fail; the search is kept beside the runs. On ``MagFold/Tray-v0`` nothing of
+the kind helps: whether a chain will be right is not seen before its last component is out, when it
+is too late.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from agents.commands import progress_bar
+from agents.settings import EnvSettings
+from agents.training.envs import make_env
+from agents.training.open_loops import kept_search
 from magfold_env.envs.anchor import AnchorEpisodes
 from magfold_env.envs.baselines.tray_order import TrayDesigns
 from magfold_env.envs.chains.arrays import Bools, Ints
@@ -49,8 +52,7 @@ BEARS = 0.9
 Fed = tuple[tuple[int, int], ...]
 
 
-@dataclass(frozen=True)
-class Chain:
+class Chain(NamedTuple):
     """What is taken from the tray, and how it is fed."""
 
     fed: Fed
@@ -108,31 +110,44 @@ def _holds(episodes: AnchorEpisodes, rows: Ints) -> Bools:
     return np.logical_and(episodes.turned(rows).all(axis=1), episodes.borne(rows) >= BEARS)
 
 
-def mended(env: Any, draws: int = DRAWS) -> list[tuple[Chain, ...]]:
-    """Return for every task of an environment the chains that are built one after another."""
-    world, speeds = env.world, env.actions.speeds.tolist()
-    seeds = episode_seeds(STREAM, draws)
-    found: list[tuple[Chain, ...]] = []
-    with progress_bar() as bar:
-        shown = bar.add_task("chains to mend with", total=len(env.tasks), note="")
-        for number, task in enumerate(env.tasks):
-            rng = np.random.default_rng([number])
-            sequences = TrayDesigns(world.scene, task.target).ranked(task.tray, SEQUENCES)
-            chains: list[Chain] = []
-            left = np.ones(draws, dtype=np.bool_)
-            while len(chains) < CHAINS and left.any():
-                tried = _tried(task, sequences, chains, speeds, rng)
-                if not tried:
-                    break
-                success = _ends(env, number, tried, [seeds[k] for k in np.flatnonzero(left)])
-                best = int(success.sum(axis=1).argmax())
-                if chains and not success[best].any():
-                    break
-                chains.append(tried[best])
-                left[left] = ~success[best]
-            found.append(tuple(chains))
-            bar.update(shown, advance=1)
-    return found
+def mended(settings: EnvSettings, folder: Path, draws: int = DRAWS) -> list[tuple[Chain, ...]]:
+    """Return for every task of an environment the chains that are built one after another.
+
+    Parameters
+    ----------
+    settings : EnvSettings
+        Those of the environment.
+    folder : Path
+        Where what is searched is kept, for other runs too.
+    draws : int
+        On how many the chains of a task are compared.
+    """
+    env: Any = make_env(settings).unwrapped
+    jobs = [(settings, number, draws) for number in range(len(env.tasks))]
+    key = {"mending": {"draws": draws}}
+    found: list[Any] = kept_search("chains to mend with", settings, key, folder, _search, jobs)
+    return [tuple(Chain(tuple(map(tuple, fed)), speed) for fed, speed in each) for each in found]
+
+
+def _search(settings: EnvSettings, number: int, draws: int) -> list[Chain]:
+    """Return the chains of a task, by its number."""
+    env: Any = make_env(settings).unwrapped
+    task, speeds = env.tasks[number], env.actions.speeds.tolist()
+    seeds, rng = episode_seeds(STREAM, draws), np.random.default_rng([number])
+    sequences = TrayDesigns(env.world.scene, task.target).ranked(task.tray, SEQUENCES)
+    chains: list[Chain] = []
+    left = np.ones(draws, dtype=np.bool_)
+    while len(chains) < CHAINS and left.any():
+        tried = _tried(task, sequences, chains, speeds, rng)
+        if not tried:
+            break
+        success = _ends(env, number, tried, [seeds[k] for k in np.flatnonzero(left)])
+        best = int(success.sum(axis=1).argmax())
+        if chains and not success[best].any():
+            break
+        chains.append(tried[best])
+        left[left] = ~success[best]
+    return chains
 
 
 def _tried(

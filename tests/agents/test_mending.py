@@ -3,13 +3,12 @@
 from pathlib import Path
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 
-import magfold_env.envs  # noqa: F401
-from agents.settings import SettingsError
+from agents.settings import EnvSettings, SettingsError
 from agents.training import mending
+from agents.training.envs import make_env
 from agents.training.imitation import Demonstrations
 from agents.training.mending import CHAINS, Mending, mended
 from magfold_env.envs.spaces.actions import PATTERNS
@@ -19,12 +18,18 @@ from tests.agents.training import tiny
 
 ANCHOR = "MagFold/Anchor-v0"
 DRAWS = 24
+SETTINGS = EnvSettings(id=ANCHOR, difficulty=0.1)
 
 
 @pytest.fixture(scope="module")
-def found() -> tuple[Any, Any]:
-    env: Any = gymnasium.make(ANCHOR, difficulty=0.1).unwrapped
-    return env, mended(env, DRAWS)
+def searched(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
+    folder = tmp_path_factory.mktemp("mending")
+    return folder, mended(SETTINGS, folder, DRAWS)
+
+
+@pytest.fixture(scope="module")
+def found(searched: Any) -> tuple[Any, Any]:
+    return make_env(SETTINGS).unwrapped, searched[1]
 
 
 def play(env: Any, ways: Any, stream: str) -> tuple[Any, list[list[tuple[int, ...]]]]:
@@ -59,6 +64,13 @@ def test_chains_can_be_had_from_their_trays_and_begin_alike(found: Any) -> None:
 
 
 @pytest.mark.slow
+def test_chains_are_searched_once(searched: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder, ways = searched
+    monkeypatch.setattr(mending, "_search", None)
+    assert mended(SETTINGS, folder, DRAWS) == ways
+
+
+@pytest.mark.slow
 def test_chains_that_fail_a_test_are_drawn_back_and_more_hold_in_the_end(found: Any) -> None:
     env, ways = found
     one, others = play(env, ways[0][:1], mending.STREAM)
@@ -82,7 +94,7 @@ def test_demonstrations_can_show_it(
     found: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     _, ways = found
-    monkeypatch.setattr("agents.training.imitation.mended", lambda _env: ways)
+    monkeypatch.setattr("agents.training.imitation.mended", lambda *_: ways)
     given = tiny(env={"id": ANCHOR, "difficulty": 0.1}, imitate={"plan": "mending", "random": 0.0})
     steps = Demonstrations(given, tmp_path).block(range(8))
     assert {BACK, PULL} <= set(steps.actions[:, 3].tolist())
