@@ -28,6 +28,8 @@ TRAINING, VALIDATION = "rollout/success_rate", "validation/success_rate"
 PARTS = 30
 """Parts of a run over which success in training is averaged."""
 
+MILLION = 1_000_000
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -95,17 +97,19 @@ def draw(path: Path, found: Mapping[str, tuple[Curve, Curve]]) -> None:
     """Write a picture of the curves of training and of validation, by name."""
     title = "Lines: actions drawn, in training; dots: the most probable"
     figure, (axis,) = panels(1, title, width=7.6, height=4.4)
+    most = max(training.steps[-1] for training, _ in found.values())
+    unit, named = (1e-6, "millions") if most > MILLION else (1e-3, "thousands")
     for k, (name, (training, validation)) in enumerate(found.items()):
         colour = COLOURS[(k + 1) % len(COLOURS)]
         low, middle, high = (100.0 * each for each in training.spread)
-        axis.plot(1e-6 * training.steps, middle, color=colour, linewidth=1.6, label=name)
-        axis.fill_between(1e-6 * training.steps, low, high, color=colour, alpha=0.18, linewidth=0)
+        axis.plot(unit * training.steps, middle, color=colour, linewidth=1.6, label=name)
+        axis.fill_between(unit * training.steps, low, high, color=colour, alpha=0.18, linewidth=0)
         low, middle, high = (100.0 * each for each in validation.spread)
         axis.errorbar(
-            1e-6 * validation.steps, middle, yerr=[middle - low, high - middle], fmt="o",
+            unit * validation.steps, middle, yerr=[middle - low, high - middle], fmt="o",
             markersize=4, capsize=2, linewidth=1.0, color=colour,
         )  # fmt: skip
-    axis.set_xlabel("environment steps [millions]")
+    axis.set_xlabel(f"environment steps [{named}]")
     axis.set_ylabel("success [%]")
     legend_below(figure, axis)
     save_figure(figure, path)

@@ -8,9 +8,13 @@ from collections.abc import Generator
 from html.parser import HTMLParser
 from importlib.util import find_spec
 from pathlib import Path
+from runpy import run_path
 from urllib.parse import unquote, urlsplit
 
+import gymnasium
 import pytest
+
+import magfold_env.envs  # noqa: F401 - registers them
 
 if os.name != "posix":
     pytest.skip("the browser is driven over POSIX pipes", allow_module_level=True)
@@ -55,6 +59,19 @@ class Content(HTMLParser):
 @pytest.fixture(scope="module")
 def contents() -> dict[Path, Content]:
     return {path: Content(path.read_text("utf-8")) for path in SITE.rglob("*.html")}
+
+
+def test_tables_of_environments_are_those_of_the_code() -> None:
+    tables = run_path(str(SITE.parents[1] / "docs" / "environment_tables.py"))
+    shown: set[tuple[str, str]] = set()
+    for path in tables["PAGES"]:
+        page = path.read_text("utf-8")
+        assert tables["written"](page) == page, f"{path}: run python docs/environment_tables.py"
+        shown.update(tables["BLOCK"].findall(page))
+    ids = [each for each in gymnasium.registry if each.startswith("MagFold/")]
+    assert ids
+    assert {(name, each) for name in ("spec", "observation", "options") for each in ids} <= shown
+    assert ("standing", "") in shown
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(SITE).as_posix())

@@ -1,0 +1,247 @@
+"""Write what the pages of environments show of the code: ``python docs/environment_tables.py``.
+
+Spaces, entries of observations, options and figures of admission stand between two comments, as
+``<!-- spec MagFold/Lumen-v0 -->`` and ``<!-- end -->``, so that they are read on GitHub too. Sizes
+and ranges are the code's own, what they mean its docstrings', figures those of the files in
+``agents/scores``. Where a page is of an older code ``tests/test_site.py`` fails.
+"""
+
+import inspect
+import json
+import re
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, get_args, get_type_hints
+
+import gymnasium
+from sphinx.pycode import ModuleAnalyzer
+
+from magfold_env.envs.feed_track import FeedTrackEnv
+from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.tube_feed import TubeFeedEnv
+from magfold_env.envs.unknown_floor import UnknownFloorEnv
+
+DOCS = Path(__file__).parent
+SCORES = DOCS.parent / "agents" / "scores"
+PAGES = (*sorted((DOCS / "environments").glob("*.md")), DOCS / "evaluation.md")
+BLOCK = re.compile(r"(?ms)^<!-- (\w+)(?: (MagFold/\S+))? -->\n.*?^<!-- end -->$")
+
+# In the order of the page.
+CONTESTANTS = {
+    "random": "random actions",
+    "always forward": "always ahead",
+    "baseline": "the baseline b",
+    "open loop": "the best open loop of 1,000 a task",
+    "trained blind": "the same learner trained blind",
+    "frozen": "the policy's own actions, frozen",
+    "trained": "the policy, most probable actions",
+    "trained, drawn": "the policy, drawn actions",
+    "oracle": "an oracle that knows all but start and noise",
+}
+
+STANDING = {
+    "open loop": "open loop",
+    "trained blind": "trained blind",
+    "frozen": "frozen",
+    "trained": "policy",
+    "oracle": "oracle",
+}
+
+LIKE = {FeedTrackEnv: UnknownFloorEnv, FoldEnv: TubeFeedEnv}
+"""Where that stands which the docstrings of a kind of environment leave out."""
+
+
+class Entries:
+    """Groups of entries of an observation, as a docstring's tables tell of them.
+
+    Parameters
+    ----------
+    classes : sequence of type
+        Environments; of a group that several tell of the first one is believed.
+    """
+
+    def __init__(self, *classes: type) -> None:
+        self.told: dict[str, tuple[str, str, str]] = {}
+        """Number of entries, meaning and range of each group."""
+        for each in classes:
+            for group, *rest in _rows(inspect.getdoc(each) or ""):
+                self.told.setdefault(group, (rest[0], rest[1], rest[2]))
+
+    def count(self, group: str, **names: int) -> int:
+        """Return the number of entries of a group that a formula such as ``3 (n − 1)`` gives."""
+        formula = re.sub(r"(?<=\d) (?=[a-z(])", "*", self.told[group][0].replace("−", "-"))
+        return int(eval(formula, {}, names))  # of this repository's own docstrings
+
+
+def classes_of(env: Any) -> list[type]:
+    """Return the classes in whose docstrings the entries of an environment are told of."""
+    return [*type(env).__mro__, *(told for kind, told in LIKE.items() if isinstance(env, kind))]
+
+
+def _rows(docstring: str) -> list[list[str]]:
+    """Return the rows of a docstring's simple tables of entries."""
+    found: list[list[str]] = []
+    for border, body in re.findall(
+        r"(?ms)^(=+ =[ =]*)\ngroup .*?\n=+ =[ =]*\n(.*?)\n=+ =", docstring
+    ):
+        starts = [match.start() for match in re.finditer("=+", border)]
+        for line in body.splitlines():
+            cells = [line[i:j].strip() for i, j in zip(starts, [*starts[1:], None], strict=True)]
+            if cells[0]:
+                found.append(cells)
+            else:  # it goes on with the row before
+                found[-1] = [f"{a} {b}".strip() for a, b in zip(found[-1], cells, strict=True)]
+    return found
+
+
+def options_of(env: Any) -> Iterator[tuple[str, str]]:
+    """Yield the options of an environment and what they mean."""
+    hint = get_type_hints(type(env).__init__, include_extras=True)["options"]
+    (kind,) = get_args(hint)
+    told = {
+        name: " ".join(lines)
+        for (_, name), lines in ModuleAnalyzer.for_module(kind.__module__).find_attr_docs().items()
+    }
+    for name in kind.__annotations__:
+        yield name, told[name].strip()
+
+
+def table(head: Sequence[str], rows: Iterator[Sequence[str]]) -> Iterator[str]:
+    """Yield the lines of a table."""
+    yield f"| {' | '.join(head)} |"
+    yield "|" + "---|" * len(head)
+    for row in rows:
+        yield f"| {' | '.join(row)} |"
+
+
+def spec(env_id: str) -> Iterator[str]:
+    """Yield the lines on how an environment is made, and what it takes and gives."""
+    env: Any = gymnasium.make(env_id).unwrapped
+    yield from table(("", ""), _facts(env_id, env))
+
+
+def _facts(env_id: str, env: Any) -> Iterator[tuple[str, str]]:
+    name, _ = env.world.option
+    tasks = f"{len(set(env.world.words))} words"
+    fixed = repr(env.targets[0]) if name == "target" else "0"
+    if name == "task":
+        tasks = f"{len(env.tasks)}, of the list `{env.make_world.shipped}`"
+    yield "make", f'`gymnasium.make("{env_id}")`, `gymnasium.make_vec("{env_id}", num_envs=64)`'
+    yield "actions", f"`{env.action_space}`"
+    yield "observations", f"`{env.observation_space}`".replace("\n", " ")
+    yield name + "s", tasks
+    yield "fix one", f'`reset(options={{"{name}": {fixed}}})`'
+    yield "scene", f"`{env.default_scene}`, {env.scene.n} components"
+    yield "render modes", ", ".join(f"`{mode}`" for mode in env.metadata["render_modes"])
+    yield "class", f"`{str(gymnasium.spec(env_id).entry_point).replace(':', '.')}`"
+
+
+def observation(env_id: str) -> Iterator[str]:
+    """Yield the lines on the entries of an environment's observation.
+
+    Raises
+    ------
+    ValueError
+        If no docstring tells of one.
+    """
+    env: Any = gymnasium.make(env_id).unwrapped
+    yield from table(("entries", "group", "what", "range"), _groups(env))
+    yield ""
+    yield "Those marked * are squashed by x / (1 + |x|), so that nothing is clipped away."
+
+
+def _groups(env: Any) -> Iterator[tuple[str, ...]]:
+    entries = Entries(*classes_of(env))
+    names = {"n": env.layout.n, "parts": getattr(env.layout, "parts", 0)}
+    for group, place in env.layout.slices.items():
+        count = place.stop - place.start
+        if group not in entries.told or entries.count(group, **names) != count:
+            raise ValueError(f"no docstring tells of {count} entries {group!r}")
+        where = f"{place.start}" if count == 1 else f"{place.start}–{place.stop - 1}"
+        _, meaning, bounds = entries.told[group]
+        yield where, f"`{group}`", meaning, bounds.replace("*", "\\*")
+
+
+def options(env_id: str) -> Iterator[str]:
+    """Yield the lines on an environment's options."""
+    env: Any = gymnasium.make(env_id).unwrapped
+    yield from table(("option", ""), ((f"`{name}`", told) for name, told in options_of(env)))
+
+
+def admission(env_id: str) -> Iterator[str]:
+    """Yield the lines on how agents do, and what the rule of admission says."""
+    name = env_id.split("/")[1]
+    found = json.loads((SCORES / f"admission-{name}.json").read_text("utf-8"))
+    head = (f"{found['episodes']:,} episodes", "success, %", "score", "normalised")
+    yield from table(head, _contestants(found))
+    yield ""
+    for each in found["rule"]:
+        holds = "" if each["holds"] else ", **which fails**"
+        yield f"- {each['line']}: it is {_points(each['measured'])}{holds}"
+    yield ""
+    yield f"Headroom, oracle less policy, is {_points(found['headroom'])}: **{found['verdict']}**."
+    yield "[What the rows mean](../evaluation.md#admission). The command:"
+    yield ""
+    command = found["provenance"]["command"]
+    yield f"```bash\n{command if isinstance(command, str) else ' '.join(command)}\n```"
+
+
+def _contestants(found: Any) -> Iterator[tuple[str, ...]]:
+    for key, name in CONTESTANTS.items():
+        row, seeds = found["rows"][key], len(found["policies"].get(key, ()))
+        told = f"{name}{f', {seeds} seeds' if seeds > 1 else ''}"
+        yield told, _share(row), f"{row['score']:.3f}", f"{row['normalised']:.2f}"
+
+
+def standing(_: None) -> Iterator[str]:
+    """Yield the lines on where all tracks stand."""
+    yield from table(("", *STANDING.values(), "headroom, points", ""), _standing())
+
+
+def _standing() -> Iterator[tuple[str, ...]]:
+    for path in sorted(SCORES.glob("admission-*.json")):
+        found = json.loads(path.read_text("utf-8"))
+        name = found["id"].split("/")[1].removesuffix("-v0")
+        page = re.sub("(?<=[a-z])(?=[A-Z])", "-", name).lower()
+        shares = (_share(found["rows"][key]) for key in STANDING)
+        room = f"{100 * found['headroom'][0]:.1f}".replace("-", "−")
+        yield f"[`{name}`](environments/{page}.md)", *shares, room, found["verdict"]
+
+
+def _share(row: Any) -> str:
+    value, low, high = (f"{100 * each:.1f}" for each in row["success"])
+    return f"{value} ({low}–{high})"
+
+
+def _points(measured: Sequence[float]) -> str:
+    value, low, high = (f"{100 * each:.1f}".replace("-", "−") for each in measured)
+    return f"{value} points ({low} to {high})"
+
+
+BLOCKS: dict[str, Callable[[Any], Iterator[str]]] = {
+    each.__name__: each for each in (spec, observation, options, admission, standing)
+}
+
+
+def written(page: str) -> str:
+    """Return a page's text with its blocks as the code has them today."""
+
+    def block(found: re.Match[str]) -> str:
+        name, env_id = found.groups()
+        opened = found[0].partition("\n")[0]
+        lines = "\n".join(BLOCKS[name](env_id))
+        return f"{opened}\n\n{lines}\n\n<!-- end -->"
+
+    return BLOCK.sub(block, page)
+
+
+def main() -> None:
+    """Write the blocks of all pages."""
+    for path in PAGES:
+        page = path.read_text("utf-8")
+        if (found := written(page)) != page:
+            path.write_text(found, "utf-8")
+
+
+if __name__ == "__main__":
+    main()
