@@ -9,6 +9,7 @@ import typer
 from rich import box, console, progress, table
 
 from magfold_env.cli import options
+from magfold_env.files import pip_install
 
 EnvConfig = Annotated[str, typer.Option(help="Training settings that give the environment.")]
 EnvChanges = Annotated[
@@ -46,7 +47,7 @@ def reported_errors(*kinds: type[Exception], extras: str = "") -> Generator[None
         try:
             yield
         except ModuleNotFoundError as error:
-            remedy = f"; install it, pip install 'magfold_env[{extras}]'" if extras else ""
+            remedy = f"; install it, {pip_install(extras)}" if extras else ""
             raise ImportError(f"{error}{remedy}") from None
 
 

@@ -73,6 +73,7 @@ def compare(
     the targets has none. What is given comes first. The rest is as for `evaluate`.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    typer.echo(page.conditions(settings, draws))
     every = [*methods, *_usual(methods, settings)]
     results = evaluate(every, settings, draws, processes, built, trust_pickle)
     summaries = report.summarise(results)

@@ -112,7 +112,7 @@ class EnvOptions(Group, frozen=True):
     baseline: bool | None = None
     """False: nothing is subtracted from the score."""
     tasks: str | None = None
-    """Name of a list of chains that are given, with the folds they are to reach."""
+    """Name, or path, of a list of chains that are given, with the folds they are to reach."""
 
 
 class EnvSettings(EnvOptions, frozen=True):
@@ -476,9 +476,10 @@ def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
     """
     own = ["reward=null", "shaping=null"]
     settings = load_settings(config, [f"env.{change}" for change in own + list(changes)]).env
-    if settings.id in FEED_TRACKS:
+    if settings.id in TRACKS:
         raise ValueError(
-            f"env.id: {settings.id!r} is not allowed; must be one in which magnets are chosen"
+            f"env.id: {settings.id!r} is not allowed; must be one in which magnets are chosen; "
+            "magfold score plays the policies of this one"
         )
     return settings
 

@@ -182,8 +182,7 @@ def admission(env_id: str) -> Iterator[str]:
     yield f"Headroom, oracle less policy, is {_points(found['headroom'])}: **{found['verdict']}**."
     yield "[What the rows mean](../evaluation.md#admission). The command:"
     yield ""
-    command = found["provenance"]["command"]
-    yield f"```bash\n{command if isinstance(command, str) else ' '.join(command)}\n```"
+    yield f"```bash\n{found['provenance']['command']}\n```"
 
 
 def _contestants(found: Any) -> Iterator[tuple[str, ...]]:

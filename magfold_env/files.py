@@ -23,6 +23,16 @@ def configs_dir() -> Path:
     return inside if inside.is_dir() else package.parent / "configs"
 
 
+def pip_install(extra: str) -> str:
+    """Return the command that installs an extra.
+
+    In a checkout it names that: no package index has the package, and pip would ask one wherever
+    the package is not installed.
+    """
+    inside = configs_dir().parent == Path(__file__).resolve().parent
+    return f"pip install 'magfold_env[{extra}]'" if inside else f"pip install -e '.[{extra}]'"
+
+
 @cache
 def physics_digest() -> str:
     """Return a hash of the sources on which it depends how a scene folds.

@@ -71,7 +71,7 @@ class Holding:
     turn the joint back more for a further radian, other joints being as they are. From a stop, that
     of opening it. Negative where the moment falls: what gives way then snaps open."""
     directions: FloatArray
-    """Of the pull, in the plane [rad], 0 along +x, shape (m,)."""
+    """Of the pull, in the plane [rad], 0 along +x, to which a tube points, shape (m,)."""
     pull: FloatArray
     """Force at the centre of component `pulled` at which the fold gives way [N], shape (m,)."""
     pulled: int
@@ -91,6 +91,15 @@ class Holding:
         least = int(np.argmin(self.pull))
         return float(self.pull[least]), float(self.directions[least])
 
+    @cached_property
+    def from_front(self) -> FloatArray:
+        """The pull's directions as the pulled component has them [rad], shape (m,).
+
+        0 is towards its front hinge, where the next component is, positive is to the left.
+        """
+        turned = self.directions - self.fold.angles[self.pulled - 1]
+        return (turned + math.pi) % (2.0 * math.pi) - math.pi
+
     def __str__(self) -> str:
         """Return the weakest joint and the least pull in words."""
         words: list[str] = []
@@ -99,7 +108,9 @@ class Holding:
             words.append(f"joint {joint + 1} opens at {1e3 * self.opens[joint]:.3g} mN·m")
         force, direction = self.least_pull
         by = f"component {self.held} held" if self.held else "the mount and the floor hold"
-        towards = f"at {force:.3g} N towards {math.degrees(direction):.0f}°"
+        turned = math.degrees(self.from_front[int(np.argmin(self.pull))])
+        aside = f"{abs(turned):.0f}° {'left' if turned > 0 else 'right'} of its front"
+        towards = f"at {force:.3g} N towards {math.degrees(direction):.0f}°, {aside}"
         where = towards if math.isfinite(force) else "at no pull"
         words.append(f"component {self.pulled} gives way {where} ({by})")
         return "; ".join(words)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Literal, TypeVar, get_args
 
+from magfold_env.files import pip_install
 from magfold_env.scene import Problem, errors
 
 Backend = Literal["threads", "processes", "ray"]
@@ -178,7 +179,7 @@ def _ray(address: str | None) -> Generator[tuple[dict[str, Any], Errors]]:
         ray: Any = importlib.import_module("ray")
         backend: Any = importlib.import_module("ray.util.joblib")
     except ImportError as error:
-        message = "backend 'ray' needs Ray: install the extra, pip install 'magfold_env[ray]'"
+        message = f"backend 'ray' needs Ray: install the extra, {pip_install('ray')}"
         raise ImportError(message) from error
     backend.register_ray()
     started = not ray.is_initialized()

@@ -13,12 +13,14 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
+from magfold_env.files import pip_install
+
 try:
     from stable_baselines3.common.vec_env import VecMonitor
     from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
 except ImportError as error:
     raise ImportError(
-        "make_sb3_vec needs Stable-Baselines3: install the extra, pip install 'magfold_env[agents]'"
+        f"make_sb3_vec needs Stable-Baselines3: install the extra, {pip_install('agents')}"
     ) from error
 
 from magfold_env.envs.vector_env import ChainVectorEnv

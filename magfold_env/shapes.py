@@ -4,6 +4,7 @@ A word has one letter a joint, from component 1 to n: L (+90°), S (0) or R (-90
 in half diagonals, in which the centres of any word lie on integers; see `cells`.
 """
 
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -138,13 +139,76 @@ def outline(word: str) -> Outline:
     Mirror images differ unless the cells are their own mirror image. Two words may share an
     outline: it does not say in which order its cells are linked.
     """
-    turned = cells(word)
+    return _placed(cells(word))
+
+
+def drawn_outline(drawing: str) -> Outline:
+    """Return the outline of squares that are drawn as text, a line a row.
+
+    Parameters
+    ----------
+    drawing
+        ``#`` where a component shall lie, ``.`` or a space elsewhere.
+
+    Raises
+    ------
+    ValueError
+        If there are other letters, or no ``#``.
+    """
+    if set(drawing) - set("#. \n") or "#" not in drawing:
+        allowed = "must be lines of # for components, and . or spaces for what is left free"
+        raise ValueError(f"drawing: {drawing!r} is not allowed; {allowed}")
+    rows = enumerate(drawing.split("\n"))
+    squares = [(x, -y) for y, row in rows for x, sign in enumerate(row) if sign == "#"]
+    # Along the diagonals, as folds lie: see `cells`.
+    return _placed(np.array([(x - y, x + y) for x, y in squares], dtype=np.int64))
+
+
+def _placed(covered: IntArray) -> Outline:
+    """Return cells, shape (n, 2), in the least of their four turns, moved to the origin."""
     candidates: list[Outline] = []
     for _ in range(4):
-        turned = np.stack([-turned[:, 1], turned[:, 0]], axis=1)
-        moved = turned - turned.min(axis=0)
+        covered = np.stack([-covered[:, 1], covered[:, 0]], axis=1)
+        moved = covered - covered.min(axis=0)
         candidates.append(tuple(sorted((int(x), int(y)) for x, y in moved)))
     return min(candidates)
+
+
+@lru_cache(maxsize=1024)
+def words_of_outline(covered: Outline) -> tuple[str, ...]:
+    """Return the fully folded words that cover exactly the cells of an outline, sorted.
+
+    Every word is grown from each cell and heading, and stays on cells that are still free.
+
+    Parameters
+    ----------
+    covered
+        As `outline` or `drawn_outline` returns it.
+    """
+    found: set[str] = set()
+    for cell in covered:
+        for quarter in range(4):
+            _grow("", cell, quarter, frozenset(covered) - {cell}, found)
+    return tuple(sorted(found))
+
+
+def _grow(
+    word: str,
+    cell: tuple[int, int],
+    quarter: int,
+    free: frozenset[tuple[int, int]],
+    found: set[str],
+) -> None:
+    """Add to `found` the words that begin with `word`, end at `cell`, and use up `free`."""
+    if not free:
+        found.add(word)
+        return
+    for letter in "LR":
+        turned = (quarter + _QUARTERS[letter]) % 4
+        x = cell[0] + int(_COS[quarter] + _COS[turned])
+        y = cell[1] + int(_SIN[quarter] + _SIN[turned])
+        if (x, y) in free:
+            _grow(word + letter, (x, y), turned, free - {(x, y)}, found)
 
 
 def headings(joint_angles: npt.ArrayLike, first: float = 0.0) -> FloatArray:

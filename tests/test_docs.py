@@ -1,12 +1,22 @@
 """The site: what is public is told, and what it shows runs."""
 
+import ast
+import inspect
 import re
+from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from pkgutil import iter_modules
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import pytest
+from gymnasium import Wrapper
+from gymnasium.vector import VectorWrapper
 
 import magfold_env as mf
+from magfold_env.envs import wrappers
+from magfold_env.envs.tasks.feed_tasks import FeedOptions
+from magfold_env.envs.tasks.world import ChainOptions, FoldOptions
 from tests.command_line import run
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -21,6 +31,33 @@ def told() -> str:
 @pytest.mark.parametrize("name", mf.__all__)
 def test_what_is_public_is_in_the_reference(name: str) -> None:
     assert re.search(rf"^\.\. auto\w+:: magfold_env\.{name}$", told(), re.MULTILINE)
+
+
+def test_every_wrapper_is_in_the_reference() -> None:
+    for module in iter_modules(wrappers.__path__, f"{wrappers.__name__}."):
+        for name, each in vars(import_module(module.name)).items():
+            own = isinstance(each, type) and each.__module__ == module.name and name[0] != "_"
+            if own and issubclass(each, (Wrapper, VectorWrapper)):
+                assert f".. autoclass:: {module.name}.{name}\n" in told()
+
+
+def words_of(options: type) -> dict[str, str]:
+    """Return what is told of each option, as the pages of environments show it."""
+    (body,) = (each.body for each in ast.parse(inspect.getsource(options)).body)  # pyright: ignore[reportAttributeAccessIssue]
+    return {
+        ast.unparse(key.target): ast.unparse(words)
+        for key, words in pairwise(body)
+        if isinstance(key, ast.AnnAssign)
+    }
+
+
+@pytest.mark.parametrize("kind", [ChainOptions, FoldOptions, FeedOptions])
+def test_what_may_be_chosen_for_an_option_is_told(kind: type) -> None:
+    hints = get_type_hints(kind)
+    for name, told in words_of(kind).items():
+        if get_origin(hints[name]) is Literal:
+            for value in get_args(hints[name]):
+                assert f"``{value}``" in told, name
 
 
 def test_every_page_is_in_a_table_of_contents() -> None:

@@ -93,8 +93,16 @@ def test_one_component_slides_away() -> None:
     found = mf.holding(lying(leaning, ""), directions=[0.0, math.pi])
     assert found.pull == pytest.approx([grip - MASS, grip + MASS], rel=1e-7)
     assert str(found) == (
-        "component 1 gives way at 0.00718 N towards 0° (the mount and the floor hold)"
+        "component 1 gives way at 0.00718 N towards 0°, 0° right of its front "
+        "(the mount and the floor hold)"
     )
+
+
+def test_directions_are_told_as_the_pulled_component_has_them() -> None:
+    scene = mf.Scene(sequence=("NNSS",), magnets=None, friction=0.3)
+    fold = replace(lying(scene, ""), angles=np.array([math.radians(100.0)]))
+    found = mf.holding(fold, directions=np.radians([100.0, 190.0, -90.0, 0.0]))
+    assert np.degrees(found.from_front) == pytest.approx([0.0, 90.0, 170.0, -100.0])
 
 
 def test_obstacles_hold() -> None:

@@ -211,7 +211,7 @@ def test_waves_grow_while_they_are_short(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_without_ray_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
-    with pytest.raises(ImportError, match=r"install the extra, pip install 'magfold_env\[ray\]'"):
+    with pytest.raises(ImportError, match=r"install the extra, pip install -e '\.\[ray\]'"):
         list(finished(square, range(2), Workers(2, "ray")))
 
 

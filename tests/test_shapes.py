@@ -117,6 +117,27 @@ def test_an_outline_is_the_same_cells_turned_and_moved(pair: list[str]) -> None:
     assert overlapping or (shapes.outline(first) == shapes.outline(second)) == same
 
 
+@given(st.sampled_from(shapes.folded_words(6) + shapes.folded_words(7)), st.integers(0, 3))
+def test_a_drawing_is_covered_by_the_words_of_its_outline(word: str, turns: int) -> None:
+    x, y = shapes.cells(word).T
+    squares = np.stack([x - y, x + y], axis=1) // 2
+    squares = squares @ np.linalg.matrix_power([[0, 1], [-1, 0]], turns)
+    squares -= squares.min(axis=0) - 1
+    signs = np.full(squares.max(axis=0)[::-1] + 2, ".")
+    signs[squares[:, 1], squares[:, 0]] = "#"
+    drawing = "\n".join("".join(row) for row in signs[::-1])
+    assert shapes.drawn_outline(drawing) == shapes.outline(word)
+    covering = shapes.words_of_outline(shapes.drawn_outline(drawing))
+    alike = [w for w in shapes.folded_words(len(x)) if shapes.outline(w) == shapes.outline(word)]
+    assert list(covering) == alike
+
+
+@pytest.mark.parametrize("drawing", ["", "..\n..", "#x#", "#\t#"])
+def test_what_is_no_drawing_is_refused(drawing: str) -> None:
+    with pytest.raises(ValueError, match=r"drawing: .* is not allowed; must be lines of # for"):
+        shapes.drawn_outline(drawing)
+
+
 @given(angle_lists)
 def test_a_shape_is_fully_like_itself_alone(angles: list[float]) -> None:
     assert shapes.similarity(angles, angles) == 1.0

@@ -25,6 +25,7 @@ from agents.settings import load_settings
 from agents.tuning.search import load_search
 from magfold_env.benchmarks.presentation import descriptions
 from magfold_env.cli import app, options
+from magfold_env.envs.tasks.feed_tasks import read_tasks
 from magfold_env.paper.run import PARTS
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
@@ -84,7 +85,9 @@ def test_settings_are_ones_that_are_read(page: Path, tmp_path: Path) -> None:
         file = tmp_path / "told.yaml"
         file.write_text(block, "utf-8")
         told = yaml.safe_load(block)
-        if "learner" in told:
+        if isinstance(told, list):
+            read_tasks(file)
+        elif "learner" in told:
             load_settings(file)
         elif "space" in told:
             load_search(str(file))

@@ -34,8 +34,9 @@ def test_the_wheel_brings_one_package_and_all_of_it(unpacked: Path) -> None:
     assert {path for path in brought if path.parts[1] != "configs"} == there
 
 
-def test_the_wheel_has_the_settings_that_the_package_reads(unpacked: Path) -> None:
-    code = "from magfold_env.files import configs_dir; print(configs_dir())"
+def printed(unpacked: Path, name: str, arguments: str = "") -> str:
+    """Return what a function of `magfold_env.files` says of what is unpacked."""
+    code = f"from magfold_env.files import {name}; print({name}({arguments}))"
     run = subprocess.run(
         [sys.executable, "-c", code],
         env=os.environ | {"PYTHONPATH": str(unpacked)},
@@ -44,7 +45,16 @@ def test_the_wheel_has_the_settings_that_the_package_reads(unpacked: Path) -> No
         check=True,
         text=True,
     )
-    configs = Path(run.stdout.strip())
+    return run.stdout.strip()
+
+
+def test_what_is_missing_is_installed_where_the_package_is(unpacked: Path) -> None:
+    assert printed(unpacked, "pip_install", "'render'") == "pip install 'magfold_env[render]'"
+    assert printed(ROOT, "pip_install", "'render'") == "pip install -e '.[render]'"
+
+
+def test_the_wheel_has_the_settings_that_the_package_reads(unpacked: Path) -> None:
+    configs = Path(printed(unpacked, "configs_dir"))
     assert configs == unpacked / "magfold_env" / "configs"
     for name in ("baselines", "scenes", "suites", "tasks"):
         assert sorted(os.listdir(configs / name)) == sorted(os.listdir(ROOT / "configs" / name))

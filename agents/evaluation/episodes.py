@@ -101,7 +101,9 @@ def check(policy: str, settings: EnvSettings, trust_pickle: bool = False) -> Non
         try:
             player.act(env, observation, np.random.default_rng(0))
         except ValueError as error:
-            raise ValueError(f"{policies.as_given(policy)}: {error}") from None
+            trained = isinstance(player, policies.TrainedPolicy)
+            remedy = "; magfold score plays the policies of tracks" if trained else ""
+            raise ValueError(f"{policies.as_given(policy)}: {error}{remedy}") from None
 
 
 def play(

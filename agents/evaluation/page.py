@@ -144,7 +144,7 @@ def write_page(
     given = [name for name in summaries if name not in report.USUAL] or list(summaries)
     title = f"Evaluation of {' and '.join(given)}"
     made = {key: _text(value) for key, value in provenance().items()}
-    lead = [*_answers(summaries, given), _settings(settings, draws)]
+    lead = [*_answers(summaries, given), conditions(settings, draws)]
     reporting.write_page(Page(title, sections, lead, made), path)
 
 
@@ -181,7 +181,7 @@ def _missed(summaries: Mapping[str, report.Summary]) -> list[Block]:
     return [Table(f"Targets that others than {report.RANDOM} choices missed", rows)]
 
 
-def _settings(settings: EnvSettings, draws: int) -> str:
+def conditions(settings: EnvSettings, draws: int) -> str:
     """Return which environment it was, and what differs from its defaults, in words."""
     given = {"randomisation": "nominal"} | settings.unshaped().options()
     if not isinstance(given.get("targets", ""), str):

@@ -131,29 +131,15 @@ def load(path: str | Path, trust_pickle: bool = False) -> SavedPolicy:
         If there is no such file, it is damaged, or a model of Stable-Baselines3 and not trusted.
     """
     path = Path(path)
-    if trust_pickle and _is_zip(path):
+    if trust_pickle and policy_file.is_zip(path):
         model = _unpickled(path)
         return SavedPolicy(model.policy, Shown(), model.num_timesteps)
     settings, policy = _read(path)
     return SavedPolicy(policy, settings, settings.steps)
 
 
-def _is_zip(path: Path) -> bool:
-    if not path.is_file():
-        raise ValueError(f"{path}: no such file; must be a policy (.safetensors)")
-    with path.open("rb") as file:
-        return file.read(4) == b"PK\x03\x04"
-
-
 def _read(path: Path) -> tuple[PolicySettings, policies.BasePolicy]:
     """Return what a policy file says, and the networks with its weights."""
-    if _is_zip(path):
-        raise ValueError(
-            f"{path}: is a zip file, as Stable-Baselines3 saves models, and holds pickles, "
-            "which can run any code; must be a policy of agents.train (.safetensors), or, if "
-            "it is your own, be read with --trust-pickle of agents.evaluate (in Python "
-            "trust_pickle=True)"
-        )
     file = policy_file.read(path)
     try:
         policy = make(file.settings)

@@ -34,7 +34,7 @@ FEATURES = "+bulk-memory,+nontrapping-fptoint,+sign-ext,+mutable-globals,+simd12
 STACK = 256 * 1024  # bytes
 LINKERS = ("wasm-ld", "wasm-ld-22", "wasm-ld-21", "wasm-ld-20", "wasm-ld-19")
 NO_LINKER = (
-    "needs a linker for WebAssembly: pip install 'magfold_env[browser]', or Debian's package lld"
+    "needs a linker for WebAssembly: pip install -e '.[browser]' in a checkout, or lld of Debian"
 )
 
 _KINDS = {"int64": ("i64", "i32"), "float64": ("double", "double")}  # in kernels, and outside

@@ -15,12 +15,12 @@ from magfold_env.cli import (
     minimise,
     options,
     paper,
+    scenes,
     score,
     stress,
     sweep,
     warmup,
 )
-from magfold_env.scene import load_scene, scene_names
 
 app = options.Application(no_args_is_help=True)
 
@@ -99,21 +99,6 @@ app.command()(stress.stress)
 app.command()(paper.paper)
 app.command()(warmup.warmup)
 app.command()(lab.lab)
-
-
-@app.command()
-def scenes() -> None:
-    """List the shipped scenes."""
-    columns = {"name": False, "n": True}
-    columns |= dict.fromkeys(("mount", "magnets", "solver", "sequence"), False)
-    with options.errors_in_one_line():
-        table = options.table("Shipped scenes", columns)
-        for name in scene_names():
-            scene = load_scene(name)
-            magnets = "none" if scene.magnets is None else scene.magnets.model
-            cells = (name, str(scene.n), scene.mount, magnets, scene.solver.method)
-            table.add_row(*cells, " ".join(scene.sequence))
-        options.show(table)
-
+app.command()(scenes.scenes)
 
 app.add_typer(bench.bench, name="bench")

@@ -8,6 +8,7 @@ from rich.progress import TaskID
 
 from magfold_env import designer
 from magfold_env.cli import options
+from magfold_env.ensembles.releases import varied
 from magfold_env.scene import load_scene, save_scene
 
 _STAGES = {
@@ -113,6 +114,8 @@ def _rows(design: designer.Design) -> dict[str, str]:
     if design.probability is not None:
         fresh = f"{design.probability} of {design.probability.trials} releases of its own"
         rows[f"folds into {design.target}"] = fresh
+        if design.scene is not None:
+            rows["drawn anew for each"] = varied(design.scene)
     if (evidence := design.evidence) is not None:
         side = "higher" if evidence.gap >= 0.0 else "lower"
         stable = "yes, as the only word" if evidence.only_stable else "yes"

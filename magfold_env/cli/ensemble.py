@@ -100,11 +100,11 @@ def show(made: releases.Ensemble) -> None:
     numbers = {"runs": True, "share": True, "95 %": True}
     columns = {"word": False, "status": False, **numbers, "minimiser's search": False}
     missed = [f"{word} ({', '.join(by)})" for word, by in named.items() if word not in made.words]
-    outcomes = options.table(
-        f"{len(made)} releases, seed {made.seed}",
-        columns,
-        f"The minimiser also names {'; '.join(missed)}." if missed else None,
-    )
+    told = [f"Drawn anew for each: {releases.varied(made.scene)}."]
+    if missed:
+        told.append(f"The minimiser also names {'; '.join(missed)}.")
+    title = f"{len(made)} releases, seed {made.seed}"
+    outcomes = options.table(title, columns, " ".join(told))
     for (word, status), found in made.outcomes.items():
         outcomes.add_row(word, status.value, *cells(found), ", ".join(named.get(word, [])))
     statuses = options.table("By status", {"status": False, **numbers})

@@ -23,7 +23,7 @@ def hold(  # noqa: PLR0913 - one parameter an option
     *,
     angle: Annotated[
         list[float] | None,
-        typer.Option(help="Direction of the pull [degrees]; 24 all around if left out."),
+        typer.Option(help="Direction of the pull [degrees], 0 along +x; 24 if left out."),
     ] = None,
     pulled: Annotated[
         int | None, typer.Option(help="Component that is pulled; the free end if left out.")
@@ -90,9 +90,14 @@ def show(found: limit_loads.Holding) -> None:
         slope = f"{1e3 * found.stiffness[joint - 1]:.4g}"
         joints.add_row(str(joint), letter, *(_milli(moment) for moment in ways), slope)
     by = f"component {found.held} held" if found.held else "the mount and the floor hold"
-    pulls = options.table(f"Pull on component {found.pulled}, {by}", {"towards": True, "N": True})
-    for towards, force in zip(np.degrees(found.directions), found.pull, strict=True):
-        pulls.add_row(f"{towards:.4g}°", f"{force:.4g}" if np.isfinite(force) else _ENDLESS)
+    pulls = options.table(
+        f"Pull on component {found.pulled}, {by}",
+        {"towards": True, "left of its front": True, "N": True},
+    )
+    ways = zip(np.degrees(found.directions), np.degrees(found.from_front), strict=True)
+    for (towards, turned), force in zip(ways, found.pull, strict=True):
+        told = f"{force:.4g}" if np.isfinite(force) else _ENDLESS
+        pulls.add_row(f"{towards:.4g}°", f"{turned:.0f}°", told)
     options.show(joints, pulls)
     typer.echo(f"{found}.")
 

@@ -18,7 +18,7 @@ from rich.status import Status
 from rich.table import Table
 
 from magfold_env.scene import Scene
-from magfold_env.scene.errors import problems_of
+from magfold_env.scene.errors import SceneError, problems_of
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
 Mode = Annotated[str, typer.Option(help="free, forward or backward.")]
@@ -123,7 +123,7 @@ def errors_in_one_line(
 ) -> Generator[None]:
     """Tell what the user got wrong on one line of stderr and end with an exit code.
 
-    So it is told that Ctrl-C was pressed.
+    Each of several problems of a scene has its own line. So it is told that Ctrl-C was pressed.
     """
     try:
         yield
@@ -131,8 +131,13 @@ def errors_in_one_line(
         typer.echo("interrupted", err=True)
         raise typer.Exit(130) from None
     except kinds as error:
-        message = "; ".join(str(error).splitlines())
-        typer.echo(f"error: {message}", err=True)
+        told = str(error)
+        if isinstance(error, OSError) and error.filename is not None and error.strerror:
+            told = f"{error.filename}: {error.strerror}"
+        lines = told.splitlines()
+        several = isinstance(error, SceneError) and len(error.problems) > 1
+        for line in lines if several else ("; ".join(lines),):
+            typer.echo(f"error: {line}", err=True)
         raise typer.Exit(code) from None
 
 

@@ -8,6 +8,7 @@ import typer
 from magfold_env.cli import options
 from magfold_env.scoring.score import EPISODES, MINUTES
 from magfold_env.scoring.score import score as scored
+from magfold_env.scoring.track import TASKS
 
 
 def score(
@@ -25,7 +26,12 @@ def score(
         typer.Option(min=0, help="The one announced for the draws; 0, to try, if left out."),
     ] = None,
     episodes: Annotated[
-        int | None, typer.Option(min=1, help=f"How many; {EPISODES} if left out.")
+        int | None,
+        typer.Option(
+            min=1,
+            help=f"How many; {EPISODES} if left out. Tasks, {TASKS} at most, take turns: under "
+            f"{10 * TASKS} episodes say little of each.",
+        ),
     ] = None,
     minutes: Annotated[float, typer.Option(min=0.0, help="The most it may take.")] = MINUTES,
     json: options.Json = None,

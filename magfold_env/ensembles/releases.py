@@ -146,7 +146,10 @@ class Ensemble:
 
     @cached_property
     def words(self) -> dict[str, Share]:
-        """The probability of every word that occurred, most frequent first."""
+        """The probability of every word that occurred, most frequent first.
+
+        Every run counts by its nearest word, also one that misfolded: for a fold see `outcomes`.
+        """
         return _shares(self.word.tolist())
 
     @cached_property
@@ -440,6 +443,20 @@ PREDICTORS: dict[Mode, str] = {
     "backward": "backward search",
 }
 """Names of the minimiser's searches, by its mode."""
+
+
+def varied(scene: Scene) -> str:
+    """Return what is drawn anew for every run of a scene, and how widely, in words."""
+    found: list[str] = []
+    if scene.start_angles is None and scene.start_angle_spread > 0.0:
+        found.append(f"start angles ±{scene.start_angle_spread:g} rad")
+    for name in type(scene.spreads).model_fields:
+        width = getattr(scene.spreads, name)
+        if width > 0.0:
+            unit = {"friction_decades": "", "obstacle_offset": " m"}.get(name)
+            told = f"{100 * width:g} %" if unit is None else f"{width:g}{unit}"
+            found.append(f"{name.replace('_', ' ')} ±{told}")
+    return ", ".join(found) or "nothing"
 
 
 def predictions(scene: Scene) -> dict[str, str]:

@@ -242,8 +242,16 @@ def scenes(scene: Scene, over: Mapping[str, Sequence[float]]) -> list[Scene]:
     Raises
     ------
     SceneError
-        If one is not valid; it names the point.
+        If one is not valid, it names the point; or if the scene has several numbers at a key, as
+        magnets of different strengths, which one would replace.
     """
+    for key, values in over.items():
+        given: Any = scene
+        for name in key.split("."):
+            given = getattr(given, name, None)
+        if isinstance(given, tuple):
+            allowed = f"must not stand for the several that the scene has, {given}"
+            raise SceneError([Problem(key, list(values), allowed)])
     found: list[Scene] = []
     for point in points(over):
         try:

@@ -6,11 +6,13 @@ matplotlib's.
 Needs the `render` extra. The replay page, `magfold_env.replay`, does not.
 """
 
+from magfold_env.files import pip_install
+
 try:
     import PIL as _PIL  # noqa: F401  # pyright: ignore[reportUnusedImport]
 except ImportError as error:
     raise ImportError(
-        "pictures need Pillow: install the extra, pip install 'magfold_env[render]'"
+        f"pictures need Pillow: install the extra, {pip_install('render')}"
     ) from error
 
 from magfold_env.render.animation import save_gif

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.fold import Fold
+from magfold_env.fold import Fold, FoldStatus
 from magfold_env.limit_loads import holding
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.render import parts, style
@@ -85,7 +85,7 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
     names = [kind.name for kind in found]
     blocks = [Block(10.0, partial(_title, title=title)), *_facts(scene, fold, found)]
     blocks.append(Block(_ABOVE + _PICTURE + 2.0, partial(_folds, scene=scene, expected=expected)))
-    withstands = _wrapped(holding_text(fold), _LETTERS)
+    withstands = _wrapped(holding_text(fold, drawn=scene.spreads.any), _LETTERS)
     blocks += [Block(_LINE, partial(_lines, lines=[line])) for line in withstands]
     legend = _legend(scene)
     blocks.append(Block(_LINE * len(legend) + 1.0, partial(_lines, lines=legend, faint=True)))
@@ -108,8 +108,11 @@ def simulated(fold: Fold) -> Outcome:
     )
 
 
-def holding_text(fold: Fold) -> str:
-    """Return what the simulated fold withstands in words, nothing if it is not at rest."""
+def holding_text(fold: Fold, *, drawn: bool = False) -> str:
+    """Return what the simulated fold withstands in words, nothing if it is not at rest.
+
+    They say whether its magnets and friction were `drawn` within spreads.
+    """
     try:
         found = holding(fold)
     except SceneError:
@@ -117,11 +120,9 @@ def holding_text(fold: Fold) -> str:
     if not found.opens.size:
         return ""
     moments = ", ".join(f"{1e3 * moment:.3g}" for moment in found.opens)
-    by = f" while component {found.held} is held" if found.held else ""
-    return (
-        f"Joints open at {moments} mN·m; the fold gives way to a pull of {found.pull.min():.3g} N "
-        f"on component {found.pulled}{by}, in the direction that takes least."
-    )
+    of = f" of what was simulated, {fold.status}," if fold.status is FoldStatus.MISFOLDED else ""
+    within = ", its numbers drawn within the scene's spreads" if drawn else ""
+    return f"As simulated{within}: joints{of} open at {moments} mN·m; {str(found).split('; ')[-1]}."
 
 
 def predicted(scene: Scene, simulated_word: str) -> list[Outcome]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from PIL import Image
 
+from magfold_env.files import pip_install
 from magfold_env.render.canvas import Size
 
 if TYPE_CHECKING:
@@ -79,6 +80,6 @@ def _pygame() -> Any:
         import pygame  # noqa: PLC0415
     except ImportError as error:
         raise ImportError(
-            "windows need pygame-ce: install the extra, pip install 'magfold_env[render]'"
+            f"windows need pygame-ce: install the extra, {pip_install('render')}"
         ) from error
     return pygame

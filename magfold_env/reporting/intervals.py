@@ -25,6 +25,10 @@ class Share:
         """Return the share and its interval in per cent."""
         return per_cent(self.rate, self.low, self.high)
 
+    def __repr__(self) -> str:
+        """Return the counts too: shares are mostly printed in dictionaries and lists."""
+        return f"<Share {self.successes} of {self.trials}: {self}>"
+
 
 def share(successes: int, trials: int) -> Share:
     """Return the share of `successes` among `trials` (at least one)."""

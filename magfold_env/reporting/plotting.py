@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from magfold_env.files import replacing
+from magfold_env.files import pip_install, replacing
 from magfold_env.reporting.tables import Row, numbers
 
 DPI = 130
@@ -29,7 +29,7 @@ def figure_class() -> Any:
     try:
         return importlib.import_module("matplotlib.figure").Figure
     except ImportError as error:
-        msg = "diagrams need matplotlib: install the extra, pip install 'magfold_env[render]'"
+        msg = f"diagrams need matplotlib: install the extra, {pip_install('render')}"
         raise ImportError(msg) from error
 
 

@@ -117,8 +117,10 @@ def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]
         if isinstance(cause, SceneError):
             problems += [p._replace(key=_join(key, p.key)) for p in cause.problems]
         elif entry["type"] == "extra_forbidden":
-            known = ", ".join(model.model_fields)
-            problems.append(Problem(key, entry["input"], f"unknown key, must be one of {known}"))
+            names = model.model_fields
+            allowed = f"unknown key, must be one of {', '.join(names)}"
+            meant = nearest(str(entry["loc"][-1]), names)
+            problems.append(Problem(key, entry["input"], allowed + meant))
         elif entry["type"] == "missing" and isinstance(entry["loc"][-1], str):
             problems.append(Problem(key, None, "must be given"))
         elif entry["type"] == "missing":

@@ -50,13 +50,17 @@ def _strength_branch(value: object) -> str:
 
 T = TypeVar("T")
 One = Annotated[T, Tag("<number>")]
-Four = Annotated[tuple[T, ...], AfterValidator(_four), Tag("<list>")]
+FOUR = Field(json_schema_extra={"minItems": len(FACES), "maxItems": len(FACES)})
+"""Tells in JSON schemas what `_four` and `_row` check, in words of their own."""
+Four = Annotated[tuple[T, ...], AfterValidator(_four), FOUR, Tag("<list>")]
 EachFace = Annotated[One[T] | Four[T], Discriminator(number_or_list)]
 """One number for all faces, or one for each, in the order `FACES`."""
 Strength = Annotated[
     One[Positive]
     | Four[Positive]
-    | Annotated[tuple[Annotated[tuple[Positive, ...], BeforeValidator(_row)], ...], Tag("<rows>")],
+    | Annotated[
+        tuple[Annotated[tuple[Positive, ...], BeforeValidator(_row), FOUR], ...], Tag("<rows>")
+    ],
     Discriminator(_strength_branch),
 ]
 """One positive number, one a face, or a row of four for every component, component 1 first."""
@@ -174,25 +178,29 @@ class Magnets(Part):
         if self.even:
             if width[0] <= room[0] + slack:
                 return []
-            allowed = f"must be at most side - 2 (inset + thickness) = {max(room[0], 0.0):.6g}"
+            needed = f"casing.side at least {width[0] + 2.0 * depth[0]:.6g} m"
+            allowed = f"no magnet so thick fits, must have {needed}"
+            if room[0] > 0.0:
+                bound = f"side - 2 (inset + thickness) = {room[0]:.6g} m"
+                allowed = f"must be at most {bound}, or {needed}"
             return [Problem("width", self.width, f"the magnets of a casing overlap, {allowed}")]
         problems: list[Problem] = []
         for f, face in enumerate(FACES):
             g, opposite = (f + 1) % 4, (f + 2) % 4
             if width[f] > side + slack:
-                allowed = f"{face}'s must be at most the casing's side, {side:.6g}"
+                allowed = f"{face}'s must be at most the casing's side, {side:.6g} m"
                 problems.append(Problem("width", self.width, allowed))
             if width[f] > room[g] + slack and width[g] > room[f] + slack:
                 allowed = (
                     f"the magnets of {face} and {FACES[g]} overlap, {face}'s must be at most "
-                    f"{max(room[g], 0.0):.6g} or {FACES[g]}'s at most {max(room[f], 0.0):.6g}, "
+                    f"{max(room[g], 0.0):.6g} m or {FACES[g]}'s at most {max(room[f], 0.0):.6g} m, "
                     "side - 2 (inset + thickness) of the other"
                 )
                 problems.append(Problem("width", self.width, allowed))
             if f < opposite and depth[f] + depth[opposite] > side + slack:
                 allowed = (
                     f"the magnets of {face} and {FACES[opposite]} overlap, their insets and "
-                    f"thicknesses must add up to at most the casing's side, {side:.6g}"
+                    f"thicknesses must add up to at most the casing's side, {side:.6g} m"
                 )
                 problems.append(Problem("thickness", self.thickness, allowed))
         return problems

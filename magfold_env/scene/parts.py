@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 import math
+import sys
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 import numpy as np
+from pydantic import BeforeValidator, Strict, model_validator
 from pydantic import Field as Limits
-from pydantic import Strict, model_validator
 
 from magfold_env.scene.base import MU0, Fraction, NonNegative, Number, Part, Positive, PositiveEach
-from magfold_env.scene.errors import Problem, refuse
+from magfold_env.scene.errors import Problem, is_number, refuse
 from magfold_env.scene.magnets import Array
 from magfold_env.scene.obstacles import Rectangle
+
+LONGEST = 0.5
+"""Largest side of a casing [m]: longer ones are millimetres."""
+
+
+def _in_metres(side: object) -> object:
+    if is_number(side) and LONGEST < side <= sys.float_info.max:
+        raise ValueError(f"must be at most {LONGEST} m; {side:.6g} mm are {side / 1000.0:.6g}")
+    return side
 
 
 class Casing(Part):
     """The square body of a component, hinged to its neighbours at opposite corners."""
 
-    side: Positive = 0.0125
+    side: Annotated[Positive, Limits(le=LONGEST), BeforeValidator(_in_metres)] = 0.0125
     """Edge length [m]."""
     mass: PositiveEach = 0.0037
     """Mass of a component with its magnets [kg]; one number, or one a component."""
@@ -40,7 +50,7 @@ class Schedule(Part):
     """How a feed goes, leg by leg, forth and back."""
 
     time: tuple[tuple[Positive, Number], ...] | None = None
-    """Legs of so many seconds at a speed [m/s], which pulls back where it is negative."""
+    """Legs of a duration [s] at a speed [m/s], which pulls back where it is negative."""
     advance: tuple[tuple[NonNegative, Positive], ...] | None = None
     """Legs to how far the feed has gone [diagonals], each at a speed [m/s]."""
 

@@ -21,6 +21,12 @@ SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
 
 _JOINT_LIMIT = math.pi / 2
 
+# Masses over side³ [kg/m³] that tell of grams, or milligrams, where kilograms are wanted: gold has
+# 2e4. What is heavier still is no slip of units, but meant, to see what breaks down; nor is a mass
+# below 0.01, as the default in a tiny casing: no component weighs 10 mg.
+_GRAMS = (1e6, 1e10)
+_LEAST_GRAMS = 0.01
+
 
 def signs(sequence: Sequence[str]) -> Array:
     """Return +1 for N, -1 for S and 0 for a face without magnet, shape (n, 4)."""
@@ -49,6 +55,9 @@ Component = Annotated[str, Strict(), AfterValidator(_faces)]
 class Scene(base.Part):
     """A chain, its surroundings and how to simulate it.
 
+    `magfold scenes --keys` prints all keys, what each may be, its unit, default and meaning; so
+    does the page "All keys of a scene".
+
     Raises
     ------
     SceneError
@@ -62,12 +71,14 @@ class Scene(base.Part):
     """
 
     sequence: Annotated[tuple[Component, ...], BeforeValidator(_split), AfterValidator(_some)]
-    """The components' outward poles, component 1 first: N, S or - (none) of each of the FACES. A
-    text with a space between components, "NSNN NSSN", is taken for as many."""
+    """The components' outward poles, component 1 first: N, S or - (none) of its faces front-left,
+    back-left, back-right and front-right. A text with a space between components, "NSNN NSSN", is
+    taken for as many."""
     casing: parts.Casing = parts.Casing()
     """The bodies."""
     magnets: Magnets | None = Magnets()
-    """The magnets; None for a chain without any."""
+    """The magnets, alike or one a face, in the order of a component's poles; None for a chain
+    without any."""
     field: parts.Field | None = None
     """The external magnetic field; None for none."""
     mount: Literal["pinned", "free", "tube"] = "free"
@@ -96,7 +107,7 @@ class Scene(base.Part):
     bumps: parts.Bumps | None = None
     """A train of bumps that disturbs the chain; None for none."""
     spreads: parts.Spreads = parts.Spreads()
-    """Randomisation of the physics."""
+    """Randomisation: half-widths of even draws, relative but for the last; 0 for no draw."""
     solver: parts.Solver = parts.Solver()
     """Time stepping."""
     duration: base.Positive = 5.0
@@ -130,6 +141,7 @@ class Scene(base.Part):
         if self.mount == "tube" and not problems:
             problems += self._misfits_of_start()
         problems += self._what_is_in_the_way()
+        problems += self._grams()
         if self.solver.method == "paper" and self.mount != "pinned":
             allowed = f"the paper's solver needs mount 'pinned', the mount is {self.mount!r}"
             problems.append(Problem("solver.method", self.solver.method, allowed))
@@ -161,6 +173,20 @@ class Scene(base.Part):
     def speeds(self) -> Array:
         """Feed speeds [m/s], component 1 first, shape (n,)."""
         return self._each(self.feed.speed)
+
+    def _grams(self) -> list[Problem]:
+        """Return what is wrong with masses that only a slip of units explains.
+
+        All are of one unit, so the lightest component decides.
+        """
+        mass, side = self.casing.mass, self.casing.side
+        lightest = min(mass, default=0.0) if isinstance(mass, tuple) else mass
+        least, most = (density * side**3 for density in _GRAMS)
+        if lightest < _LEAST_GRAMS or not least < lightest < most:
+            return []
+        allowed = f"must be at most {least:.3g} kg where casing.side is {side:.6g} m"
+        told = f"{allowed}; {lightest:.6g} g are {lightest / 1000.0:.6g}"
+        return [Problem("casing.mass", mass, told)]
 
     def _misfits_of_start(self) -> list[Problem]:
         """Return what is wrong with where the tube is to hold the chain at first."""
@@ -232,7 +258,8 @@ class Scene(base.Part):
                 key, value = "spreads.side", self.spreads.side
                 if self.spreads.side == 0.0:
                     key, value = "spreads.inset", self.spreads.inset
-                return [Problem(key, value, f"a scene at its end: {error}")]
+                told = "; ".join(error.lines)
+                return [Problem(key, value, f"a scene at its end: {told}")]
         return []
 
     def _misfits_of_obstacles(self) -> list[Problem]:
@@ -243,7 +270,7 @@ class Scene(base.Part):
             except SceneError as error:
                 name = "offset" if self.spreads.obstacle_offset > 0.0 else "width"
                 key = f"obstacle_{name}"
-                allowed = f"a scene at its end: {error}"
+                allowed = f"a scene at its end: {'; '.join(error.lines)}"
                 return [Problem(f"spreads.{key}", getattr(self.spreads, key), allowed)]
         return []
 

@@ -265,17 +265,37 @@ def write(
         temporary.write_bytes(len(head).to_bytes(8, "little") + head + data)
 
 
+def is_zip(path: Path) -> bool:
+    """Return whether a file is a zip file, as models of Stable-Baselines3 are.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file.
+    """
+    if not path.is_file():
+        raise ValueError(f"{path}: no such file; must be a policy (.safetensors)")
+    with path.open("rb") as file:
+        return file.read(4) == b"PK\x03\x04"
+
+
 def read(path: str | Path) -> PolicyFile:
     """Read a policy that `write` wrote.
 
     Raises
     ------
     ValueError
-        If there is no such file, or it is damaged.
+        If there is no such file, it is damaged, or a model of Stable-Baselines3.
     """
     path = Path(path)
-    if not path.is_file():
-        raise ValueError(f"{path}: no such file; must be a policy (.safetensors)")
+    if is_zip(path):
+        raise ValueError(
+            f"{path}: is a zip file, as Stable-Baselines3 saves models, and holds pickles, which "
+            "can run any code; must be a policy of agents.train (.safetensors), or, if the model "
+            "is your own, what agents.training.policy_files.save(model, path) writes; "
+            "agents.evaluate also reads the zip file with --trust-pickle (in Python "
+            "trust_pickle=True)"
+        )
     content = path.read_bytes()
     try:
         start = 8 + int.from_bytes(content[:8], "little")

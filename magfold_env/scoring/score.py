@@ -144,10 +144,12 @@ def score(
         refuse([Problem(key, value, told) for key, value in given.items() if value is not None])
         env_id, seed, episodes = entry.id, entry.seed, len(entry.actions)
     else:
-        entry = Actor.read(path)
-        if env_id is None:
-            allowed = f"must be one of {', '.join(TRACKS)}; a policy does not say"
+        if env_id not in TRACKS:
+            why = "python -m agents.evaluate plays the policies of other environments"
+            why = "a policy does not say" if env_id is None else why
+            allowed = f"must be one of {', '.join(TRACKS)}; {why}"
             raise SceneError([Problem("env", env_id, allowed)])
+        entry = Actor.read(path)
     seed = seed or 0
     until = begun + 60.0 * minutes
     try:

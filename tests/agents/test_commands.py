@@ -14,7 +14,7 @@ from agents import commands
 from agents.commands import reported_errors, run_command, text_table
 from magfold_env.cli import options
 
-REMEDY = "install the extra, pip install 'magfold_env[agents]'"
+REMEDY = "install the extra, pip install -e '.[agents]'"
 
 
 def without(missing: str, folder: Path, *arguments: str) -> Any:
@@ -48,7 +48,7 @@ def test_commands_name_extras_of_their_own(
     done = without(missing, tmp_path, "-m", f"agents.{command}", "ppo-tube-feed")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: ")
-    assert done.stderr.endswith(f"; install it, pip install 'magfold_env[{extras}]'\n")
+    assert done.stderr.endswith(f"; install it, pip install -e '.[{extras}]'\n")
     assert done.stderr.count("\n") == 1
 
 
@@ -101,7 +101,7 @@ def test_errors_are_told_in_one_line(
     for given, said in (
         (long, f"{long}: is not allowed; nor is '{long}'"),
         ("folder", "out: is not a folder"),
-        ("module", "No module named 'minari'; install it, pip install 'magfold_env[minari]'"),
+        ("module", "No module named 'minari'; install it, pip install -e '.[minari]'"),
     ):
         assert call(monkeypatch, "--wrong", given) == 2
         assert capsys.readouterr() == ("", f"error: {said}\n")

@@ -133,11 +133,19 @@ def test_nothing_is_built_beforehand_unless_asked_for() -> None:
     assert {each.built for each in runs[0]} == {None}
 
 
-def test_a_chain_that_is_not_simulated_has_no_motion_to_show(tmp_path: Path) -> None:
+def test_a_chain_that_is_not_simulated_has_no_motion_to_show(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     settings = EnvSettings(fidelity="quasistatic", components=4)
     results = compare([], settings, draws=1, processes=1, folder=tmp_path, built=True)
     assert list(results) == ["random"]  # the minimiser would be compared with itself
-    assert "no motion to show" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "no motion to show" in text
+    played = (
+        "MagFold/TubeFeed-v0, randomisation nominal, components 4, fidelity quasistatic; 1 draw"
+    )
+    assert capsys.readouterr().out.startswith(played)
+    assert played in text
     assert not (tmp_path / "folds.gif").exists()
     assert results["random"][0][0].built is None
 
@@ -200,6 +208,23 @@ def test_a_name_that_is_nearly_right_is_told_what_may_be_meant(module: str) -> N
     result = runner.invoke(app, ["ppo-tube-fed"])
     assert result.exit_code == 2
     assert all(name in result.stderr for name in ("ppo-floor-8, ", "did you mean ppo-tube-feed?"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["ppo-lumen"], "ppo-lumen-0: policy: its spaces"),
+        (["--config", "ppo-lumen"], "env.id: 'MagFold/Lumen-v0' is not allowed; must be one in"),
+        (["--config", "ppo-tray"], "env.id: 'MagFold/Tray-v0' is not allowed; must be one in"),
+    ],
+)
+def test_who_plays_policies_of_tracks_is_told(arguments: list[str], said: str) -> None:
+    app = typer.Typer()
+    app.command()(importlib.import_module("agents.evaluate").main)
+    result = runner.invoke(app, arguments)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"error: {said}")
+    assert "; magfold score plays the policies of " in result.stderr
 
 
 def test_what_a_policy_cannot_play_is_told_before_anything_begins(tmp_path: Path) -> None:

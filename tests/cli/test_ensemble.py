@@ -30,6 +30,8 @@ def test_it_shows_and_writes_what_ensemble_returns(tmp_path: Path) -> None:
     shown = {(word, status): int(runs) for word, status, runs, *_ in table[: len(made.outcomes)]}
     assert shown == {ends: share.successes for ends, share in made.outcomes.items()}
     assert [row[0] for row in table[len(made.outcomes) :]] == list(made.statuses)
+    told = " ".join(result.stdout.split())
+    assert "Drawn anew for each: start angles ±0.03 rad, friction ±30 %." in told
     read = mf.Ensemble.from_json(out / "ensemble.json")
     assert read.scene == scene
     assert read.angles.tobytes() == made.angles.tobytes()
@@ -107,8 +109,8 @@ def test_wrong_options_are_told_in_one_line(options: tuple[object, ...], message
 @pytest.mark.parametrize(
     ("module", "options", "message"),
     [
-        ("ray", ("--backend", "ray"), "pip install 'magfold_env[ray]'"),
-        ("matplotlib.figure", ("--png", "x.png"), "pip install 'magfold_env[render]'"),
+        ("ray", ("--backend", "ray"), "pip install -e '.[ray]'"),
+        ("matplotlib.figure", ("--png", "x.png"), "pip install -e '.[render]'"),
     ],
 )
 def test_a_missing_extra_is_told_before_the_work(

@@ -72,7 +72,7 @@ def test_a_sheet_without_the_extra_is_refused_before_the_work(
     monkeypatch.setattr(fold, "simulate", lambda *_, **__: pytest.fail("simulated all the same"))
     result = run("fold", quick, "--sheet", tmp_path / "sheet.pdf")
     assert result.exit_code == 2
-    assert "pip install 'magfold_env[render]'" in result.stderr
+    assert "pip install -e '.[render]'" in result.stderr
 
 
 def test_a_chain_that_rests_at_once_is_drawn(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ def test_it_shows_and_writes_what_holding_returns(tmp_path: Path) -> None:
     found = mf.holding(mf.simulate(mf.load_scene(SCENE)), directions=np.radians([90.0, 300.0]))
     shown = rows(result.stdout)
     assert shown[0] == ["1", "L", "none", "7.079", "-30.23"]
-    assert shown[5] == ["90°", f"{found.pull[0]:.4g}"]
+    assert shown[5] == ["90°", f"{np.degrees(found.from_front[0]):.0f}°", f"{found.pull[0]:.4g}"]
     assert result.stdout.splitlines()[-3] == f"{found}."
     assert json.loads(data.read_text("utf-8"))["pull"] == found.pull.tolist()
     with Image.open(png) as image:
@@ -42,7 +42,7 @@ def test_a_fold_from_a_file_is_the_same(tmp_path: Path) -> None:
         ((SCENE, "--held", 1), "held: 1 is not allowed; must be from 1 to 6 and not the one"),
         ((SCENE, "--pulled", 0), "pulled: 0 is not allowed; must be from 1 to 6"),
         ((SCENE, "--png", "/nowhere/x.png"), "--png: '/nowhere/x.png' is not allowed; its folder"),
-        (("nowhere.json",), "nowhere.json"),
+        (("nowhere.json",), "error: nowhere.json: No such file or directory"),
     ],
 )
 def test_what_is_not_allowed_is_told(arguments: tuple[object, ...], message: str) -> None:

@@ -33,7 +33,7 @@ def test_the_command_writes_what_it_shows(tmp_path: Path) -> None:
     ("options", "message"),
     [
         ((), "env: None is not allowed; must be one of MagFold/UnknownFloor-v0"),
-        (("--env", "MagFold/TubeFeed-v0"), "id: 'MagFold/TubeFeed-v0' is not allowed; must be"),
+        (("--env", "MagFold/TubeFeed-v0"), "env: 'MagFold/TubeFeed-v0' is not allowed; must be"),
         (("--env", "MagFold/Reprogram-v0"), "mine.safetensors: policy: its spaces"),
         (("--env", FLOOR, "--minutes", 0), "mine.safetensors: takes longer than the 0 minutes"),
         (("--env", FLOOR, "--json", "none/score.json"), "its folder must exist"),
@@ -47,7 +47,15 @@ def test_what_cannot_be_is_refused(options: Any, message: str, tmp_path: Path) -
 def test_a_zip_file_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "model.safetensors"
     path.write_bytes(b"PK\x03\x04" + bytes(100))
-    fails_in_one_line(run("score", path, "--env", FLOOR), "model.safetensors: is not a policy")
+    told = run("score", path, "--env", FLOOR)
+    fails_in_one_line(told, "model.safetensors: is a zip file, as Stable-Baselines3 saves models")
+    assert "agents.training.policy_files.save" in told.stderr
+
+
+def test_an_environment_that_is_no_track_is_told_before_the_file_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "none.safetensors"
+    told = run("score", path, "--env", "MagFold/TubeFeed-v0")
+    fails_in_one_line(told, "python -m agents.evaluate plays the policies of other environments")
 
 
 def test_a_file_of_actions_says_itself_what_it_is_for(tmp_path: Path) -> None:

@@ -48,6 +48,14 @@ def test_every_point_is_the_ensemble_of_its_scene(made: mf.Sweep) -> None:
     ]
 
 
+def test_one_number_does_not_stand_for_the_strengths_of_single_magnets() -> None:
+    rows = [[0.6] * 4] * 5 + [[0.3] * 4]
+    uneven = SCENE.replace(magnets={"remanence": rows})
+    allowed = r"magnets\.remanence: .* must not stand for the several that the scene has"
+    with pytest.raises(mf.SceneError, match=allowed):
+        mf.sweep(uneven, OVER, RUNS)
+
+
 def test_all_points_draw_the_same(made: mf.Sweep) -> None:
     drawn = [each.scene.draw(each.generator(2)) for each in made.ensembles]
     for scene, point in zip(drawn, made.points, strict=True):

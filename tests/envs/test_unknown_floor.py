@@ -1,5 +1,6 @@
 """A chain is fed forth and back over a floor that is not known, and only what may be is seen."""
 
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -295,9 +296,14 @@ def test_both_folds_of_a_shipped_task_can_be_had(number: int) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"tasks": "none"}, "tasks: 'none' is not allowed; must be a list of tasks or one of "),
+        ({"tasks": "none"}, "tasks: 'none' is not allowed; must be a list of tasks, the path of "),
+        ({"tasks": "none.yaml"}, "tasks: 'none.yaml' is not allowed; must be a list of tasks, "),
         ({"tasks": []}, r"tasks: chains of \[\] components are not allowed"),
         ({"tasks": [TASK | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not allowed; must be"),
+        (
+            {"tasks": [TASK, TASK | {"sequence": ["NX", *SEQUENCE[1:]]}]},
+            r"sequence\[0\]: 'NX' is not allowed; must be four letters",
+        ),
         ({"tasks": [TASK | {"direction": "up"}]}, "direction: 'up' is not allowed"),
         ({"fidelity": "quasistatic"}, "fidelity: 'quasistatic' is not allowed; must be 'dynamics'"),
         ({"reward": "big"}, "reward: 'big' is not allowed; must be one of relative, score, sparse"),
@@ -336,3 +342,34 @@ def test_an_episode_counts_the_components_that_act() -> None:
 
 def test_tasks_may_be_given_as_models_or_mappings() -> None:
     assert read_tasks([TASK]) == read_tasks([FeedTask(**TASK)])
+
+
+FILE = """- {sequence: [%s], direction: forward, target: LRLLR}
+- {sequence: [%s], direction: backward, target: LRLLR}
+""" % ((", ".join(SEQUENCE),) * 2)
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+def test_tasks_may_be_a_file(kind: type, tmp_path: Path) -> None:
+    path = tmp_path / "tasks.yaml"
+    path.write_text(FILE)
+    env = UnknownFloorEnv(tasks=kind(path))
+    assert env.tasks == read_tasks([TASK, TASK | {"direction": "backward"}])
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "tasks: None is not allowed; must be a list of tasks"),
+        ("[", "line 1, column 2: "),
+        (FILE.replace("backward", "up"), "direction: 'up' is not allowed"),
+        (FILE + "- {direction: up}", "target: None is not allowed; must be given"),
+    ],
+)
+def test_what_is_wrong_in_a_file_of_tasks_is_told_with_its_path(
+    content: str, message: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "tasks.yaml"
+    path.write_text(content)
+    with pytest.raises(ValueError, match=f"{path}: {message}"):
+        UnknownFloorEnv(tasks=path)

@@ -35,6 +35,7 @@ from magfold_env.designer.result import Design
 from magfold_env.designer.suites import load_suite
 from magfold_env.ensembles.releases import Ensemble, ensemble
 from magfold_env.ensembles.sweeps import Sweep, sweep
+from magfold_env.envs.tasks.feed_tasks import read_tasks
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.files import configs_dir
 from magfold_env.scoring import action_file
@@ -181,6 +182,9 @@ def _policies() -> list[bytes]:
     return [_written(lambda path: policy_files.save(model, path))]
 
 
+TASKS = """- {sequence: [NSNS, SNNN, NNSS], direction: forward, target: LR}
+- {sequence: [NSNS, SNNS, NNSS], direction: backward, target: RR}
+"""
 ACTIONS = {
     "format": "magfold_env actions 1", "id": "MagFold/UnknownFloor-v0", "seed": 3,
     "actions": [[0.5, -1, 1.0], [0.25]],
@@ -208,6 +212,7 @@ def resigned(content: bytes) -> bytes:
 READERS: dict[str, Reader] = {
     "scene": Reader(".yaml", mf.load_scene, _scenes),
     "suite": Reader(".yaml", load_suite, _suites),
+    "tasks": Reader(".yaml", read_tasks, lambda: [TASKS.encode()]),
     "settings": Reader(".yaml", load_settings, lambda: _shipped("agents", 4000)),
     "ensemble": Reader(
         ".json",

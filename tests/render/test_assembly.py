@@ -17,6 +17,7 @@ from magfold_env.render.assembly import (
     card_scale,
     draw_card,
     draw_fold,
+    holding_text,
     predicted,
     simulated,
 )  # fmt: skip
@@ -158,6 +159,16 @@ def test_predictions_stand_beside_the_simulation() -> None:
         assert "field" in outcome.note
     long = FREE.replace(sequence=("NSNS",) * (LONGEST + 1))
     assert "more than 24 components" in predicted(long, "")[0].note
+
+
+def test_what_the_simulated_fold_withstands_says_of_what_it_is() -> None:
+    fold = mf.simulate(FREE)
+    told = holding_text(fold)
+    assert told.startswith("As simulated: joints open at ")
+    assert str(mf.holding(fold)).split("; ")[-1] in told
+    drawn = holding_text(replace(fold, status=mf.FoldStatus.MISFOLDED), drawn=True)
+    assert drawn.startswith("As simulated, its numbers drawn within the scene's spreads: joints of")
+    assert "of what was simulated, misfolded, open at" in drawn
 
 
 def test_a_fold_that_broke_down_is_told_and_not_drawn() -> None:

@@ -198,5 +198,5 @@ def test_without_pillow_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> N
     for name in [name for name in sys.modules if name.startswith("magfold_env.render")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "PIL", None)
-    with pytest.raises(ImportError, match=r"pip install 'magfold_env\[render\]'"):
+    with pytest.raises(ImportError, match=r"pip install -e '\.\[render\]'"):
         importlib.import_module("magfold_env.render")

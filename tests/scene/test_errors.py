@@ -12,12 +12,26 @@ FIXED: dict[str, Any] = {"position": (0.05, 0.05), "width": 0.02, "height": 0.02
 
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"colour": "red"}, "colour: 'red' is not allowed; unknown key, must be one of sequence"),
+    ({"casing": {"side": 10**400}}, "casing.side: 10000"),
+    ({"casing": {"side": math.inf}}, "casing.side: inf is not allowed; must be"),
+    ({"casing": {"side": 5}}, "casing.side: 5 is not allowed; must be at most 0.5 m; 5 mm are 0.0"),
+    (
+        {"casing": {"side": 0.005, "mass": 0.5}, "magnets": None},
+        "casing.mass: 0.5 is not allowed; must be at most 0.125 kg where casing.side is 0.005 m; "
+        "0.5 g are 0.0005",
+    ),
+    (
+        {"casing": {"mass": [3.7, 3.5, 3.6]}},
+        "casing.mass: (3.7, 3.5, 3.6) is not allowed; must be at most 1.95 kg where casing.side is "
+        "0.0125 m; 3.5 g are 0.0035",
+    ),
     (
         {"casing": {"weight": 3}},
         "casing.weight: 3 is not allowed; unknown key, must be one of side",
     ),
     ({"casing": {"mass": -1.0}}, "casing.mass: -1.0 is not allowed; must be greater than 0"),
     ({"casing": {"mass": [1, -2, 1]}}, "casing.mass[1]: -2 is not allowed; must be greater than 0"),
+    ({"casing": {"mass": []}}, "casing.mass: () is not allowed; must have 3 numbers"),
     ({"casing": {"mass": [1, 1]}}, "casing.mass: (1.0, 1.0) is not allowed; must have 3 numbers"),
     ({"casing": {"inertia": [1]}}, "casing.inertia: (1.0,) is not allowed; must have 3 numbers"),
     ({"casing": {"side": 0}}, "casing.side: 0 is not allowed; must be greater than 0"),
@@ -60,7 +74,16 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     ({"start_angle_spread": 0.6}, "start_angle_spread: 0.6 is not allowed; must be less than or"),
     ({"magnets": {"width": 0.01}}, "magnets.width: 0.01 is not allowed; the magnets of a casing"),
-    ({"magnets": {"inset": 0.01}}, "magnets.width: 0.006 is not allowed; the magnets of a casing"),
+    (
+        {"magnets": {"inset": 0.01}},
+        "magnets.width: 0.006 is not allowed; the magnets of a casing overlap, no magnet so thick "
+        "fits, must have casing.side at least 0.031 m",
+    ),
+    (
+        {"casing": {"side": 0.005}, "magnets": {"width": 0.002, "thickness": 0.0018}},
+        "magnets.width: 0.002 is not allowed; the magnets of a casing overlap, must be at most "
+        "side - 2 (inset + thickness) = 0.0004 m, or casing.side at least 0.0066 m",
+    ),
     ({"magnets": {"remanence": None}}, "magnets.remanence: None is not allowed; must be given, or"),
     (
         {"magnets": {"remanence": 0.6, "pole_charge": 8.0}},
@@ -102,12 +125,12 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     (
         {"magnets": {"width": [0.007, 0.007, 0.006, 0.006]}},
         "magnets.width: (0.007, 0.007, 0.006, 0.006) is not allowed; the magnets of front-left and "
-        "back-left overlap, front-left's must be at most 0.0065 or back-left's at most 0.0065",
+        "back-left overlap, front-left's must be at most 0.0065 m or back-left's at most 0.0065",
     ),
     (
         {"magnets": {"width": [0.013, 0.001, 0.001, 0.001], "thickness": 0.001}},
         "magnets.width: (0.013, 0.001, 0.001, 0.001) is not allowed; front-left's must be at most "
-        "the casing's side, 0.0125",
+        "the casing's side, 0.0125 m",
     ),
     (
         {"magnets": {"width": 0.001, "thickness": [0.009, 0.001, 0.004, 0.001]}},
@@ -169,6 +192,39 @@ def test_wrong_values_are_named_with_key_value_and_remedy(
     with pytest.raises(mf.SceneError) as again:
         mf.Scene(**given).replace(**change)
     assert str(again.value) == str(caught.value)
+
+
+def test_a_misspelt_key_is_answered_by_the_one_that_was_meant() -> None:
+    wrong: dict[str, Any] = {"frction": 0.1, "casing": {"sides": 0.01}}
+    with pytest.raises(mf.SceneError) as caught:
+        mf.Scene(sequence=SEQUENCE, **wrong)
+    casing, friction = str(caught.value).splitlines()
+    assert casing.endswith("hinge; did you mean side?")
+    assert friction.endswith("duration; did you mean friction?")
+
+
+@pytest.mark.parametrize(
+    "casing",
+    [
+        {"side": 0.5},
+        {"mass": 1.0},
+        {"mass": (3.7, 0.0037, 3.7)},  # one that is too heavy to be moved
+        {"mass": 1e300},  # beyond any slip of units
+        {"side": 0.001},
+        {"side": 1e-200},
+    ],
+)
+def test_what_is_no_slip_of_units_is_allowed(casing: dict[str, Any]) -> None:
+    mf.Scene(sequence=SEQUENCE, casing=mf.Casing(**casing), magnets=None)
+
+
+def test_a_scene_at_the_end_of_its_spreads_is_told_in_one_line() -> None:
+    magnets = mf.Magnets(width=(0.006, 0.007, 0.006, 0.007))  # of which all overlap at that end
+    with pytest.raises(mf.SceneError) as caught:
+        mf.Scene(sequence=SEQUENCE, magnets=magnets, spreads=mf.Spreads(side=0.2))
+    assert str(caught.value).startswith("spreads.side: 0.2 is not allowed; a scene at its end: ")
+    assert str(caught.value).count("; magnets.width: ") == 3
+    assert "\n" not in str(caught.value)
 
 
 def test_every_problem_has_its_own_line() -> None:

@@ -24,6 +24,7 @@ import numpy as np
 from magfold_env.benchmarks.env import players
 from magfold_env.benchmarks.env.players import ENVS, QUARTILES, TUBE_FEED, rate_cells, rate_verdict
 from magfold_env.benchmarks.presentation import name_bars, panels_by, quartile_bars
+from magfold_env.files import pip_install
 from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 
@@ -276,8 +277,7 @@ def peers(quick: bool, progress: Progress) -> Measurement:
     if not mujoco_installed():
         names = " and ".join(each.title for each in CONTENDERS if each.needs_mujoco)
         findings.append(
-            f"{names} are left out: MuJoCo is absent; the extra brings it: "
-            "pip install 'magfold_env[peers]'"
+            f"{names} are left out: MuJoCo is absent; the extra brings it: {pip_install('peers')}"
         )
     title = f"Steps and episodes a second on one core, alone and {effort.envs} side by side"
     return Measurement(rows, [Table(title, rows)], findings)

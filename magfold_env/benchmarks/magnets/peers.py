@@ -20,6 +20,7 @@ from magfold_env.benchmarks.magnets import samples
 from magfold_env.benchmarks.magnets.samples import Loads, Sample
 from magfold_env.benchmarks.presentation import panels_by
 from magfold_env.engine.state import Array
+from magfold_env.files import pip_install
 from magfold_env.laws import exact_magnets
 from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
@@ -145,7 +146,7 @@ class Contender(NamedTuple):
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every mesh and bound on every chain; without magpylib nothing is measured."""
     if not installed():
-        text = "magpylib is absent; the extra brings it: pip install 'magfold_env[peers]'"
+        text = f"magpylib is absent; the extra brings it: {pip_install('peers')}"
         return Measurement(findings=[text])
     meshes, rounds = QUICK if quick else FULL
     rows: list[Row] = []

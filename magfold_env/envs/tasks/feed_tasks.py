@@ -20,6 +20,7 @@ from magfold_env.files import configs_dir
 from magfold_env.scene import Problem, Scene, SceneError, load_scene
 from magfold_env.scene.io import parse_yaml
 from magfold_env.scene.parts import Part
+from magfold_env.scene.scene import Component
 
 
 class Task(Part):
@@ -58,7 +59,7 @@ class Task(Part):
 class FeedTask(Task):
     """The same, of a chain that is given."""
 
-    sequence: tuple[str, ...]
+    sequence: tuple[Component, ...]
     """The components, component 1 first."""
 
     @property
@@ -90,29 +91,36 @@ def task_list_names() -> list[str]:
 
 
 def read_tasks(
-    tasks: str | Sequence[Task | Mapping[str, Any]], kind: type[Task] = FeedTask
+    tasks: str | Path | Sequence[Task | Mapping[str, Any]], kind: type[Task] = FeedTask
 ) -> tuple[Any, ...]:
-    """Return the tasks of a shipped list, the easiest first, or those given.
+    """Return the tasks of a shipped list, the easiest first, of a YAML file, or those given.
 
     Raises
     ------
     ValueError
-        If there is no such list, it is empty, or its chains have different lengths.
+        If there is no such list or file, it is empty, or its chains have different lengths.
     SceneError
-        If a task is not valid; one line per problem.
+        If a file is no list of tasks, or a task is not valid; one line per problem.
     """
-    given: Sequence[Task | Mapping[str, Any]]
-    if isinstance(tasks, str) and tasks in task_list_names():
+    if not isinstance(tasks, (str, Path)):
+        return _checked(tasks, kind)
+    path = Path(tasks)
+    if str(tasks) in task_list_names():
         path = configs_dir() / "tasks" / f"{tasks}.yaml"
-        given = cast("Any", parse_yaml(path.read_text(encoding="utf-8")))
-    elif isinstance(tasks, (list, tuple)) and all(map(_is_task, tasks)):
-        given = tasks
-    else:
-        raise ValueError(
-            f"tasks: {tasks!r} is not allowed; must be a list of tasks or one of "
-            f"{', '.join(task_list_names())}"
-        )
-    found = tuple(each if isinstance(each, kind) else kind(**dict(each)) for each in given)
+    elif not path.is_file():
+        raise _no_tasks(tasks)
+    try:
+        return _checked(cast("Any", parse_yaml(path.read_text(encoding="utf-8"))), kind)
+    except (OSError, ValueError) as error:
+        problems = error.problems if isinstance(error, SceneError) else ()
+        raise SceneError(problems or str(error), source=str(path)) from None
+
+
+def _checked(tasks: Sequence[Task | Mapping[str, Any]], kind: type[Task]) -> tuple[Any, ...]:
+    """Return tasks as models; refuse what are none, and chains of different lengths."""
+    if not (isinstance(tasks, (list, tuple)) and all(map(_is_task, tasks))):
+        raise _no_tasks(tasks)
+    found = tuple(each if isinstance(each, kind) else kind(**dict(each)) for each in tasks)
     lengths = sorted({task.n for task in found})
     if len(lengths) != 1:
         raise ValueError(
@@ -127,6 +135,13 @@ def read_tasks(
     return found
 
 
+def _no_tasks(given: object) -> ValueError:
+    return ValueError(
+        f"tasks: {given!r} is not allowed; must be a list of tasks, the path of a file of them or "
+        f"one of {', '.join(task_list_names())}"
+    )
+
+
 def _is_task(value: object) -> bool:
     return isinstance(value, (Task, Mapping))
 
@@ -134,22 +149,28 @@ def _is_task(value: object) -> bool:
 class FeedOptions(TypedDict, total=False):
     """Options where tasks are given; every one may be left out."""
 
-    tasks: str | Sequence[Task | Mapping[str, Any]]
-    """Name of a shipped list of tasks, by default the track's own, or the tasks."""
+    tasks: str | Path | Sequence[Task | Mapping[str, Any]]
+    """Name of a shipped list of tasks, by default the track's own, the path of a YAML file like
+    theirs, or the tasks."""
     match: Match
     """Whether a fold must be the target (``word``), or cover its cells (``outline``)."""
     difficulty: float
     """Share of the tasks to draw from, the first ones, which are the easiest; 1 by default."""
     fidelity: Literal["dynamics"]
-    """Energy minimisation knows of no speed."""
+    """``dynamics`` alone: energy minimisation, ``quasistatic``, knows of no speed."""
     randomisation: Randomisation
-    """Physics drawn at reset: ``scene`` (default), the spreads that the scene gives; ``none``,
-    ``nominal`` or ``strong``, as in `magfold_env.envs.tasks.world.ChainOptions`."""
+    """Physics drawn at reset. ``scene`` (default): the spreads that the scene gives. ``none``:
+    nothing, released straight, and sound magnets. ``nominal``: friction ±10 %, remanence ±5 %, the
+    speed of each component ±5 %, release angles ±0.03 rad. ``strong``: ±30 %, ±10 %, ±20 %, ±0.1
+    rad or the tube's clearance."""
     speeds: int
-    """Number of speed levels each way besides standstill, 5 by default."""
+    """Number of speed levels, 5 by default; each way, besides standstill, where the speed alone is
+    free."""
     actions: ActionKind
-    """How actions are written: ``box`` (default), ``discrete``, ``multidiscrete`` or ``dict``; see
-    `magfold_env.envs.spaces.actions.SpeedTable`."""
+    """How actions are written. ``box`` (default): a number from −1 to 1. ``discrete``: the number
+    of a speed level. ``multidiscrete``: that in a list. ``dict``: what ``box`` has, as ``speed``.
+    With a tray ``multidiscrete`` (default): component, way to lie, speed level and way to go; or
+    ``discrete``: these as one number."""
     reward: RewardKind
     """``score`` (default), ``relative`` or ``sparse``; see `magfold_env.envs.tasks.reward`."""
     shaping: bool | Shaping

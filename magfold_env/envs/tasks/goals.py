@@ -22,16 +22,12 @@ from numpy.typing import NDArray
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.envs.chains.arrays import FAILED, FOLDED, STATUSES, Floats, Ints
 from magfold_env.fold import FoldStatus
-from magfold_env.shapes import LETTERS, Outline, headings, outline, word_to_angles
+from magfold_env.shapes import LETTERS, headings, outline, word_to_angles, words_of_outline
 
 Match = Literal["word", "outline"]
-Cell = tuple[int, int]
 
 SUCCESS_TOLERANCE = 0.05
 """Largest deviation of a joint from its target angle in a success [rad]."""
-
-_TURNS = {"L": 1, "R": 3}
-_HEADINGS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
 @dataclass(frozen=True)
@@ -185,38 +181,6 @@ class Goals:
         joints = headings[:, 1:] - headings[:, :-1]
         judge(rows, status, joints, self._counts, self._angles, self._folds, self._scratch, out)
         return out
-
-
-@lru_cache(maxsize=1024)
-def words_of_outline(cells: Outline) -> tuple[str, ...]:
-    """Return the fully folded words that cover exactly the cells of an outline, sorted.
-
-    Every word is grown from each cell and heading, and stays on cells that are still free.
-
-    Parameters
-    ----------
-    cells : Outline
-        As `magfold_env.shapes.outline` gives it.
-    """
-    found: set[str] = set()
-    for cell in cells:
-        for quarter in range(4):
-            _grow("", cell, quarter, frozenset(cells) - {cell}, found)
-    return tuple(sorted(found))
-
-
-def _grow(word: str, cell: Cell, quarter: int, free: frozenset[Cell], found: set[str]) -> None:
-    """Add to `found` the words that begin with `word`, end at `cell`, and use up `free`."""
-    if not free:
-        found.add(word)
-        return
-    ahead = _HEADINGS[quarter]
-    for letter, turn in _TURNS.items():
-        turned = (quarter + turn) % 4
-        step = _HEADINGS[turned]
-        beyond = (cell[0] + ahead[0] + step[0], cell[1] + ahead[1] + step[1])
-        if beyond in free:
-            _grow(word + letter, beyond, turned, free - {beyond}, found)
 
 
 @kernel

@@ -87,8 +87,10 @@ class ChainOptions(TypedDict, total=False):
     speeds: int
     """Number of speed levels. The default of 9 has the baseline's five speeds among them."""
     actions: ActionKind
-    """How actions are written: ``multidiscrete`` (default), ``discrete``, ``box`` or ``dict``;
-    see `magfold_env.envs.spaces.actions`."""
+    """How actions are written. ``multidiscrete`` (default): the patterns of magnets, then the speed
+    level. ``discrete``: these as one number, up to a million. ``box``: four numbers from −1 to 1 a
+    component, above 0 is N, then the speed on a log scale from −1 to 1. ``dict``: ``patterns`` by
+    number and ``speed`` as in ``box``."""
     catalogue: Sequence[str] | None
     """Components that can be built, such as ``["NSNS", "NNSS"]``; all 16 by default. Others are
     replaced by the nearest that can, and `action_masks` leaves them out."""

@@ -1,0 +1,184 @@
+"""The command `magfold scenes`: the shipped scenes, and all keys that a scene has."""
+
+import ast
+import inspect
+import json
+import re
+import textwrap
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import Annotated, Any, NamedTuple
+
+import typer
+from rich.markup import escape
+
+from magfold_env.cli import options
+from magfold_env.scene import Scene, load_scene, scene_names
+from magfold_env.scene.base import Part
+
+Schema = Mapping[str, Any]
+
+_LIMITS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
+_PLAIN = {
+    "number": ("a number", "numbers"),
+    "integer": ("a whole number", "whole numbers"),
+    "string": ("a text", "texts"),
+    "boolean": ("true or false", "truth values"),
+    "null": ("null", "nulls"),
+}
+_HEADINGS = ("key", "may be", "unit", "default", "meaning")
+_NULL = "null in a file is None in Python."
+_PAGE = f"""# All keys of a scene
+
+What a scene's YAML file may hold, and what `mf.Scene` takes in Python. A key of a group is written
+with a dot here: `casing.side` is `casing: {{side: 0.0125}}` in a file and
+`casing={{"side": 0.0125}}` in Python; {_NULL} Only what differs from the defaults
+need be given. A chain has n components. `magfold scenes --keys` prints this table.
+
+"""
+
+
+class Key(NamedTuple):
+    """What there is to tell of one key of a scene."""
+
+    key: str
+    allowed: str
+    unit: str
+    default: str
+    meaning: str
+
+
+def scenes(
+    *,
+    keys: Annotated[bool, typer.Option("--keys", help="List all keys of a scene instead.")] = False,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Keys as a page.")] = False,
+) -> None:
+    """List the shipped scenes."""
+    with options.errors_in_one_line():
+        if markdown and not keys:
+            raise ValueError("--markdown: True is not allowed without --keys")
+        if markdown:
+            typer.echo(page(), nl=False)
+        elif keys:
+            _show_keys()
+        else:
+            _show_scenes()
+
+
+def _show_scenes() -> None:
+    columns = {"name": False, "n": True}
+    columns |= dict.fromkeys(("mount", "magnets", "solver", "sequence"), False)
+    table = options.table("Shipped scenes", columns)
+    for name in scene_names():
+        scene = load_scene(name)
+        magnets = "none" if scene.magnets is None else scene.magnets.model
+        cells = (name, str(scene.n), scene.mount, magnets, scene.solver.method)
+        table.add_row(*cells, " ".join(scene.sequence))
+    options.show(table)
+
+
+def _show_keys() -> None:
+    table = options.table("Keys of a scene", dict.fromkeys(_HEADINGS, False), _NULL)
+    table.columns[0].no_wrap = True
+    for key in scene_keys():
+        table.add_row(*map(escape, key))
+    options.wide_console().print(table)
+
+
+def page() -> str:
+    """Return the page that lists all keys, as Markdown."""
+    rows = [_HEADINGS, ("---",) * len(_HEADINGS)]
+    rows += [(f"`{key.key}`", *key[1:]) for key in scene_keys()]
+    lines = ("| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows)
+    return _PAGE + "".join(f"{line}\n" for line in lines)
+
+
+def scene_keys() -> Iterator[Key]:
+    """Yield all keys of a scene, a group's after the group."""
+    schema = Scene.model_json_schema()
+    yield from _keys(schema, schema["$defs"], "")
+
+
+def _meanings(group: str) -> dict[str, str]:
+    """Return what stands below the keys of a group.
+
+    Pydantic can read it too, but does so in every process that makes a scene: a tenth of a second.
+    """
+    (kind,) = (each for each in Part.__subclasses__() if each.__name__ == group)
+    source: Any = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
+    found: dict[str, str] = {}
+    for pair in pairwise(source.body):
+        match pair:
+            case (
+                ast.AnnAssign(target=ast.Name(id=name)),
+                ast.Expr(value=ast.Constant(value=str(told))),
+            ):
+                found[name] = " ".join(told.split())
+            case _:
+                pass
+    return found
+
+
+def _keys(group: Schema, groups: Mapping[str, Schema], before: str) -> Iterator[Key]:
+    required, meanings = group.get("required", ()), _meanings(group["title"])
+    for name, entry in group["properties"].items():
+        told = meanings[name]
+        units = re.findall(r"\[(.+?)\]", told)
+        if len(units) == 1:
+            told = told.replace(f" [{units[0]}]", "")
+        default = "must be given" if name in required else _written(entry["default"])
+        yield Key(before + name, _allowed(entry), ", ".join(units), default, told)
+        many = "[]" if entry.get("type") == "array" else ""
+        for each in _groups(entry):
+            yield from _keys(groups[each], groups, f"{before}{name}{many}.")
+
+
+def _groups(entry: Schema) -> Iterator[str]:
+    """Yield the names of the groups that a key may hold."""
+    if "$ref" in entry:
+        yield entry["$ref"].rpartition("/")[2]
+    for each in (*_choices(entry), *filter(None, [entry.get("items")])):
+        yield from _groups(each)
+
+
+def _choices(entry: Schema) -> list[Schema]:
+    """Return the schemas one of which holds; pydantic up to 2.9 writes a single one as all of."""
+    return [each for name in ("anyOf", "oneOf", "allOf") for each in entry.get(name, ())]
+
+
+def _written(value: object) -> str:
+    """Return a value as a file has it; nothing for a group, whose keys have their own."""
+    if isinstance(value, dict):
+        return ""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def _allowed(entry: Schema, many: bool = False) -> str:
+    """Return in words what a JSON schema allows; ``many`` of it."""
+    if "$ref" in entry:
+        return "groups of the keys below" if many else "the keys below"
+    if choices := _choices(entry):
+        return ", or ".join(_allowed(each) for each in choices)
+    if "const" in entry or "enum" in entry:
+        return ", ".join(entry.get("enum", [entry.get("const")]))
+    if entry["type"] == "array":
+        return _list(entry, many)
+    limits = " and ".join(
+        f"{sign} {_written(entry[name])}" for name, sign in _LIMITS.items() if name in entry
+    )
+    return f"{_PLAIN[entry['type']][many]} {limits}".rstrip()
+
+
+def _list(entry: Schema, many: bool) -> str:
+    if inner := entry.get("prefixItems"):
+        of = _allowed(inner[0], many=True)
+        if not many and all(each == inner[0] for each in inner):
+            return f"{len(inner)} {of}"
+        return f"{'pairs' if many else 'a pair'}: {' and '.join(map(_allowed, inner))}"
+    of = _allowed(entry["items"], many=True)
+    least, most = entry.get("minItems"), entry.get("maxItems")
+    if least is not None:
+        return f"rows of {least} {of}" if many else f"{least} {of}"
+    return f"a list of {of}" if most is None else f"a list of up to {most} {of}"
