@@ -81,7 +81,8 @@ def _short(_app: Sphinx, _kind: str, _name: str, found: Any, _options: Any, *tol
 def _linked(_app: Sphinx, _page: str, source: list[str]) -> None:
     """Lead to the site's pages where files of the repository are named that they include."""
     for path, page in _INCLUDED.items():
-        source[0] = source[0].replace(f"](../{path}", f"]({page}")
+        for up in ("", "../"):
+            source[0] = source[0].replace(f"]({up}../{path}", f"]({up}{page}")
 
 
 def _open_to_all(_app: Sphinx, _page: str, _template: str, context: Any, _tree: object) -> None:

@@ -65,3 +65,19 @@ def test_readme_tells_of_anchor_what_the_admission_found() -> None:
     names = "trained", "trained blind", "open loop", "oracle"
     shares = ", ".join(f"{100 * found[name]['success'][0]:.1f}" for name in names)
     assert f"| {shares} % |" in text_of("README.md")
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "agents/scores").glob("admission-*.json")))
+def test_tables_of_all_environments_tell_what_the_admissions_found(path: Path) -> None:
+    found: Any = json.loads(path.read_text(encoding="utf-8"))
+    name = found["id"].removeprefix("MagFold/").removesuffix("-v0")
+
+    def told(page: str, *contestants: str) -> None:
+        (row,) = (cells for cells in rows(page) if cells[0] == f"`{name}`")
+        for contestant in contestants:
+            rate, low, high = (100 * each for each in found["rows"][contestant]["success"])
+            share = f"{rate:.1f} % ({low:.1f}–{high:.1f})".replace("100.0", "100")
+            assert share in " ".join(row), contestant
+
+    told("docs/environments/index.md", "trained", "open loop")
+    told("agents/README.md", "trained", "open loop", "oracle")
