@@ -182,7 +182,7 @@ def admission(env_id: str) -> Iterator[str]:
     yield f"Headroom, oracle less policy, is {_points(found['headroom'])}: **{found['verdict']}**."
     yield "[What the rows mean](../evaluation.md#admission). The command:"
     yield ""
-    yield f"```bash\n{found['provenance']['command']}\n```"
+    yield f"```text\n{found['provenance']['command']}\n```"
 
 
 def _contestants(found: Any) -> Iterator[tuple[str, ...]]:

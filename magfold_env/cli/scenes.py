@@ -87,8 +87,11 @@ def _show_keys() -> None:
 
 def page() -> str:
     """Return the page that lists all keys, as Markdown."""
-    rows = [_HEADINGS, ("---",) * len(_HEADINGS)]
-    rows += [(f"`{key.key}`", *key[1:]) for key in scene_keys()]
+    # Without a column of units, so that there is room for what keys mean.
+    rows = [("key", "may be", "default", "meaning"), ("---",) * 4]
+    for key in scene_keys():
+        unit = f" [{key.unit}]" if key.unit else ""
+        rows.append((f"`{key.key}`", key.allowed + unit, key.default, key.meaning))
     lines = ("| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows)
     return _PAGE + "".join(f"{line}\n" for line in lines)
 
