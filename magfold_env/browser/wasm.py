@@ -28,14 +28,13 @@ from numba.core import types
 
 from magfold_env.engine import elementary
 from magfold_env.engine.compile import deferred, jit
+from magfold_env.files import pip_install
 
 TRIPLE = "wasm32-unknown-unknown"
 FEATURES = "+bulk-memory,+nontrapping-fptoint,+sign-ext,+mutable-globals,+simd128"
 STACK = 256 * 1024  # bytes
 LINKERS = ("wasm-ld", "wasm-ld-22", "wasm-ld-21", "wasm-ld-20", "wasm-ld-19")
-NO_LINKER = (
-    "needs a linker for WebAssembly: pip install -e '.[browser]' in a checkout, or lld of Debian"
-)
+NO_LINKER = f"needs a linker for WebAssembly: {pip_install('browser')}, or Debian's package lld"
 
 _KINDS = {"int64": ("i64", "i32"), "float64": ("double", "double")}  # in kernels, and outside
 # The upper half of a product of 64 bits, for quotients by constants: in halves of 32 bits.
