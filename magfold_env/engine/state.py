@@ -342,6 +342,26 @@ class Boxes(NamedTuple):
 
 
 @by_pointer
+class Sweep(NamedTuple):
+    """Scratch space of `engine.contact.sweep`, where a motion takes a time of 1.
+
+    A look has a slot each: the first one, and two that take turns.
+    """
+
+    path: Annotated[Array, 4, "n + 2"]  # coefficients of the coordinates' changes [rad, m]
+    turn: PerBody  # bounds of headings' rates [rad]
+    twist: PerBody  # and of their accelerations
+    way: PerBody  # bounds of the centres' speeds [m]
+    bend: PerBody  # and of their accelerations
+    turns: PerBody  # sums of the bounds of joints' rates, up to each component's inner joint [rad]
+    twists: PerBody  # and of those of their accelerations
+    x: Annotated[Array, 3, "n"]  # centres of the squares [m]
+    y: Annotated[Array, 3, "n"]
+    c: Annotated[Array, 3, "n"]  # their first axes
+    s: Annotated[Array, 3, "n"]
+
+
+@by_pointer
 class Rows(NamedTuple):
     """Constraints: joint stops, then contacts, then three a component that friction may hold."""
 
@@ -434,6 +454,7 @@ class Work(NamedTuple):
     chain: Recursion
     stages: Stages
     boxes: Boxes
+    sweep: Sweep
     rows: Rows
     friction: Friction
     moreau: Moreau

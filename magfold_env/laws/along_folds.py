@@ -1,4 +1,4 @@
-"""What must hold after every step of a fold: no overlap, no joint past its stop, no new energy."""
+"""The states of a fold after every step, and its energies there."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +12,6 @@ from magfold_env.engine import entries as at
 from magfold_env.engine.outcomes import CAPPED
 from magfold_env.engine.state import Model
 from magfold_env.laws import mechanics
-from magfold_env.laws.overlap import beyond_bore, deepest_overlaps
 from magfold_env.scene import Scene
 from magfold_env.simulation.session import Session
 
@@ -97,24 +96,6 @@ class Motion:
     """Components that are out of the tube, shape (m,)."""
     finite: bool
     """Whether nothing broke down."""
-
-    @cached_property
-    def overlap(self) -> float:
-        """Deepest overlap, as a share of the side."""
-        deep = deepest_overlaps(self.scene, self.angles, self.base, self.released)
-        return float(deep.max(initial=0.0)) / self.scene.casing.side
-
-    @cached_property
-    def beyond_bore(self) -> float:
-        """How far what the tube held reached beyond its inner wall, as a share of the side."""
-        far = beyond_bore(self.scene, self.angles, self.base, self.released)
-        return float(far.max(initial=0.0)) / self.scene.casing.side
-
-    @cached_property
-    def past_stop(self) -> float:
-        """How far a joint was beyond a right angle [rad]."""
-        joints = np.abs(np.diff(self.angles, axis=1))
-        return float((joints - np.pi / 2.0).max(initial=0.0))
 
     @cached_property
     def kinetic(self) -> Floats:

@@ -47,13 +47,25 @@ class Boxes(NamedTuple):
         return Boxes(self.centre[chosen], self.turn[chosen], self.half[chosen])
 
 
-def deepest_overlaps(
-    scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]
-) -> Floats:
-    """Return the deepest overlap of two casings, or of a casing and an obstacle [m]; 0 if none.
+class Depths(NamedTuple):
+    """How deep things lie in each other in m states [m]; 0 where they are apart."""
 
-    Components that the tube holds are guided by it, so obstacles are for the others; between these
-    and all that is held, but for the two components next to the mouth, there are the tube's walls.
+    casings: Floats
+    """The deepest overlap of two casings, shape (m,)."""
+    solids: Floats
+    """That of a casing and each of the scene's solids, shape (m, solids)."""
+
+    @property
+    def deepest(self) -> Floats:
+        """The deepest of all, shape (m,)."""
+        return np.maximum(self.casings, self.solids.max(axis=1, initial=0.0))
+
+
+def depths(scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]) -> Depths:
+    """Return how deep casings lie in each other and in what does not move.
+
+    The tube guides the components that it holds, so solids concern only the others. The tube's
+    walls lie between these and all held components but the two next to the mouth.
 
     Parameters
     ----------
@@ -63,21 +75,15 @@ def deepest_overlaps(
         Outer hinge of component 1 [m], shape (m, 2).
     released
         Components that are out of the tube, shape (m,).
-
-    Returns
-    -------
-    (m,) array
     """
-    worst = np.zeros(len(angles))
+    solids = obstacles(scene)
+    found = Depths(np.zeros(len(angles)), np.zeros((len(angles), len(solids))))
     side, radius = scene.casing.side, scene.casing.corner_radius
     places = centres(angles, side, base)
 
     def cores(frame: npt.NDArray[np.intp], component: npt.NDArray[np.intp]) -> Boxes:
         half = np.full((len(frame), 2), 0.5 * side - radius)
         return Boxes(places[frame, component], angles[frame, component] + TO_FACE, half)
-
-    def deepen(frame: npt.NDArray[np.intp], depth: Floats) -> None:
-        np.maximum.at(worst, frame, depth)
 
     free = order_in_feed(scene) < released[:, None]
     inside = order_in_feed(scene) > released[:, None] + 1
@@ -88,20 +94,20 @@ def deepest_overlaps(
         walled = (inside[:, apart:] & free[:, :-apart]) | (free[:, apart:] & inside[:, :-apart])
         frame, i = np.nonzero((away2 < reach2) & ~walled)
         gap = separation(cores(frame, i), cores(frame, i + apart), 2.0 * radius)
-        deepen(frame, 2.0 * radius - gap)
-    for obstacle, edge in obstacles(scene):
-        near = ((places - obstacle.centre) @ obstacle.axes[0].T) ** 2
-        within = (near < (obstacle.half + 0.5 * scene.casing.diagonal) ** 2).all(axis=2)
+        np.maximum.at(found.casings, frame, 2.0 * radius - gap)
+    for k, (solid, edge) in enumerate(solids):
+        near = ((places - solid.centre) @ solid.axes[0].T) ** 2
+        within = (near < (solid.half + 0.5 * scene.casing.diagonal) ** 2).all(axis=2)
         frame, i = np.nonzero(free & within)
-        alike = obstacle.of(np.zeros(len(frame), dtype=np.intp))
+        alike = solid.of(np.zeros(len(frame), dtype=np.intp))
         gap = separation(cores(frame, i), alike, radius + edge)
-        deepen(frame, radius + edge - gap)
-    return worst
+        np.maximum.at(found.solids[:, k], frame, radius + edge - gap)
+    return found
 
 
 def deepest_overlap(scene: Scene, angles: Floats, base: Floats, released: int) -> float:
-    """Return `deepest_overlaps` of one state: angles (n,), base (2,)."""
-    return float(deepest_overlaps(scene, angles[None], base[None], np.array([released]))[0])
+    """Return the deepest overlap [m] of one state: angles (n,), base (2,); 0 if there is none."""
+    return float(depths(scene, angles[None], base[None], np.array([released])).deepest[0])
 
 
 def order_in_feed(scene: Scene) -> npt.NDArray[np.intp]:
@@ -115,7 +121,7 @@ def beyond_bore(
 ) -> Floats:
     """Return how far casings that the tube holds reach beyond its inner wall at most [m], (m,).
 
-    Arguments are as for `deepest_overlaps`. Corners are sharp.
+    Arguments are as for `depths`. Corners are sharp.
     """
     turn = angles + TO_FACE
     half_height = 0.5 * scene.casing.side * (np.abs(np.cos(turn)) + np.abs(np.sin(turn)))

@@ -18,7 +18,7 @@ from magfold_env.scene import (
     channel,
     funnel,
 )
-from magfold_env.shapes import overlaps
+from magfold_env.shapes import centres, headings, overlaps
 
 T = TypeVar("T")
 
@@ -247,6 +247,74 @@ def crowded(source: Source, n: int) -> Changes:
     return changes
 
 
+def tilted(source: Source) -> Scene:
+    """Draw floors tilted by up to 90°, with posts and plates from 0.2 mm on in the way."""
+    n = few(source)
+    tilt = source.pick((0.0, 0.5 * math.pi, source.number(0.0, 0.5 * math.pi)))
+    down = source.number(-math.pi, math.pi)
+    pull = Gravity().normal * math.sin(tilt)
+    changes: Changes = {
+        "gravity": {
+            "normal": Gravity().normal * math.cos(tilt),
+            "in_plane": (pull * math.cos(down), pull * math.sin(down)),
+        },
+        "friction": source.pick((0.0, 0.2, source.number(0.0, 0.6))),
+        **mounted(source),
+    }
+    if source.integer(0, 2) == 0:
+        changes["magnets"] = None
+    alone = scene(source, n, **changes)
+    built = source.pick(((), channel_around(source, n), chamber_around(source, n)))
+    solids = [*built, *(post(source, n) for _ in range(source.integer(1, 8)))]
+    return alone.replace(obstacles=[each for each in solids if leaves_room(each, alone)])
+
+
+def post(source: Source, n: int) -> Rectangle:
+    """Draw a post, or a plate, somewhere around a chain."""
+    pitch = Casing().diagonal
+    thick = logarithmic(source, 2e-4, 0.01)
+    long = source.pick((thick, source.number(1.0, 4.0) * pitch))
+    around = (source.number(-2.0, n + 3.0) * pitch, source.number(-5.0, 5.0) * pitch)
+    return Rectangle(position=around, size=(long, thick), heading=source.number(-math.pi, math.pi))
+
+
+def channel_around(source: Source, n: int) -> tuple[Rectangle, ...]:
+    """Draw a channel along the straight chain."""
+    pitch, wall = Casing().diagonal, logarithmic(source, 2e-4, 0.01)
+    wide = pitch * source.number(1.01, 3.0)
+    return channel((1.1 * pitch, 0.0), ((n + source.number(1.0, 4.0)) * pitch, 0.0), wide, wall)
+
+
+def chamber_around(source: Source, n: int) -> tuple[Rectangle, ...]:
+    """Draw a chamber in front of a tube's mouth."""
+    pitch, wall = Casing().diagonal, logarithmic(source, 2e-4, 0.01)
+    opening = pitch * source.number(1.01, 2.0)
+    high = opening + 2.0 * source.number(0.1, 3.0) * pitch
+    corner = (1.1 * pitch + wall, -0.5 * high)
+    return chamber(corner, (source.number(1.0, n + 1.0) * pitch, high), opening, wall)
+
+
+def leaves_room(solid: Rectangle, alone: Scene) -> bool:
+    """Whether a solid is clear of where a chain begins, and of a tube's bore."""
+    casing = alone.casing
+    if alone.mount == "tube":
+        half = 0.5 * alone.bore + alone.feed.wall
+        deep = -(alone.n + 1.0) * casing.diagonal
+        bore = np.array(
+            [(deep, -half), (casing.diagonal, -half), (casing.diagonal, half), (deep, half)]
+        )
+        return not solid.overlaps(bore)
+    assert alone.start_angles is not None
+    turns = headings(alone.start_angles)
+    for centre, turn in zip(centres(turns, casing.side), turns, strict=True):
+        square = Rectangle(
+            position=tuple(centre), size=(casing.side, casing.side), heading=turn + 0.25 * math.pi
+        )
+        if solid.overlaps(square.corners):
+            return False
+    return True
+
+
 def shaken(source: Source, n: int) -> Changes:
     """Draw trains of bumps, from soft and frequent ones to few that throw a chain about."""
     bumps = {
@@ -373,14 +441,15 @@ def marathon(source: Source) -> Scene:
 
 
 KINDS: dict[str, Kind] = {
-    "ordinary": Kind("what users simulate, 1 to 12 components", ordinary, 12),
-    "masses": Kind("masses a million times apart", changed(uneven), 7),
-    "friction": Kind("friction 0, 10 and all orders between", changed(rubbing), 7),
-    "feed": Kind("feed of 0.1 mm/s to 10 m/s", changed(hurried), 7),
+    "ordinary": Kind("what users simulate, 1 to 12 components", ordinary, 11),
+    "masses": Kind("masses a million times apart", changed(uneven), 6),
+    "friction": Kind("friction 0, 10 and all orders between", changed(rubbing), 6),
+    "feed": Kind("feed of 0.1 mm/s to 10 m/s", changed(hurried), 6),
     "retraction": Kind("feeds that go back and forth", changed(retracted), 8),
     "obstacles": Kind("rectangles, channels, chambers and funnels", changed(crowded), 6),
+    "tilted": Kind("tilted floors, posts from 0.2 mm on", tilted, 6),
     "bumps": Kind("bumps of 0.01 mm/s to 1 m/s", changed(shaken), 5),
-    "remanence": Kind("0 to 1.5 T, magnet by magnet", changed(strong), 7),
+    "remanence": Kind("0 to 1.5 T, magnet by magnet", changed(strong), 6),
     "gaps": Kind("magnets 10 µm apart, all kinds of corners", changed(rounded), 6),
     "stops": Kind("starts at the stops", changed(at_stops), 6),
     "overlapping": Kind("overlapping starts", overlapping, 3),
@@ -389,6 +458,6 @@ KINDS: dict[str, Kind] = {
     "fields": Kind("fields, fixed magnets, gravity in the plane", changed(outside), 5),
     "paper": Kind("the paper's solver, steps up to 20 ms", paper, 3),
     "long": Kind("13 to 1,000 components, 60 steps", long, 1),
-    "mixed": Kind("all of these at once", changed(mixed), 7),
+    "mixed": Kind("all of these at once", changed(mixed), 6),
     "marathon": Kind("ten million steps of a pendulum", marathon, 0),
 }

@@ -11,6 +11,7 @@ from magfold_env.engine.magnets.laws import COULOMB
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.laws import mechanics
 from magfold_env.laws.along_folds import Motion, follow
+from magfold_env.laws.dense import Inside, look_inside
 from magfold_env.laws.overlap import deepest_overlap
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, headings
@@ -23,7 +24,8 @@ LOOKS = 10_000  # states of a run that are kept at most
 SETTLED = (FoldStatus.FOLDED, FoldStatus.MISFOLDED)
 STOPPED = (FoldStatus.HELD, FoldStatus.JAMMED)
 REFUSAL = "overlap at the start"
-DEEPEST = 1e-3  # overlap, share of the side, at tolerances up to the default
+USUAL = 1e-4  # [rad] the default tolerance
+DEEPEST, THINNEST = 1e-3, 1e-2  # overlap at it: shares of the side and of a solid's thickness
 SURELY, HARDLY = 2e-3, 5e-4  # overlaps that are refused, and that are not; 1e-3 is the bound
 WITHIN = 1e-9  # of the side: held casings beyond the bore
 LEAST = 1e-7  # [rad] beyond a stop, at the tightest tolerances
@@ -46,9 +48,12 @@ def check(scene: Scene) -> Verdict:
     stride = scene.solver.max_steps if paper else max(1, scene.solver.max_steps // LOOKS)
     motion, session = follow(scene, stride)
     stepped, fold = session.fold(), simulate(scene)
+    inside, recorded = look_inside(scene)
     verdict.status, verdict.message = fold.status.value, fold.message
     same = identical(stepped, fold)
     verdict.require("determinism", same, "another run, stopped at every step, ends otherwise")
+    same = np.array_equal(recorded.angles, fold.angles, equal_nan=True)
+    verdict.require("determinism", same, "another run, recorded on its way, ends otherwise")
     check_refusal(scene, fold, verdict)
     if fold.status is FoldStatus.FAILED:
         if paper:
@@ -61,7 +66,8 @@ def check(scene: Scene) -> Verdict:
     check_status(fold, motion, verdict)
     if paper:
         return verdict
-    check_limits(motion, verdict)
+    check_inside(scene, inside, verdict)
+    check_energies(motion, verdict)
     check_rest(fold, motion, verdict)
     check_symmetries(scene, fold, verdict)
     return verdict
@@ -106,16 +112,25 @@ def poles_meet(scene: Scene) -> bool:
     return scene.magnets is not None and not solid
 
 
-def check_limits(motion: Motion, verdict: Verdict) -> None:
-    """Ask that nothing penetrates, joints keep to their stops, and nothing comes from nowhere."""
-    scene, tolerance = motion.scene, motion.scene.solver.tolerance
+def check_inside(scene: Scene, inside: Inside, verdict: Verdict) -> None:
+    """Ask that nothing penetrates or passes through, and that joints keep to their stops."""
+    tolerance = scene.solver.tolerance
     if scene.contact:
-        verdict.bound("no penetration", motion.overlap, max(DEEPEST, 10.0 * tolerance))
-        verdict.bound("joint stops", motion.past_stop, max(LEAST, tolerance))
+        loose = max(1.0, tolerance / USUAL)
+        verdict.bound("no penetration", inside.casings, DEEPEST * loose, "casings")
+        verdict.bound("no penetration", inside.solids, DEEPEST * loose, "solids")
+        verdict.bound("no penetration", inside.thin, THINNEST * loose, "share of a thickness")
+        verdict.require("no crossing", inside.crossings == 0, f"{inside.crossings} times")
+        verdict.bound("joint stops", inside.past_stop, max(LEAST, tolerance))
     if scene.mount == "tube":
         # What is held again lies where contacts left it.
         allowed = WITHIN if scene.feed.schedule is None else DEEPEST
-        verdict.bound("held within the bore", motion.beyond_bore, allowed)
+        verdict.bound("held within the bore", inside.beyond_bore, allowed)
+
+
+def check_energies(motion: Motion, verdict: Verdict) -> None:
+    """Ask that neither energy nor momentum comes from nowhere."""
+    scene = motion.scene
     if poles_meet(scene):
         verdict.notes.append("poles that meet")
     else:

@@ -6,6 +6,7 @@ from typing import get_args
 
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.along_folds import follow
+from magfold_env.laws.dense import look_inside
 from magfold_env.laws.random_scenes import random_scene
 from tests.laws.free_motion import Kind, momentum_errors, reversal_error
 
@@ -32,7 +33,7 @@ class Law:
 
 
 def along_folds(seeds: Iterable[int]) -> list[Law]:
-    """Look at every step of the random scenes; passivity is judged with friction only."""
+    """Look at and inside every step of random scenes; passivity is judged with friction only."""
     overlap = Law("overlap, share of the side", 1e-3)
     past = Law("joint past its stop [rad]", 1e-3)
     rise = Law("rise of the energy, friction, no feed", 1e-5)
@@ -42,8 +43,9 @@ def along_folds(seeds: Iterable[int]) -> list[Law]:
     for seed in seeds:
         scene = random_scene(seed)
         motion, session = follow(scene)
-        overlap.add(seed, motion.overlap)
-        past.add(seed, motion.past_stop)
+        inside, _ = look_inside(scene)
+        overlap.add(seed, max(inside.casings, inside.solids))
+        past.add(seed, inside.past_stop)
         (rise if scene.friction > 0.0 else smooth).add(seed, motion.rise)
         failed.add(seed, float(session.status is FoldStatus.FAILED))
         not_finite.add(seed, float(not motion.finite))

@@ -7,6 +7,7 @@ a little and final angles of misfolds by tenths of a degree.
 import numpy as np
 import pytest
 
+from magfold_env.laws.dense import look_inside
 from magfold_env.scene import load_scene
 from magfold_env.simulation.simulate import simulate
 from tests.reference import simulation as reference
@@ -24,7 +25,9 @@ def compare(number, direction, seed, step, after):
 
 
 def compare_scene(scene, step, after, hard=1.0, within=0.01, creep=SLOW):
-    fold = simulate(scene, frame_rate=240.0)
+    fold, (inside, _) = simulate(scene, frame_rate=240.0), look_inside(scene)
+    assert max(inside.casings, inside.solids) < 1e-3
+    assert inside.past_stop < scene.solver.tolerance
     assert abs(fold.push_peak) < scene.feed.force_limit  # the reference's drive never slips
     slow = reference.simulate(scene, step=step, after=after, hard=hard)
     assert slow.speed < creep  # at rest but for the creep

@@ -8,6 +8,7 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.laws.along_folds import follow
+from magfold_env.laws.dense import look_inside
 from magfold_env.simulation.session import Session
 
 SEQUENCE = mf.load_scene("paper/sequence-3").sequence
@@ -104,8 +105,10 @@ def test_laws_hold_under_bumps(mount: str) -> None:
     scene = scene.replace(
         bumps={"rate": 100.0, "speed": 0.3, "seed": 2}, feed={"speed": 0.3}, duration=0.3
     )
-    motion, _ = follow(scene.draw(np.random.default_rng(0)))
+    scene = scene.draw(np.random.default_rng(0))
+    motion, _ = follow(scene)
     assert motion.finite
-    assert motion.overlap < 1e-3
-    assert motion.past_stop < 1e-7
     assert motion.rise < 1e-3
+    inside, _ = look_inside(scene)
+    assert inside.casings < 1e-3
+    assert inside.past_stop < scene.solver.tolerance

@@ -9,7 +9,8 @@ import pytest
 
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.laws.along_folds import Motion, follow
-from magfold_env.scene import Scene
+from magfold_env.laws.dense import Judge, States
+from magfold_env.scene import Rectangle, Scene
 from magfold_env.shapes import headings
 from magfold_env.stress import laws, symmetries
 from magfold_env.stress.verdict import Verdict
@@ -31,7 +32,16 @@ def broken(verdict: Verdict) -> set[str]:
 
 def limits(motion: Motion) -> set[str]:
     verdict = Verdict()
-    laws.check_limits(motion, verdict)
+    laws.check_energies(motion, verdict)
+    return broken(verdict)
+
+
+def inside(motion: Motion) -> set[str]:
+    """Return the laws that the states of a motion break."""
+    judge, verdict = Judge(motion.scene), Verdict()
+    moving = motion.rates, motion.base, motion.base_velocity
+    judge.look(States(motion.angles, *moving, motion.released))
+    laws.check_inside(motion.scene, judge.worst, verdict)
     return broken(verdict)
 
 
@@ -52,18 +62,30 @@ def test_overlaps_and_joints_past_their_stops_are_found(ended: tuple[Motion, Fol
     motion, _ = ended
     angles = motion.angles.copy()
     angles[-1] = [0.0, 1.6, 3.2, 4.8]
-    assert limits(motion) == set()
-    assert {"no penetration", "joint stops"} <= limits(replace(motion, angles=angles))
+    assert inside(motion) == set()
+    assert {"no penetration", "joint stops"} <= inside(replace(motion, angles=angles))
+
+
+def test_what_passes_a_thin_plate_between_looks_is_found(ended: tuple[Motion, Fold]) -> None:
+    motion, _ = ended
+    plate = Rectangle(position=(0.0, 0.05), size=(0.1, 2e-4))
+    scene = SCENE.replace(obstacles=(plate,))
+    base = motion.base.copy()
+    base[-1] += [0.0, 0.1]
+    assert inside(replace(motion, scene=scene)) == set()
+    assert inside(replace(motion, scene=scene, base=base)) == {"no crossing"}
+    base[-1] = motion.base[-1] + [0.0, 0.05]
+    assert "no penetration" in inside(replace(motion, scene=scene, base=base))
 
 
 def test_what_a_tube_holds_through_its_wall_is_found() -> None:
     feed: dict[str, Any] = {"speed": 0.3, "bore": 1.001 * SCENE.casing.diagonal}
     tube = SCENE.replace(mount="tube", feed=feed, start_angles=None).draw(np.random.default_rng(0))
     motion, _ = follow(tube)
-    assert limits(motion) == set()
+    assert inside(motion) == set()
     # Component 4 is the last one inside.
     angles = motion.angles + np.array([0.0, 0.0, 0.0, 0.1])
-    assert "held within the bore" in limits(replace(motion, angles=angles))
+    assert "held within the bore" in inside(replace(motion, angles=angles))
 
 
 def test_energy_and_momentum_from_nowhere_are_found() -> None:
@@ -80,7 +102,7 @@ def test_energy_and_momentum_from_nowhere_are_found() -> None:
 def test_of_poles_that_may_meet_no_energy_is_asked() -> None:
     motion, _ = follow(SLIDING.replace(contact=False, duration=0.01))
     verdict = Verdict()
-    laws.check_limits(motion, verdict)
+    laws.check_energies(motion, verdict)
     assert verdict.notes == ["poles that meet"]
     assert "momentum" in verdict.worst
     assert "passivity" not in verdict.worst

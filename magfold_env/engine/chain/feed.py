@@ -391,15 +391,16 @@ def next_mark(model: Model, state: State) -> float:
 @kernel
 def pass_mark(model: Model, state: State, work: Work) -> None:
     """Do what happens where the base is now: at the feed's next mark."""
-    n, mark = model.n, state.feed[at.NEXT]
+    n, mark = model.n, float(state.feed[at.NEXT])
     inward = state.feed[at.WAY] < 0.0
+    if abs(state.q[n] - mark) <= MARK_WITHIN:
+        state.q[n] = mark  # but for rounding it is there; a drive that slips may have come farther
     if not inward and mark > 0.0:
         release(model, state)
         if state.counter[at.LO] == 0:
             state.counter[at.SLIPPING] = 0
             carry(model, state, work)
         return
-    state.q[n] = mark
     state.counter[at.FRESH] = 1
     if inward and is_at_stop(model, state):
         stop(model, state, work)
@@ -462,11 +463,12 @@ def potential_of(model: Model, state: State, work: Work) -> float:
 def release(model: Model, state: State) -> None:
     """Release the outermost held component; no velocity jumps.
 
-    The base moves to its inner hinge, which is now at the mouth.
+    The base moves to its inner hinge, which is now at the mouth or, if the drive slips, a little
+    beyond.
     """
     n, i = model.n, state.counter[at.LO] - 1
-    state.q[n] = 0.0
-    s, _ = sincos(float(state.q[i]))
+    s, c = sincos(float(state.q[i]))
+    state.q[n] -= model.bodies.length[i] * c
     state.q[n + 1] -= model.bodies.length[i] * s
     state.v[i] = 0.0
     state.lock[i] = 0

@@ -3,7 +3,7 @@
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated, feed
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.contact import boxes, constraints, jacobian
+from magfold_env.engine.contact import boxes, constraints, jacobian, sweep
 from magfold_env.engine.contact.complementarity import solve_nonnegative
 from magfold_env.engine.state import Array, Model, State, Work, copy
 from magfold_env.engine.stepping.dynamics import apply_multipliers, lost, rate_of
@@ -27,8 +27,19 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
     for k in range(constraints.first_joint(lo), model.n):
         if state.lock[k] == 0:
             worst = min(worst, jacobian.HALF_PI - abs(q[k] - q[k - 1]))
-    if model.n <= boxes.APART and model.obstacles.shape[0] == 0:
-        return worst
+    return min(worst, square_margin(model, state, q, work)) if may_collide(model) else worst
+
+
+@inlined
+def may_collide(model: Model) -> bool:
+    """Whether any squares could ever touch each other or a solid."""
+    return model.n > boxes.APART or model.obstacles.shape[0] > 0
+
+
+@kernel
+def square_margin(model: Model, state: State, q: Array, work: Work) -> float:
+    """As `margin`, of squares alone."""
+    lo, worst = state.counter[at.LO], 1.0
     constraints.place_touching(lo, model, q, work)
     for i in range(boxes.first_box(lo), model.n):
         j = boxes.next_partner(model, lo, i, i)
@@ -52,12 +63,11 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
 
     `STALLED` if something touches that hardly parted: a matter for `moreau_step`.
 
-    Bracketed at the ends and the middle of the step, then located by the Illinois method on the
-    dense output, which costs no forces.
+    Looked for at the middle and the end of the step, and where `sweep` finds that something may
+    touch in between; then located on the dense output, which costs no forces.
     """
     low, at_low = 0.0, 1.0
-    high = 0.0
-    at_high = 1.0
+    high, at_high = 0.0, 1.0
     for k in range(1, 3):
         high = 0.5 * k
         interpolate(state.q, work.stages.slope_q, step, high, work.stages.q)
@@ -65,10 +75,34 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
         if at_high < 0.0:
             break
         low, at_low = high, at_high
+    found = 1.0
+    if at_high < 0.0:
+        if low == 0.0:
+            at_low = margin(model, state, state.q, work)
+        found = locate(model, state, step, low, at_low, high, at_high, work)
+        if found == STALLED:
+            return STALLED
+    sweep.follow_step(state.counter[at.LO], model, step, found, work)
+    low, high, at_high = first_missed(model, state, True, work)
     if at_high >= 0.0:
-        return 1.0
-    if low == 0.0:
-        at_low = margin(model, state, state.q, work)
+        return found
+    interpolate(state.q, work.stages.slope_q, step, low * found, work.stages.q)
+    at_low = margin(model, state, work.stages.q, work)
+    if at_low < NEAR_ENOUGH:
+        # Up to there something may have sunk in by as little as goes unseen.
+        low, at_low = 0.0, margin(model, state, state.q, work)
+    return locate(model, state, step, low * found, at_low, high * found, at_high, work)
+
+
+@kernel
+def locate(
+    model: Model, state: State, step: float, low: float, at_low: float, high: float,
+    at_high: float, work: Work,
+) -> float:  # fmt: skip
+    """Find the touch between two looks at the step's dense output by the Illinois method.
+
+    Nothing touches at the first, and something does at the second, where the margin is negative.
+    """
     if at_low < NEAR_ENOUGH:
         return STALLED if low == 0.0 else low
     left = at_low
@@ -91,6 +125,43 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
             at_low = at_low * 0.5 if kept == -1 else at_low
             kept = -1
     return low
+
+
+@kernel
+def first_missed(
+    model: Model, state: State, smooth: bool, work: Work
+) -> tuple[float, float, float]:
+    """Find the first touch on the way that `sweep` follows.
+
+    On the way of a ``smooth`` step joints' stops count too, and nothing new touches at its end.
+    Returns two shares of the way between which the touch is, and the margin at the second, which
+    is negative; it is not if nothing touches.
+    """
+    squares = may_collide(model) and sweep.may_meet(model, state, work)
+    begin, slot, last, width = 0.0, 0, 1, 1.0
+    if squares:
+        sweep.place_at(model, state, work, 0.0, 0)
+    while begin < 1.0:
+        end = min(begin + width, 1.0)
+        found = sweep.joints_clear(model, state, work, begin, end) if smooth else sweep.CLEAR
+        if squares and found != sweep.UNSURE:
+            sweep.place_at(model, state, work, end, last)
+            clear = sweep.squares_clear(model, state, work, begin, end, slot, last)
+            found = max(found, clear)
+        if found == sweep.UNSURE:
+            width = 0.5 * (end - begin)
+            continue
+        if found == sweep.GRAZES and not (smooth and end == 1.0):
+            sweep.coordinates_at(model, state, end, work.stages.q, work)
+            if smooth:
+                at_end = margin(model, state, work.stages.q, work)
+            else:
+                at_end = square_margin(model, state, work.stages.q, work)
+            if at_end < 0.0:
+                return begin, end, at_end
+        width = 2.0 * (end - begin)
+        begin, slot, last = end, last, 2 if last == 1 else 1
+    return 1.0, 1.0, 1.0
 
 
 @kernel

@@ -6,6 +6,7 @@ from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import is_free
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact.ahead import may_meet_solid
 from magfold_env.engine.contact.constraints import first_joint
 from magfold_env.engine.elementary import square
 from magfold_env.engine.friction import law
@@ -119,8 +120,8 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
 
     Either friction holds every component; or no joint turns and none will, because stops press
     with more than friction could lift, or because rates and accelerations are far below the
-    tolerance and the base does not move by itself. In a field from outside the whole chain must
-    be at rest.
+    tolerance and the base does not move by itself. In a field from outside, or where a solid may
+    still be met, the whole chain must be at rest.
     """
     lo, n = state.counter[at.LO], model.n
     free = is_free(lo, model)
@@ -133,19 +134,20 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
             return True
     # A pinned chain that nothing holds or pulls turns about its pin as a free one turns in space.
     spins = free or (model.pinned and not model.frictional and not pulled(model))
-    spins = spins and (n > 1 or free) and not model.field.present
+    spins = spins and (n > 1 or free)
     slow = 1e-3 * model.tolerance
     turning, speeding_up = relative_motion(lo, n, spins, state.v, acceleration, slow)
-    if free and model.field.present:
-        # Where a field from outside acts, a chain that moves on as one body may bend again.
-        for k in range(n, n + 2):
-            turning = max(turning, abs(state.v[k]) / model.side)
-            speeding_up = max(speeding_up, abs(acceleration[k]) / model.side)
     rounding = ROUNDING * square(model.rate_scale)
-    quiet = turning <= slow
-    quiet = quiet and speeding_up <= max(0.1 * model.tolerance, rounding)
-    if not quiet:
+    least = max(0.1 * model.tolerance, rounding)
+    if turning > slow or speeding_up > least:
         return False
+    if spins and (model.field.present or meets_solid(model, state, work)):
+        # Where a field acts, or a solid may be met, a chain that moves on as one body may bend
+        # again. That of the whole chain which takes a second for a tolerance does not count, for
+        # what lies on a solid without friction drifts along it.
+        turning, speeding_up = whole_motion(model, state.v), whole_motion(model, acceleration)
+        if turning > (slow if model.field.present else model.tolerance) or speeding_up > least:
+            return False
     if not free:
         # Contacts with the walls end as the base moves on.
         stays = lo == 0 or state.counter[at.PARKED] == 1
@@ -153,6 +155,23 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
     if not model.frictional:
         return True
     return stops_press(lo, model, state, work)
+
+
+@inlined
+def whole_motion(model: Model, v: Array) -> float:
+    """Largest rate or acceleration of the first component and of the base, in sides."""
+    n, side = model.n, model.side
+    return max(abs(v[0]), abs(v[n]) / side, abs(v[n + 1]) / side)
+
+
+@kernel
+def meets_solid(model: Model, state: State, work: Work) -> bool:
+    """As `ahead.may_meet_solid` of a chain that no tube holds."""
+    articulated.place(0, model.bodies, state.q, work.pose)
+    articulated.centre_velocities(
+        0, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
+    )
+    return may_meet_solid(model, state, work)
 
 
 @inlined

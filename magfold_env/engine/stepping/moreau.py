@@ -22,8 +22,16 @@ from magfold_env.engine.chain.momentum import (
     outer_force,
 )
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact import events, sweep
 from magfold_env.engine.contact.complementarity import solve_nonnegative
-from magfold_env.engine.contact.constraints import collect_within, hold_joints, open_joints
+from magfold_env.engine.contact.constraints import (
+    collect_within,
+    first_joint,
+    hold_joints,
+    open_joints,
+    place_touching,
+)
+from magfold_env.engine.contact.jacobian import HALF_PI
 from magfold_env.engine.elementary import square
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.solver import solve_with_friction
@@ -78,12 +86,7 @@ def moreau_step(
                 return outcomes.UNSOLVABLE
             h *= 0.25
             continue
-        moved, bent = 0.0, 0.0
-        for k in range(lo, n + 2):
-            turn = 0.5 * h * abs(moreau.new_v[k] - state.v[k])
-            moved = max(moved, turn if k < n else turn / model.side)
-            turn = 0.5 * h * h * abs(moreau.middle_smooth[k] - moreau.smooth[k])
-            bent = max(bent, turn if k < n else turn / model.side)
+        moved, bent = changes(model, state, work, h)
         if not math.isfinite(moved):
             return outcomes.BROKEN
         if bent > SHARE * model.tolerance and h > HOPELESS * finest:
@@ -91,10 +94,13 @@ def moreau_step(
             continue
         # What a force changes a step grows with its square; what an impact does, with its length.
         shorter = CAUTION * math.sqrt(SHARE * model.tolerance / max(moved, TINY))
-        if moved <= SHARE * model.tolerance or h <= finest:
+        if moved > SHARE * model.tolerance and h > finest:
+            h = max(min(max(shorter, 0.1), 0.8) * h, finest)
+            continue
+        go_to_end(model, state, work, h, 0.0 if rattles else 0.25)
+        if h <= HOPELESS * finest or not passes_by(model, state, work):
             break
-        h = max(min(max(shorter, 0.1), 0.8) * h, finest)
-    go_to_end(model, state, work, h, 0.0 if rattles else 0.25)
+        h *= 0.5
     impulse, lost = take_account(model, state, work, h)
     if drive_gives_way(model, state, work, h, impulse):
         return outcomes.TOUCHED
@@ -116,12 +122,46 @@ def moreau_step(
 
 
 @inlined
-def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> None:
-    """Find the end of a step whose second half is at the new velocity but for a share ``old``."""
-    moreau = work.moreau
-    copy(moreau.middle_q, moreau.new_q, 0)
+def changes(model: Model, state: State, work: Work, h: float) -> tuple[float, float]:
+    """By how much the change of velocity, and that of forces, moves things in a step at most.
+
+    In radians, and in sides of a square.
+    """
+    moreau, moved, bent = work.moreau, 0.0, 0.0
     for k in range(state.counter[at.LO], model.n + 2):
+        turn = 0.5 * h * abs(moreau.new_v[k] - state.v[k])
+        moved = max(moved, turn if k < model.n else turn / model.side)
+        turn = 0.5 * h * h * abs(moreau.middle_smooth[k] - moreau.smooth[k])
+        bent = max(bent, turn if k < model.n else turn / model.side)
+    return moved, bent
+
+
+@inlined
+def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> None:
+    """Find the end of a step whose second half is at the new velocity but for a share ``old``.
+
+    That share may lead a joint beyond its stop, where it is kept from going.
+    """
+    moreau, lo = work.moreau, state.counter[at.LO]
+    copy(moreau.middle_q, moreau.new_q, 0)
+    for k in range(lo, model.n + 2):
         moreau.new_q[k] += 0.5 * h * (moreau.new_v[k] + old * (state.v[k] - moreau.new_v[k]))
+    if model.contact:
+        for k in range(first_joint(lo), model.n):
+            angle = moreau.new_q[k] - moreau.new_q[k - 1]
+            if abs(angle) > HALF_PI:
+                moreau.new_q[k] = moreau.new_q[k - 1] + math.copysign(HALF_PI, angle)
+
+
+@inlined
+def passes_by(model: Model, state: State, work: Work) -> bool:
+    """Whether a step that is found meets squares or solids whose gaps it does not know of."""
+    if not (model.contact and events.may_collide(model)):
+        return False
+    lo, new_q = state.counter[at.LO], work.moreau.new_q
+    place_touching(lo, model, new_q, work)
+    sweep.follow_line(lo, model, state.q, new_q, work)
+    return events.first_missed(model, state, False, work)[2] < 0.0
 
 
 @inlined

@@ -1,21 +1,23 @@
-"""After every single step of random scenes: squares apart, joints within stops, numbers finite."""
+"""After and inside every step of random scenes: squares apart, joints within stops."""
 
 import pytest
 
 from magfold_env.fold import FoldStatus
 from magfold_env.laws.along_folds import SteppedSession, follow
+from magfold_env.laws.dense import look_inside
 from magfold_env.laws.random_scenes import random_scene
 from magfold_env.simulation.simulate import simulate
 
 DEEPEST = 1e-3  # share of the side
-FURTHEST = 1e-3  # [rad]
 
 
 def check(seed):
-    motion, session = follow(random_scene(seed))
+    scene = random_scene(seed)
+    motion, session = follow(scene)
     assert motion.finite, session.message
-    assert motion.overlap <= DEEPEST
-    assert motion.past_stop <= FURTHEST
+    inside, _ = look_inside(scene)
+    assert max(inside.casings, inside.solids) <= DEEPEST
+    assert inside.past_stop <= scene.solver.tolerance
     return session
 
 

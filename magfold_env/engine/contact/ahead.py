@@ -1,0 +1,124 @@
+"""Whether a chain that moves on as one body may still meet a solid."""
+
+import math
+
+from magfold_env.engine import entries as at
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.elementary import square
+from magfold_env.engine.state import Model, State, Work
+
+
+@kernel
+def may_meet_solid(model: Model, state: State, work: Work) -> bool:
+    """Whether a solid lies where a chain whose joints stay as they are may come to.
+
+    Bounds, not forecasts: True where nobody knows. Needs the pose and the centres' velocities.
+    """
+    if model.obstacles.shape[0] == 0:
+        return False
+    if model.pinned:
+        return meets_around(model, state, work)
+    slowing = math.inf
+    for i in range(model.n):
+        slowing = min(slowing, model.grip[i] / model.bodies.mass[i])
+    slowing -= math.sqrt(square(model.gravity_x) + square(model.gravity_y))
+    if model.frictional and slowing > 0.0:
+        return meets_while_stopping(model, state, work, slowing)
+    return meets_in_flight(model, work)
+
+
+@inlined
+def distance_to(model: Model, k: int, x: float, y: float) -> float:
+    """Distance of a point from solid k [m]; 0 inside."""
+    solid = model.obstacles[k]
+    dx, dy = x - solid[at.X], y - solid[at.Y]
+    edge = solid[at.RADIUS]
+    along = max(abs(solid[at.C] * dx + solid[at.S] * dy) - solid[at.A] - edge, 0.0)
+    across = max(abs(solid[at.C] * dy - solid[at.S] * dx) - solid[at.B] - edge, 0.0)
+    return math.sqrt(square(along) + square(across))
+
+
+@kernel
+def meets_around(model: Model, state: State, work: Work) -> bool:
+    """Whether a solid is within reach of a chain that turns about its pin."""
+    n, pose, x, y = model.n, work.pose, state.q[model.n], state.q[model.n + 1]
+    reach = 0.0
+    for i in range(n):
+        reach = max(reach, math.sqrt(square(pose.x[i] - x) + square(pose.y[i] - y)))
+    reach += 0.5 * model.bodies.length[0]
+    for k in range(model.obstacles.shape[0]):
+        if distance_to(model, k, x, y) <= reach:
+            return True
+    return False
+
+
+@inlined
+def centre_of_mass(model: Model, work: Work) -> tuple[float, float, float, float]:
+    """Place [m] and velocity [m/s] of a free chain's centre of mass."""
+    bodies, pose, centres = model.bodies, work.pose, work.centres
+    x, y, vx, vy, mass = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(model.n):
+        m = bodies.mass[i]
+        x, y, mass = x + m * pose.x[i], y + m * pose.y[i], mass + m
+        vx, vy = vx + m * centres.vx[i], vy + m * centres.vy[i]
+    return x / mass, y / mass, vx / mass, vy / mass
+
+
+@kernel
+def meets_while_stopping(model: Model, state: State, work: Work, slowing: float) -> bool:
+    """Whether friction may not stop a chain before it meets a solid.
+
+    Friction that slows all components down by ``slowing`` [m/s²] at least, tilt taken off, takes
+    all kinetic energy on a limited way. With S of `engine.friction.law`, the mean over the masses
+    of S is at least the speed of the centre of mass, and at least the arm times the spin.
+    """
+    bodies, pose, centres = model.bodies, work.pose, work.centres
+    energy, mass = 0.0, 0.0
+    for i in range(model.n):
+        m = bodies.mass[i]
+        energy += 0.5 * m * (square(centres.vx[i]) + square(centres.vy[i]))
+        energy += 0.5 * bodies.inertia[i] * square(state.v[i])
+        mass += m
+    way = energy / (mass * slowing)
+    turn = way / model.arm
+    x, y, _, _ = centre_of_mass(model, work)
+    for i in range(model.n):
+        away = math.sqrt(square(pose.x[i] - x) + square(pose.y[i] - y))
+        reach = 0.5 * model.bodies.length[0] + way + turn * away
+        for k in range(model.obstacles.shape[0]):
+            if distance_to(model, k, pose.x[i], pose.y[i]) <= reach:
+                return True
+    return False
+
+
+@kernel
+def meets_in_flight(model: Model, work: Work) -> bool:
+    """Whether a circle around a chain that nothing stops may come to a solid.
+
+    Where it falls, all that is not above the highest point it rises to is in its way; else all
+    that its circle touches on a straight line.
+    """
+    pose, radius = work.pose, 0.0
+    x, y, vx, vy = centre_of_mass(model, work)
+    for i in range(model.n):
+        radius = max(radius, math.sqrt(square(pose.x[i] - x) + square(pose.y[i] - y)))
+    radius += 0.5 * model.bodies.length[0]
+    pull = math.sqrt(square(model.gravity_x) + square(model.gravity_y))
+    speed = math.sqrt(square(vx) + square(vy))
+    # Downward, or the way it drifts.
+    cx, cy, behind = vx / max(speed, 1e-300), vy / max(speed, 1e-300), radius
+    if pull > 0.0:
+        cx, cy = model.gravity_x / pull, model.gravity_y / pull
+        behind += square(min(vx * cx + vy * cy, 0.0)) / (2.0 * pull)
+    elif speed == 0.0:
+        return False
+    for k in range(model.obstacles.shape[0]):
+        solid = model.obstacles[k]
+        dx, dy = solid[at.X] - x, solid[at.Y] - y
+        c, s = solid[at.C] * cx + solid[at.S] * cy, solid[at.C] * cy - solid[at.S] * cx
+        a, b = solid[at.A] + solid[at.RADIUS], solid[at.B] + solid[at.RADIUS]
+        ahead = dx * cx + dy * cy + a * abs(c) + b * abs(s)
+        beside = abs(dx * cy - dy * cx) - a * abs(s) - b * abs(c)
+        if ahead >= -behind and (pull > 0.0 or beside <= radius):
+            return True
+    return False

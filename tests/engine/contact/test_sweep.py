@@ -1,0 +1,161 @@
+"""No touch is missed between two looks: the sweep against a fine sampling of the same motion."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from magfold_env.engine import entries as at
+from magfold_env.engine.contact import events, sweep
+from magfold_env.engine.workspace import new_state, new_work
+from magfold_env.scene import Rectangle, Scene
+from magfold_env.simulation.pack import pack
+
+SIDE = 0.0125
+SAMPLES = 3000
+seeds = st.integers(0, 2**32 - 1)
+
+
+class Moving:
+    """A chain, some solids and a motion of it, all drawn."""
+
+    def __init__(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        self.n = int(rng.integers(1, 8))
+        self.thin = float(np.exp(rng.uniform(np.log(2e-4), np.log(0.01))))
+        solids = [
+            Rectangle(
+                position=tuple(rng.uniform([-0.02, -0.06], [0.018 * self.n + 0.02, 0.06])),
+                size=(float(rng.choice([self.thin, 0.03])), self.thin),
+                heading=float(rng.uniform(-math.pi, math.pi)),
+            )
+            for _ in range(int(rng.integers(0, 4)))
+        ]
+        angles = tuple(rng.uniform(-1.5, 1.5, self.n - 1))
+        scene = Scene(sequence=("----",) * self.n, magnets=None, start_angles=angles)
+        self.model = pack(scene.replace(obstacles=solids))
+        self.state = new_state(self.model, np.cumsum([rng.uniform(-3.0, 3.0), *angles]))
+        self.work = new_work(self.model)
+        scale = np.exp(rng.uniform(np.log(1e-3), 0.0)) * np.array([1.0, 0.3, 0.1, 0.03])
+        path = rng.normal(size=(4, self.n + 2)) * scale[:, None]
+        path[:, self.n :] *= 2.0 * SIDE
+        self.work.sweep.path[:] = path
+        sweep.find_bounds(0, self.model, self.work)
+
+    def coordinates(self, t: float) -> np.ndarray:
+        out = np.empty(self.n + 2)
+        sweep.coordinates_at(self.model, self.state, t, out, self.work)
+        return out
+
+    def margin(self, t: float) -> float:
+        """How far the nearest squares and joints are apart, negative if they are not."""
+        q = self.coordinates(t)
+        return float(events.margin(self.model, self.state, q, self.work))
+
+    def missed(self) -> tuple[float, float, float]:
+        # The boxes are to be placed anywhere on the way.
+        self.margin(1.0)
+        return events.first_missed(self.model, self.state, True, self.work)
+
+
+@settings(max_examples=60)
+@given(seeds)
+def test_what_a_fine_sampling_finds_is_not_missed(seed: int) -> None:
+    case = Moving(seed)
+    times = np.linspace(0.0, 1.0, SAMPLES)
+    margins = np.array([case.margin(t) for t in times])
+    if margins[0] < 0.0:
+        return
+    begin, end, value = case.missed()
+    # Joints are judged in radians, squares in sides; both may go past a little unseen.
+    deep = times[margins < -2.0 * max(sweep.SUNK, sweep.PAST * case.model.tolerance)]
+    if value < 0.0:
+        assert case.margin(end) == pytest.approx(value, abs=1e-12)
+        assert case.margin(begin) > -2.0 * sweep.SUNK
+        assert len(deep) == 0 or end <= deep[0] + 1.0 / SAMPLES
+    else:
+        # What touches at the end was looked at there.
+        assert len(deep) == 0 or margins[-1] < 0.0
+
+
+@settings(max_examples=60)
+@given(seeds)
+def test_bounds_hold_all_along_the_way(seed: int) -> None:
+    case = Moving(seed)
+    times = np.linspace(0.0, 1.0, 400)
+    states = np.array([case.coordinates(t) for t in times])
+    n, sweeps, length = case.n, case.work.sweep, float(case.model.bodies.length[0])
+    links = length * np.exp(1j * states[:, :n])
+    hinges = states[:, n] + 1j * states[:, n + 1]
+    centres = hinges[:, None] + np.cumsum(links, axis=1) - 0.5 * links
+    step = times[1] - times[0]
+    for values, first, second in (
+        (states[:, :n], sweeps.turn, sweeps.twist),
+        (centres, sweeps.way, sweeps.bend),
+    ):
+        rates = np.abs(np.diff(values, axis=0)) / step
+        bends = np.abs(np.diff(values, 2, axis=0)) / step**2
+        assert (rates.max(axis=0) <= first * (1.0 + 1e-9)).all()
+        assert (bends.max(axis=0) <= second * (1.0 + 1e-6) + 1e-9).all()
+    for i in range(n):
+        for j in range(i + 1, n):
+            seen = (centres[:, j] - centres[:, i]) * np.exp(-1j * states[:, i])
+            way, bend = sweep.between(case.model, case.work, i, j)
+            assert np.abs(np.diff(seen)).max() / step <= way * (1.0 + 1e-9)
+            assert np.abs(np.diff(seen, 2)).max() / step**2 <= bend * (1.0 + 1e-6) + 1e-9
+
+
+def parting(gap: float) -> Moving:
+    """A casing that leaves a plate on which it lies, as fast as it is wide."""
+    case = Moving(0)
+    plate = Rectangle(position=(0.0, -0.05), size=(1.0, 0.05))
+    scene = Scene(sequence=("----",), magnets=None, start_angles=(), obstacles=(plate,))
+    case.n, case.model = 1, pack(scene)
+    case.state, case.work = new_state(case.model, np.array([0.25 * math.pi])), new_work(case.model)
+    half = 0.5 * (1.0 - 1e-4) * SIDE
+    case.state.q[1:] = [-0.5 * SIDE, -0.025 + half + gap - 0.5 * SIDE]
+    case.work.sweep.path[:] = 0.0
+    case.work.sweep.path[0, 2] = SIDE
+    sweep.find_bounds(0, case.model, case.work)
+    return case
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-6])
+def test_what_parts_is_clear_at_the_first_look(gap: float) -> None:
+    case = parting(gap)
+    sweep.place_at(case.model, case.state, case.work, 0.0, 0)
+    sweep.place_at(case.model, case.state, case.work, 1.0, 1)
+    clear = sweep.squares_clear(case.model, case.state, case.work, 0.0, 1.0, 0, 1)
+    assert clear == sweep.CLEAR
+    assert case.missed()[2] > 0.0
+
+
+def test_a_touch_that_comes_and_goes_within_the_step_is_found() -> None:
+    case = parting(2e-3)
+    # Down by twice the gap and up again.
+    case.work.sweep.path[:, 2] = [-0.016, 0.016, 0.0, 0.0]
+    sweep.find_bounds(0, case.model, case.work)
+    assert case.margin(0.0) > 0.0
+    assert case.margin(1.0) > 0.0
+    begin, end, value = case.missed()
+    assert value < 0.0
+    touched = 0.5 * (1.0 - math.sqrt(0.5))
+    assert (begin, end) == pytest.approx((touched, touched), abs=2e-3)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-4])
+def test_a_joint_beyond_its_stop_within_the_step_is_found(gap: float) -> None:
+    scene = Scene(sequence=("----",) * 2, magnets=None)
+    model = pack(scene)
+    state, work = new_state(model, np.array([0.0, 0.5 * math.pi - gap])), new_work(model)
+    work.sweep.path[:, 1] = [0.01, -0.011, 0.0, 0.0]
+    sweep.find_bounds(0, model, work)
+    begin, _, value = events.first_missed(model, state, True, work)
+    assert value < 0.0
+    assert begin <= 1.1 * (gap + sweep.PAST * model.tolerance) / 0.01
+    work.sweep.path[:, 1] = [-0.01, -0.01, 0.0, 0.0]
+    sweep.find_bounds(0, model, work)
+    assert events.first_missed(model, state, True, work)[2] > 0.0
+    assert state.counter[at.LO] == 0
