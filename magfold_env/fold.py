@@ -61,8 +61,8 @@ class Trajectory:
     base_velocity: FloatArray
     """Velocity of component 1's outer hinge [m/s], shape (m, 2)."""
     push: FloatArray
-    """Force of the feed along the tube since the frame before [N], its mean, shape (m,); negative
-    where it pulls."""
+    """Mean force of the feed along the tube since the frame before [N], shape (m,); negative where
+    it pulls. The first frame holds the impulse that sets the chain in motion."""
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -114,8 +114,9 @@ class Fold:
     evaluations: int
     """Evaluations of the accelerations."""
     push_peak: float = 0.0
-    """Largest force of the feed along the tube [N], negative if it was a pull. Forces are those at
-    every time step; an impulse counts as spread over 1 ms, as it does for the drive's limit."""
+    """Largest mean force of the feed along the tube over a whole millisecond [N]. It is positive
+    where the feed pushes and negative where it pulls, and 0 without a tube. Impulses of impacts and
+    of changes of speed are included; that of setting the chain in motion at the start is not."""
     in_tube: int = 0
     """How many components the tube holds at the end."""
     trajectory: Trajectory | None = None

@@ -6,9 +6,10 @@
 # the feed knows what is asked of it, PARKED is 1 once it stands still for good, SLIPPING −1 or 1,
 # the sign of its force, while that is all the drive can do, and 2 while the pusher's stop keeps the
 # base from being pulled inward. STIFF is 1 while steps are Chebyshev's, and negative while so many
-# others must come before. DICE is where the random numbers of bumps are.
+# others must come before. DICE is where the random numbers of bumps are, MILLISECONDS how many
+# whole ones the drive's force has been averaged over.
 LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, MOREAU_LEFT, SECOND_STEPS = range(8)
-QUICK_TOUCHES, KEEP, FEEDING, STIFF, PARKED, SLIPPING, DICE = range(8, 15)
+QUICK_TOUCHES, KEEP, FEEDING, STIFF, PARKED, SLIPPING, DICE, MILLISECONDS = range(8, 16)
 
 # `State.clock`. BRAKE is how long the next step may be before a component stops, LAST_STEP 0 if
 # there is none to compare with, MARK when the base is at the feed's next mark, see `chain.feed`,
@@ -21,8 +22,9 @@ TIME, STEP, FRAME_TIME, BRAKE, SECOND, LAST_STEP, LAST_ERROR, MARK, END, BUMP = 
 DEPTH, NEXT, WAY, ASKED, SINCE = range(5)
 
 # `State.account`: the drive's IMPULSE on the chain [N·s] and the work done by it, by bumps and by
-# loading magnets at the mouth; what IMPACTS took [J]; and the PEAK of the drive's force [N].
-IMPULSE, FED, BUMPED, LOADED, IMPACTS, PEAK = range(6)
+# loading magnets at the mouth; what IMPACTS took [J]; the PEAK of the drive's mean forces [N], and
+# its impulse BEFORE the present millisecond.
+IMPULSE, FED, BUMPED, LOADED, IMPACTS, PEAK, BEFORE = range(7)
 
 # `Recursion.base`: the mass that goes along with the base while the drive slips, 0 while it does
 # not [kg], and its force then; what else pulls at what the tube holds [N].

@@ -9,7 +9,7 @@ ACCEPTED, TOUCHED, RATTLED, TOO_SHORT, BROKEN, UNSOLVABLE = range(6)
 
 # An integration.
 REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, FULL, JAMMED = range(9)
-RAN_AWAY = 9
+RAN_AWAY, LOCKED = 9, 11
 
 # A chain that had its time to settle and still moves.
 TIMED_OUT = 10

@@ -173,10 +173,10 @@ class State(NamedTuple):
     v: Coordinates  # their rates [rad/s, m/s]
     lock: IntPerBody  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not
     stuck: IntPerBody  # 1: held by friction
-    counter: Annotated[IntArray, 15]
+    counter: Annotated[IntArray, 16]
     clock: Annotated[Array, 10]  # [s]
     feed: Annotated[Array, 5]  # of its base and its drive
-    account: Annotated[Array, 6]  # of its energy
+    account: Annotated[Array, 7]  # of its energy
     waiting: Annotated[Array, "n", 4]  # charges that components get at the mouth [A·m]
     speed: PerBody  # of the feed while each component is in the mouth [m/s]; below 0 it pulls back
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from magfold_env.engine import outcomes
 from magfold_env.engine.state import Model
 from magfold_env.fold import FoldStatus
+from magfold_env.scene import Scene
 
 FOLDED_WITHIN = 0.05  # [rad] of ±90°
 BREAKDOWNS = {
@@ -13,6 +14,7 @@ BREAKDOWNS = {
     outcomes.UNDERFLOW: (FoldStatus.FAILED, "step size underflow {at}: tolerance out of reach"),
     outcomes.TOO_CROWDED: (FoldStatus.FAILED, "more contacts than there is room for {at}"),
     outcomes.JAMMED: (FoldStatus.JAMMED, "jammed {at}: the drive slipped for 0.1 s"),
+    outcomes.LOCKED: (FoldStatus.JAMMED, "jammed {at}: nothing gives way to a drive without limit"),
     outcomes.RAN_AWAY: (FoldStatus.FAILED, "ran away {at}: the feed drives what cannot give way"),
     outcomes.NO_SOLUTION: (FoldStatus.FAILED, "contact and friction forces not found {at}"),
     outcomes.NOT_FINITE: (FoldStatus.FAILED, "accelerations are not finite {at}"),
@@ -43,6 +45,13 @@ def ending(
     if not straight:
         return FoldStatus.FOLDED, f"folded at t = {time:.4g} s"
     return FoldStatus.MISFOLDED, f"at rest at t = {time:.4g} s with {named(straight)} open"
+
+
+def obstacle_names(scene: Scene) -> list[str]:
+    """Return what a scene's solids are called, in their order."""
+    walls = ["the tube's left wall", "the tube's right wall"] if scene.mount == "tube" else []
+    fixed = ["the fixed magnet"] if scene.field is not None and scene.field.magnet else []
+    return [*walls, *fixed, *(f"obstacles[{k}]" for k in range(len(scene.obstacles)))]
 
 
 def named(joints: Sequence[int]) -> str:

@@ -4,7 +4,7 @@ import math
 from typing import cast
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain import feed
+from magfold_env.engine.chain import feed, ledger
 from magfold_env.engine.contact import constraints
 from magfold_env.engine.friction import held
 from magfold_env.engine.state import Array, Model, State, Work
@@ -24,7 +24,7 @@ def push_force(model: Model, state: State, work: Work) -> float:
     if lo in (0, n):
         return 0.0
     if feed.slips(state):
-        return float(state.counter[at.SLIPPING]) * model.force_limit
+        return float(state.counter[at.SLIPPING]) * ledger.most_force(model, state)
     feed.carry(model, state, work)
     work.chain.base[at.PULL] = 0.0
     if constraints.begin_step(model, state, work) not in (constraints.OK, constraints.IMPACT):

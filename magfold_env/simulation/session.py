@@ -20,7 +20,7 @@ from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene, Schedule
 from magfold_env.shapes import angles_to_word
 from magfold_env.simulation import view
-from magfold_env.simulation.endings import ending, work_cap
+from magfold_env.simulation.endings import ending, obstacle_names, work_cap
 from magfold_env.simulation.frames import Frames, magnetic_energy
 from magfold_env.simulation.pack import pack, reversed_inside
 from magfold_env.simulation.push_force import push_force
@@ -280,7 +280,7 @@ class Session:
     @property
     def account(self) -> Account:
         """What moved the chain so far, and what it lost."""
-        return Account(*self._state.account.tolist())
+        return Account(*self._state.account[: at.BEFORE].tolist())
 
     def fold(self) -> Fold:
         """Return the result of a run that has ended.
@@ -322,6 +322,27 @@ class Session:
             joints: list[float] = np.diff(self.angles).tolist() if rested else []
             cap = work_cap(self._model, self.steps)
             self.status, self.message = ending(outcome, self.time, joints, cap, self._held)
+            if self.status is FoldStatus.JAMMED and (pressed := self._what_presses()):
+                self.message += f"; {pressed}"
+
+    def _what_presses(self) -> str:
+        """Return in words what a chain that has jammed presses against."""
+        rows, n, index = self._work.rows, self.n, self._view.index
+        stops, contacts = rows.counts[at.JOINT_STOPS], rows.counts[at.CONTACTS]
+        names = obstacle_names(self.scene)
+        found: list[str] = []
+        for r in np.flatnonzero(rows.multiplier[:contacts] > 0.0).tolist():
+            one, other = sorted(rows.id[r, :2].tolist())
+            if r < stops:
+                # Joint k of the engine is before its component k, so behind another one seen so.
+                joint = index(int(rows.id[r, 0])) + (1 if self._view.flip else 0)
+                found.append(f"joint {joint} is at its stop")
+            elif other < n:
+                first, second = sorted((index(one) + 1, index(other) + 1))
+                found.append(f"component {first} touches component {second}")
+            else:
+                found.append(f"component {index(one) + 1} touches {names[other - n]}")
+        return ", ".join(dict.fromkeys(found))
 
     def _run(self, until: float) -> int:
         """Run until a time [s] or an end; returns how the integration ended."""

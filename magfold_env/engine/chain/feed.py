@@ -11,7 +11,7 @@ free, between the walls. Once all are out there is nothing left that could draw 
 import math
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain import articulated
+from magfold_env.engine.chain import articulated, ledger
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.boxes import first_box
 from magfold_env.engine.elementary import direction, sincos
@@ -20,12 +20,10 @@ from magfold_env.engine.state import Array, Model, Pose, State, Work
 
 STRAIGHT = 0.2  # [rad] of the heading of a component that may be held again
 NOWHERE = 1e-9  # of the side: a feed that has gone no farther is where it was at first
-AT_ONCE = 1e-3  # [s] over which the drive's force is the mean of what it takes in impulses
 ASKED_WITHIN = 1e-9  # [m/s] and share of a speed: differences that are none
 STALLED = 2  # slips, and the pusher's stop keeps the base where it is
 BORNE_WITHIN = 1e-6  # share of the force limit below which a drive moves the base off the stop
 MARK_WITHIN = 1e-10  # [m]
-PATIENCE = 0.1  # [s] of slipping after which a feed is jammed
 SOONEST = 1e-8  # [s] in which a drive that slips is not looked at again
 
 
@@ -138,12 +136,14 @@ def begin(model: Model, state: State, work: Work) -> None:
     if state.counter[at.SLIPPING] == 0 and is_too_much(model, state, whole_mass(model) * jump):
         state.counter[at.SLIPPING] = 1
         state.feed[at.SINCE] = state.clock[at.TIME]
-        note_force(state, math.copysign(model.force_limit, jump))
     if slips(state) and jump != 0.0:
         state.counter[at.SLIPPING] = 1 if jump > 0.0 else -1
     carry(model, state, work)
     if state.counter[at.SLIPPING] == 0:
         change_speed(model, state, work, speed)
+    if state.clock[at.TIME] == 0.0:
+        # A run begins with the chain as fast as it is fed.
+        state.account[at.BEFORE] = state.account[at.IMPULSE]
     load(model, state, work)
     aim(model, state)
     state.clock[at.MARK] = math.inf
@@ -168,20 +168,21 @@ def carry_on(model: Model, state: State, work: Work, until: float) -> None:
     before = potential_of(model, state, work) if model.field.present else 0.0
     way = state.v[model.n] * (until - state.clock[at.TIME])
     state.q[model.n] += way
-    state.clock[at.TIME] = until
     gained = -whole_mass(model) * model.gravity_x * way
     if model.field.present:
         gained += potential_of(model, state, work) - before
-    if way != 0.0:
-        state.account[at.FED] += gained
-        state.account[at.IMPULSE] += gained / state.v[model.n]
+    impulse = gained / state.v[model.n] if way != 0.0 else 0.0
+    ledger.pass_time(state, until, impulse)
+    state.clock[at.TIME] = until
+    state.account[at.FED] += gained
+    state.account[at.IMPULSE] += impulse
 
 
 @inlined
 def is_too_much(model: Model, state: State, impulse: float) -> bool:
     """Whether the drive gives way to an impulse [N·s]; with nothing outside yet it never does."""
     outside = state.counter[at.LO] < model.n
-    return outside and abs(impulse) > model.force_limit * AT_ONCE
+    return outside and abs(impulse) > ledger.most_force(model, state) * ledger.MEAN_OVER
 
 
 @inlined
@@ -203,20 +204,16 @@ def is_at_stop(model: Model, state: State) -> bool:
 
 
 @inlined
-def note_force(state: State, force: float) -> None:
-    """Note a force of the drive [N], if it is the largest so far."""
-    if abs(force) > abs(state.account[at.PEAK]):
-        state.account[at.PEAK] = force
+def borne(model: Model, state: State, force: float) -> float:
+    """Of the force that keeps the base's speed, what the drive bears [N]: its stop may help it."""
+    most = ledger.most_force(model, state)
+    return most if force > most and is_kept_by_stop(model, state) else force
 
 
 @inlined
-def note_impulse(model: Model, state: State, impulse: float, velocity: float) -> None:
-    """Book an impulse of the drive [N·s], at the mean of its velocities before and after [m/s]."""
-    if state.counter[at.LO] < model.n:
-        force = impulse / AT_ONCE
-        note_force(state, min(max(force, -model.force_limit), model.force_limit))
-    state.account[at.IMPULSE] += impulse
-    state.account[at.FED] += impulse * velocity
+def is_kept_by_stop(model: Model, state: State) -> bool:
+    """Whether the pusher's stop may keep the base from being drawn in."""
+    return state.v[model.n] == 0.0 and is_at_stop(model, state)
 
 
 @inlined
@@ -237,7 +234,7 @@ def carry(model: Model, state: State, work: Work) -> None:
         for i in range(state.counter[at.LO]):
             carried += model.bodies.mass[i]
     work.chain.base[at.CARRIED] = carried
-    force = state.counter[at.SLIPPING] * model.force_limit
+    force = state.counter[at.SLIPPING] * ledger.most_force(model, state)
     work.chain.base[at.DRIVE] = force if slips(state) else 0.0
 
 
@@ -247,7 +244,6 @@ def slip(model: Model, state: State, work: Work, force: float) -> None:
     if state.counter[at.SLIPPING] == 0:
         state.feed[at.SINCE] = state.clock[at.TIME]
     state.counter[at.SLIPPING] = 1 if force > 0.0 else -1
-    note_force(state, math.copysign(model.force_limit, force))
     state.counter[at.FEEDING] = 0
     state.counter[at.FRESH] = 1
     carry(model, state, work)
@@ -294,15 +290,13 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
     if not slips(state):
         if anew:
             work.stages.drive[0] = needed_force(lo, model, work, acceleration)
-        force = float(work.stages.drive[0])
-        if force > model.force_limit and state.v[n] == 0.0 and is_at_stop(model, state):
-            note_force(state, model.force_limit)  # the stop bears the rest
-            return True
-        if abs(force) > model.force_limit:
+        force, most = float(work.stages.drive[0]), ledger.most_force(model, state)
+        if force > most and is_kept_by_stop(model, state):
+            return True  # the stop bears the rest
+        if abs(force) > most:
             slip(model, state, work, force)
             return False
-        note_force(state, force)
-        if slipping == STALLED and force < (1.0 - BORNE_WITHIN) * model.force_limit:
+        if slipping == STALLED and force < (1.0 - BORNE_WITHIN) * most:
             state.counter[at.SLIPPING] = 1
             return False
         return True
@@ -400,6 +394,7 @@ def pass_mark(model: Model, state: State, work: Work) -> None:
         if state.counter[at.LO] == 0:
             state.counter[at.SLIPPING] = 0
             carry(model, state, work)
+            ledger.close_millisecond(state, float(state.account[at.IMPULSE]))
         return
     state.counter[at.FRESH] = 1
     if inward and is_at_stop(model, state):
@@ -496,7 +491,7 @@ def hold(model: Model, state: State, work: Work) -> None:
     jolt(model, state, work, length * s * rate, -length * c * rate)
     new_energy, new_along = kinetic(i + 1, model, state, work)
     impulse = new_along - along
-    note_impulse(model, state, impulse, float(state.v[n]))
+    ledger.note_impulse(state, impulse, float(state.v[n]))
     state.account[at.IMPACTS] += energy - new_energy + impulse * state.v[n]
 
 
@@ -512,7 +507,7 @@ def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
     state.v[model.n] = speed
     jolt(model, state, work, jump, 0.0)
     _, new_along = kinetic(lo, model, state, work)
-    note_impulse(model, state, new_along - along, 0.5 * (before + speed))
+    ledger.note_impulse(state, new_along - along, 0.5 * (before + speed))
 
 
 @kernel
@@ -548,7 +543,7 @@ def bump(model: Model, state: State, work: Work, x: float, y: float) -> None:
         impulse = new_along - along
         for i in range(lo, n):
             impulse -= model.bodies.mass[i] * x
-        note_impulse(model, state, impulse, float(state.v[n]))
+        ledger.note_impulse(state, impulse, float(state.v[n]))
     state.account[at.BUMPED] += new_energy - energy - impulse * state.v[n]
     state.counter[at.FRESH] = 1
 

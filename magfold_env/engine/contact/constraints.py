@@ -6,11 +6,11 @@ And, for a step of Moreau's, the gaps that may close within it and how fast each
 import math
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain import articulated, feed
+from magfold_env.engine.chain import articulated, feed, ledger
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
-from magfold_env.engine.contact.equalities import solve_equalities
+from magfold_env.engine.contact.equalities import solve_equalities, take_least
 from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, IntArray, Model, State, Work, copy
 from magfold_env.engine.stepping import dynamics
@@ -80,8 +80,6 @@ def begin_step(model: Model, state: State, work: Work) -> int:
         solved, impulse = collide(lo, rows, model, state, work)
         if driven and approaches(lo, rows, state.v, work, WEDGED * abs(speed) + SHUT):
             # In line with what it meets a chain cannot give way: only the drive can, if it may.
-            if math.isinf(model.force_limit):
-                return UNSOLVED
             impulse = math.copysign(math.inf, speed)
         if driven and (not solved or feed.is_too_much(model, state, impulse)):
             # A drive that gives way: what it carries takes part in the impact.
@@ -90,7 +88,7 @@ def begin_step(model: Model, state: State, work: Work) -> int:
             feed.slip(model, state, work, impulse)
             solved, _ = collide(lo, rows, model, state, work)
         elif driven:
-            feed.note_impulse(model, state, impulse, float(state.v[model.n]))
+            ledger.note_impulse(state, impulse, float(state.v[model.n]))
         if not solved:
             return UNSOLVED
         state.counter[at.EVENTS] += 1
@@ -103,7 +101,7 @@ def begin_step(model: Model, state: State, work: Work) -> int:
 def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple[bool, float]:
     """Let an impact happen; whether it could be found, and the drive's impulse [N·s]."""
     slow = model.tolerance * model.rate_scale * model.side
-    n, v = model.n, state.v
+    v = state.v
     impulse = -feed.momentum_along(lo, model, work, v)
     solved, attempts = False, 0
     # An attempt that fails leaves far slower approaches than it found.
@@ -111,11 +109,30 @@ def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple
         solved = dynamics.project(model, state, v, work, slow)
         attempts += 1
         state.account[at.IMPACTS] += dynamics.lost(lo, rows, work, v)
-        for r in range(work.rows.counts[at.JOINT_STOPS], rows):
-            impulse -= work.rows.multiplier[r] * work.rows.jacobian[r, n]
+        if feed.drives(model, state):
+            passed, excess = passed_on(model, state, rows, work)
+            impulse -= passed
+            state.account[at.IMPACTS] += excess
     # Where rows all but repeat each other rounding may hide that nothing is left to do.
     solved = solved or not approaches(lo, rows, v, work, SHUT)
     return solved, impulse + feed.momentum_along(lo, model, work, v)
+
+
+@kernel
+def passed_on(model: Model, state: State, rows: int, work: Work) -> tuple[float, float]:
+    """Return what of an impact contacts pass on to the drive, and what else it loses by that.
+
+    The first is an impulse along the tube [N·s], by the least multipliers that do the same. The
+    energy [J] is the work of what others would pass on besides: sums over their rates count it.
+    """
+    stops, n = work.rows.counts[at.JOINT_STOPS], model.n
+    before, after = 0.0, 0.0
+    for r in range(stops, rows):
+        before += work.rows.multiplier[r] * work.rows.jacobian[r, n]
+    take_least(rows, work)
+    for r in range(stops, rows):
+        after += work.rows.multiplier[r] * work.rows.jacobian[r, n]
+    return after, (before - after) * state.v[n]
 
 
 @kernel

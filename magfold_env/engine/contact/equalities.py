@@ -6,6 +6,7 @@ from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Array, IntArray, Work
 
 RIDGE = 1e-11
+CANCEL, SOFT = 1e4, 1e-6  # sums of multipliers that cancel; ridge of the least that do not
 
 
 @inlined
@@ -54,6 +55,35 @@ def solve_passive(count: int, work: Work, lam: Array) -> None:
     for r in range(count):
         diagonal[r] = 0.0
     refine(count, work, passive, diagonal, lam, work.rows.rate)
+
+
+@kernel
+def take_least(count: int, work: Work) -> None:
+    """Replace multipliers that all but cancel by the least ones that change the rates alike.
+
+    Where two rows say of one contact nearly the same, what they say together may take huge
+    multipliers that do next to nothing, but for an impulse on the drive.
+    """
+    delassus, passive, lam = work.rows.delassus, work.rows.passive, work.rows.multiplier
+    diagonal, change = work.rows.diagonal, work.rows.update
+    largest, most = 0.0, 0.0
+    for r in range(count):
+        total, size = 0.0, 0.0
+        for c in range(count):
+            part = delassus[r, c] * lam[c]
+            total, size = total + part, size + abs(part)
+        change[r] = total
+        largest, most = max(largest, abs(total)), max(most, size)
+    if most <= CANCEL * largest:
+        return
+    for r in range(count):
+        passive[r] = int(lam[r] != 0.0)
+        diagonal[r] = SOFT * delassus[r, r]
+    cholesky.load(count, delassus, passive, diagonal, work.rows.cholesky)
+    cholesky.factorise(count, work.rows.cholesky, work.rows.inverse)
+    cholesky.solve(count, work.rows.cholesky, work.rows.inverse, change)
+    for r in range(count):
+        lam[r] = change[r] if passive[r] == 1 else 0.0
 
 
 @kernel

@@ -1,7 +1,7 @@
 """The moment, inside a step, when something new touches; and hops too small to be followed."""
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain import articulated, feed
+from magfold_env.engine.chain import articulated, feed, ledger
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, constraints, jacobian, sweep
 from magfold_env.engine.contact.complementarity import solve_nonnegative
@@ -199,19 +199,20 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
         work.rows.bias[r] = rate_of(lo, work, r, state.v)
         work.rows.equality[r] = int(r < work.rows.counts[at.JOINT_STOPS] or stays(work, r, dropped))
         work.rows.passive[r] = 1
-    solved = solve_nonnegative(rows, work)
+    solved, lost_then = solve_nonnegative(rows, work), 0.0
     if solved:
         copy(state.v, work.stages.new_v, 0)
         impulse = -feed.momentum_along(lo, model, work, state.v)
         apply_multipliers(lo, rows, work, state.v)
+        lost_then = lost(lo, rows, work, state.v)
         if feed.drives(model, state):
             impulse += feed.momentum_along(lo, model, work, state.v)
-            for r in range(work.rows.counts[at.JOINT_STOPS], rows):
-                impulse -= work.rows.multiplier[r] * work.rows.jacobian[r, model.n]
+            passed, excess = constraints.passed_on(model, state, rows, work)
+            impulse, lost_then = impulse - passed, lost_then + excess
             # What only the drive keeps apart no hop brings together.
             solved = not feed.is_too_much(model, state, impulse)
             if solved:
-                feed.note_impulse(model, state, impulse, float(state.v[model.n]))
+                ledger.note_impulse(state, impulse, float(state.v[model.n]))
             else:
                 copy(work.stages.new_v, state.v, 0)
     if not solved:
@@ -225,7 +226,7 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
             constraints.collect_rows(lo, model, state, work)
             constraints.leave(lo, model, state, work)
         return constraints.UNSOLVED
-    state.account[at.IMPACTS] += lost(lo, rows, work, state.v)
+    state.account[at.IMPACTS] += lost_then
     constraints.leave(lo, model, state, work)
     return constraints.IMPACT
 

@@ -12,7 +12,7 @@ import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
-from magfold_env.engine.chain import feed
+from magfold_env.engine.chain import feed, ledger
 from magfold_env.engine.chain.feed import is_free
 from magfold_env.engine.chain.momentum import keep_if_left_alone
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -27,6 +27,7 @@ from magfold_env.engine.stepping.moreau import moreau_step
 from magfold_env.engine.stepping.recorder import has_room, record_rest, record_step
 from magfold_env.engine.stepping.stages import (
     ORDER,
+    close_milliseconds,
     drive_impulse,
     interpolate,
     stages,
@@ -71,8 +72,8 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
         if fed and not feed.drives_on(model, state, work, acceleration, anew):
             return outcomes.REACHED
         slipping = fed and state.counter[at.SLIPPING] != 0
-        if slipping and state.clock[at.TIME] >= state.feed[at.SINCE] + feed.PATIENCE:
-            return outcomes.JAMMED
+        if slipping and state.clock[at.TIME] >= state.feed[at.SINCE] + ledger.patience(model):
+            return outcomes.LOCKED if math.isinf(model.force_limit) else outcomes.JAMMED
         goes_on = slipping or (fed and nears_something(model, state))
         goes_on = goes_on or state.clock[at.BUMP] < state.clock[at.END]
         if not goes_on and is_at_rest(model, state, work, acceleration):
@@ -158,10 +159,13 @@ def rest(model: Model, state: State, work: Work, record: Record, until: float) -
     n = model.n
     if is_free(state.counter[at.LO], model) or not model.tube or state.counter[at.PARKED] == 1:
         return outcomes.RESTED
-    force = float(work.stages.drive[0]) if feed.drives(model, state) else 0.0
+    force = 0.0
+    if feed.drives(model, state):
+        force = feed.borne(model, state, float(work.stages.drive[0]))
     if not record_rest(record, state, until, force):
         return outcomes.FULL
     time = until - state.clock[at.TIME]
+    ledger.pass_time(state, until, force * time)
     feed.note_step(state, work, force * time, state.v[n] * time)
     state.q[n] += state.v[n] * time
     state.clock[at.TIME] = until
@@ -243,6 +247,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     record_step(model, state, work, record, h, fraction)
     if 0 < lo < model.n:
         impulse = drive_impulse(model, state, work, h, fraction)
+        close_milliseconds(model, state, work, h, fraction)
         feed.note_step(state, work, impulse, new_q[model.n] - state.q[model.n])
     copy(new_q, state.q, lo)
     copy(new_v, state.v, lo)
@@ -409,6 +414,9 @@ def longest_step(lo: int, model: Model, state: State, work: Work) -> float:
         h = min(h, max(state.clock[at.BRAKE], SHORTEST_BRAKE))
     if state.counter[at.SLIPPING] != 0 and lo > 0:
         h = min(h, feed.time_to_change(model, state, work.stages.slope_v[0]))
+        if math.isinf(model.force_limit):
+            left = state.feed[at.SINCE] + ledger.patience(model) - state.clock[at.TIME]
+            h = min(h, max(left, feed.SOONEST))
     return h
 
 

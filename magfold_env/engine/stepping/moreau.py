@@ -13,7 +13,7 @@ import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
-from magfold_env.engine.chain import articulated, feed
+from magfold_env.engine.chain import articulated, feed, ledger
 from magfold_env.engine.chain.feed import is_free, place_all
 from magfold_env.engine.chain.momentum import (
     drop_inertia,
@@ -108,6 +108,7 @@ def moreau_step(
     state.account[at.IMPACTS] += lost
     record_line(record, state, h, moreau.new_q, moreau.new_v, impulse)
     if 0 < lo < n:
+        ledger.pass_time(state, state.clock[at.TIME] + h, impulse)
         feed.note_step(state, work, impulse, moreau.new_q[n] - state.q[n])
     copy(moreau.new_q, state.q, lo)
     copy(moreau.new_v, state.v, lo)
@@ -167,7 +168,7 @@ def passes_by(model: Model, state: State, work: Work) -> bool:
 @inlined
 def drive_gives_way(model: Model, state: State, work: Work, h: float, impulse: float) -> bool:
     """Whether an impulse within a step is more than the drive can give [N·s]; it then slips."""
-    too_much = abs(impulse) > model.force_limit * max(h, feed.AT_ONCE)
+    too_much = abs(impulse) > ledger.most_force(model, state) * max(h, ledger.MEAN_OVER)
     if too_much and feed.drives(model, state):
         feed.slip(model, state, work, impulse)
         return True

@@ -9,8 +9,15 @@ import math
 import numpy as np
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain import articulated
-from magfold_env.engine.chain.feed import coordinates, drives, needed_force, slips, whole_mass
+from magfold_env.engine.chain import articulated, ledger
+from magfold_env.engine.chain.feed import (
+    borne,
+    coordinates,
+    drives,
+    needed_force,
+    slips,
+    whole_mass,
+)
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Model, State, Work
@@ -164,5 +171,19 @@ def drive_impulse(model: Model, state: State, work: Work, step: float, fraction:
         w = 0.0
         for j in range(3, -1, -1):
             w = (w + DENSE[s, j]) * fraction
-        total += w * work.stages.drive[s]
+        total += w * borne(model, state, work.stages.drive[s])
     return step * total
+
+
+@kernel
+def close_milliseconds(
+    model: Model, state: State, work: Work, step: float, fraction: float
+) -> None:
+    """Take the drive's mean force in all milliseconds that end within a ``fraction`` of the step."""
+    begin, impulse = float(state.clock[at.TIME]), float(state.account[at.IMPULSE])
+    end = ledger.next_millisecond(state)
+    while end <= begin + fraction * step:
+        share = (end - begin) / step
+        gained = drive_impulse(model, state, work, step, share)
+        ledger.close_millisecond(state, impulse + gained)
+        end = ledger.next_millisecond(state)
