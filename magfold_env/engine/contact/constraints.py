@@ -110,29 +110,25 @@ def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple
         attempts += 1
         state.account[at.IMPACTS] += dynamics.lost(lo, rows, work, v)
         if feed.drives(model, state):
-            passed, excess = passed_on(model, state, rows, work)
+            # Of multipliers that do the same, the least pass on to the drive what impacts do. Sums
+            # over rates count the work of the others too.
+            told = passed_on(model, rows, work)
+            take_least(rows, work)
+            passed = passed_on(model, rows, work)
             impulse -= passed
-            state.account[at.IMPACTS] += excess
+            state.account[at.IMPACTS] += (told - passed) * v[model.n]
     # Where rows all but repeat each other rounding may hide that nothing is left to do.
     solved = solved or not approaches(lo, rows, v, work, SHUT)
     return solved, impulse + feed.momentum_along(lo, model, work, v)
 
 
-@kernel
-def passed_on(model: Model, state: State, rows: int, work: Work) -> tuple[float, float]:
-    """Return what of an impact contacts pass on to the drive, and what else it loses by that.
-
-    The first is an impulse along the tube [N·s], by the least multipliers that do the same. The
-    energy [J] is the work of what others would pass on besides: sums over their rates count it.
-    """
-    stops, n = work.rows.counts[at.JOINT_STOPS], model.n
-    before, after = 0.0, 0.0
-    for r in range(stops, rows):
-        before += work.rows.multiplier[r] * work.rows.jacobian[r, n]
-    take_least(rows, work)
-    for r in range(stops, rows):
-        after += work.rows.multiplier[r] * work.rows.jacobian[r, n]
-    return after, (before - after) * state.v[n]
+@inlined
+def passed_on(model: Model, rows: int, work: Work) -> float:
+    """Return the impulse along the tube that contacts pass on to the drive [N·s]."""
+    total = 0.0
+    for r in range(work.rows.counts[at.JOINT_STOPS], rows):
+        total += work.rows.multiplier[r] * work.rows.jacobian[r, model.n]
+    return total
 
 
 @kernel

@@ -5,6 +5,7 @@ from magfold_env.engine.chain import articulated, feed, ledger
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, constraints, jacobian, sweep
 from magfold_env.engine.contact.complementarity import solve_nonnegative
+from magfold_env.engine.contact.equalities import take_least
 from magfold_env.engine.state import Array, Model, State, Work, copy
 from magfold_env.engine.stepping.dynamics import apply_multipliers, lost, rate_of
 from magfold_env.engine.stepping.stages import interpolate
@@ -12,6 +13,7 @@ from magfold_env.engine.stepping.stages import interpolate
 STALLED = -1.0
 NEAR_ENOUGH = 1e-10  # [rad, or of the side]
 ROUNDING = 1e-14
+UNSEEN = 0.5  # of what may go unseen between two looks: less at a look is no touch
 HOP = 0.05  # share of the tolerance by which something may part and touch again unseen
 
 
@@ -157,7 +159,7 @@ def first_missed(
                 at_end = margin(model, state, work.stages.q, work)
             else:
                 at_end = square_margin(model, state, work.stages.q, work)
-            if at_end < 0.0:
+            if at_end < -UNSEEN * sweep.SUNK:
                 return begin, end, at_end
         width = 2.0 * (end - begin)
         begin, slot, last = end, last, 2 if last == 1 else 1
@@ -207,12 +209,15 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
         lost_then = lost(lo, rows, work, state.v)
         if feed.drives(model, state):
             impulse += feed.momentum_along(lo, model, work, state.v)
-            passed, excess = constraints.passed_on(model, state, rows, work)
-            impulse, lost_then = impulse - passed, lost_then + excess
-            # What only the drive keeps apart no hop brings together.
-            solved = not feed.is_too_much(model, state, impulse)
+            # What only the drive keeps apart no hop brings together, nor rows that all but repeat
+            # each other.
+            told = constraints.passed_on(model, rows, work)
+            solved = not feed.is_too_much(model, state, impulse - told)
             if solved:
-                ledger.note_impulse(state, impulse, float(state.v[model.n]))
+                take_least(rows, work)
+                passed = constraints.passed_on(model, rows, work)
+                lost_then += (told - passed) * state.v[model.n]
+                ledger.note_impulse(state, impulse - passed, float(state.v[model.n]))
             else:
                 copy(work.stages.new_v, state.v, 0)
     if not solved:

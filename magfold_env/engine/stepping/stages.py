@@ -179,7 +179,7 @@ def drive_impulse(model: Model, state: State, work: Work, step: float, fraction:
 def close_milliseconds(
     model: Model, state: State, work: Work, step: float, fraction: float
 ) -> None:
-    """Take the drive's mean force in all milliseconds that end within a ``fraction`` of the step."""
+    """Take the drive's mean force in all milliseconds that end in a ``fraction`` of the step."""
     begin, impulse = float(state.clock[at.TIME]), float(state.account[at.IMPULSE])
     end = ledger.next_millisecond(state)
     while end <= begin + fraction * step:
