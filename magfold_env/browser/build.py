@@ -145,7 +145,6 @@ def module() -> bytes:
                 ("overlap", settings.overlap, (choice, *moving)),
                 ("ask", settings.ask, (choice, state)),
                 ("choose", settings.choose, (choice, state, 0)),
-                ("park", settings.park, (model, state)),
                 ("run", runs.run, (*moving, record, 0.0)),
                 ("energy", runs.energy, (*moving, 0.0)),
                 ("look", view.look, (0, *moving, record, seen, 0)),
@@ -215,7 +214,7 @@ def constants() -> dict[str, Any]:
             view, "MAGNETIC", "KINETIC", "TIME", "ADVANCE", "PUSH", "RELEASED", "LOADED"
         ),
         "progress": _numbers(states, "FOUND"),
-        "outcome": _numbers(outcomes, "REACHED", "RESTED", "FULL", "TIMED_OUT"),
+        "outcome": _numbers(outcomes, "REACHED", "RESTED", "PAUSED", "TIMED_OUT"),
         "mounts": list(settings.MOUNTS),
         "statuses": [status.value for status in view.STATUSES],
         "breakdowns": {

@@ -143,20 +143,25 @@ export class Chain {
   /**
    * Go on until a time [s], or the end of the run; returns its status, null if it has not ended.
    *
-   * With a `speed` the feed goes so fast from now on, see `push`.
+   * With a `speed` the feed goes so fast from now on, see `push`. Without end a feed at rest parks.
    */
   run(until = Infinity, { speed } = {}) {
     if (speed !== undefined) this.push(speed);
-    if (this.status !== null) return this.status;
+    for (const _ of this.running(until)) continue;
+    return this.status;
+  }
+
+  /** Do what `run` does: a generator that yields after every 50 ms of work, or sooner. */
+  *running(until = Infinity) {
     const { kernels, layout } = this.engine, { outcome: outcomes } = layout;
     const { model, state, work, record } = this.roots;
-    let outcome;
-    do {
-      outcome = kernels.run(model, state, work, record, until);
+    while (this.status === null) {
+      const outcome = kernels.run(model, state, work, record, until);
       this.#keepFrames();
-    } while (outcome === outcomes.FULL);
-    if (outcome !== outcomes.REACHED) this.#end(outcome);
-    return this.status;
+      if (outcome === outcomes.REACHED) return;
+      if (outcome === outcomes.PAUSED) yield;
+      else this.#end(outcome);
+    }
   }
 
   /** Have the feed go at a speed [m/s], or one a component in the mouth; below 0 it pulls back. */
@@ -168,11 +173,6 @@ export class Chain {
     }
     this.#fill("settings.speed", speeds);
     this.engine.kernels.ask(this.roots.settings, this.roots.state);
-  }
-
-  /** Have the feed stand still for good: what is outside has its time to settle. */
-  park() {
-    this.engine.kernels.park(this.roots.model, this.roots.state);
   }
 
   /**

@@ -284,15 +284,6 @@ def choose(settings: Settings, state: State, k: int) -> None:
 
 
 @kernel
-def park(model: Model, state: State) -> None:
-    """Let the feed stand still for good: what is outside has its time to settle."""
-    for i in range(model.n):
-        state.speed[i] = 0.0
-    state.counter[at.PARKED] = 1
-    state.clock[at.END] = state.clock[at.TIME] + model.duration
-
-
-@kernel
 def draw(settings: Settings, model: Model, spread: float) -> None:
     """Turn ``start``, even numbers from [−1, 1), into a start as `Scene.draw` does.
 

@@ -36,15 +36,20 @@ def fold(  # noqa: PLR0913 - one parameter an option
 ) -> None:
     """Simulate one fold and print how it ended; exit code 1 if the simulation failed."""
     files = {"--gif": gif, "--png": png, "--html": html, "--sheet": sheet, "--json": json}
-    with options.errors_in_one_line(), options.busy("simulating"):
+    with options.errors_in_one_line(), options.busy("simulating") as shown:
         options.check_outputs(files)
         changed = changed_scene(scene, mount, direction, speed, friction)
         if gif or png or sheet:
             options.need_render(charts=sheet is not None)
         if sheet is not None:
             check_sheet(sheet)
+        rate = FRAME_RATE if gif or html else None
+
+        def show(moment: float, released: int) -> None:
+            shown.update(f"simulating: {moment:.2f} s, {released} of {changed.n} out ...")
+
         begun = time.perf_counter()
-        result = simulate(changed, seed=seed, frame_rate=FRAME_RATE if gif or html else None)
+        result = simulate(changed, seed=seed, frame_rate=rate, progress=show)
         taken = time.perf_counter() - begun
     options.show(options.entries("Fold", fold_rows(result, taken)))
     with options.errors_in_one_line(), options.busy("drawing"):

@@ -8,11 +8,22 @@ from magfold_env.engine.state import Model, State
 ACCEPTED, TOUCHED, RATTLED, TOO_SHORT, BROKEN, UNSOLVABLE = range(6)
 
 # An integration.
-REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, FULL, JAMMED = range(9)
+REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, PAUSED, JAMMED = range(9)
 RAN_AWAY, LOCKED = 9, 11
 
 # A chain that had its time to settle and still moves.
 TIMED_OUT = 10
+
+TURN = 150_000  # evaluations of a chain, times n² as there are pairs: 50 ms on a busy machine
+
+
+@inlined
+def end_of_turn(model: Model, state: State) -> int:
+    """Return the count of evaluations at which a kernel returns to its caller.
+
+    It pauses so that progress can be shown, a limit kept, and a run stopped.
+    """
+    return state.counter[at.EVALUATIONS] + 1 + TURN // (model.n * model.n)
 
 
 @inlined

@@ -9,7 +9,7 @@ import numpy as np
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain.feed import lie_in_tube
 from magfold_env.engine.compile.by_pointer import POINTERS, code_of, reference
-from magfold_env.engine.outcomes import FULL, REACHED
+from magfold_env.engine.outcomes import PAUSED, REACHED
 from magfold_env.engine.state import Array, IntArray, Model, State, Work
 from magfold_env.engine.stepping import runs
 from magfold_env.engine.workspace import new_state, new_work
@@ -21,6 +21,7 @@ from magfold_env.simulation.work_queue import WorkQueue
 
 OWN = ("charge", "grip", "bodies.mass", "bodies.inertia", "obstacles")
 """What may differ from chain to chain in a model, besides the numbers that `Chains` names."""
+AT_ONCE = 64  # chains that one compiled call runs, each for at most 50 ms
 
 
 class Chains:
@@ -194,12 +195,16 @@ class Chains:
     def _run(self, rows: IntArray) -> None:
         """Run chains until they end, or pause as their states say."""
         record = reference(self._frames.record)
-        while True:
+        while len(rows) > 0:
+            # Some at a time, as only between two calls Python can be interrupted.
+            some, rows = rows[:AT_ONCE], rows[AT_ONCE:]
             arguments = (
-                self._code, *self._references, record, self._until, rows, self.outcomes,
+                self._code, *self._references, record, self._until, some, self.outcomes,
                 self.energies, np.zeros(1, dtype=np.int64),
             )  # fmt: skip
-            self.queue.run(runs.run_chains, arguments, len(rows))
-            if self._frame_rate is None or self.outcomes[0] != FULL:
-                return
-            self._frames.empty()
+            self.queue.run(runs.run_chains, arguments, len(some))
+            if self._frame_rate is not None:
+                self._frames.empty()
+            paused = some[self.outcomes[some] == PAUSED]
+            if len(paused) > 0:
+                rows = np.concatenate([paused, rows])

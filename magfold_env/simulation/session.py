@@ -3,6 +3,7 @@
 import math
 import weakref
 from collections import deque
+from collections.abc import Callable
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -28,6 +29,7 @@ from magfold_env.simulation.stack import Stack
 from magfold_env.simulation.start import start
 
 Chain = tuple[Model, State, Work, Record]
+Progress = Callable[[float, int], object]
 
 ARRIVED = 1e-9  # diagonals that a feed may be from where it is to go
 
@@ -99,6 +101,8 @@ class Session:
         """How the run ended; None while it has not."""
         self.message = ""
         """The status in words."""
+        self.progress: Progress = lambda _time, _released: None
+        """See `simulate`; after it has stopped a run, `settle` and others go on with it."""
         self._model = pack(scene)
         self._view = view.Orientation(reversed_inside(scene), self._model.bodies.length)
         self._state = start(scene, self._model, self._view)
@@ -223,13 +227,15 @@ class Session:
         """Feed what is left, and integrate until the chain rests or its time is over.
 
         If the scene has a schedule, the feed follows it, from its first leg on, and then stands
-        still.
+        still. After a `push` the feed keeps its last speed. A feed that stands still, or has drawn
+        in all it can, stands still for good: what is outside has the scene's ``duration`` to
+        settle, and the status is then ``held``.
         """
         schedule = self.scene.feed.schedule if self.scene.mount == "tube" else None
         if schedule is not None:
             self._follow(schedule)
             if self._held > 0:
-                self.park()
+                self._ask(np.zeros(self.n))
         self._go_on(keep=-1)
 
     def push(self, speeds: Array | float, seconds: float) -> None:
@@ -247,12 +253,6 @@ class Session:
     def _ask(self, speeds: Array) -> None:
         """Ask speeds of the feed, one a component in the mouth."""
         self._state.speed[:] = speeds[::-1] if self._view.flip else speeds
-
-    def park(self) -> None:
-        """Let the feed stand still for good: what is outside has its time to settle."""
-        self._ask(np.zeros(self.n))
-        self._state.counter[at.PARKED] = 1
-        self._state.clock[at.END] = self.time + self._model.duration
 
     def _follow(self, schedule: Schedule) -> None:
         """Feed as a schedule says, as long as components are left in the tube."""
@@ -348,8 +348,9 @@ class Session:
         """Run until a time [s] or an end; returns how the integration ended."""
         chain = self._model, self._state, self._work, self._frames.record
         run = self._run_paper if self.scene.solver.method == "paper" else run_chain
-        while (outcome := run(chain, until)) == outcomes.FULL:
+        while (outcome := run(chain, until)) == outcomes.PAUSED:
             self._frames.empty()
+            self.progress(self.time, self.released)
         return outcome
 
     def _run_paper(self, chain: Chain, until: float) -> int:

@@ -1,8 +1,9 @@
 """Scene -> Fold, one or many on all cores, and the forces behind it."""
 
 import os
+import threading
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,7 @@ from magfold_env.fold import Fold
 from magfold_env.parallel import MOST_WORKERS
 from magfold_env.scene import Problem, Scene, SceneError, errors, unless_a_scene
 from magfold_env.simulation.pack import pack
-from magfold_env.simulation.session import Session
+from magfold_env.simulation.session import Progress, Session
 
 Floats = npt.NDArray[np.float64]
 
@@ -25,7 +26,11 @@ apart."""
 
 
 def simulate(
-    scene: Scene, seed: int | np.random.Generator = 0, *, frame_rate: float | None = None
+    scene: Scene,
+    seed: int | np.random.Generator = 0,
+    *,
+    frame_rate: float | None = None,
+    progress: Progress | None = None,
 ) -> Fold:
     """Simulate one fold.
 
@@ -39,6 +44,9 @@ def simulate(
     frame_rate
         Frames recorded a simulated second [1/s], up to a million, and one more at the end; None
         records no trajectory. Recording does not change the fold.
+    progress
+        Called about twenty times a second of work, or more often, with the simulated time [s] and
+        the number of components out of the tube. What it raises stops the run.
 
     Returns
     -------
@@ -52,6 +60,8 @@ def simulate(
     """
     errors.refuse(unless_a_scene(scene))
     session = Session(scene.draw(_generator(seed)), frame_rate)
+    if progress is not None:
+        session.progress = progress
     session.settle()
     return session.fold()
 
@@ -100,13 +110,22 @@ def simulate_batch(
     workers = (os.cpu_count() or 1) if threads is None else threads
     errors.refuse(errors.unless_whole("threads", workers, 1, MOST_WORKERS))
 
+    stopped = threading.Event()
+
+    def check(_time: float, _released: int) -> None:
+        if stopped.is_set():
+            raise CancelledError
+
     def run(scene: Scene, seed: int | np.random.Generator) -> Fold:
-        return simulate(scene, seed, frame_rate=frame_rate)
+        return simulate(scene, seed, frame_rate=frame_rate, progress=check)
 
     if workers == 1 or len(draws) < 2:
         return [run(scene, seed) for scene, seed in zip(chosen, draws, strict=True)]
     with ThreadPoolExecutor(workers, thread_name_prefix="fold") as pool:
-        return list(pool.map(run, chosen, draws))
+        try:
+            return list(pool.map(run, chosen, draws))
+        finally:
+            stopped.set()
 
 
 def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> Floats:

@@ -58,7 +58,7 @@ const tasks = {
       chain.run(chain.time + seconds, { speed });
       chain.now();
     }
-    chain.park();
+    chain.push(0);
     chain.run();
     return end(chain);
   }),

@@ -97,7 +97,7 @@ def test_a_feed_that_is_changed_by_hand_goes_as_a_session_does() -> None:
         session = Session(scene)
         for speed, seconds in way:
             session.push(speed, seconds)
-        session.park()
+        session.push(0.0, 0.0)
         session.settle()
         here = ended(session)
         assert {name: there[name] for name in here} == here

@@ -2,8 +2,6 @@
 
 const FRAME_RATE = 240; // [1/s] of simulated time
 const ADDRESS_RATE = 4; // [1/s] at most; browsers throttle those who write it often, or throw
-const LONG = 100; // milliseconds of a fold for which a slider is not to wait at every move
-const REST = 150; // milliseconds after which a slider is taken to have been let go
 const SLOWED = 0.1; // seconds of simulated time in one, while it is fed by hand
 const USUAL = {
   sequence: ["SNNS", "NNSN", "SSSN", "NNNS", "SSSS", "NNSN"],
@@ -13,7 +11,7 @@ const USUAL = {
   magnets: { remanence: 0.6 },
   obstacles: [],
 };
-const SLIDING = { keepStart: true, sliding: true };
+const SAME_START = { keepStart: true };
 const WALL = { position: [0.06, 0.02], size: [0.03, 0.003], heading: 0 };
 
 class Laboratory {
@@ -52,13 +50,13 @@ class Laboratory {
   }
 
   /** Change entries of the scene, and fold it anew from a start of its own; see `fold`. */
-  change(entries, { keepStart = false, sliding = false } = {}) {
+  change(entries, { keepStart = false } = {}) {
     const { start_angles: _a, start_offsets: _o, ...kept } = this.scene;
     const before = this.scene;
     this.scene = { ...(keepStart ? before : kept), ...entries };
     try {
       this.#say("");
-      this.fold(sliding);
+      this.fold();
     } catch (error) {
       if (!(error instanceof SceneError)) throw error;
       this.scene = before;
@@ -78,26 +76,30 @@ class Laboratory {
 
   // --- folding ---
 
-  /** Fold the scene; while a slider is `sliding`, chains that take long are folded when it rests. */
-  fold(sliding = false) {
+  /** Fold the scene. */
+  fold() {
     this.#begin(FRAME_RATE);
-    if (sliding && this.took > LONG) this.folding = setTimeout(() => this.#run(), REST);
-    else this.#run();
+    this.#run(() => this.player.play());
   }
 
-  #run() {
-    const from = performance.now();
-    this.chain.run();
+  /** Let the chain come to its end, and then do something; a long fold lets the page do other work. */
+  async #run(then) {
+    const { chain } = this;
+    for (const _ of chain.running()) {
+      const { time, released, n } = chain;
+      byId("status").textContent = `folding: ${time.toFixed(2)} s, ${released} of ${n} out`;
+      byId("status").dataset.status = "";
+      await otherWork();
+      if (this.chain !== chain || this.play.name) return;
+    }
     this.#showMotion();
-    this.took = performance.now() - from;
-    this.player.play();
+    then();
   }
 
   /** Begin a run with a start that is kept, so that the same scene folds the same way. */
   #begin(frameRate) {
     this.feeding = undefined;
     const next = this.engine.chain(this.scene, { frameRate });
-    clearTimeout(this.folding);
     this.chain?.free();
     this.chain = next;
     const key = this.scene.mount === "tube" ? "start_offsets" : "start_angles";
@@ -109,7 +111,7 @@ class Laboratory {
   #showMotion() {
     const data = this.chain.frames();
     byId("word").textContent = data.word;
-    byId("status").textContent = data.status || "in your hands";
+    byId("status").textContent = data.status || (this.feeding ? "in your hands" : "folding");
     byId("status").dataset.status = data.status;
     byId("message").textContent = data.message;
     byId("facts").replaceChildren();
@@ -151,8 +153,7 @@ class Laboratory {
 
   letGo() {
     if (this.feeding === undefined) return;
-    this.chain.park();
-    this.chain.run();
+    this.chain.push(0);
     this.#endHand();
   }
 
@@ -161,7 +162,7 @@ class Laboratory {
     if (feeding === undefined) return;
     const now = performance.now(), gone = Math.min((now - feeding.clock) / 1000, 0.1);
     feeding.clock = now;
-    chain.run(chain.time + SLOWED * gone);
+    for (const _ of chain.running(chain.time + SLOWED * gone)) break; // the chain may lag behind
     const { angles, base, released, loaded, time } = chain.now();
     const place = base.map((x) => 1000 * x);
     const state = { angles, base: place, released, loaded, frame: 0 };
@@ -175,8 +176,7 @@ class Laboratory {
 
   #endHand() {
     this.feeding = undefined;
-    this.#showMotion();
-    this.player.seek(this.player.motion.end);
+    this.#run(() => this.player.seek(this.player.motion.end));
   }
 
   // --- what is shown of the scene ---
@@ -223,8 +223,8 @@ class Laboratory {
       remove.type = "button";
       remove.setAttribute("aria-label", `Remove wall ${k + 1}`);
       remove.addEventListener("click", () =>
-        this.change({ obstacles: this.scene.obstacles.filter((_, i) => i !== k) }, { keepStart: true }));
-      row.addEventListener("change", () => this.change({ obstacles: obstacles.with(k, wallOf(row)) }, { keepStart: true }));
+        this.change({ obstacles: this.scene.obstacles.filter((_, i) => i !== k) }, SAME_START));
+      row.addEventListener("change", () => this.change({ obstacles: obstacles.with(k, wallOf(row)) }, SAME_START));
     }
   }
 
@@ -245,15 +245,14 @@ class Laboratory {
     }
     on("mode", "change", () => {
       this.feeding = undefined;
-      clearTimeout(this.folding);
       this.play.open(byId("mode").value);
       if (!this.play.name) this.fold();
     });
     on("mount", "change", () => this.change({ mount: byId("mount").value }));
     on("direction", "change", () => this.#changeFeed({ direction: byId("direction").value }));
     on("feed", "input", () => this.#changeFeed({ speed: Number((10 ** number("feed")).toPrecision(3)) }));
-    on("friction", "input", () => this.change({ friction: number("friction") }, SLIDING));
-    on("remanence", "input", () => this.change({ magnets: { remanence: number("remanence") } }, SLIDING));
+    on("friction", "input", () => this.change({ friction: number("friction") }, SAME_START));
+    on("remanence", "input", () => this.change({ magnets: { remanence: number("remanence") } }, SAME_START));
     on("wanted", "input", () => this.want(byId("wanted").value));
     on("again", "click", () => this.change({}));
     on("random", "click", () => this.change({ sequence: this.scene.sequence.map(randomFaces) }));
@@ -284,7 +283,7 @@ class Laboratory {
   }
 
   #changeFeed(entries) {
-    this.change({ feed: { ...this.scene.feed, ...entries } }, "speed" in entries ? SLIDING : {});
+    this.change({ feed: { ...this.scene.feed, ...entries } }, "speed" in entries ? SAME_START : {});
   }
 
   /** Want a word: show its outline, and whether the chain folded so. */
@@ -297,7 +296,7 @@ class Laboratory {
 
   #addWall() {
     const { obstacles } = this.scene, { mostObstacles } = this.engine.layout;
-    if (obstacles.length < mostObstacles) this.change({ obstacles: [...obstacles, WALL] }, { keepStart: true });
+    if (obstacles.length < mostObstacles) this.change({ obstacles: [...obstacles, WALL] }, SAME_START);
     else this.#say(`obstacles: ${obstacles.length} are the most`);
   }
 
@@ -365,6 +364,9 @@ function editable(scene, layout) {
     obstacles: (scene.obstacles ?? []).map((each) => ({ heading: 0, ...each })),
   };
 }
+
+/** Wait while the page does what else there is to do. */
+const otherWork = () => new Promise((goOn) => { setTimeout(goOn); });
 
 const randomFaces = () => Array.from({ length: 4 }, () => "NS"[Math.floor(2 * Math.random())]).join("");
 

@@ -75,12 +75,22 @@ class Play {
   }
 
   /** Play the episode of the same draw by the policy. */
-  watch() {
-    const { name, engine } = this;
+  async watch() {
+    const { name, engine, draw } = this;
     const game = new GAMES[name](engine, this.games[name]), network = new Network(this.networks[name]);
-    game.begin({ ...this.draw, normal, frameRate: FRAME_RATE });
-    while (!game.done) game.step(network.act(game.observe()));
+    game.begin({ ...draw, normal, frameRate: FRAME_RATE });
     this.running = false;
+    for (let from = performance.now(); !game.done;) {
+      game.step(network.act(game.observe()));
+      if (performance.now() - from > AT_ONCE) {
+        await otherWork();
+        from = performance.now();
+        if (this.name !== name || this.draw !== draw) {
+          game.chain.free();
+          return;
+        }
+      }
+    }
     if (!this.game.done) this.begin(this.draw);
     this.#film(0, game);
     this.#ended("the policy", game);

@@ -23,7 +23,7 @@ class States {
     do {
       part = ranking.next();
       if (performance.now() - from > AT_ONCE) {
-        await new Promise((goOn) => { setTimeout(goOn); });
+        await otherWork();
         if (!isCurrent()) return;
         from = performance.now();
       }

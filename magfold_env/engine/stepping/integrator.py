@@ -45,11 +45,14 @@ TOUCHES = 20  # in a row, with no more than an instant before each: a rattle
 
 
 @kernel
-def advance(model: Model, state: State, work: Work, record: Record, until: float) -> int:
+def advance(
+    model: Model, state: State, work: Work, record: Record, until: float, turn: int
+) -> int:
     """Integrate until the time ``until`` [s], rest, or breakdown; returns which.
 
-    `FULL` means that the record must be emptied; call again to go on. While the tube feeds, a
-    chain at rest relative to it is moved on to ``until`` at once.
+    Returns PAUSED when the record is full or ``turn`` evaluations were made: empty the record and
+    call again to go on. While the tube feeds, a chain at rest relative to it is moved on to
+    ``until`` at once.
     """
     while state.clock[at.TIME] < until:
         if 0 < state.counter[at.LO] < model.n and state.counter[at.FEEDING] == 0:
@@ -57,8 +60,8 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
             return outcomes.REACHED
         if outcomes.out_of_work(model, state):
             return outcomes.CAPPED
-        if not has_room(record, state, LONGEST_STEP):
-            return outcomes.FULL
+        if state.counter[at.EVALUATIONS] >= turn or not has_room(record, state, LONGEST_STEP):
+            return outcomes.PAUSED
         ended, anew = gather_constraints(model, state, work)
         if ended != outcomes.REACHED:
             return ended
@@ -163,7 +166,7 @@ def rest(model: Model, state: State, work: Work, record: Record, until: float) -
     if feed.drives(model, state):
         force = feed.borne(model, state, float(work.stages.drive[0]))
     if not record_rest(record, state, until, force):
-        return outcomes.FULL
+        return outcomes.PAUSED
     time = until - state.clock[at.TIME]
     ledger.pass_time(state, until, force * time)
     feed.note_step(state, work, force * time, state.v[n] * time)

@@ -24,7 +24,7 @@ QUIET_ANGLE = 1e-3  # [rad]
 def paper_advance(
     model: Model, state: State, work: Work, record: Record, until: float, dt: float
 ) -> int:
-    """Step to the time ``until`` [s] or to rest; returns which.
+    """Step to the time ``until`` [s] or to rest; returns which, or PAUSED as `runs.run` does.
 
     The scheme itself knows no rest: the chain rests when all joints have snapped, or when no
     heading changed by more than `QUIET_ANGLE` within `QUIET_TIME`.
@@ -34,11 +34,12 @@ def paper_advance(
     if state.counter[at.STEPS] == 0:
         copy(state.q, work.stages.new_q, 0)
         work.stages.new_v[0] = 0.0
+    turn = outcomes.end_of_turn(model, state)
     while state.clock[at.TIME] < until:
         if outcomes.out_of_work(model, state):
             return outcomes.CAPPED
-        if not record_instant(record, state):
-            return outcomes.FULL
+        if state.counter[at.EVALUATIONS] >= turn or not record_instant(record, state):
+            return outcomes.PAUSED
         evaluate(model, state, work)
         for i in range(n):
             rate = state.v[i] + dt * work.chain.force[i]

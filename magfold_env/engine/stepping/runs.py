@@ -7,7 +7,7 @@ from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import call_float, call_int, calls_by_address, take
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.chain import magnet_energy
-from magfold_env.engine.outcomes import FULL, REACHED, RESTED, TIMED_OUT
+from magfold_env.engine.outcomes import PAUSED, REACHED, RESTED, TIMED_OUT, end_of_turn
 from magfold_env.engine.state import Array, IntArray, Model, Record, State, Work
 from magfold_env.engine.stepping import bumps
 from magfold_env.engine.stepping.integrator import advance
@@ -20,17 +20,26 @@ RUN, ENERGY = range(2)
 def run(model: Model, state: State, work: Work, record: Record, until: float) -> int:
     """Feed a chain and let it move on, until a time [s] or what ``state`` says ends the run.
 
-    Returns REACHED there, TIMED_OUT at the run's own end, or how the integration ended. After FULL
-    the record must be emptied; called again, it goes on as if nothing had been.
+    Returns REACHED there, TIMED_OUT at the run's own end, or how the integration ended. It returns
+    PAUSED when the record is full, and at the end of a turn of at most 50 ms. The caller empties
+    the record and calls again; the run goes on as if it had not stopped.
     """
     n = model.n
+    turn = end_of_turn(model, state)
     while True:
         lo = state.counter[at.LO]
         if lo <= state.counter[at.KEEP] or state.clock[at.TIME] >= until:
             return REACHED
-        parked = state.counter[at.PARKED] == 1
+        if state.counter[at.EVALUATIONS] >= turn:
+            return PAUSED
         if lo > 0 and state.counter[at.FEEDING] == 0:
             feed.begin(model, state, work)
+        parked = state.counter[at.PARKED] == 1
+        if lo > 0 and not parked and until == math.inf and state.feed[at.ASKED] == 0.0:
+            # The drive stands still for good: what is outside has its time to settle.
+            parked = True
+            state.counter[at.PARKED] = 1
+            state.clock[at.END] = state.clock[at.TIME] + model.duration
         fed = lo > 0 and not parked
         mark = state.clock[at.MARK] if fed else math.inf
         bump = state.clock[at.BUMP]
@@ -40,10 +49,10 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
             if parked:
                 return RESTED
             if not record_rest(record, state, stop, 0.0):
-                return FULL
+                return PAUSED
             feed.carry_on(model, state, work, stop)
         else:
-            outcome = advance(model, state, work, record, stop)
+            outcome = advance(model, state, work, record, stop, turn)
             if outcome != REACHED:
                 return outcome
         if state.clock[at.TIME] >= bump:
@@ -124,7 +133,7 @@ def run_chains(
         k = rows[place]
         outcome = call_int(code[RUN], models[k], states[k], works[k], record, until[k])
         outcomes[k] = outcome
-        if outcome not in (REACHED, FULL):
+        if outcome not in (REACHED, PAUSED):
             energies[k] = call_float(code[ENERGY], models[k], states[k], works[k], 0.0)
 
 
