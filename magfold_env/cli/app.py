@@ -39,6 +39,7 @@ def main(
     ] = False,
 ) -> None:
     """Self-folding chains of magnets."""
+    options.end_long_compilations()
 
 
 for _command in (

@@ -1,8 +1,13 @@
 """What commands share: their options, checks before the long work, and how they tell things."""
 
 import os
+import signal
+import socket
+import threading
+import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Annotated, Any
@@ -17,6 +22,7 @@ from rich.measure import Measurement
 from rich.status import Status
 from rich.table import Table
 
+from magfold_env.engine.compile import jit
 from magfold_env.scene import Scene
 from magfold_env.scene.errors import SceneError, problems_of
 
@@ -54,6 +60,7 @@ Results = Annotated[
 SUFFIXES = {"--gif": ".gif", "--png": ".png", "--html": ".html", "--json": ".json"}
 """How the files must end that options ask for."""
 
+STUBBORN = 3.0  # [s] that a compiler has to stop in
 FILE_WIDTH = 150  # of wide tables where they are not written to a terminal
 WIDEST = 10_000  # of any table
 
@@ -115,6 +122,27 @@ def _misuse_in_one_line() -> Generator[None]:
             told = str(problem._replace(key=option.opts[-1], allowed=allowed))
         typer.echo(f"error: {told.rstrip('.?')}; see {error.ctx.command_path} --help", err=True)
         raise typer.Exit(error.exit_code) from None
+
+
+@cache
+def end_long_compilations() -> None:
+    """End the process where Ctrl-C finds a compiler that goes on for `STUBBORN` seconds.
+
+    Python acts on a signal between two calls of compiled code, and numba's last takes long.
+    """
+    ear, mouth = socket.socketpair()
+    mouth.setblocking(False)
+    signal.set_wakeup_fd(mouth.fileno(), warn_on_full_buffer=False)
+
+    def listen(_kept: socket.socket) -> None:
+        while number := ear.recv(1):
+            if number[0] == signal.SIGINT and jit.FIRST_USE is not None:
+                time.sleep(STUBBORN)
+                if jit.FIRST_USE.compiling:
+                    typer.echo("interrupted", err=True)
+                    os._exit(130)
+
+    threading.Thread(target=listen, args=(mouth,), daemon=True).start()
 
 
 @contextmanager

@@ -1,9 +1,12 @@
 """Session: the tube's feed step by step."""
 
+import contextlib
+
 import numpy as np
 import pytest
 
 from magfold_env.engine import entries as at
+from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import load_scene
@@ -154,3 +157,46 @@ def test_energies_grow_by_all_the_work(loading):
         work = done.feed + done.loading - done.impacts
         assert grown == pytest.approx(work, abs=1e-6 * (abs(done.feed) + abs(done.loading)))
     assert (session.account.loading != 0.0) == (loading == "at_mouth")
+
+
+@pytest.mark.parametrize("method", ["adaptive", "paper"])
+def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(method):
+    scene = load_scene("paper/sequence-3").replace(
+        mount="pinned" if method == "paper" else "tube",
+        feed={"speed": 0.002},
+        solver={"method": method, "time_step": 1e-5},
+        start_angles=[0.01, -0.02, 0.02, 0.01, -0.01] if method == "paper" else None,
+    )
+    drawn = scene.draw(np.random.default_rng(0))
+    whole, seen = simulate(drawn), []
+
+    def stop(time, released):
+        seen.append((time, released))
+        raise KeyboardInterrupt
+
+    session = Session(drawn)
+    session.progress = stop
+    while session.status is None:
+        with contextlib.suppress(KeyboardInterrupt):
+            session.settle()
+    fold = session.fold()
+    assert (fold.angles == whole.angles).all()
+    assert (fold.message, fold.evaluations) == (whole.message, whole.evaluations)
+    assert len(seen) > 2
+    assert seen == sorted(seen)
+    # At most 50 ms of work each: so many evaluations, and those of the step in which they end.
+    assert len(seen) >= whole.evaluations // (outcomes.TURN // scene.n**2 + 400)
+
+
+@pytest.mark.parametrize("limit", [None, 20.0])
+@pytest.mark.parametrize("last", [0.0, -0.05])
+def test_after_a_pull_or_at_rest_a_run_ends_as_held(last, limit):
+    session = session_of("forward", force_limit=limit)
+    session.push(0.05, 0.6)
+    session.push(last, 0.2)
+    advance = session.advance
+    session.settle()
+    assert session.status is FoldStatus.HELD
+    assert session.time < 0.8 + advance / 0.05 + session.scene.duration
+    assert session.advance == pytest.approx(0.0 if last < 0.0 else advance, abs=1e-12)
+    assert session.fold().in_tube == session.n - session.released > 0

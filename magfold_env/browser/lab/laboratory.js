@@ -85,7 +85,10 @@ class Laboratory {
   /** Let the chain come to its end, and then do something; a long fold lets the page do other work. */
   async #run(then) {
     const { chain } = this;
+    let shown = false;
     for (const _ of chain.running()) {
+      if (!shown) this.#showMotion();
+      shown = true;
       const { time, released, n } = chain;
       byId("status").textContent = `folding: ${time.toFixed(2)} s, ${released} of ${n} out`;
       byId("status").dataset.status = "";
@@ -276,6 +279,7 @@ class Laboratory {
   /** Show how the fold ended, and all of it. */
   #prepareSheet() {
     const { player } = this;
+    if (!this.play.name && this.chain.status === null) this.#showMotion(); // as far as it has come
     player.pause();
     player.seek(player.motion.end);
     player.camera.fit();

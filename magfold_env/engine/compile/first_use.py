@@ -7,8 +7,11 @@ spend a tenth of its time on that, to give back at most 300 MB.
 import gc
 import logging
 import multiprocessing
+import signal
+import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from typing import Any, cast
 
 from numba.core import event
@@ -20,6 +23,53 @@ PATIENCE = 1.0  # [s] what takes less goes without saying
 NOTICE = "; later uses load it from the disk, and `magfold warmup` compiles all that there is"
 
 _log = logging.getLogger("magfold_env")
+
+
+class Interrupt:
+    """Sees to it that Ctrl-C is not lost while something is compiled.
+
+    Numba has callbacks that swallow what is raised in them, and then goes on, or fails for want of
+    what was to be made. So KeyboardInterrupt is raised once more when the compiler comes by.
+    """
+
+    def __init__(self) -> None:
+        self._holding = self._pressed = False
+
+    def hold(self) -> None:
+        """Begin to watch for it, unless the program does something else with it."""
+        usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        if usual and threading.current_thread() is threading.main_thread():
+            self._holding, self._pressed = True, False
+            signal.signal(signal.SIGINT, self._note)
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt if it was pressed."""
+        if self._pressed:
+            self.release()
+
+    def release(self) -> None:
+        """Watch no longer; raise KeyboardInterrupt if it was pressed."""
+        if self._holding and threading.current_thread() is threading.main_thread():
+            self._holding = False
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            if self._pressed:
+                self._pressed = False
+                raise KeyboardInterrupt
+
+    def _note(self, _number: int, _frame: object) -> None:
+        self._pressed = True
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def interruptible() -> Generator[None]:
+    """Have Ctrl-C end what is compiled within; see `Interrupt`."""
+    interrupt = Interrupt()
+    interrupt.hold()
+    try:
+        yield
+    finally:
+        interrupt.release()
 
 
 class FirstUse(event.Listener):
@@ -44,6 +94,7 @@ class FirstUse(event.Listener):
         self._begun = 0.0
         self._quiet = multiprocessing.parent_process() is not None
         self._said = self._told = False
+        self._interrupt = Interrupt()
         self._collecting = gc.isenabled()
 
     def on_start(self, event: Any) -> None:
@@ -54,6 +105,7 @@ class FirstUse(event.Listener):
         if ours:  # a kernel that others call is compiled twice: on its own, and within them
             self._seen.add(function)
         if self._depth > 0:
+            self._interrupt.check()
             self._depth += 1
             if not self._said and time.monotonic() - self._begun > PATIENCE:
                 self._said = True
@@ -72,6 +124,12 @@ class FirstUse(event.Listener):
             self._begun = time.monotonic()
             self._collecting = gc.isenabled()
             gc.disable()
+            self._interrupt.hold()
+
+    @property
+    def compiling(self) -> bool:
+        """Whether a kernel is being compiled."""
+        return self._depth > 0
 
     def _say(self, text: str, *values: object) -> None:
         if not self._quiet:
@@ -87,6 +145,7 @@ class FirstUse(event.Listener):
                 if self._said:
                     self._say("compiled %s in %.0f s", self._name, time.monotonic() - self._begun)
                 self._compiled()
+                self._interrupt.release()
 
 
 def check() -> None:
@@ -94,6 +153,8 @@ def check() -> None:
     FirstUse(lambda: None)
 
 
-def listen(compiled: Callable[[], None], kernels: Sequence[Any]) -> None:
+def listen(compiled: Callable[[], None], kernels: Sequence[Any]) -> FirstUse:
     """Have numba tell of what it compiles from now on; see `FirstUse`."""
-    _register("numba:compile", FirstUse(compiled, kernels))
+    listener = FirstUse(compiled, kernels)
+    _register("numba:compile", listener)
+    return listener

@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import numba
 
-from magfold_env.engine.compile import kernel_cache
+from magfold_env.engine.compile import first_use, kernel_cache
 
 # Type checkers do not see the settings, which numba fills in at run time.
 numba_config = cast("Any", numba).config
@@ -38,7 +38,8 @@ def load(name: str, without: str) -> Any:
     try:
         module = import_module(f"{__package__}.{name}")
         if passed is None or not passed.is_file():
-            module.check()
+            with first_use.interruptible():
+                module.check()
             if passed is not None:
                 kernel_cache.write(passed, b"")
     except Exception as error:

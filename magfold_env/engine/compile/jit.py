@@ -30,8 +30,8 @@ _first_use = insides.load("first_use", "so that nothing is said while kernels ar
 KERNELS: list[Any] = []
 """All kernels of the modules that are loaded."""
 
-if _first_use is not None:
-    _first_use.listen(remove_unused, KERNELS)
+FIRST_USE: Any = _first_use and _first_use.listen(remove_unused, KERNELS)
+"""Hears of what is compiled; None where numba does not tell."""
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:

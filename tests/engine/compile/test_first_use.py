@@ -2,6 +2,7 @@
 
 import gc
 import logging
+import signal
 from types import SimpleNamespace
 
 import pytest
@@ -82,6 +83,34 @@ def test_compilers_are_spared_the_search_for_cycles(clock, collects):
         assert gc.isenabled() == collects
     finally:
         gc.enable()
+
+
+def test_ctrl_c_is_not_lost_in_a_callback_that_swallows_it():
+    kernel, listener = begun(Kernel("magfold_env.engine", "solve")), FirstUse(lambda: None)
+    for within in (True, False):
+        listener.on_start(kernel)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        if within:
+            with pytest.raises(KeyboardInterrupt):
+                listener.on_start(begun(Kernel("magfold_env.engine", "called")))
+            listener.on_end(kernel)
+        else:
+            with pytest.raises(KeyboardInterrupt):
+                listener.on_end(kernel)
+        assert not listener.compiling
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_program_keeps_its_own_answer_to_ctrl_c(monkeypatch):
+    pressed = []
+    before = signal.signal(signal.SIGINT, lambda *_: pressed.append(True))
+    try:
+        with first_use.interruptible():
+            signal.raise_signal(signal.SIGINT)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert pressed == [True]
 
 
 def test_worker_processes_keep_quiet(clock, caplog, monkeypatch):
