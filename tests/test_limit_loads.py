@@ -147,7 +147,7 @@ def test_twice_the_forces_bear_twice_the_loads(seed: int) -> None:
     assert scene.magnets is not None
     assert scene.magnets.remanence is not None
     twice = scene.replace(
-        friction=2.0 * scene.friction,
+        friction=2.0 * scene.frictions,
         magnets={"remanence": math.sqrt(2.0) * float(np.max(scene.magnets.remanence))},
     )
     once, more = mf.holding(fold), mf.holding(replace(fold, scene=twice))
@@ -191,7 +191,7 @@ def test_a_chain_bears_the_same_from_its_other_end(seed: int) -> None:
 @given(st.integers(0, 25), st.floats(1.0, 3.0))
 def test_more_friction_holds_no_less(seed: int, factor: float) -> None:
     fold = folded(seed)
-    rougher = fold.scene.replace(friction=factor * fold.scene.friction)
+    rougher = fold.scene.replace(friction=factor * fold.scene.frictions)
     once, more = loads(mf.holding(fold)), loads(mf.holding(replace(fold, scene=rougher)))
     assert (more >= once * (1.0 - 1e-6)).all()
 

@@ -127,7 +127,7 @@ def pendulum(scene: Scene) -> Pendulum:
         If the scene is more than a drawn, pinned chain in gravity.
     """
     bare = scene.mount == "pinned" and scene.magnets is None and not scene.contact
-    if not bare or scene.friction > 0.0 or scene.start_angles is None:
+    if not bare or scene.frictions.any() or scene.start_angles is None:
         raise ValueError("scene: must be a drawn, pinned chain without magnets, friction, contact")
     n, model = scene.n, pack(scene)
     return Pendulum(

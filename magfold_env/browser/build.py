@@ -34,7 +34,9 @@ from magfold_env.envs.chains.arrays import STATUSES
 from magfold_env.files import sources_digest, write_text
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
+from magfold_env.scene.base import REMANENCE, SPEED
 from magfold_env.scene.magnets import ROUNDING
+from magfold_env.scene.parts import MOST_STEPS
 from magfold_env.simulation.endings import BREAKDOWNS
 from magfold_env.simulation.frames import APART
 
@@ -197,7 +199,6 @@ def constants() -> dict[str, Any]:
         "choice": _numbers(settings, "MOUNT", "FORWARD", "AT_MOUTH", "OBSTACLES"),
         "number": _numbers(
             settings,
-            "FRICTION",
             "NORMAL",
             "DURATION",
             "FORCE_LIMIT",
@@ -229,6 +230,11 @@ def constants() -> dict[str, Any]:
         "bore": scene.bore,
         "diagonal": scene.casing.diagonal,
         "rounding": ROUNDING,
+        "most": {
+            "remanence": REMANENCE._asdict(),
+            "speed": SPEED._asdict(),
+            "steps": MOST_STEPS,
+        },
         "shortest": memory.LENGTHS[0],
         "longest": memory.LENGTHS[-1],
     }

@@ -109,6 +109,7 @@ export class Chain {
     this.#fill("settings.pole", told.poles.flat().map(BigInt));
     this.#fill("settings.remanence", told.remanence.flat());
     this.#fill("settings.mass", told.mass);
+    this.#fill("settings.friction", told.friction);
     this.#fill("settings.speed", told.speed);
     this.#fill("settings.obstacles", told.obstacles.flat());
     const { choice, number } = layout, choices = this.field("settings.choice");
@@ -117,7 +118,6 @@ export class Chain {
     choices[choice.AT_MOUTH] = BigInt(told.loading === "at_mouth");
     choices[choice.OBSTACLES] = BigInt(told.obstacles.length);
     const numbers = this.field("settings.number");
-    numbers[number.FRICTION] = told.friction;
     numbers[number.NORMAL] = told.normal;
     numbers[number.DURATION] = told.duration;
     numbers[number.FORCE_LIMIT] = told.forceLimit;
@@ -167,8 +167,9 @@ export class Chain {
   /** Have the feed go at a speed [m/s], or one a component in the mouth; below 0 it pulls back. */
   push(speed) {
     const speeds = Array.isArray(speed) ? speed : Array(this.n).fill(speed);
-    if (speeds.length !== this.n || !speeds.every(Number.isFinite)) {
-      const allowed = `must be a number, or ${this.n}`;
+    const { most } = this.engine.layout.most.speed;
+    if (speeds.length !== this.n || !speeds.every((each) => Number.isFinite(each) && Math.abs(each) <= most)) {
+      const allowed = `must be a number from -${most} to ${most}, or ${this.n}`;
       throw new SceneError([{ key: "speed", value: speed, allowed }]);
     }
     this.#fill("settings.speed", speeds);
@@ -424,19 +425,23 @@ export class Chain {
   #facts() {
     const { told } = this, facts = [["Sequence", told.sequence.join(" ")], ["Mount", told.mount]];
     if (told.mount === "tube") {
-      const slow = Math.min(...told.speed), fast = Math.max(...told.speed);
-      const speed = slow === fast ? short(slow, 4) : `${short(slow, 4)} to ${short(fast, 4)}`;
-      facts.push(["Feed", `${told.direction}, ${speed} m/s, ${told.loading}`]);
+      facts.push(["Feed", `${told.direction}, ${range(told.speed)} m/s, ${told.loading}`]);
     }
     const energy = `${(MILLI * this.energy()).toFixed(4)} mJ`.replace("-", "−");
     return [
       ...facts,
       ["Casing", `${short(MILLI * this.engine.layout.scene.casing.side, 4)} mm`],
-      ["Friction", short(told.friction, 4)],
+      ["Friction", range(told.friction)],
       ["Magnetic energy at the end", energy],
       ["Simulated time", `${this.time.toFixed(4)} s`],
     ];
   }
+}
+
+/** Return one number for values that are alike, else the smallest and the largest. */
+function range(values) {
+  const low = Math.min(...values), high = Math.max(...values);
+  return low === high ? short(low, 4) : `${short(low, 4)} to ${short(high, 4)}`;
 }
 
 /** Return the word of letters as kernels have them, of which the last is none. */

@@ -134,6 +134,7 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
         remanence=np.zeros((n, 4)),
         face=np.array([part.by_face("width"), part.by_face("height")]),
         mass=np.zeros(n),
+        friction=np.zeros(n),
         speed=np.zeros(n),
         start=np.zeros(n + 1),
         obstacles=np.zeros((MOST_OBSTACLES, 5)),

@@ -29,7 +29,17 @@ const spread = [(value) => isNumber(value) && value >= 0 && value <= 0.5,
   "must be a number from 0 to 0.5"];
 const tolerance = [(value) => isNumber(value) && value >= 1e-12 && value <= 0.1,
   "must be a number from 1e-12 to 0.1"];
-const count = [(value) => Number.isSafeInteger(value) && value > 0, "must be a whole number above 0"];
+const count = (most) => [(value) => Number.isInteger(value) && value > 0 && value <= most,
+  `must be a whole number from 1 to ${most}`];
+// Like magfold_env.scene.base.Most, whose entries these are.
+const atMost = ({ most, unit, usual, others }) => [(value) => positive[0](value) && value <= most,
+  (value) => {
+    if (!(value > most)) return positive[1];
+    const meant = Object.entries(others)
+      .find(([, size]) => usual[0] <= value * size && value * size <= usual[1]);
+    return `must be at most ${brief(most)} ${unit}`
+      + (meant ? `; ${brief(value)} ${meant[0]} are ${brief(value * meant[1])}` : "");
+  }];
 const oneOf = (names) => [(value) => names.includes(value), `must be one of ${names.join(", ")}`];
 
 /** Reads values one by one and collects what is wrong with them. */
@@ -39,7 +49,7 @@ class Reader {
   }
 
   refuse(key, value, allowed) {
-    this.problems.push({ key, value, allowed });
+    this.problems.push({ key, value, allowed: typeof allowed === "string" ? allowed : allowed(value) });
   }
 
   /** Return a group as an object; entries that are none of its names are refused. */
@@ -108,9 +118,10 @@ export function readScene(scene, layout) {
     poles: sequence.map((faces) => [...faces].map((pole) => POLES[pole])),
     remanence: rows.map((row, k) => read.each(
       rows.length > 1 && row !== strength ? `magnets.remanence[${k}]` : "magnets.remanence",
-      row, 4, positive)),
+      row, 4, atMost(layout.most.remanence))),
     mass: read.each("casing.mass", casing.mass ?? standard.casing.mass, n, positive),
-    speed: read.each("feed.speed", feed.speed ?? standard.feed.speed, n, positive),
+    speed: read.each("feed.speed", feed.speed ?? standard.feed.speed, n,
+      atMost(layout.most.speed)),
     direction: read.one("feed.direction", feed.direction, standard.feed.direction,
       oneOf(["forward", "backward"])),
     loading: read.one("feed.loading", feed.loading, standard.feed.loading,
@@ -120,11 +131,12 @@ export function readScene(scene, layout) {
       [(value) => isNumber(value) && value >= layout.diagonal,
         `must be at least the casing's diagonal, ${layout.diagonal}`]),
     wall: read.one("feed.wall", feed.wall, standard.feed.wall, positive),
-    friction: read.one("friction", entries.friction, standard.friction, notNegative),
+    friction: read.each("friction", entries.friction ?? standard.friction, n, notNegative),
     normal: read.one("gravity.normal", gravity.normal, standard.gravity.normal, notNegative),
     duration: read.one("duration", entries.duration, standard.duration, positive),
     tolerance: read.one("solver.tolerance", solver.tolerance, standard.solver.tolerance, tolerance),
-    maxSteps: read.one("solver.max_steps", solver.max_steps, standard.solver.max_steps, count),
+    maxSteps: read.one("solver.max_steps", solver.max_steps, standard.solver.max_steps,
+      count(layout.most.steps)),
     spread: read.one("start_angle_spread", entries.start_angle_spread,
       standard.start_angle_spread, spread),
     obstacles: readObstacles(read, entries.obstacles, layout),

@@ -29,7 +29,7 @@ MOUNT, FORWARD, AT_MOUTH, OBSTACLES = range(4)
 # `Settings.number`: the scene's entries of these names, gravity normal to the plane among them, and
 # the time between two frames, and the solver's. Without a limit of its force, or frames, a number
 # is infinite, or 0.
-FRICTION, NORMAL, DURATION, FORCE_LIMIT, BORE, WALL, INTERVAL, TOLERANCE, MAX_STEPS = range(9)
+NORMAL, DURATION, FORCE_LIMIT, BORE, WALL, INTERVAL, TOLERANCE, MAX_STEPS = range(8)
 # `Settings.obstacles`: centre [m], lengths along the heading and across [m], the heading [rad].
 X, Y, LENGTH, WIDTH, HEADING = range(5)
 
@@ -67,11 +67,12 @@ class Settings(NamedTuple):
     remanence: Array  # (n, 4) [T]
     face: Array  # widths and heights of the pole faces, (2, 4) [m]
     mass: Array  # (n,) [kg]
+    friction: Array  # (n,)
     speed: Array  # of the feed while each is in the mouth, (n,) [m/s]
     start: Array  # joint angles [rad], or in a tube the hinges' offsets [m], (n + 1,)
     obstacles: Array  # (MOST_OBSTACLES, 5)
     choice: IntArray  # (4,)
-    number: Array  # (9,)
+    number: Array  # (8,)
     numbers: Numbers
     offsets: Array  # scratch: those of a chain in the tube, (1, n + 1), its headings, (1, n), and
     headings: Array
@@ -104,8 +105,8 @@ def set_up(settings: Settings, model: Model, state: State, view: View) -> None:
     words.tolerance[0] = number[TOLERANCE]
     words.max_steps[0] = int(number[MAX_STEPS])
     words.interval[0] = number[INTERVAL]
-    words.frictional[0] = int(number[FRICTION] > 0.0 and number[NORMAL] > 0.0)
-    mean, least = put_masses(settings, model)
+    mean, least, rubs = put_masses(settings, model)
+    words.frictional[0] = int(rubs)
     words.rate_scale[0] = typical_rate(settings, model, largest, mean)
     light_rate = typical_rate(settings, model, largest, least)
     words.light_rate[0] = light_rate
@@ -142,19 +143,22 @@ def put_charges(settings: Settings, charge: Array) -> tuple[float, bool]:
 
 
 @kernel
-def put_masses(settings: Settings, model: Model) -> tuple[float, float]:
-    """Fill in masses, moments of inertia and friction; returns the mean and the least mass [kg]."""
+def put_masses(settings: Settings, model: Model) -> tuple[float, float, bool]:
+    """Fill in masses, moments of inertia and friction.
+
+    Returns the mean and the least mass [kg], and whether there is friction.
+    """
     n, flip = model.n, is_flipped(settings)
     mass = model.bodies.mass
-    press = settings.number[FRICTION] * settings.number[NORMAL]
-    least = math.inf
+    least, rubs = math.inf, False
     for i in range(n):
         k = n - 1 - i if flip else i
         mass[k] = settings.mass[i]
         least = min(least, mass[k])
         model.bodies.inertia[k] = mass[k] * (model.side * model.side) / 6.0
-        model.grip[k] = press * mass[k]
-    return mean(mass), least
+        rubs = rubs or (settings.friction[i] > 0.0 and settings.number[NORMAL] > 0.0)
+        model.grip[k] = settings.friction[i] * settings.number[NORMAL] * mass[k]
+    return mean(mass), least, rubs
 
 
 @kernel

@@ -72,7 +72,7 @@ class Design:
         return self._found.sequence
 
     @property
-    def speed(self) -> base.PositiveEach | None:
+    def speed(self) -> base.Each[base.Speed] | None:
         """Feed speed [m/s], one or one a component; None if no tube feeds.
 
         Raises

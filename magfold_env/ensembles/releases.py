@@ -453,7 +453,7 @@ def varied(scene: Scene) -> str:
     for name in type(scene.spreads).model_fields:
         width = getattr(scene.spreads, name)
         if width > 0.0:
-            unit = {"friction_decades": "", "obstacle_offset": " m"}.get(name)
+            unit = {"friction_decades": "", "obstacle_offset": " m", "tilt": "°"}.get(name)
             told = f"{100 * width:g} %" if unit is None else f"{width:g}{unit}"
             found.append(f"{name.replace('_', ' ')} ±{told}")
     return ", ".join(found) or "nothing"

@@ -49,7 +49,7 @@ def device(kind: Kind) -> str:
     """Return what the chains of a kind have that others have not."""
     scene = experiment.paper_scene(1, "free", kind)
     assert scene.magnets is not None
-    return f"{scene.magnets.remanence:g} T, µ {scene.friction:g}"
+    return f"{scene.magnets.remanence:g} T, µ {scene.frictions[0]:g}"
 
 
 def inputs(number: int, modes: Sequence[Mode], kind: Kind) -> str:

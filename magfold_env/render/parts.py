@@ -74,7 +74,7 @@ def casing_texts(scene: Scene) -> list[str]:
         "each with magnets; neighbours hinged at opposite corners"
     ]
     stops = "Joints stop at ±90°, face on face" if scene.contact else "No joint stops"
-    lines.append(f"{stops}; friction with the floor {scene.friction:.3g}")
+    lines.append(f"{stops}; friction with the floor {_range(scene.frictions)}")
     return lines
 
 
@@ -104,8 +104,12 @@ def millimetres(metres: float) -> str:
 
 def _milli_range(values: FloatArray) -> str:
     """Return a thousand times some values: one number, or their range."""
+    return _range(MILLI * values)
+
+
+def _range(values: FloatArray) -> str:
     low, high = float(values.min()), float(values.max())
-    return f"{MILLI * low:.4g}" + (f" to {MILLI * high:.4g}" if high > low else "")
+    return f"{low:.4g}" + (f" to {high:.4g}" if high > low else "")
 
 
 def _strength(scene: Scene, strength: float) -> str:

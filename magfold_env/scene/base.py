@@ -1,13 +1,23 @@
 """What the groups of a scene are made of: their base class and the numbers they hold."""
 
 import math
+import sys
 from collections.abc import Mapping
-from typing import Annotated, Any, cast
+from typing import Annotated, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, ValidationError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Strict,
+    Tag,
+    ValidationError,
+)
 
-from magfold_env.scene.errors import SceneError, problems_of
+from magfold_env.scene.errors import SceneError, is_number, problems_of
 
 MU0 = 4e-7 * math.pi
 """Vacuum permeability [T m/A], the value the paper uses."""
@@ -20,6 +30,42 @@ Fraction = Annotated[float, Strict(), Field(ge=0, lt=1)]
 Flag = Annotated[bool, Strict()]
 
 
+class Most(NamedTuple):
+    """The largest number that a quantity may be, and the units it is given in by mistake."""
+
+    most: float
+    unit: str
+    usual: tuple[float, float]
+    """The smallest and the largest number that a user may have meant."""
+    others: dict[str, float]
+    """Other units by name, each in this unit. The first that gives a usual number is named."""
+
+    def check(self, value: object) -> object:
+        """Return the value; raise a `ValueError` that suggests another unit if it is too large."""
+        if not is_number(value) or not self.most < value <= sys.float_info.max:
+            return value
+        message = f"must be at most {self.most:.6g} {self.unit}"
+        for name, size in self.others.items():
+            if self.usual[0] <= value * size <= self.usual[1]:
+                message += f"; {value:.6g} {name} are {value * size:.6g}"
+                break
+        raise ValueError(message)
+
+
+LENGTH = Most(0.5, "m", (0.0, 0.5), {"mm": 1e-3})
+"""Of the sides of casings and magnets."""
+REMANENCE = Most(10.0, "T", (0.05, 1.6), {"mT": 1e-3, "kG": 0.1, "G": 1e-4})
+"""No magnet has more than 1.6 T; draws of its strength at most quadruple that."""
+SPEED = Most(20.0, "m/s", (0.0, 20.0), {"mm/s": 1e-3})
+"""Of a feed; no drive is faster."""
+
+Metres = Annotated[Positive, Field(le=LENGTH.most), BeforeValidator(LENGTH.check)]
+MetresOrZero = Annotated[NonNegative, Field(le=LENGTH.most), BeforeValidator(LENGTH.check)]
+Remanence = Annotated[Positive, Field(le=REMANENCE.most), BeforeValidator(REMANENCE.check)]
+Speed = Annotated[Positive, Field(le=SPEED.most), BeforeValidator(SPEED.check)]
+Velocity = Annotated[Number, Field(ge=-SPEED.most, le=SPEED.most), BeforeValidator(SPEED.check)]
+
+
 def number_or_list(value: object) -> str:
     """Return the tag of the branch by which one number or many are checked.
 
@@ -28,11 +74,12 @@ def number_or_list(value: object) -> str:
     return "<list>" if isinstance(value, (list, tuple)) else "<number>"
 
 
-PositiveEach = Annotated[
-    Annotated[Positive, Tag("<number>")] | Annotated[tuple[Positive, ...], Tag("<list>")],
+T = TypeVar("T")
+Each = Annotated[
+    Annotated[T, Tag("<number>")] | Annotated[tuple[T, ...], Tag("<list>")],
     Discriminator(number_or_list),
 ]
-"""One positive number for all components, or one for each, component 1 first."""
+"""One number for all components, or one for each, component 1 first."""
 
 
 def plain(value: Any) -> Any:

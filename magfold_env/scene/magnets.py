@@ -1,7 +1,7 @@
 """The magnets group of a scene: four magnets a component, one behind each face."""
 
 from functools import cached_property
-from typing import Annotated, Any, Literal, Self, TypeVar, cast, get_args
+from typing import Annotated, Any, Literal, Self, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,16 @@ from pydantic import (
     model_validator,
 )
 
-from magfold_env.scene.base import MU0, NonNegative, Part, Positive, number_or_list
+from magfold_env.scene.base import (
+    MU0,
+    Metres,
+    MetresOrZero,
+    Part,
+    Positive,
+    Remanence,
+    T,
+    number_or_list,
+)
 from magfold_env.scene.errors import Problem, SceneError
 
 FACES = ("front-left", "back-left", "back-right", "front-right")
@@ -48,7 +57,6 @@ def _strength_branch(value: object) -> str:
     return tag
 
 
-T = TypeVar("T")
 One = Annotated[T, Tag("<number>")]
 FOUR = Field(json_schema_extra={"minItems": len(FACES), "maxItems": len(FACES)})
 """Tells in JSON schemas what `_four` and `_row` check, in words of their own."""
@@ -56,11 +64,9 @@ Four = Annotated[tuple[T, ...], AfterValidator(_four), FOUR, Tag("<list>")]
 EachFace = Annotated[One[T] | Four[T], Discriminator(number_or_list)]
 """One number for all faces, or one for each, in the order `FACES`."""
 Strength = Annotated[
-    One[Positive]
-    | Four[Positive]
-    | Annotated[
-        tuple[Annotated[tuple[Positive, ...], BeforeValidator(_row), FOUR], ...], Tag("<rows>")
-    ],
+    One[T]
+    | Four[T]
+    | Annotated[tuple[Annotated[tuple[T, ...], BeforeValidator(_row), FOUR], ...], Tag("<rows>")],
     Discriminator(_strength_branch),
 ]
 """One positive number, one a face, or a row of four for every component, component 1 first."""
@@ -75,17 +81,17 @@ class Magnets(Part):
 
     model: Literal["strips", "points"] = "strips"
     """`strips`: evenly charged rectangles; `points`: the paper's charges on a line."""
-    remanence: Strength | None = 0.6
+    remanence: Strength[Remanence] | None = 0.6
     """Residual flux density [T]; None where `pole_charge` is given."""
-    pole_charge: Strength | None = None
+    pole_charge: Strength[Positive] | None = None
     """Magnetic charge of one pole face [A m]; given instead of `remanence`."""
-    width: EachFace[Positive] = 0.006
+    width: EachFace[Metres] = 0.006
     """Pole face along the casing's face, in the plane [m]."""
-    height: EachFace[Positive] = 0.006
+    height: EachFace[Metres] = 0.006
     """Pole face normal to the plane [m]."""
-    thickness: EachFace[Positive] = 0.0025
+    thickness: EachFace[Metres] = 0.0025
     """Distance between a magnet's two pole faces [m]."""
-    inset: EachFace[NonNegative] = 0.0005
+    inset: EachFace[MetresOrZero] = 0.0005
     """How far the outer pole face lies inside the casing's face [m]."""
     nodes: Annotated[int, Strict(), Field(ge=1, le=128)] | None = None
     """Nodes along the width of a pole face; None lets `accuracy` choose (points: 3)."""

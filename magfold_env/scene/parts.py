@@ -3,37 +3,47 @@
 from __future__ import annotations
 
 import math
-import sys
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Strict, model_validator
 from pydantic import Field as Limits
+from pydantic import Strict, model_validator
 
-from magfold_env.scene.base import MU0, Fraction, NonNegative, Number, Part, Positive, PositiveEach
-from magfold_env.scene.errors import Problem, is_number, refuse
+from magfold_env.scene.base import (
+    MU0,
+    Each,
+    Fraction,
+    Metres,
+    NonNegative,
+    Number,
+    Part,
+    Positive,
+    Remanence,
+    Speed,
+    Velocity,
+)
+from magfold_env.scene.errors import Problem, refuse
 from magfold_env.scene.magnets import Array
 from magfold_env.scene.obstacles import Rectangle
 
-LONGEST = 0.5
-"""Largest side of a casing [m]: longer ones are millimetres."""
+MOST_STEPS = 10**12
+"""Of steps, the largest number that may be allowed; no run takes as many."""
 
+STEEPEST = 45.0
+"""Largest tilt of a floor that is drawn [degrees]."""
 
-def _in_metres(side: object) -> object:
-    if is_number(side) and LONGEST < side <= sys.float_info.max:
-        raise ValueError(f"must be at most {LONGEST} m; {side:.6g} mm are {side / 1000.0:.6g}")
-    return side
+Steps = Annotated[int, Strict(), Limits(ge=1, le=MOST_STEPS)]
 
 
 class Casing(Part):
     """The square body of a component, hinged to its neighbours at opposite corners."""
 
-    side: Annotated[Positive, Limits(le=LONGEST), BeforeValidator(_in_metres)] = 0.0125
+    side: Metres = 0.0125
     """Edge length [m]."""
-    mass: PositiveEach = 0.0037
+    mass: Each[Positive] = 0.0037
     """Mass of a component with its magnets [kg]; one number, or one a component."""
-    inertia: PositiveEach | None = None
+    inertia: Each[Positive] | None = None
     """Moment of inertia about the centre [kg m²]; None takes mass·side²/6, an even square."""
     corner_radius: Positive = 1e-5
     """Rounding of the corners where they meet other casings and the tube [m]."""
@@ -49,9 +59,9 @@ class Casing(Part):
 class Schedule(Part):
     """How a feed goes, leg by leg, forth and back."""
 
-    time: tuple[tuple[Positive, Number], ...] | None = None
+    time: tuple[tuple[Positive, Velocity], ...] | None = None
     """Legs of a duration [s] at a speed [m/s], which pulls back where it is negative."""
-    advance: tuple[tuple[NonNegative, Positive], ...] | None = None
+    advance: tuple[tuple[NonNegative, Speed], ...] | None = None
     """Legs to how far the feed has gone [diagonals], each at a speed [m/s]."""
 
     @model_validator(mode="after")
@@ -92,7 +102,7 @@ class Feed(Part):
 
     direction: Literal["forward", "backward"] = "forward"
     """`forward`: component 1 leaves first; `backward`: component n does."""
-    speed: PositiveEach = 0.05
+    speed: Each[Speed] = 0.05
     """Feed speed [m/s]; one number, or the speed each component leaves at, component 1 first."""
     schedule: Schedule | None = None
     """How the feed goes forth and back, in place of its speed; then the tube may keep components
@@ -117,13 +127,13 @@ class FixedMagnet(Part):
     """Its centre [m]; the origin is the tube's mouth, else component 1's outer hinge at first."""
     heading: Number = 0.0
     """Direction of its magnetisation, from its south to its north pole [rad]; 0 is along +x."""
-    width: Positive
+    width: Metres
     """Pole face in the plane [m]."""
-    height: Positive
+    height: Metres
     """Pole face normal to the plane [m]."""
-    thickness: Positive
+    thickness: Metres
     """Distance between its two pole faces, along its heading [m]."""
-    remanence: Positive = 1.2
+    remanence: Remanence = 1.2
     """Residual flux density [T]."""
 
     @property
@@ -177,7 +187,7 @@ class Bumps(Part):
 
     rate: Positive
     """Mean number of bumps a second [1/s]."""
-    speed: Positive
+    speed: Speed
     """By how much each changes velocities [m/s]."""
     duration: Positive = 1.0
     """How long bumps go on, from the beginning [s]; a chain that rests meanwhile waits for them."""
@@ -186,10 +196,10 @@ class Bumps(Part):
 
 
 class Spreads(Part):
-    """Half-widths of the even draws that `Scene.draw` makes, relative but for one; 0: no draw."""
+    """Half-widths of the even draws that `Scene.draw` makes, relative but for two; 0: no draw."""
 
     friction: Fraction = 0.0
-    """Of the friction coefficient, one factor a scene."""
+    """Of the friction coefficients, one factor a scene."""
     friction_decades: Fraction = 0.0
     """Of its logarithm to base ten; both factors come of one number."""
     mass: Fraction = 0.0
@@ -211,8 +221,12 @@ class Spreads(Part):
     obstacle_offset: NonNegative = 0.0
     """How far all obstacles are moved along y, once for a scene [m]."""
 
+    tilt: Annotated[float, Strict(), Limits(ge=0, le=STEEPEST)] = 0.0
+    """How far the floor tilts [degrees], evenly from 0 to this, once for a scene, in a direction
+    drawn evenly from all."""
+
     def friction_factor(self, unit: Array) -> Array:
-        """Return factors of the friction coefficient for numbers drawn evenly from [−1, 1)."""
+        """Return factors of the friction coefficients for numbers drawn evenly from [−1, 1)."""
         # Rounded, so that machines whose powers differ in the last bit draw the same.
         decades = np.round(10.0 ** (self.friction_decades * unit), 12)
         return (1.0 + self.friction * unit) * decades
@@ -226,6 +240,19 @@ class Spreads(Part):
         """Return where obstacles lie along y [m], (m, k), for places (k,) and numbers (m, 2)."""
         width = 1.0 + self.obstacle_width * unit[:, :1]
         return width * y + self.obstacle_offset * unit[:, 1:]
+
+    def tilted(self, gravity: Gravity, unit: Array) -> tuple[Array, Array]:
+        """Return gravity [m/s²] on tilted floors for numbers (..., 2) drawn evenly from [−1, 1).
+
+        Normal to the plane, (...), and in it, (..., 2): the former comes on top of what acts in the
+        plane anyway, and presses the less on the floor.
+        """
+        angle, way = math.radians(self.tilt) * unit[..., 0], math.pi * unit[..., 1]
+        # Rounded like the factors of friction.
+        steep, flat = np.round(np.sin(angle), 12), np.round(np.cos(angle), 12)
+        direction = np.round(np.stack([np.cos(way), np.sin(way)], axis=-1), 12)
+        along = (gravity.normal * steep)[..., None] * direction
+        return gravity.normal * flat, np.asarray(gravity.in_plane) + along
 
     @property
     def any(self) -> bool:
@@ -242,8 +269,8 @@ class Solver(Part):
     """Local error allowed in an angle [rad] (`adaptive`)."""
     time_step: Positive = 1.0 / 1200.0
     """Step [s] (`paper`)."""
-    max_steps: Annotated[int, Strict(), Limits(ge=1)] = 200_000
+    max_steps: Steps = 200_000
     """Work cap: a chain still moving after so many steps is `unsettled`. A step that is tried again
     at a shorter length counts once."""
-    max_steps_per_second: Annotated[int, Strict(), Limits(ge=1)] = 50_000
+    max_steps_per_second: Steps = 50_000
     """Work cap: so is one that needs more steps in one second of simulated time."""

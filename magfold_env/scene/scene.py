@@ -85,8 +85,9 @@ class Scene(base.Part):
     """`pinned`: component 1's outer hinge is fixed; `tube`: the chain is pushed out of a tube."""
     feed: parts.Feed = parts.Feed()
     """The tube; without effect unless `mount` is `tube`."""
-    friction: base.NonNegative = 0.35
-    """Coulomb coefficient between casing and floor, static and kinetic."""
+    friction: base.Each[base.NonNegative] = 0.35
+    """Coulomb coefficient between casing and floor, static and kinetic; one number, or one a
+    component, component 1 first."""
     gravity: parts.Gravity = parts.Gravity()
     """Gravity, normal to the plane and in it."""
     contact: base.Flag = True
@@ -107,7 +108,7 @@ class Scene(base.Part):
     bumps: parts.Bumps | None = None
     """A train of bumps that disturbs the chain; None for none."""
     spreads: parts.Spreads = parts.Spreads()
-    """Randomisation: half-widths of even draws, relative but for the last; 0 for no draw."""
+    """Randomisation: half-widths of even draws, relative but for the last two; 0 for no draw."""
     solver: parts.Solver = parts.Solver()
     """Time stepping."""
     duration: base.Positive = 5.0
@@ -116,6 +117,7 @@ class Scene(base.Part):
     @model_validator(mode="after")
     def _check_fit(self) -> Self:
         wanted = {
+            "friction": (self.friction, self.n, "components"),
             "casing.mass": (self.casing.mass, self.n, "components"),
             "casing.inertia": (self.casing.inertia, self.n, "components"),
             "feed.speed": (self.feed.speed, self.n, "components"),
@@ -149,6 +151,8 @@ class Scene(base.Part):
             problems += self._misfits_of_spreads()
         if not problems and self.spreads.moves_obstacles:
             problems += self._misfits_of_obstacles()
+        if self.spreads.any:
+            problems += self._too_strong_or_fast_draws()
         refuse(problems)
         return self
 
@@ -168,6 +172,11 @@ class Scene(base.Part):
         if self.casing.inertia is None:
             return self.masses * (self.casing.side * self.casing.side) / 6.0
         return self._each(self.casing.inertia)
+
+    @property
+    def frictions(self) -> Array:
+        """Friction coefficients, shape (n,)."""
+        return self._each(self.friction)
 
     @property
     def speeds(self) -> Array:
@@ -262,6 +271,28 @@ class Scene(base.Part):
                 return [Problem(key, value, f"a scene at its end: {told}")]
         return []
 
+    def _too_strong_or_fast_draws(self) -> list[Problem]:
+        """Return which spreads reach beyond the strongest magnet or the fastest feed allowed."""
+        spreads, schedule = self.spreads, self.feed.schedule
+        strongest = 0.0
+        if self.magnets is not None and self.magnets.remanence is not None:
+            strongest = float(np.max(self.magnets.remanence))
+            strongest *= (1.0 + spreads.remanence) * (1.0 + spreads.magnet)
+        fastest = float(np.max(self.feed.speed)) * (1.0 + spreads.feed_jitter)
+        if schedule is not None:
+            fastest = max(fastest, float(schedule.speeds.max()))
+        fastest *= 1.0 + spreads.feed_speed
+        problems: list[Problem] = []
+        for key, largest, (most, unit, *_), names in (
+            ("magnets.remanence", strongest, base.REMANENCE, ("remanence", "magnet")),
+            ("feed.speed", fastest, base.SPEED, ("feed_speed", "feed_jitter")),
+        ):
+            name = max(names, key=lambda each: getattr(spreads, each))
+            if largest > most and getattr(spreads, name) > 0.0:
+                allowed = f"must keep {key} at most {most:g} {unit}; draws reach {largest:.6g}"
+                problems.append(Problem(f"spreads.{name}", getattr(spreads, name), allowed))
+        return problems
+
     def _misfits_of_obstacles(self) -> list[Problem]:
         """Return the problems of obstacles that lie as far as they may be drawn to."""
         for ends in itertools.product((-1.0, 1.0), repeat=2):
@@ -290,7 +321,7 @@ class Scene(base.Part):
             changes["magnets"] = {"inset": np.asarray(self.magnets.inset) * inset}
         return changes
 
-    def _each(self, value: base.PositiveEach) -> Array:
+    def _each(self, value: float | tuple[float, ...]) -> Array:
         each = np.empty(self.n)
         each[:] = value
         return each
@@ -388,7 +419,8 @@ class Scene(base.Part):
         width. Where the feed jitters or magnets differ one by one, their draws follow: feed jitter
         (n), magnets (4n), component by component; where obstacles lie differently, their width (1)
         and offset (1); where side or inset vary, side (1), inset (1); where bumps are left to
-        chance, their seed (1). A concrete scene draws nothing.
+        chance, their seed (1); where the floor tilts, its angle (1) and direction (1). A concrete
+        scene draws nothing.
 
         Parameters
         ----------
@@ -400,7 +432,7 @@ class Scene(base.Part):
         n, spreads = self.n, self.spreads
         tube = self.mount == "tube"
         unit = 2.0 * rng.random(2 * n + (4 if tube else 2)) - 1.0
-        friction = self.friction * float(spreads.friction_factor(unit[:1])[0])
+        friction = np.asarray(self.friction) * spreads.friction_factor(unit[0])
         masses = 1.0 + spreads.mass * unit[1 : n + 1]
         strength = np.asarray(1.0 + spreads.remanence * unit[n + 1])
         speed = np.asarray(1.0 + spreads.feed_speed * unit[n + 2])
@@ -445,6 +477,9 @@ class Scene(base.Part):
             changes |= self._sized(1.0 + spreads.side * side, 1.0 + spreads.inset * inset)
         if self.bumps is not None and self.bumps.seed is None:
             changes["bumps"] = {"seed": int(rng.integers(1, 2**31 - 1))}
+        if spreads.tilt > 0.0:
+            normal, along = spreads.tilted(self.gravity, 2.0 * rng.random(2) - 1.0)
+            changes["gravity"] = {"normal": normal, "in_plane": along}
         return changes
 
 

@@ -69,7 +69,7 @@ class Chains:
         self.obstacles: Array = self._models["obstacles"]
         self.rate_scale = self._models.number("rate_scale")
         self.light_rate = self._models.number("light_rate")
-        self._gravity = [self._models.number(f"gravity_{axis}") for axis in "xy"]
+        self.gravity = [self._models.number(f"gravity_{axis}") for axis in "xy"]
         self.q, self.v, self.stuck = (self._states[name] for name in ("q", "v", "stuck"))
         self.counters: IntArray = self._states["counter"]
         self.clocks: Array = self._states["clock"]
@@ -153,13 +153,13 @@ class Chains:
         """
         free = np.arange(self.models[0].n) >= self.counters[rows, at.LO][:, None]
         mass = np.where(free, self.mass[rows], 0.0).sum(axis=1)
-        usual = [gravity[rows] for gravity in self._gravity]
-        for gravity, force in zip(self._gravity, forces.T, strict=True):
+        usual = [gravity[rows] for gravity in self.gravity]
+        for gravity, force in zip(self.gravity, forces.T, strict=True):
             gravity[rows] += np.divide(force, mass, out=np.zeros(len(rows)), where=mass > 0.0)
         # What was found of the last step's end no longer holds.
         self.counters[rows, at.FRESH] = 1
         self.push(rows, seconds)
-        for gravity, before in zip(self._gravity, usual, strict=True):
+        for gravity, before in zip(self.gravity, usual, strict=True):
             gravity[rows] = before
         self.counters[rows, at.FRESH] = 1
 

@@ -66,10 +66,11 @@ def pack(scene: Scene) -> Model:
     """
     n = scene.n
     casing, bumps = scene.casing, scene.bumps
-    mass, inertia = scene.masses, scene.inertias
+    mass, inertia, friction = scene.masses, scene.inertias, scene.frictions
     length = np.full(n, casing.diagonal)
     if reversed_inside(scene):
         mass, inertia = mass[::-1].copy(), inertia[::-1].copy()
+        friction = friction[::-1]
     magnets, tables = pack_magnets(scene), joint_tables(scene)
     every_charge = charges(scene)
     magnetic = _is_magnetic(scene, every_charge)
@@ -84,9 +85,9 @@ def pack(scene: Scene) -> Model:
         side=casing.side,
         rounding=casing.corner_radius,
         past_stop=_past_stop(scene),
-        grip=scene.friction * scene.gravity.normal * mass,
+        grip=friction * scene.gravity.normal * mass,
         arm=FRICTION_ARM * casing.side,
-        frictional=scene.friction > 0.0 and scene.gravity.normal > 0.0,
+        frictional=bool(friction.any()) and scene.gravity.normal > 0.0,
         gravity_x=scene.gravity.in_plane[0],
         gravity_y=scene.gravity.in_plane[1],
         field=pack_field(scene, magnetic),
@@ -352,13 +353,14 @@ def _length(x: float, y: float) -> float:
     return math.sqrt(x * x + y * y)
 
 
-def typical_rate(scene: Scene, charge: Array, mass: Array) -> Array:
+def typical_rate(scene: Scene, charge: Array, mass: Array, pull: Array | None = None) -> Array:
     """Return the rate that the strongest force gives one component, the scale of errors [rad/s].
 
     ``charge`` is the largest of a pole face [A·m], of any shape, ``mass`` the component's [kg], of
-    the same shape.
+    the same shape; ``pull`` is gravity in the plane [m/s²], (..., 2), where it is not the scene's.
     """
-    acceleration = np.full(mass.shape, _length(*scene.gravity.in_plane))
+    x, y = np.moveaxis(np.asarray(scene.gravity.in_plane if pull is None else pull), -1, 0)
+    acceleration = np.broadcast_to(np.sqrt(x * x + y * y), mass.shape).copy()
     if scene.magnets is not None:
         # Two charges a magnet's width apart: the order of the force between touching faces.
         density = charge / widest(scene.magnets)

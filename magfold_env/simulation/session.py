@@ -19,6 +19,8 @@ from magfold_env.engine.stepping import paper_scheme, runs
 from magfold_env.engine.workspace import new_work
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene, Schedule
+from magfold_env.scene.base import SPEED
+from magfold_env.scene.errors import Problem, SceneError
 from magfold_env.shapes import angles_to_word
 from magfold_env.simulation import view
 from magfold_env.simulation.endings import ending, obstacle_names, work_cap
@@ -245,8 +247,16 @@ class Session:
         component 1 first; a feed with a negative one pulls back. A component that passes the mouth
         meanwhile is released, and may be held again when it is drawn in. With none left inside the
         chain folds freely.
+
+        Raises
+        ------
+        SceneError
+            If a speed is no finite number, or faster than any drive.
         """
         every = np.broadcast_to(np.asarray(speeds, dtype=np.float64), self.n)
+        if not (np.abs(every) <= SPEED.most).all():
+            allowed = f"must be numbers from -{SPEED.most:g} to {SPEED.most:g} m/s"
+            raise SceneError([Problem("speeds", speeds, allowed)])
         self._ask(every)
         self._go_on(keep=-1, until=self.time + seconds)
 

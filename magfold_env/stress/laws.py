@@ -136,7 +136,7 @@ def check_energies(motion: Motion, verdict: Verdict) -> None:
     else:
         check_passivity(motion, verdict)
     alone = not scene.solids and scene.bumps is None
-    if scene.mount == "free" and scene.friction == 0.0 and alone:
+    if scene.mount == "free" and not scene.frictions.any() and alone:
         check_momentum(motion, verdict)
 
 
@@ -180,7 +180,7 @@ def energy_errors(motion: Motion, least: float) -> dict[tuple[str, str], float]:
         ("passivity", ""): rise(own) / extent,
         ("energy account", "more went into impacts"): rise(kept) / extent,
     }
-    if motion.scene.friction == 0.0:
+    if not motion.scene.frictions.any():
         found["energy account", "less went into impacts"] = rise(-kept) / extent
     return found
 

@@ -15,6 +15,7 @@ from magfold_env.fold import Fold, FoldStatus
 from magfold_env.laws.along_folds import SteppedSession
 from magfold_env.laws.outcomes import SAME_WITHIN, moved_starts
 from magfold_env.scene import FixedMagnet, Rectangle, Scene
+from magfold_env.scene.base import Part
 from magfold_env.shapes import FloatArray, centres, headings
 from magfold_env.simulation.simulate import simulate
 from magfold_env.simulation.start import hinge_offsets
@@ -176,17 +177,15 @@ def seen_from_other_end(scene: Scene) -> Scene:
     """
     assert scene.mount != "pinned"
     changes = faces(scene, OTHER_END, -1) | started(scene, -1)
-    changes["casing"] = {
-        name: value[::-1]
-        for name in ("mass", "inertia")
-        if isinstance(value := getattr(scene.casing, name), tuple)
-    }
-    direction = "backward" if scene.feed.direction == "forward" else "forward"
-    speed = scene.feed.speed
-    changes["feed"] = {
-        "direction": direction,
-        "speed": speed[::-1] if isinstance(speed, tuple) else speed,
-    }
+    groups: dict[str, Part] = {"casing": scene.casing, "feed": scene.feed}
+    for name, group in groups.items():
+        changes[name] = {
+            key: value[::-1]
+            for key in ("mass", "inertia", "speed")
+            if isinstance(value := getattr(group, key, None), tuple)
+        }
+    changes["feed"]["direction"] = "backward" if scene.feed.direction == "forward" else "forward"
+    changes["friction"] = scene.frictions[::-1]
     other = scene.replace(**changes)
     if scene.mount == "tube":
         return other

@@ -29,11 +29,12 @@ def random_scene(rng: np.random.Generator, mount: str | None = None, **changes: 
     if rng.random() < 0.2:
         magnets["remanence"] = rng.uniform(0.3, 1.0, (n, 4))
     chosen: Any = mount or str(rng.choice(MOUNTS))
+    friction: Any = float(rng.choice([0.0, 0.05, 0.2, 0.35]))
     scene = mf.Scene(
         sequence=tuple("".join(rng.choice(letters, 4)) for _ in range(n)),
         mount=chosen,
         feed=feed,
-        friction=float(rng.choice([0.0, 0.05, 0.2, 0.35])),
+        friction=rng.uniform(0.0, 0.4, n) if rng.random() < 0.2 else friction,
         casing=casing,
         magnets=magnets,
         duration=2.0,
@@ -77,6 +78,7 @@ def chain_of(scene: mf.Scene, couplings: states.Couplings | None = None) -> memo
     given_.pole[:] = [[poles[face] for face in faces] for faces in scene.sequence]
     given_.remanence[:] = scene.magnets.remanence
     given_.mass[:] = scene.masses
+    given_.friction[:] = scene.frictions
     given_.speed[:] = scene.speeds
     tube = scene.mount == "tube"
     start = scene.start_offsets if tube else scene.start_angles
@@ -92,8 +94,8 @@ def chain_of(scene: mf.Scene, couplings: states.Couplings | None = None) -> memo
     )
     limit = math.inf if scene.feed.force_limit is None else scene.feed.force_limit
     given_.number[:] = (
-        scene.friction, scene.gravity.normal, scene.duration, limit,
-        scene.bore, scene.feed.wall, 0.0, scene.solver.tolerance, scene.solver.max_steps,
+        scene.gravity.normal, scene.duration, limit, scene.bore, scene.feed.wall, 0.0,
+        scene.solver.tolerance, scene.solver.max_steps,
     )  # fmt: skip
     settings.set_up(given_, chain.model, chain.state, chain.view)
     return chain

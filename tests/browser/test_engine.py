@@ -143,6 +143,19 @@ def test_what_a_tube_leaves_no_room_for_is_refused_as_elsewhere(changes: dict[st
     assert mine.split("allowed;")[1] == there.split("allowed;")[1]
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        *({"magnets": {"remanence": each}} for each in (1300, 12.5, 12500, 1e9)),
+        {"magnets": {"remanence": [1.2, 1.2, 1200, 1.2]}},
+        {"feed": {"speed": 1e9}},
+        {"feed": {"speed": [0.1, 50, 0.1]}},
+    ],
+)
+def test_wrong_units_are_answered_as_elsewhere(changes: dict[str, Any]) -> None:
+    test_what_a_tube_leaves_no_room_for_is_refused_as_elsewhere(changes)
+
+
 @pytest.mark.medium
 def test_what_just_fits_beside_a_tube_is_allowed() -> None:
     rng = np.random.default_rng(2)
@@ -161,6 +174,13 @@ def test_what_just_fits_beside_a_tube_is_allowed() -> None:
         ({"sequence": ["NNNX", "NNNN"]}, 'sequence[0]: "NNNX" is not allowed; must be four'),
         ({"feed": {"speed": [0.1]}}, "feed.speed: [0.1] is not allowed; must have 3 numbers"),
         ({"magnets": {"remanence": 0}}, "magnets.remanence: 0 is not allowed; must be a number"),
+        ({"friction": [0.1, -1, 0.1]}, "friction[1]: -1 is not allowed; must be a number of at"),
+        (
+            {"solver": {"max_steps": 1e19}},
+            "solver.max_steps: 10000000000000000000 is not allowed; must be a whole number from 1 "
+            "to 1000000000000",
+        ),
+        ({"feed": {"speed": 0}}, "feed.speed: 0 is not allowed; must be a number above 0"),
         ({"colour": 1}, "colour: 1 is not allowed; must be one of sequence, mount"),
         ({"start_angles": [0.0, 2.0]}, "start_angles[1]: 2 is not allowed; must be numbers from"),
     ],

@@ -82,6 +82,7 @@ def test_minimise_refuses_a_scene_in_a_field_in_one_line() -> None:
         ("--mount", "glued", "mount: 'glued' is not allowed; must be 'pinned', 'free' or 'tube'"),
         ("--direction", "up", "feed.direction: 'up' is not allowed; must be 'forward' or 'backwa"),
         ("--speed", "-1", "feed.speed: -1.0 is not allowed; must be greater than 0"),
+        ("--speed", "50", "feed.speed: 50.0 is not allowed; must be at most 20 m/s; 50 mm/s are"),
         ("--friction", "nan", "friction: nan is not allowed; must be a finite number"),
         ("--gif", "/nowhere/fold.gif", "--gif: '/nowhere/fold.gif' is not allowed; its folder mu"),
         ("--json", "/", "--json: '/' is not allowed; must not be a folder"),

@@ -139,6 +139,7 @@ def test_where_energies_propose_nothing_releases_decide() -> None:
         ({"runs": -1}, "runs: -1 is not allowed; must be from 0 to 10000000"),
         ({"speeds": ()}, "speeds: .* is not allowed; must be one or several numbers"),
         ({"speeds": (-0.1,)}, "feed.speed"),
+        ({"speeds": (0.1, 1e9)}, r"feed.speed: 1000000000.0 .* at most 20 m/s$"),
         ({"speeds": (0.1,), "mode": "free"}, "speeds: .* must be left out unless a tube feeds"),
         ({"speeds": (0.1,), "objective": "gap"}, "speeds: .* must be left out unless"),
         ({"search": "cross-entropy", "objective": "gap"}, "must be exhaustive or annealing"),

@@ -138,7 +138,7 @@ def creep(seed: int) -> float | None:
     Positions count in lengths of a component. None if the scene never comes to rest.
     """
     scene = random_scene(seed)
-    scene = scene.replace(friction=max(scene.friction, LEAST_FRICTION))
+    scene = scene.replace(friction=np.maximum(scene.frictions, LEAST_FRICTION))
     session = FreeSession(scene)
     session.run()
     if session.status not in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}:

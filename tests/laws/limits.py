@@ -46,7 +46,7 @@ def along_folds(seeds: Iterable[int]) -> list[Law]:
         inside, _ = look_inside(scene)
         overlap.add(seed, max(inside.casings, inside.solids))
         past.add(seed, inside.past_stop)
-        (rise if scene.friction > 0.0 else smooth).add(seed, motion.rise)
+        (rise if scene.frictions.any() else smooth).add(seed, motion.rise)
         failed.add(seed, float(session.status is FoldStatus.FAILED))
         not_finite.add(seed, float(not motion.finite))
     return [overlap, past, rise, smooth, failed, not_finite]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magfold_env.fold import FoldStatus
-from magfold_env.scene import Scene, load_scene
+from magfold_env.scene import Gravity, Scene, Spreads, load_scene
 from magfold_env.simulation.session import Session
 from magfold_env.simulation.simulate import simulate
 
@@ -61,6 +61,59 @@ def test_a_block_on_a_slope_holds_exactly_below_the_threshold(share):
         assert session.status is FoldStatus.UNSETTLED
         way = 0.5 * (share - 1) * friction * 9.8 * until**2
         assert session.base == pytest.approx([way, 0.0], rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("mount", ["free", "tube"])
+def test_one_number_for_the_floor_is_as_many_alike(mount):
+    scene = load_scene("paper/sequence-1").replace(mount=mount, duration=0.5)
+    one, each = (
+        simulate(scene.replace(friction=friction), 3) for friction in (0.2, (0.2,) * scene.n)
+    )
+    assert (one.angles == each.angles).all()
+    assert (one.status, one.time, one.steps, one.energy) == (
+        each.status,
+        each.time,
+        each.steps,
+        each.energy,
+    )
+
+
+def test_each_component_rubs_as_its_own_friction_says():
+    """Two casings slide along their line as one: their frictions add."""
+    session = block(friction=(0.1, 0.4))
+    session._state.v[2:] = 0.3, 0.0
+    session.settle()
+    assert session.base == pytest.approx([0.3**2 / (2 * 0.25 * 9.8), 0.0], rel=1e-3, abs=1e-9)
+
+
+@pytest.mark.parametrize("smooth", [0, 1])
+@pytest.mark.parametrize("share", [0.999, 1.001])
+def test_a_component_without_friction_leaves_all_of_the_pull_to_its_neighbour(smooth, share):
+    friction, pull = np.roll([0.0, 0.35], smooth), share * 0.5 * 0.35 * 9.8
+    session = block(friction=friction, gravity={"in_plane": (pull, 0.0)}, duration=0.1)
+    session.settle()
+    way = 0.5 * max(pull - 0.5 * 0.35 * 9.8, 0.0) * 0.1**2
+    assert session.base == pytest.approx([way, 0.0], rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.999, 1.001, 3.0])
+def test_a_block_on_a_tilted_floor_slides_from_the_angle_of_friction_on(share):
+    """On a slope of 1°, µ = tan 1° / share: it slides with g (sin 1° − µ cos 1°), or not."""
+    slope, until = math.radians(1.0), 0.1
+    friction = math.tan(slope) / share
+    normal, along = Spreads(tilt=1.0).tilted(Gravity(), np.array([1.0, 0.25]))
+    session = block(
+        friction=friction, gravity={"normal": normal, "in_plane": along}, duration=until
+    )
+    session.settle()
+    if share < 1.0:
+        assert session.status is FoldStatus.MISFOLDED
+        assert (session.base == 0.0).all()
+    else:
+        pull = 9.8 * (math.sin(slope) - friction * math.cos(slope))
+        way = 0.5 * pull * until**2 * np.array([1.0, 1.0]) / math.sqrt(2.0)
+        assert session.status is FoldStatus.UNSETTLED
+        assert session.base == pytest.approx(way, rel=1e-5, abs=1e-12)
 
 
 def test_a_stuck_chain_does_not_creep():

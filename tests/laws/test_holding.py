@@ -26,7 +26,8 @@ NIGHTLY = 12  # of them, which are loaded every night; the others take longer in
 def random_fold(seed: int) -> mf.Fold:
     """Return a random fold at rest, with friction up to 0.5 and exact magnets."""
     scene = random_scene(seed)
-    friction = scene.friction if scene.friction <= 0.5 else 0.5 * scene.friction
+    friction = float(scene.frictions[0])
+    friction = friction if friction <= 0.5 else 0.5 * friction
     fold = mf.simulate(scene.replace(friction=friction, magnets={"accuracy": 1e-5}))
     assert fold.status in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}
     return fold

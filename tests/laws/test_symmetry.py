@@ -29,10 +29,12 @@ def with_faces(scene, order, step=1):
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_the_view_from_the_other_end_is_the_same_fold_bit_for_bit(number, direction):
     scene = scene_of(number, direction)
+    scene = scene.replace(friction=np.linspace(0.1, 0.4, scene.n))
     assert scene.start_offsets is not None
     other = scene.replace(
         sequence=with_faces(scene, OTHER_END, -1),
         start_offsets=scene.start_offsets[::-1],
+        friction=scene.frictions[::-1],
         feed={"direction": "backward" if direction == "forward" else "forward"},
     )
     a, b = simulate(scene), simulate(other)

@@ -67,6 +67,6 @@ def test_points_are_those_of_the_shipped_scenes(
     scene = load_scene(f"paper/{name}")
     at = search.scene_at(point, "forward")
     assert scene.magnets is not None
-    assert scene.magnets.remanence == pytest.approx((scene.friction / at.friction) ** 0.5)
-    assert at.feed.speed * (scene.friction / at.friction) ** 0.5 == pytest.approx(speed)
+    assert scene.magnets.remanence == pytest.approx((scene.frictions[0] / at.frictions[0]) ** 0.5)
+    assert at.feed.speed * (scene.frictions[0] / at.frictions[0]) ** 0.5 == pytest.approx(speed)
     assert at.casing == scene.casing

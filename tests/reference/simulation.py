@@ -117,7 +117,7 @@ def simulate(
     times, angles, inside, left = run(
         np.concatenate([headings, [0.0, tip]]), n if tube else 0, legs, masses, inertias,
         scene.casing.side, nodes, np.ascontiguousarray(charges), height,
-        scene.friction * scene.gravity.normal, 0.3826 * scene.casing.side,
+        scene.frictions[0] * scene.gravity.normal, 0.3826 * scene.casing.side,
         solids_of(scene, walls=walls), hard, step, after,
     )  # fmt: skip
     if forward:
@@ -180,6 +180,6 @@ class Loading:
             advance(
                 self._q, self._v, 0, self._n + (0 if scene.mount == "pinned" else 2), STEP,
                 scene.masses, scene.inertias, scene.casing.side, *self._magnets,
-                grip * scene.friction * scene.gravity.normal, 0.3826 * scene.casing.side,
+                grip * scene.frictions[0] * scene.gravity.normal, 0.3826 * scene.casing.side,
                 solids_of(scene), CREEP, ROUNDS, TIGHT, radius, HARD, now * load, held - 1, place,
             )  # fmt: skip

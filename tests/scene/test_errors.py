@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 import magfold_env as mf
@@ -177,6 +178,70 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     ({"bumps": {"rate": 0, "speed": 1}}, "bumps.rate: 0 is not allowed; must be greater than 0"),
     ({"spreads": {"inset": 0.9}}, "spreads.inset: 0.9 is not allowed; a scene at its end: magnets"),
+    (
+        {"magnets": {"remanence": 1300}},
+        "magnets.remanence: 1300 is not allowed; must be at most 10 T; 1300 mT are 1.3",
+    ),
+    (
+        {"magnets": {"remanence": [1.2, 12.5, 1.2, 1.2]}},
+        "magnets.remanence[1]: 12.5 is not allowed; must be at most 10 T; 12.5 kG are 1.25",
+    ),
+    (
+        {"magnets": {"remanence": 12500}},
+        "magnets.remanence: 12500 is not allowed; must be at most 10 T; 12500 G are 1.25",
+    ),
+    (
+        {"field": {"magnet": {**FIXED, "remanence": 1e9}}},
+        "field.magnet.remanence: 1000000000.0 is not allowed; must be at most 10 T",
+    ),
+    *(
+        ({"magnets": {name: 5}}, f"magnets.{name}: 5 is not allowed; must be at most 0.5 m; 5 mm")
+        for name in ("width", "height", "thickness", "inset")
+    ),
+    *(
+        (
+            {"field": {"magnet": {**FIXED, name: 20}}},
+            f"field.magnet.{name}: 20 is not allowed; must be at most 0.5 m; 20 mm are 0.02",
+        )
+        for name in ("width", "height", "thickness")
+    ),
+    ({"feed": {"speed": 1e9}}, "feed.speed: 1000000000.0 is not allowed; must be at most 20 m/s"),
+    (
+        {"feed": {"speed": [0.1, 50, 0.1]}},
+        "feed.speed[1]: 50 is not allowed; must be at most 20 m/s; 50 mm/s are 0.05",
+    ),
+    (
+        {"feed": {"schedule": {"time": [[1.0, 0.1], [1.0, -50]]}}},
+        "feed.schedule.time[1][1]: -50 is not allowed; must be greater than or equal to -20",
+    ),
+    (
+        {"feed": {"schedule": {"advance": [[1.0, 50]]}}},
+        "feed.schedule.advance[0][1]: 50 is not allowed; must be at most 20 m/s; 50 mm/s are 0.05",
+    ),
+    (
+        {"bumps": {"rate": 1, "speed": 50}},
+        "bumps.speed: 50 is not allowed; must be at most 20 m/s; 50 mm/s are 0.05",
+    ),
+    *(
+        (
+            {"solver": {name: 10**19}},
+            f"solver.{name}: 10000000000000000000 is not allowed; must be less than or equal to "
+            "1000000000000",
+        )
+        for name in ("max_steps", "max_steps_per_second")
+    ),
+    (
+        {"magnets": {"remanence": 4}, "spreads": {"magnet": 0.9, "remanence": 0.5}},
+        "spreads.magnet: 0.9 is not allowed; must keep magnets.remanence at most 10 T; draws reach "
+        "11.4",
+    ),
+    (
+        {"feed": {"speed": 15}, "spreads": {"feed_jitter": 0.5}},
+        "spreads.feed_jitter: 0.5 is not allowed; must keep feed.speed at most 20 m/s; draws reach",
+    ),
+    ({"friction": [0.1, 0.2]}, "friction: (0.1, 0.2) is not allowed; must have 3 numbers"),
+    ({"friction": [0.1, -1, 0.2]}, "friction[1]: -1 is not allowed; must be greater than or equal"),
+    ({"spreads": {"tilt": 60}}, "spreads.tilt: 60 is not allowed; must be less than or equal to"),
     ({"solver": {"method": "paper"}}, "solver.method: 'paper' is not allowed; the paper's solver"),
 ]
 
@@ -216,6 +281,21 @@ def test_a_misspelt_key_is_answered_by_the_one_that_was_meant() -> None:
 )
 def test_what_is_no_slip_of_units_is_allowed(casing: dict[str, Any]) -> None:
     mf.Scene(sequence=SEQUENCE, casing=mf.Casing(**casing), magnets=None)
+
+
+@pytest.mark.parametrize("pole_charge", [None, 30.0])
+def test_draws_of_the_strongest_magnets_are_allowed(pole_charge: float | None) -> None:
+    """Every spread just below 1: what is drawn of 1.6 T is up to 6.4."""
+    remanence = 1.6 if pole_charge is None else None
+    wide = mf.Scene(
+        sequence=SEQUENCE,
+        magnets=mf.Magnets(remanence=remanence, pole_charge=pole_charge),
+        feed=mf.Feed(speed=5.0),
+        spreads=mf.Spreads(remanence=0.99, magnet=0.99, feed_speed=0.99, feed_jitter=0.99),
+    )
+    drawn = [wide.draw(np.random.default_rng(seed)) for seed in range(100)]
+    assert max(scene.speeds.max() for scene in drawn) > 15.0
+    assert mf.Scene(**drawn[0].model_dump()) == drawn[0]
 
 
 def test_a_scene_at_the_end_of_its_spreads_is_told_in_one_line() -> None:

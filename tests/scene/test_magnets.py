@@ -52,7 +52,8 @@ def test_even_magnets_may_differ_in_strength_only() -> None:
     for name in ("width", "height", "thickness", "inset"):
         lengths: dict[str, Any] = {name: (0.002, 0.001, 0.001, 0.001)}
         assert not mf.Magnets(**lengths).even
-    np.testing.assert_array_equal(mf.Magnets(inset=(1, 2, 3, 4)).by_face("inset"), [1, 2, 3, 4])
+    insets = (0.001, 0.002, 0.003, 0.004)
+    np.testing.assert_array_equal(mf.Magnets(inset=insets).by_face("inset"), insets)
     np.testing.assert_array_equal(mf.Magnets().by_face("width"), [0.006] * 4)
 
 

@@ -65,13 +65,13 @@ def scenes(draw: st.DrawFn) -> mf.Scene:
         },
         magnets=draw(st.none() | magnets(n)),
         mount=mount,
-        feed={"speed": draw(_each(_number(1e-9, 1e9), n))},
+        feed={"speed": draw(_each(_number(1e-9, 20.0), n))},
         field=draw(st.none() | fields()),
-        friction=draw(_number(0.0, 1.0)),
+        friction=draw(_each(_number(0.0, 1.0), n)),
         gravity={"in_plane": draw(st.tuples(_number(-10, 10), _number(-10, 10)))},
         contact=draw(st.booleans()),
         **{start: draw(st.none() | st.lists(_number(-most, most), min_size=count, max_size=count))},
-        spreads={name: draw(fraction) for name in ("friction", "mass", "remanence")},
+        spreads={name: draw(fraction) for name in ("friction", "mass", "remanence", "tilt")},
         solver={"tolerance": draw(_number(1e-12, 0.1))},
     )
     return mf.Scene(**data)

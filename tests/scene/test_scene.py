@@ -45,6 +45,8 @@ def test_arrays_of_the_bodies(scene: mf.Scene) -> None:
     np.testing.assert_array_equal(each.masses, [1, 2, 3])
     np.testing.assert_array_equal(each.inertias, [0.5] * 3)
     np.testing.assert_array_equal(each.speeds, [1, 2, 3])
+    np.testing.assert_array_equal(scene.frictions, [0.35] * 3)
+    np.testing.assert_array_equal(scene.replace(friction=[1, 0, 3]).frictions, [1, 0, 3])
     assert scene.bore == pytest.approx(1.05 * 0.0125 * math.sqrt(2))
     assert scene.replace(feed={"bore": 0.02}).bore == 0.02
 
@@ -71,7 +73,7 @@ def test_draws_are_seeded_and_inside_their_widths(scene: mf.Scene) -> None:
         assert drawn.magnets is not None
         assert drawn.start_angles is not None
         assert isinstance(drawn.feed.speed, float)
-        assert abs(drawn.friction / 0.35 - 1) <= 0.2
+        assert abs(drawn.frictions[0] / 0.35 - 1) <= 0.2
         assert np.abs(drawn.masses / 0.0037 - 1).max() <= 0.1
         assert abs(drawn.magnets.charge / mf.Magnets().charge - 1) <= 0.05
         assert abs(drawn.feed.speed / 0.05 - 1) <= 0.3
@@ -123,6 +125,45 @@ def test_jitter_and_magnets_are_drawn_apart(scene: mf.Scene, name: str) -> None:
         assert one == both.replace(feed=scene.feed)
     else:
         assert one == both.replace(magnets=scene.magnets)
+
+
+def test_a_spread_of_friction_multiplies_all_of_a_floor(scene: mf.Scene) -> None:
+    floor = scene.replace(friction=[0.1, 0.2, 0.4], spreads={"friction": 0.2})
+    one = scene.replace(friction=1.0, spreads={"friction": 0.2})
+    drawn, factor = (each.draw(np.random.default_rng(8)).frictions for each in (floor, one))
+    np.testing.assert_array_equal(drawn, floor.frictions * factor)
+
+
+def test_a_floor_tilts_evenly_up_to_its_spread_and_in_all_directions(scene: mf.Scene) -> None:
+    tilting = scene.replace(spreads={"tilt": 2.0})
+    drawn = [tilting.draw(np.random.default_rng(seed)).gravity for seed in range(300)]
+    pulls = np.array([each.in_plane for each in drawn])
+    normal = np.array([each.normal for each in drawn])
+    np.testing.assert_allclose(np.hypot(normal, np.hypot(*pulls.T)), 9.8, rtol=1e-12)
+    angles = np.sort(np.degrees(np.arctan2(np.hypot(*pulls.T), normal)))
+    ways = np.sort(np.arctan2(*pulls.T))
+    # Kolmogorov's bound at 1e-6, as a share of the width.
+    assert np.abs(angles - np.linspace(0.0, 2.0, 300)).max() <= 0.16 * 2.0
+    assert np.abs(ways - np.linspace(-np.pi, np.pi, 300)).max() <= 0.16 * 2.0 * np.pi
+
+
+def test_a_tilt_comes_on_top_of_what_pulls_along_the_floor(scene: mf.Scene) -> None:
+    pulled = scene.replace(gravity={"in_plane": (1.0, -2.0)}, spreads={"tilt": 2.0})
+    flat = pulled.replace(gravity={"in_plane": (0.0, 0.0)})
+    mine, other = (np.array(each.draw(np.random.default_rng(8)).gravity.in_plane)
+                   for each in (pulled, flat))  # fmt: skip
+    np.testing.assert_allclose(mine - other, [1.0, -2.0], rtol=1e-12)
+
+
+def test_a_tilt_is_drawn_last(scene: mf.Scene) -> None:
+    wide = {**SPREADS, **EACH, "side": 0.01}
+    bumped = scene.replace(spreads=wide, bumps={"rate": 1.0, "speed": 0.1})
+    level, tilted = (
+        each.draw(np.random.default_rng(8))
+        for each in (bumped, bumped.replace(spreads={"tilt": 1.0}))
+    )
+    assert tilted.gravity != level.gravity
+    assert tilted.replace(gravity=level.gravity) == level
 
 
 def test_a_draw_without_them_takes_no_more_numbers_than_ever(scene: mf.Scene) -> None:

@@ -33,7 +33,7 @@ def rubbed_away(scene: mf.Scene, motion: mf.Trajectory) -> float:
     velocity = motion.base_velocity[:, None] + np.cumsum(turning, axis=1) - turning / 2.0
     slide = np.hypot(np.hypot(*velocity.T).T, 0.3826 * scene.casing.side * motion.rates)
     out = turns(scene) < motion.released[:, None]
-    power = (slide * out) @ (scene.friction * 9.8 * scene.masses)
+    power = (slide * out) @ (scene.frictions * 9.8 * scene.masses)
     return float(np.trapezoid(power, motion.time))
 
 
@@ -47,11 +47,11 @@ def total_of(session: Session) -> float:
 
 def imbalance(scene: mf.Scene) -> tuple[float, Session]:
     """Return what is left unexplained, as a share of the energy that was turned over."""
-    session = Session(scene, RATE if scene.friction > 0.0 else None)
+    session = Session(scene, RATE if scene.frictions.any() else None)
     before = total_of(session)
     session.settle()
     account, rubbed = session.account, 0.0
-    if scene.friction > 0.0:
+    if scene.frictions.any():
         motion = session.fold().trajectory
         assert motion is not None
         rubbed = rubbed_away(scene, motion)

@@ -20,7 +20,7 @@ def scene_of(**changes: Any) -> mf.Scene:
 def test_to_push_a_straight_chain_takes_the_drag_of_what_is_outside(direction: str) -> None:
     scene = scene_of(magnets=None, feed={"direction": direction})
     session = Session(scene)
-    drag = scene.friction * scene.gravity.normal * scene.masses[0]
+    drag = scene.frictions[0] * scene.gravity.normal * scene.masses[0]
     assert session.push_force() == 0.0
     pushes = 0
     while session.released < session.n - 1:

@@ -9,7 +9,7 @@ from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed
 from magfold_env.fold import FoldStatus
-from magfold_env.scene import load_scene
+from magfold_env.scene import SceneError, load_scene
 from magfold_env.simulation import frames
 from magfold_env.simulation.session import Session
 from magfold_env.simulation.simulate import simulate
@@ -91,6 +91,12 @@ def test_pushed_for_a_time_a_chain_goes_as_it_is_fed():
     still = session_of("forward")
     still.push(np.zeros(6), 0.1)
     assert (still.time, still.released) == (0.1, 0)
+
+
+@pytest.mark.parametrize("speeds", [1e9, -21.0, np.nan, [0.1] * 5 + [30.0]])
+def test_no_session_is_fed_faster_than_a_drive_can(speeds):
+    with pytest.raises(SceneError, match=r"^speeds: .* must be numbers from -20 to 20 m/s$"):
+        session_of("forward").push(speeds, 0.1)
 
 
 def test_an_unfinished_session_has_no_fold():

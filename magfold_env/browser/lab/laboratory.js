@@ -360,9 +360,9 @@ function editable(scene, layout) {
     if (values.every((each) => each === values[0])) return values[0];
     throw new SceneError([{ key, value: values, allowed: "must be one number here" }]);
   };
-  const { sequence, mount, friction, direction } = told;
+  const { sequence, mount, direction } = told;
   return {
-    ...scene, sequence, mount, friction,
+    ...scene, sequence, mount, friction: one("friction", told.friction),
     feed: { ...scene.feed, direction, speed: one("feed.speed", told.speed) },
     magnets: { remanence: one("magnets.remanence", told.remanence.flat()) },
     obstacles: (scene.obstacles ?? []).map((each) => ({ heading: 0, ...each })),

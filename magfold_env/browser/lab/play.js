@@ -158,7 +158,7 @@ class Play {
   #hidden({ chain: { told }, factors }) {
     const strengths = told.remanence.flat(), range = (values, digits) =>
       [Math.min(...values), Math.max(...values)].map((each) => each.toFixed(digits)).join(" to ");
-    return `hidden were friction ${told.friction.toFixed(2)}, magnets of ${range(strengths, 2)} T, and a drive that makes ${range(factors, 2)} of the speed asked`;
+    return `hidden were friction ${told.friction[0].toFixed(2)}, magnets of ${range(strengths, 2)} T, and a drive that makes ${range(factors, 2)} of the speed asked`;
   }
 
   /** Say how the episode stands. */

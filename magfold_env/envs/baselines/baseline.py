@@ -159,7 +159,7 @@ def _draws_anything(scene: Scene) -> bool:
 
 LATER_SPREADS = (
     "friction_decades", "feed_jitter", "magnet", "side", "inset", "obstacle_width",
-    "obstacle_offset",
+    "obstacle_offset", "tilt",
 )  # fmt: skip
 PHYSICS_VERSION = "9"
 """Changes whenever the same scene may fold differently, which makes older baselines void."""

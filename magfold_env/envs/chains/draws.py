@@ -65,7 +65,7 @@ class DrawnChains:
         jitters = spreads.feed_jitter > 0.0 or spreads.magnet > 0.0
         self._first = 0 if template.is_concrete else 2 * n + 4
         self._rest = 5 * n if jitters else 0
-        last = 2 if spreads.moves_obstacles else 0
+        last = 2 * (spreads.moves_obstacles + (spreads.tilt > 0.0))
         self._numbers = np.zeros((count, self._first + self._rest + last))
         self.strengths = np.empty((count, n, 4))
         """Charge of every pole face [A·m], component 1 first."""
@@ -134,7 +134,12 @@ class DrawnChains:
         unit = 2.0 * self._numbers[rows] - 1.0
         rest = self._first + self._rest
         each = unit[:, self._first : rest].reshape(len(rows), -1, n)
-        friction = scene.friction * spreads.friction_factor(unit[:, 0])
+        friction = scene.frictions * spreads.friction_factor(unit[:, :1])
+        normal, pull = np.full(len(rows), scene.gravity.normal), None
+        if spreads.tilt > 0.0:
+            normal, pull = spreads.tilted(scene.gravity, unit[:, -2:])
+            for gravity, along in zip(chains.gravity, pull.T, strict=True):
+                gravity[rows] = along
         mass = np.broadcast_to(scene.masses, (len(rows), n))
         if spreads.mass > 0.0:
             factors = 1.0 + spreads.mass * unit[:, 1 : n + 1]
@@ -144,8 +149,9 @@ class DrawnChains:
                 inertia = scene.inertias * factors
             chains.mass[rows] = mass[:, ::-1] if flip else mass
             chains.inertia[rows] = inertia[:, ::-1] if flip else inertia
-        mass = mass[:, ::-1] if flip else mass
-        chains.grip[rows] = (friction * scene.gravity.normal)[:, None] * mass
+        grip = friction * normal[:, None] * mass
+        mass, grip = (mass[:, ::-1], grip[:, ::-1]) if flip else (mass, grip)
+        chains.grip[rows] = grip
         strength = (1.0 + spreads.remanence * unit[:, n + 1])[:, None, None]
         speed = (1.0 + spreads.feed_speed * unit[:, n + 2])[:, None]
         if spreads.feed_jitter > 0.0:
@@ -158,12 +164,12 @@ class DrawnChains:
             self.strengths[rows] = self._charges(strength)
         if spreads.moves_obstacles:
             y = np.array([obstacle.position[1] for obstacle in scene.obstacles])
-            places = spreads.obstacle_places(y, unit[:, rest:])
+            places = spreads.obstacle_places(y, unit[:, rest : rest + 2])
             first = chains.obstacles.shape[1] - y.size
             chains.obstacles[rows, first:, at.Y] = places
         strongest, mass = self.strengths[rows].max(axis=(1, 2)), np.ascontiguousarray(mass)
-        chains.rate_scale[rows] = typical_rate(scene, strongest, mass.mean(axis=1))
-        chains.light_rate[rows] = typical_rate(scene, strongest, mass.min(axis=1))
+        chains.rate_scale[rows] = typical_rate(scene, strongest, mass.mean(axis=1), pull)
+        chains.light_rate[rows] = typical_rate(scene, strongest, mass.min(axis=1), pull)
 
     def _charges(self, factors: Floats) -> Floats:
         """Return charges of pole faces [A·m] for the factors of their strengths."""

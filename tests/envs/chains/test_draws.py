@@ -20,6 +20,7 @@ EVERY = {
     "magnet": 0.1,
     "obstacle_width": 0.2,
     "obstacle_offset": 0.003,
+    "tilt": 5.0,
 }
 WALLS = mf.chamber((0.02, -0.03), (0.1, 0.06), opening=0.05)
 CASES: dict[str, dict[str, Any]] = {
@@ -27,6 +28,7 @@ CASES: dict[str, dict[str, Any]] = {
     "angles": {"spreads": {}},
     "every": {"spreads": EVERY},
     "every-backward": {"spreads": EVERY, "feed": {"direction": "backward"}},
+    "floor": {"spreads": EVERY, "friction": (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)},
     "uneven": {"spreads": {}, "casing": {"mass": (1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3)}},
     "inertia": {"spreads": EVERY, "casing": {"inertia": 1e-7, "mass": (1e-3,) * 6}},
     "faces": {
@@ -57,6 +59,7 @@ def test_draws_are_those_of_the_scene(case: dict[str, Any]) -> None:
             np.testing.assert_array_equal(chains.inertia[row], model.bodies.inertia)
             np.testing.assert_array_equal(chains.grip[row], model.grip)
             np.testing.assert_array_equal(chains.obstacles[row], model.obstacles)
+            assert [each[row] for each in chains.gravity] == [model.gravity_x, model.gravity_y]
             assert chains.rate_scale[row] == model.rate_scale
             assert chains.light_rate[row] == model.light_rate
             np.testing.assert_array_equal(drawn.strengths[row], scene.magnets.charges(6))
@@ -73,6 +76,7 @@ def test_what_chains_share_is_what_packing_a_drawn_scene_gives() -> None:
     (template,), (model,) = drawn.templates, drawn.chains.models
     other = pack(template.draw(np.random.default_rng(5)))
     own = {"bodies", "charge", "grip", "obstacles", "rate_scale", "light_rate"}
+    own |= {"gravity_x", "gravity_y"}
     for name in set(model._fields) - own:
         np.testing.assert_equal(getattr(model, name), getattr(other, name), err_msg=name)
     for name in ("reach", "length"):
