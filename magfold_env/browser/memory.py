@@ -139,7 +139,7 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
         start=np.zeros(n + 1),
         obstacles=np.zeros((MOST_OBSTACLES, 5)),
         choice=np.zeros(4, dtype=np.int64),
-        number=np.zeros(9),
+        number=np.zeros(8),
         numbers=numbers,
         offsets=np.zeros((1, n + 1)),
         headings=np.zeros((1, n)),

@@ -49,6 +49,8 @@ class Reader {
   }
 
   refuse(key, value, allowed) {
+    // A value that stands for all components is wrong once.
+    if (this.problems.at(-1)?.key === key) return;
     this.problems.push({ key, value, allowed: typeof allowed === "string" ? allowed : allowed(value) });
   }
 
