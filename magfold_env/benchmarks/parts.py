@@ -14,6 +14,7 @@ from rich.console import Console
 from magfold_env.benchmarks import (
     design,
     folds,
+    idealisations,
     predictors,
     scaling,
     skipping,
@@ -70,6 +71,7 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
         "experiment": Part(experiment.run, experiment.draw_experiment),
         "predictors": Part(predictors.predictors),
         "scaling": Part(predictors.scaling),
+        "idealisations": Part(idealisations.run),
     },
     "design": {
         "targets": Part(design.targets),

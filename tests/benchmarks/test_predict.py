@@ -4,11 +4,12 @@ import json
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import magfold_env as mf
-from magfold_env.benchmarks import predictors
+from magfold_env.benchmarks import idealisations, predictors
 from magfold_env.benchmarks.predictors import DYNAMICS, Case
 from magfold_env.cli import app
 from magfold_env.laws import experiment
@@ -96,3 +97,25 @@ def test_scaling_times_threads_and_processes() -> None:
     part = predictors.scaling(True, _silent)
     assert {row["backend"] for row in part.rows} == {"threads", "processes"}
     assert all(float(row["releases a second"]) > 0.0 for row in part.rows)
+
+
+def test_each_change_is_of_one_part_of_a_scene() -> None:
+    parts = ["gravity", "friction", "friction", "magnets", "magnets", "magnets", "casing", "casing"]
+    for scene in idealisations.random_chains(3) + idealisations.designed_chains(3):
+        start = "start_offsets" if scene.mount == "tube" else "start_angles"
+        for change, part in zip(
+            idealisations.CHANGES.values(), [*parts, start, "solver"], strict=True
+        ):
+            changed = change(scene, np.random.default_rng((1, 0)))
+            assert changed.is_concrete
+            assert changed != scene
+            assert changed.replace(**{part: getattr(scene, part)}) == scene
+
+
+@pytest.mark.medium
+def test_ends_are_counted_by_change_and_kind_of_chain() -> None:
+    found = idealisations.run(True, _silent)
+    assert len(found.rows) == 2 * len(idealisations.CHANGES)
+    assert all(0 <= row["others"] <= row["of"] == 3 for row in found.rows)  # pyright: ignore[reportOperatorIssue]
+    same = [row["others"] for row in found.rows if row["change"] == "solver ten times as exact"]
+    assert same == [0, 0]
