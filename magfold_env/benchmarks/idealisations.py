@@ -7,10 +7,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from magfold_env.designer.suites import load_suite
+from magfold_env.designer.suites import Witness, load_suite
 from magfold_env.ensembles.releases import release
 from magfold_env.laws.experiment import COMPONENTS, MODES, SPEED
 from magfold_env.laws.random_scenes import random_sequence
+from magfold_env.minimiser import Mode
 from magfold_env.reporting.intervals import share
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, each_case
 from magfold_env.scene import Scene, Spreads, load_scene
@@ -56,6 +57,7 @@ def random_chains(count: int) -> list[Scene]:
 def designed_chains(count: int) -> list[Scene]:
     """Return drawn chains that a suite shows to fold, likewise free, forward and backward."""
     suite, rng = load_suite(SUITE), np.random.default_rng(0)
+    found: list[tuple[Witness, Mode]]
     found = [(witnesses[mode], mode) for witnesses in suite.words.values() for mode in MODES]
     return [
         release(suite.scene().replace(sequence=each.sequence), mode, each.speed).draw(rng)

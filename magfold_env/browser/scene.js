@@ -32,7 +32,7 @@ const tolerance = [(value) => isNumber(value) && value >= 1e-12 && value <= 0.1,
 const count = (most) => [(value) => Number.isInteger(value) && value > 0 && value <= most,
   `must be a whole number from 1 to ${most}`];
 // Like magfold_env.scene.base.Most, whose entries these are.
-const atMost = ({ most, unit, usual, others }) => [(value) => positive[0](value) && value <= most,
+const upTo = ({ most, unit, usual, others }) => [(value) => positive[0](value) && value <= most,
   (value) => {
     if (!(value > most)) return positive[1];
     const meant = Object.entries(others)
@@ -120,10 +120,10 @@ export function readScene(scene, layout) {
     poles: sequence.map((faces) => [...faces].map((pole) => POLES[pole])),
     remanence: rows.map((row, k) => read.each(
       rows.length > 1 && row !== strength ? `magnets.remanence[${k}]` : "magnets.remanence",
-      row, 4, atMost(layout.most.remanence))),
+      row, 4, upTo(layout.most.remanence))),
     mass: read.each("casing.mass", casing.mass ?? standard.casing.mass, n, positive),
     speed: read.each("feed.speed", feed.speed ?? standard.feed.speed, n,
-      atMost(layout.most.speed)),
+      upTo(layout.most.speed)),
     direction: read.one("feed.direction", feed.direction, standard.feed.direction,
       oneOf(["forward", "backward"])),
     loading: read.one("feed.loading", feed.loading, standard.feed.loading,

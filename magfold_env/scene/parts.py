@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field as Limits
@@ -247,7 +247,8 @@ class Spreads(Part):
         Normal to the plane, (...), and in it, (..., 2): the former comes on top of what acts in the
         plane anyway, and presses the less on the floor.
         """
-        angle, way = math.radians(self.tilt) * unit[..., 0], math.pi * unit[..., 1]
+        angle: Any = math.radians(self.tilt) * unit[..., 0]
+        way: Any = math.pi * unit[..., 1]
         # Rounded like the factors of friction.
         steep, flat = np.round(np.sin(angle), 12), np.round(np.cos(angle), 12)
         direction = np.round(np.stack([np.cos(way), np.sin(way)], axis=-1), 12)

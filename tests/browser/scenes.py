@@ -29,12 +29,14 @@ def random_scene(rng: np.random.Generator, mount: str | None = None, **changes: 
     if rng.random() < 0.2:
         magnets["remanence"] = rng.uniform(0.3, 1.0, (n, 4))
     chosen: Any = mount or str(rng.choice(MOUNTS))
-    friction: Any = float(rng.choice([0.0, 0.05, 0.2, 0.35]))
+    floor: Any = float(rng.choice([0.0, 0.05, 0.2, 0.35]))
+    if rng.random() < 0.2:
+        floor = rng.uniform(0.0, 0.4, n)
     scene = mf.Scene(
         sequence=tuple("".join(rng.choice(letters, 4)) for _ in range(n)),
         mount=chosen,
         feed=feed,
-        friction=rng.uniform(0.0, 0.4, n) if rng.random() < 0.2 else friction,
+        friction=floor,
         casing=casing,
         magnets=magnets,
         duration=2.0,

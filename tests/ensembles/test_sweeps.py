@@ -60,7 +60,7 @@ def test_all_points_draw_the_same(made: mf.Sweep) -> None:
     drawn = [each.scene.draw(each.generator(2)) for each in made.ensembles]
     for scene, point in zip(drawn, made.points, strict=True):
         assert scene.start_offsets == drawn[0].start_offsets
-        assert scene.friction / point["friction"] == pytest.approx(drawn[0].friction / 0.1)
+        assert scene.frictions[0] / point["friction"] == pytest.approx(drawn[0].frictions[0] / 0.1)
 
 
 @pytest.mark.medium

@@ -58,7 +58,9 @@ def test_so_do_those_of_a_track(env_id: str, version: int) -> None:
     for number, seed in enumerate(evaluation_seeds(6)):
         env.reset(seed=seed, options={"task": number % len(env.tasks)})
         digest.update(written(env.tasks[number % len(env.tasks)].model_dump()).encode())
-        digest.update(written(env.episodes.scene(0).model_dump()).encode())
+        # A spread that came after these versions; drawn scenes have none of it.
+        drawn = env.episodes.scene(0).model_dump(exclude={"spreads": {"tilt"}})
+        digest.update(written(drawn).encode())
         if env_id in TRAYS:
             digest.update(written(env.episodes.strengths[0].tolist()).encode())
     assert digest.hexdigest()[:16] == TRACK_DIGESTS[env_id, version]
