@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field as Limits
@@ -244,16 +244,15 @@ class Spreads(Part):
     def tilted(self, gravity: Gravity, unit: Array) -> tuple[Array, Array]:
         """Return gravity [m/s²] on tilted floors for numbers (..., 2) drawn evenly from [−1, 1).
 
-        Normal to the plane, (...), and in it, (..., 2): the former comes on top of what acts in the
-        plane anyway, and presses the less on the floor.
+        Normal to the plane, (...), and in it, (..., 2). What the tilt takes from the former pulls
+        along the floor, on top of what acts in the plane anyway.
         """
-        angle: Any = math.radians(self.tilt) * unit[..., 0]
-        way: Any = math.pi * unit[..., 1]
+        angles = np.stack([math.radians(self.tilt) * unit[..., 0], math.pi * unit[..., 1]])
         # Rounded like the factors of friction.
-        steep, flat = np.round(np.sin(angle), 12), np.round(np.cos(angle), 12)
-        direction = np.round(np.stack([np.cos(way), np.sin(way)], axis=-1), 12)
-        along = (gravity.normal * steep)[..., None] * direction
-        return gravity.normal * flat, np.asarray(gravity.in_plane) + along
+        sines: Array = np.sin(angles).round(12)
+        cosines: Array = np.cos(angles).round(12)
+        along = gravity.normal * sines[0] * np.stack([cosines[1], sines[1]])
+        return gravity.normal * cosines[0], gravity.in_plane + np.moveaxis(along, 0, -1)
 
     @property
     def any(self) -> bool:
