@@ -123,7 +123,7 @@ def advance(model: Model, state: State) -> float:
 @kernel
 def begin(model: Model, state: State, work: Work) -> None:
     """Tell the drive what is asked of it, and find the base's next mark."""
-    n, lo = model.n, state.counter[at.LO]
+    n, lo, slipped = model.n, state.counter[at.LO], state.counter[at.SLIPPING]
     speed = float(state.speed[lo - 1])
     if speed <= 0.0 and is_at_stop(model, state):
         # No drive moves the stop.
@@ -138,6 +138,9 @@ def begin(model: Model, state: State, work: Work) -> None:
         state.feed[at.SINCE] = state.clock[at.TIME]
     if slips(state) and jump != 0.0:
         state.counter[at.SLIPPING] = 1 if jump > 0.0 else -1
+    if state.counter[at.SLIPPING] != slipped:
+        # What was found of the last step's end no longer holds.
+        state.counter[at.FRESH] = 1
     carry(model, state, work)
     if state.counter[at.SLIPPING] == 0:
         change_speed(model, state, work, speed)
