@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.outcomes import CAPPED, FULL, RESTED, TIMED_OUT
+from magfold_env.engine.outcomes import CAPPED, PAUSED, RESTED, TIMED_OUT
 from magfold_env.engine.stepping import runs
 from magfold_env.simulation.session import Session
 
@@ -15,7 +15,7 @@ def states(session: Session) -> Iterator[Session]:
     """Yield the session after every time step, to its end; a tube feeds first."""
     state = session._state
     outcome = CAPPED
-    while outcome in {CAPPED, FULL}:
+    while outcome in {CAPPED, PAUSED}:
         model = session._model._replace(max_steps=int(state.counter[at.STEPS]) + 1)
         outcome = runs.run(model, state, session._work, session._frames.record, math.inf)
         yield session

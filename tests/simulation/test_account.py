@@ -46,9 +46,7 @@ def total_of(session: Session) -> float:
     return session.potential() + float(kinetic[0] + weight[0])
 
 
-def imbalance(
-    scene: mf.Scene, pushes: Sequence[tuple[float, float]] = ()
-) -> tuple[float, Session]:
+def imbalance(scene: mf.Scene, pushes: Sequence[tuple[float, float]] = ()) -> tuple[float, Session]:
     """Return what is left unexplained, as a share of the energy that was turned over.
 
     ``pushes`` are speeds [m/s] and times [s] of a feed by hand, before the chain settles.
@@ -81,7 +79,7 @@ def test_push_and_pull_balance(loading: str, friction: float) -> None:
 
 
 def balance_of_pushes(seed: int) -> float:
-    """Return what is left unexplained of a random chain that a weak or strong drive moves by hand."""
+    """Return what is left unexplained of a random chain that is pushed and pulled by hand."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, 10))
     poles = tuple("".join(rng.choice(list("NS"), 4)) for _ in range(n))

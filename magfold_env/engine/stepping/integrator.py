@@ -45,9 +45,7 @@ TOUCHES = 20  # in a row, with no more than an instant before each: a rattle
 
 
 @kernel
-def advance(
-    model: Model, state: State, work: Work, record: Record, until: float, turn: int
-) -> int:
+def advance(model: Model, state: State, work: Work, record: Record, until: float, turn: int) -> int:
     """Integrate until the time ``until`` [s], rest, or breakdown; returns which.
 
     Returns PAUSED when the record is full or ``turn`` evaluations were made: empty the record and
