@@ -161,7 +161,7 @@ LATER_SPREADS = (
     "friction_decades", "feed_jitter", "magnet", "side", "inset", "obstacle_width",
     "obstacle_offset", "tilt",
 )  # fmt: skip
-PHYSICS_VERSION = "9"
+PHYSICS_VERSION = "10"
 """Changes whenever the same scene may fold differently, which makes older baselines void."""
 
 _log = logging.getLogger(__name__)
