@@ -15,15 +15,17 @@ MOVED = 1e-6  # [rad] that a reference's start is moved by
 PAIRS_OF_MOVES = 3
 
 
-def moved_starts(scene: Scene, rng: np.random.Generator) -> Iterator[Scene]:
-    """Yield the scene with its start moved a little, in opposite pairs.
+def moved_starts(
+    scene: Scene, rng: np.random.Generator, by: float = MOVED, pairs: int = PAIRS_OF_MOVES
+) -> Iterator[Scene]:
+    """Yield the scene with its start moved a little ``by`` an angle [rad], in opposite pairs.
 
     The first pairs move all joints, or in a tube all hinges, the last one a single one of them.
     """
     size = scene.n + 1 if scene.mount == "tube" else scene.n - 1
-    for pair in range(PAIRS_OF_MOVES):
-        move = rng.choice([-MOVED, MOVED], size)
-        if pair == PAIRS_OF_MOVES - 1:
+    for pair in range(pairs):
+        move = rng.choice([-by, by], size)
+        if pair == pairs - 1:
             move *= np.arange(size) == rng.integers(size)
         for moved in (move, -move):
             yield moved_start(scene, moved)

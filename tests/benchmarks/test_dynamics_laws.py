@@ -166,8 +166,8 @@ def test_a_killed_run_goes_on(tmp_path):
 def test_a_disagreeing_scene_is_saved_and_reported(tmp_path, monkeypatch, capsys):
     real = agreement.compare
     monkeypatch.setattr(
-        agreement, "compare", lambda s: real(s) | {"verdict": "differs", "difference": "word"}
+        agreement, "compare", lambda s: real(s) | {"verdict": agreement.FIRM, "difference": "word"}
     )
     agreement.main(scenes=1, first=3, out=tmp_path, workers=1)
-    assert load_scene(tmp_path / "differs-3.yaml") == scenes.random_scene(3)
+    assert load_scene(tmp_path / "firm-3.yaml") == agreement.scene_of(3)
     assert "Scenes that differ" in capsys.readouterr().out

@@ -13,6 +13,7 @@ from magfold_env.scene import Scene
 from magfold_env.simulation.simulate import simulate
 
 TIGHTER = 20  # a reference's tolerance is the scene's over this
+LEAST_TOLERANCE = 1e-12
 
 
 class Outcome(NamedTuple):
@@ -62,12 +63,12 @@ class Outcome(NamedTuple):
         return "" if self.angle_from(other) <= SAME_WITHIN else "angles"
 
 
-def reference_of(scene: Scene) -> Scene:
+def reference_of(scene: Scene, tighter: int = TIGHTER) -> Scene:
     """Return the scene with tighter settings, and as much more work allowed."""
     solver = scene.solver
-    tighter = {
-        "tolerance": solver.tolerance / TIGHTER,
-        "max_steps": solver.max_steps * TIGHTER,
-        "max_steps_per_second": solver.max_steps_per_second * TIGHTER,
+    changes = {
+        "tolerance": max(solver.tolerance / tighter, LEAST_TOLERANCE),
+        "max_steps": solver.max_steps * tighter,
+        "max_steps_per_second": solver.max_steps_per_second * tighter,
     }
-    return scene.replace(solver=tighter)
+    return scene.replace(solver=changes)
