@@ -114,6 +114,23 @@ def corner_gap(model: Model, work: Work, box: int, other: int, k: int) -> float:
     return corner_offset(work, box, other, k)[2] - clearance(model, box, other)
 
 
+@kernel
+def is_beside_face(work: Work, box: int, other: int, k: int) -> bool:
+    """Whether corner k of ``other`` faces a corner of ``box`` that lies before a side of ``other``.
+
+    Then that side is nearer, and the two corners do not touch. Their distance shrinks while the
+    corner slides along the side towards its end, which would seem an impact.
+    """
+    ux, uy, _, round_corner = corner_offset(work, box, other, k)
+    if not round_corner:
+        return False
+    if ux > 0.0:
+        facing = 0 if uy > 0.0 else 3
+    else:
+        facing = 1 if uy > 0.0 else 2
+    return not corner_offset(work, other, box, facing)[3]
+
+
 @inlined
 def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> float:
     """How far corner k of ``other`` has come through a long face of an obstacle [m]; −1 if not.

@@ -367,7 +367,7 @@ def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: flo
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)
                     gap = boxes.corner_gap(model, work, box, other, c % 4)
-                    if gap < near:
+                    if gap < near and not boxes.is_beside_face(work, box, other, c % 4):
                         if row >= work.rows.bias.size:
                             return -1
                         work.rows.id[row, 0] = box

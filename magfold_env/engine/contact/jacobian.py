@@ -28,7 +28,8 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
             if boxes.may_touch(model, work, i, j):
                 for c in range(8):
                     box, other = (i, j) if c < 4 else (j, i)
-                    if boxes.corner_gap(model, work, box, other, c % 4) < touch:
+                    gap = boxes.corner_gap(model, work, box, other, c % 4)
+                    if gap < touch and not boxes.is_beside_face(work, box, other, c % 4):
                         if row >= work.rows.bias.size:
                             return -1
                         work.rows.id[row, 0] = box
