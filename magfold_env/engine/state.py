@@ -73,17 +73,19 @@ class Magnets(NamedTuple):
     node_x: Array  # nodes in the casing's frame, (ranks, most nodes a casing) [m]
     node_y: Array
     node_weight: Array  # share of the face's charge, signed for inner faces
+    nearest2: float  # squared distance of the nearest that nodes come to each other [m²]
     depth: float  # of the outermost face: distance from the centre [m]
     face_x: Array  # centres of the pole faces in the casing's frame, (8,) [m]
     face_y: Array
     face_tx: Array  # vectors along their widths and as long, (8,) [m]
     face_ty: Array
     face_half: Array  # half their heights, (8,) [m]
-    level_count: IntArray  # nodes a face at every level, (levels,)
+    level_count: IntArray  # nodes a face at every level, (levels,); then those of `sheets.between`
     level_node: Array  # offsets along the width, in widths, (levels, most nodes in whole lanes)
     level_weight: Array  # shares of the charge
     level_radius: Array  # within it, level k is in full force; (levels,) [m], [0] unused
     reach: float  # centres farther apart than this have no near faces [m]
+    graded: IntArray  # 1: faces that may be so near that `magnets.sheets` is for them, (8, 8)
     tables: Tables
 
 
@@ -100,6 +102,7 @@ class Field(NamedTuple):
     strip_ty: float
     strip_q: Array  # charges, (strips,) [A·m]
     strip_half: float  # half the magnet's height [m]
+    graded: IntArray  # 1: faces that may be so near to it, (8,)
 
 
 @by_pointer
@@ -107,6 +110,7 @@ class Tables(NamedTuple):
     """Splines, see `simulation.pair_tables`: face pairs (4 i + j) of unit charge [J/(A·m)²]."""
 
     end: float  # joint angles from −end to end are covered [rad]; 0: there are none
+    finest: float  # how near to the ends the knots of ``one`` crowd [rad]; 0: they are even
     one: Array  # (knots + 4, 16)
     two: Array  # (knots + 4, (knots + 4)·16)
     far: FarTable

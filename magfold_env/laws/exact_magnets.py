@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from magfold_env.engine.magnets import laws
-from magfold_env.engine.magnets.pairs import FacePair, level_sum
+from magfold_env.engine.magnets.laws import FacePair
+from magfold_env.engine.magnets.pairs import level_sum
 from magfold_env.engine.state import Array, IntArray, Nodes
 from magfold_env.engine.state import Magnets as Packed
 from magfold_env.engine.workspace import new_nodes
@@ -271,7 +272,7 @@ def rectangle_field(
             along = along - i * k * np.arcsinh(w / np.sqrt(line))
             # In the rectangle's own plane, beside it, the angles cancel.
             through = through + i * k * np.arctan2(u * w, np.abs(y) * r)
-    return np.asarray(along), np.sign(y) * np.asarray(through)
+    return np.asarray(along), np.where(y >= 0.0, 1.0, -1.0) * np.asarray(through)
 
 
 def cross(a: Array, b: Array) -> Array:

@@ -92,11 +92,14 @@ class Magnets(Part):
     thickness: EachFace[Metres] = 0.0025
     """Distance between a magnet's two pole faces [m]."""
     inset: EachFace[MetresOrZero] = 0.0005
-    """How far the outer pole face lies inside the casing's face [m]."""
+    """How far the outer pole face lies inside the casing's face [m]; 0 only under `accuracy`."""
     nodes: Annotated[int, Strict(), Field(ge=1, le=128)] | None = None
     """Nodes along the width of a pole face; None lets `accuracy` choose (points: 3)."""
     accuracy: Annotated[float, Strict(), Field(ge=1e-12, le=0.1)] = 1e-3
-    """Bound on a component's force error, relative to two flush opposite faces (`strips`)."""
+    """Bound on a component's force error, relative to two flush opposite faces (`strips`).
+
+    It holds down to contact, for any inset from 0 on.
+    """
 
     @model_validator(mode="before")
     @classmethod
@@ -115,6 +118,19 @@ class Magnets(Part):
             allowed = f"must be left out when remanence ({self.remanence!r}) is given"
             raise SceneError([Problem("pole_charge", self.pole_charge, allowed)])
         return self
+
+    @model_validator(mode="after")
+    def _nodes_keep_apart(self) -> Self:
+        if min(self.lengths["inset"]) == 0.0 and not self.bounded:
+            given = "model: points" if self.model == "points" else f"nodes: {self.nodes}"
+            allowed = f"must be above 0 with {given}, whose forces in touch have no bound"
+            raise SceneError([Problem("inset", self.inset, allowed)])
+        return self
+
+    @property
+    def bounded(self) -> bool:
+        """Whether `accuracy` bounds errors: not those of points, nor of `nodes` that are given."""
+        return self.model == "strips" and self.nodes is None
 
     @property
     def strength_name(self) -> Literal["remanence", "pole_charge"]:

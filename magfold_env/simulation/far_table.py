@@ -14,12 +14,13 @@ import numpy as np
 
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.elementary import sincos
+from magfold_env.engine.magnets import sheets
 from magfold_env.engine.magnets.far_lookup import TWO_PI, look_up
 from magfold_env.engine.magnets.laws import COULOMB, node_law
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.simulation.banded import solve_banded
-from magfold_env.simulation.quadrature import MOST_NODES, width_rule
+from magfold_env.simulation.quadrature import graded_rule, width_rule
 
 # Distances of centres, in sides of a casing: squares that touch are a side apart or more. Knots
 # within keep what the last ones do to the splines away from there.
@@ -209,11 +210,11 @@ def _error(table: FarTable, magnets: Magnets, side: float) -> float:
     )
     worst = float(np.abs(energies[..., 0] - energies[..., 1]).sum(axis=1).max())
     knots = side * TWO_PI / TURNS
-    offset, share = width_rule(True, MOST_NODES)
-    apart = np.subtract.outer(offset, offset) * _width(magnets)
-    gap = side - 2.0 * magnets.depth
-    law = 2.0 / ((s := apart * apart + gap * gap) * (np.sqrt(s) + np.sqrt(s + magnets.height2)))
-    flush = COULOMB * gap * float(share @ law @ share)
+    width, half = _width(magnets), float(magnets.face_half[0])
+    offset, share = graded_rule(64)
+    gap = max(side - 2.0 * magnets.depth, 0.0)
+    push = [sheets.potential(x * width, gap, 0.5 * width, half, half)[2] for x in offset.tolist()]
+    flush = -COULOMB * float(share @ np.array(push))
     return worst * math.pi / knots / flush
 
 

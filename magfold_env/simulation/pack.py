@@ -11,17 +11,29 @@ from typing import Generic, NamedTuple, ParamSpec, TypeVar, get_args
 import numpy as np
 
 from magfold_env.engine.magnets import expansions, multipoles
+from magfold_env.engine.magnets.laws import NEAREST2
 from magfold_env.engine.magnets.multipoles import ComplexArray
 from magfold_env.engine.magnets.pairs import BLEND, LANES
-from magfold_env.engine.state import Array, Bodies, FarTable, Field, Magnets, Model, Tables
+from magfold_env.engine.state import (
+    Array,
+    Bodies,
+    FarTable,
+    Field,
+    IntArray,
+    Magnets,
+    Model,
+    Tables,
+)
 from magfold_env.scene import Casing, FixedMagnet, Rectangle, Scene
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
 from magfold_env.simulation.far_table import build_far_table
 from magfold_env.simulation.pair_tables import build_tables
 from magfold_env.simulation.quadrature import (
+    TABLE_GAP,
     Rule,
     choose_rule,
+    graded_rule,
     table_rule,
     widest,
     width_rule,
@@ -37,15 +49,18 @@ FAR_ACCURACY = 1e-3  # the finest that the table of casings farther apart serves
 FAR_SHARE = 0.7  # of it, that the table's estimated error may take up
 PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to meet
 
+# [m²] Nodes of faces that touch come no nearer: sums that round differently are to cancel.
+TOUCHING2 = 1e-12
+
 SLOWEST = 1.0  # [rad/s]
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 _NONE = np.zeros(0)
-NO_FIELD = Field(False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0)
+NO_FIELD = Field(False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0, np.zeros(8, dtype=np.int64))
 NO_FAR_TABLE = FarTable(0.0, 0.0, np.zeros((0, 0, 0)), 0.0, np.zeros(4), 0.0)
-NO_TABLES = Tables(0.0, np.zeros((0, 16)), np.zeros((0, 16)), NO_FAR_TABLE)
+NO_TABLES = Tables(0.0, 0.0, np.zeros((0, 16)), np.zeros((0, 16)), NO_FAR_TABLE)
 TURNED = [2, 3, 0, 1]  # faces of a casing that is turned by half a turn
 # Where the faces look: along the diagonals.
 FACE_X, FACE_Y = math.sqrt(0.5) * np.array([[1.0, -1.0, -1.0, 1.0], [1.0, 1.0, -1.0, -1.0]])
@@ -84,7 +99,7 @@ def pack(scene: Scene) -> Model:
         magnetic=magnetic,
         side=casing.side,
         rounding=casing.corner_radius,
-        past_stop=_past_stop(scene),
+        past_stop=_past_stop(scene, magnets),
         grip=friction * scene.gravity.normal * mass,
         arm=FRICTION_ARM * casing.side,
         frictional=bool(friction.any()) and scene.gravity.normal > 0.0,
@@ -118,11 +133,15 @@ def _is_magnetic(scene: Scene, charge: Array) -> bool:
     return chosen_later or bool(charge.any())
 
 
-def _past_stop(scene: Scene) -> float:
+def _past_stop(scene: Scene, magnets: Magnets) -> float:
     """Angle beyond a joint's stop [rad] where forces still say something of those before it."""
     if scene.magnets is None:
         return math.inf
-    return PAST_STOP * 2.0 * float(np.min(scene.magnets.inset)) / scene.casing.side
+    gap = 2.0 * float(np.min(scene.magnets.inset))
+    if magnets.graded.any():
+        # Beyond the stop they go on as before it.
+        gap = TABLE_GAP * widest(scene.magnets)
+    return PAST_STOP * gap / scene.casing.side
 
 
 def charges(scene: Scene) -> Array:
@@ -181,8 +200,7 @@ def joint_tables(scene: Scene) -> Tables:
     magnets = scene.magnets
     if (
         magnets is None
-        or magnets.model == "points"
-        or magnets.nodes is not None
+        or not magnets.bounded
         or not scene.contact
         or scene.solver.method == "paper"
     ):
@@ -230,14 +248,26 @@ class MagnetSizes(NamedTuple):
         lengths = (magnets.lengths[name] for name in get_args(Length))
         return cls(*((each[2:] + each[:2] if turned else each) for each in lengths))
 
+    @property
+    def depth(self) -> Array:
+        """How deep all eight pole faces lie in the casing [m]."""
+        return np.append(self.inset, np.add(self.inset, self.thickness))
+
+    def near(self, gap: Array, bounded: bool) -> IntArray:
+        """Which of some gaps [m] between faces under a bound are narrower than the table's: 1."""
+        near = gap < (1.0 - 1e-9) * TABLE_GAP * max(self.width)
+        return (near & bounded).astype(np.int64)
+
 
 @lru_cache(maxsize=64)
 def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets:
-    levels = len(rule.counts)
-    most = -(-max(rule.counts) // LANES) * LANES
-    node, weight = np.zeros((levels, most)), np.zeros((levels, most))
+    levels, counts = len(rule.counts), (*rule.counts, rule.graded)
+    most = -(-max(counts) // LANES) * LANES
+    node, weight = np.zeros((levels + 1, most)), np.zeros((levels + 1, most))
     for level, count in enumerate(rule.counts):
         node[level, :count], weight[level, :count] = width_rule(strips, count)
+    if rule.graded > 0:
+        node[levels, : rule.graded], weight[levels, : rule.graded] = graded_rule(rule.graded)
     outer = side / 2.0 - np.array(sizes.inset)
     distance = np.concatenate([outer, outer - np.array(sizes.thickness)])
     look_x, look_y = np.tile(FACE_X, 2), np.tile(FACE_Y, 2)
@@ -254,6 +284,7 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
         node_y[rank, nodes] = (face_y[:, None] + np.outer(tangent_y, offset)).ravel()
         share[rank, nodes] = np.outer(sign, part).ravel()
     faces = face_x + 1j * face_y, tangent_x + 1j * tangent_y
+    graded = sizes.near(sizes.depth[:, None] + sizes.depth, rule.graded > 0)
     return Magnets(
         strips=strips,
         even=min(sizes.height) == max(sizes.height),
@@ -269,17 +300,19 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
         node_x=node_x,
         node_y=node_y,
         node_weight=share,
+        nearest2=TOUCHING2 if graded.any() else NEAREST2,
         depth=float(outer.max()),
         face_x=face_x,
         face_y=face_y,
         face_tx=tangent_x,
         face_ty=tangent_y,
         face_half=np.tile(sizes.height, 2) / 2.0,
-        level_count=np.array(rule.counts, dtype=np.int64),
+        level_count=np.array(counts, dtype=np.int64),
         level_node=node,
         level_weight=weight,
         level_radius=np.array(rule.radii),
         reach=2.0 * float(outer.max()) + BLEND * rule.radii[1] if levels > 1 else 0.0,
+        graded=graded,
         tables=NO_TABLES,
     )
 
@@ -309,7 +342,12 @@ def pack_field(scene: Scene, magnetic: bool) -> Field:
     magnet = field.magnet
     if magnet is None:
         return found
-    return found if part is None else _with_poles(found, magnet, widest(part))
+    if part is None:
+        return found
+    # Its poles lie on its outline: they have no inset.
+    sizes = MagnetSizes.of(part, reversed_inside(scene))
+    found = found._replace(graded=sizes.near(sizes.depth, part.bounded))
+    return _with_poles(found, magnet, widest(part))
 
 
 def pack_obstacles(scene: Scene) -> Array:

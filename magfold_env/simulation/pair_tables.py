@@ -13,15 +13,17 @@ import numpy as np
 
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.elementary import sincos
-from magfold_env.engine.magnets.laws import COULOMB
-from magfold_env.engine.magnets.lookup import DEGREE, PAIRS
-from magfold_env.engine.magnets.pairs import BLEND, FacePair, level_sum, refine
+from magfold_env.engine.magnets.laws import COULOMB, FacePair
+from magfold_env.engine.magnets.lookup import DEGREE, PAIRS, knots_at
+from magfold_env.engine.magnets.pairs import BLEND, level_sum, refine
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Tables
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.simulation.banded import solve_banded
 
 # Joints stop at a right angle; the solver oversteps by no more than a tolerance.
 END = math.pi / 2.0 + 0.004
+# Where faces may touch, forces go on beyond the stop as they are there, and knots crowd so near.
+GRADED_END, FINEST = math.pi / 2.0, 3e-7
 ONE_SPACES = 200
 TWO_SPACES = 40
 PROBES = 6
@@ -55,7 +57,7 @@ def face_energies(magnets: Magnets, pitch: float, joints: Array, nodes: Nodes, o
                 )  # fmt: skip
                 u = level_sum(magnets, 0, faces, True, nodes)[0]
                 if faces.x * faces.x + faces.y * faces.y < refined * refined:
-                    u += refine(magnets, faces, True, nodes)[0]
+                    u += refine(magnets, faces, magnets.graded[f, g] != 0, True, nodes)[0]
                 sign = COULOMB if (f < 4) == (g < 4) else -COULOMB
                 out[p, 4 * (f % 4) + g % 4] += sign * u
 
@@ -68,6 +70,33 @@ def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
     out = np.zeros((len(joints), PAIRS))
     face_energies(magnets, pitch, joints, new_nodes(magnets, 1), out)
     return out
+
+
+@kernel
+def angles_at(shares: Array, end: float, finest: float, spaces: int, out: Array) -> None:
+    """Fill in at which angles of a joint some shares of all knots lie behind, and knots a radian.
+
+    ``out`` is (2, shares), `lookup.knots_at` says where knots lie, and bisection inverts it.
+    """
+    for k in range(shares.size):
+        low, high = -end, end
+        for _ in range(80):
+            middle = 0.5 * (low + high)
+            if 2.0 * knots_at(middle, end, finest, spaces)[0] < (shares[k] + 1.0) * spaces:
+                low = middle
+            else:
+                high = middle
+        out[0, k] = 0.5 * (low + high)
+        out[1, k] = knots_at(out[0, k], end, finest, spaces)[1]
+
+
+def joint_angles(shares: Array, spaces: int, graded: bool) -> tuple[Array, Array | float]:
+    """Return the angles that lie some shares of the way to the last knot, and knots a radian."""
+    if not graded:
+        return END * shares, spaces / (2.0 * END)
+    out = np.zeros((2, shares.size))
+    angles_at(shares, GRADED_END, FINEST, spaces, out)
+    return out[0], out[1]
 
 
 def sites(spaces: int) -> Array:
@@ -124,16 +153,20 @@ def build_tables(magnets: Magnets, pitch: float, far: FarTable) -> tuple[Tables,
 
     Returns the error of the slopes, too, all faces together, as a share of the largest slope.
     """
-    angles = END * sites(ONE_SPACES)
+    touching = bool(magnets.graded.any())
+    angles, _ = joint_angles(sites(ONE_SPACES), ONE_SPACES, touching)
     values = energies(magnets, pitch, angles[:, None])
     one = coefficients(ONE_SPACES, values)
     worst = np.abs(np.gradient(values, angles, axis=0)).sum(axis=1).max()
-    angles = END * sites(TWO_SPACES)
+    end = GRADED_END if touching else END
+    angles = end * sites(TWO_SPACES)
     grid = np.array(list(product(angles, angles)))
     values = energies(magnets, pitch, grid).reshape(angles.size, angles.size, PAIRS)
     two = coefficients(TWO_SPACES, values).swapaxes(0, 1)
     two = coefficients(TWO_SPACES, two).swapaxes(0, 1)
-    tables = Tables(END, np.ascontiguousarray(one), two.reshape(len(two), -1).copy(), far)
+    finest = FINEST if touching else 0.0
+    two = two.reshape(len(two), -1).copy()
+    tables = Tables(end, finest, np.ascontiguousarray(one), two, far)
     return tables, _slope_error(tables, magnets, pitch) / worst
 
 
@@ -145,12 +178,16 @@ def _slope_error(tables: Tables, magnets: Magnets, pitch: float) -> float:
     """
     worst = 0.0
     for table, spaces, joints in ((tables.one, ONE_SPACES, 1), (tables.two, TWO_SPACES, 2)):
-        shares = _middles(spaces, PROBES)
+        crowded = tables.finest > 0.0 and joints == 1
+        shares = _middles(spaces, spaces // 2 if crowded else PROBES)
         found = table.reshape((spaces + DEGREE,) * joints + (PAIRS,))
         for _ in range(joints):
             # Contracts the first axis and moves it behind the others but the faces'.
             found = np.moveaxis(np.tensordot(basis_matrix(spaces, shares), found, 1), 0, -2)
-        grid = np.array(list(product(END * shares, repeat=joints)))
+        angles, density = tables.end * shares, spaces / (2.0 * tables.end)
+        if crowded:
+            angles, density = joint_angles(shares, spaces, True)
+        grid = np.array(list(product(angles, repeat=joints)))
         error = np.abs(found.reshape(-1, PAIRS) - energies(magnets, pitch, grid))
-        worst = max(worst, float(error.sum(axis=1).max()) * math.pi * spaces / (2.0 * END))
+        worst = max(worst, float((error.sum(axis=1) * density).max()) * math.pi)
     return worst

@@ -42,6 +42,7 @@ class Row(NamedTuple):
     rooms: tuple[float, ...]  # room (see `Rule`) within which all but the first rank act
     counts: tuple[int, int]  # nodes of near faces: middle, near
     radii: tuple[float, float]  # distances of faces' centres within which these act
+    graded: int  # nodes of faces that may touch, see `graded_rule`
     far: float  # distance of casings beyond which they are expanded, in diagonals of a casing
     order: int  # of that expansion
     groups: float  # and that of segments of the chain, over the number of their components
@@ -56,16 +57,15 @@ class Row(NamedTuple):
 # less than the solver's tolerance does. Casings on a grid are 1.58 and 2 diagonals apart, but never
 # in between, where nodes and expansions are blended and both take their time.
 TABLE = (
-    Row(5e-2, (1, 2), (1.2,), (4, 8), (6.2 / 6.0, 3.1 / 6.0), 1.59, 5, 1.45),
-    Row(1e-2, (2, 3), (0.8,), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 1.59, 5, 2.05),
-    Row(1e-3, (2, 4), (1.35,), (7, 14), (6.2 / 6.0, 4.2 / 6.0), 1.59, 6, 3.05),
-    Row(1e-4, (2, 3, 5), (3.5, 1.3), (12, 18), (6.2 / 6.0, 3.1 / 6.0), 1.59, 7, 4.75),
-    Row(1e-6, (2, 3, 5, 8), (5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 2.55, 7, 8.05),
-    Row(0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0), math.inf, 0, math.inf),
+    Row(5e-2, (1, 2), (1.2,), (4, 8), (6.2 / 6.0, 3.1 / 6.0), 12, 1.59, 5, 1.45),
+    Row(1e-2, (2, 3), (0.8,), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 16, 1.59, 5, 2.05),
+    Row(1e-3, (2, 4), (1.35,), (7, 14), (6.2 / 6.0, 4.2 / 6.0), 16, 1.59, 6, 3.05),
+    Row(1e-4, (2, 3, 5), (3.5, 1.3), (12, 18), (6.2 / 6.0, 3.1 / 6.0), 24, 1.59, 7, 4.75),
+    Row(1e-6, (2, 3, 5, 8), (5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 40, 2.55, 7, 8.05),
+    Row(0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0), 64, math.inf, 0, math.inf),
 )
 # Touching faces of the table's magnets are a sixth of their width apart.
 TABLE_GAP = 1.0 / 6.0
-MOST_NODES = 64
 
 
 @dataclass(frozen=True)
@@ -85,6 +85,7 @@ class Rule:
     far: float = math.inf
     far_order: int = 0
     groups: float = math.inf
+    graded: int = 0  # nodes of faces that may touch; 0: they are as all others
 
     @classmethod
     def single(cls, count: int) -> Rule:
@@ -94,21 +95,20 @@ class Rule:
 
 def choose_rule(magnets: Magnets) -> Rule:
     """Pick the nodes for a fixed number or for an error bound."""
-    if magnets.model == "points":
+    if not magnets.bounded:
         return Rule.single(magnets.nodes or 3)
-    if magnets.nodes is not None:
-        return Rule.single(magnets.nodes)
     row = next(row for row in TABLE if magnets.accuracy >= row.bound)
     middle, near = row.counts
     width = widest(magnets)
     return Rule(
         ranks=row.ranks,
         rank_radii=(math.inf, *(room * width for room in row.rooms)),
-        counts=(row.ranks[-1], middle, nodes_across_gap(near, magnets)),
+        counts=(row.ranks[-1], middle, near),
         radii=(math.inf, *(radius * width for radius in row.radii)),
         far=row.far,
         far_order=row.order,
         groups=row.groups,
+        graded=row.graded,
     )
 
 
@@ -123,14 +123,8 @@ def table_rule(magnets: Magnets) -> Rule:
     They leave errors of 1e-8, below the splines' own.
     """
     middle, near = 1.5 * widest(magnets), widest(magnets)
-    return Rule((8,), (math.inf,), (8, 16, nodes_across_gap(32, magnets)), (math.inf, middle, near))
-
-
-def nodes_across_gap(count: int, magnets: Magnets) -> int:
-    """Nodes that are worth ``count`` of the table's where touching faces are nearer than there."""
-    # Gauss-Legendre errors fall geometrically with nodes times distance over width.
-    gap = max(2.0 * float(np.min(magnets.inset)), 1e-9) / widest(magnets)
-    return min(MOST_NODES, max(count, math.ceil(count * TABLE_GAP / gap)))
+    counts, radii = (8, 16, 32), (math.inf, middle, near)
+    return Rule((8,), (math.inf,), counts, radii, graded=64)
 
 
 def width_rule(strips: bool, count: int) -> tuple[Array, Array]:
@@ -138,6 +132,16 @@ def width_rule(strips: bool, count: int) -> tuple[Array, Array]:
     if strips:
         return _gauss_legendre(count)
     return np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1), np.full(count, 1.0 / count)
+
+
+def graded_rule(count: int) -> tuple[Array, Array]:
+    """As `width_rule`, nodes that crowd towards both ends, where a function may have a logarithm.
+
+    Those of Gauss and Legendre, moved by a step whose slope vanishes twice at both ends.
+    """
+    offset, share = _gauss_legendre(count)
+    x = offset + 0.5
+    return x * x * x * (10.0 + x * (6.0 * x - 15.0)) - 0.5, share * 30.0 * (x * (1.0 - x)) ** 2
 
 
 @lru_cache(maxsize=64)

@@ -224,5 +224,11 @@ def test_one_blend_of_ranks_ends_before_the_next_begins(bound):
     assert all(near * SPREAD <= far for far, near in pairwise(radii))
 
 
-def test_magnets_nearer_to_each_other_take_more_nodes():
-    assert choose_rule(Magnets(inset=0.0001)).counts[2] > choose_rule(Magnets()).counts[2]
+def test_only_magnets_nearer_than_the_tables_are_graded():
+    scene = Scene(sequence=("NNNN",))
+    assert not pack_magnets(scene).graded.any()
+    assert not pack_magnets(scene.replace(magnets={"inset": 0.0004, "nodes": 5})).graded.any()
+    graded = pack_magnets(scene.replace(magnets={"inset": 0.0004})).graded
+    # Inner faces are farther away.
+    assert graded[:4, :4].all()
+    assert graded.sum() == 16

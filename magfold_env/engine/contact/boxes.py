@@ -124,10 +124,7 @@ def is_beside_face(work: Work, box: int, other: int, k: int) -> bool:
     ux, uy, _, round_corner = corner_offset(work, box, other, k)
     if not round_corner:
         return False
-    if ux > 0.0:
-        facing = 0 if uy > 0.0 else 3
-    else:
-        facing = 1 if uy > 0.0 else 2
+    facing = int(ux < 0.0) if uy > 0.0 else 3 - int(ux < 0.0)
     return not corner_offset(work, other, box, facing)[3]
 
 

@@ -9,7 +9,8 @@ enters a new cell of the table, and kept: a function of charges and cell alone.
 
 Faces 1 mm apart are too much for a table that is to be small, so in it poles nearer than a
 *softening radius* act by the Taylor polynomial of their energy about that radius. What that leaves
-is summed over the nodes of those few faces that are so near, in `stiffen`. The energy is
+is summed over the nodes of those few faces that are so near, in `stiffen`, which also corrects
+these sums for faces that may touch, as `pairs` does. The energy is
 twice differentiable, and forces and torques are its exact gradient.
 """
 
@@ -20,7 +21,7 @@ import numpy as np
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import direction
 from magfold_env.engine.magnets import laws
-from magfold_env.engine.magnets.pairs import LANES, sum_lanes, whole_lanes
+from magfold_env.engine.magnets.pairs import LANES, grade, sum_lanes, whole_lanes
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose, Stencils
 
 SPLINES = 4  # that are not zero in a space between knots
@@ -212,7 +213,7 @@ def stiffen(
     ex, ey = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
     dx, dy = ci * ex + si * ey, ci * ey - si * ex
     c, s = ci * cj + si * sj, ci * sj - si * cj
-    most = soft + width
+    most, last = soft + width, magnets.level_radius.size - 1
     for g in range(2 * FACES):
         bx = dx + c * face_x[g] - s * face_y[g]
         by = dy + s * face_x[g] + c * face_y[g]
@@ -221,15 +222,24 @@ def stiffen(
             x, y = face_x[f] - bx, face_y[f] - by
             if x * x + y * y >= most * most:
                 continue
+            q = laws.COULOMB * charge[i, f % FACES] * charge[j, g % FACES]
+            if q == 0.0:
+                continue
+            q = q if (f < FACES) == (g < FACES) else -q
             # How far each face is from the other's line, in widths.
             atx, aty = face_tx[f], face_ty[f]
             half = 0.5 * abs(btx * aty - bty * atx)
             from_a, from_b = abs(x * aty - y * atx) - half, abs(x * bty - y * btx) - half
-            q = laws.COULOMB * charge[i, f % FACES] * charge[j, g % FACES]
-            if q == 0.0 or max(from_a, from_b) >= soft * width:
-                continue
-            q = q if (f < FACES) == (g < FACES) else -q
-            u, px, py, t = _stiff_faces(magnets, x, y, (atx, aty), (btx, bty), with_energy, nodes)
+            u, px, py, t = 0.0, 0.0, 0.0, 0.0
+            if max(from_a, from_b) < soft * width:
+                u, px, py, t = _stiff_faces(
+                    magnets, x, y, (atx, aty), (btx, bty), with_energy, nodes
+                )
+            if magnets.graded[f, g] != 0:
+                tall = magnets.face_half[f]
+                faces = laws.FacePair(True, tall, tall, x, y, atx, aty, btx, bty)
+                v, gx, gy, gt = grade(magnets, last, faces, with_energy, nodes)
+                u, px, py, t = u + v, px + gx, py + gy, t + gt
             energy += q * u
             fx += q * px
             fy += q * py
@@ -243,8 +253,8 @@ def _stiff_faces(
     with_energy: bool, scratch: Nodes,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Do so for two faces of unit charge along ``a`` and ``b``, (x, y) from b's centre to a's."""
-    table, level = magnets.tables.far, magnets.level_count.size - 1
-    count, sum2 = magnets.level_count[level], magnets.height2
+    table, level = magnets.tables.far, magnets.level_radius.size - 1
+    count, sum2, nearest2 = magnets.level_count[level], magnets.height2, magnets.nearest2
     offset, share = magnets.level_node, magnets.level_weight
     lane_x, lane_y, lane_u = scratch.lane_x, scratch.lane_y, scratch.lane_u
     p0, p1, p2, p3 = table.soften[0], table.soften[1], table.soften[2], table.soften[3]
@@ -264,7 +274,7 @@ def _stiff_faces(
         w = share[level, m]
         for k in range(lanes):
             dx, dy = x0 + offset[level, k] * a[0], y0 + offset[level, k] * a[1]
-            r2 = dx * dx + dy * dy
+            r2 = max(dx * dx + dy * dy, nearest2)
             # Outside the radius nothing is left.
             rest = min(r2 - soft2, 0.0)
             inside = w if rest < 0.0 else 0.0
@@ -275,7 +285,7 @@ def _stiff_faces(
         if with_energy:
             for k in range(lanes):
                 dx, dy = x0 + offset[level, k] * a[0], y0 + offset[level, k] * a[1]
-                r2 = dx * dx + dy * dy
+                r2 = max(dx * dx + dy * dy, nearest2)
                 rest = min(r2 - soft2, 0.0)
                 inside = w if rest < 0.0 else 0.0
                 _, u = laws.node_law(True, True, sum2, 0.0, r2)

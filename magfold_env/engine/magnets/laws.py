@@ -9,6 +9,7 @@ Everything here is plain arithmetic, so that loops over nodes vectorise.
 """
 
 import math
+from typing import NamedTuple
 
 from magfold_env.engine.compile.jit import inlined
 from magfold_env.engine.elementary import log1p
@@ -17,13 +18,26 @@ COULOMB = 1e-7  # µ0 / 4π [N/A²]
 NEAREST2 = 1e-16  # [m²] poles do not come nearer than 10 nm, lest forces end as no numbers
 
 
+class FacePair(NamedTuple):
+    """Two pole faces a and b, which stand half their heights above the plane and below it."""
+
+    even: bool  # of one height
+    half_a: float  # half their heights [m]
+    half_b: float
+    x: float  # a's centre from b's [m]
+    y: float
+    ax: float  # vectors along their widths and as long [m]
+    ay: float
+    bx: float
+    by: float
+
+
 @inlined
 def node_force(strips: bool, sum2: float, difference2: float, r2: float) -> float:
     """Force between unit charges divided by their distance vector, without µ0/4π [1/m³].
 
-    ``sum2`` is a² and ``difference2`` is b² [m²]; points have neither.
+    ``sum2`` is a² and ``difference2`` is b² [m²]; points have neither. ``r2``, ρ², is above 0.
     """
-    r2 = max(r2, NEAREST2)
     if strips:
         return 2.0 / (r2 * (math.sqrt(r2 + difference2) + math.sqrt(r2 + sum2)))
     return 1.0 / (r2 * math.sqrt(r2))
@@ -37,7 +51,6 @@ def node_law(
 
     Lines are ``even`` if all have one height: ``difference2`` is then left out.
     """
-    r2 = max(r2, NEAREST2)
     r = math.sqrt(r2)
     if not strips:
         return 1.0 / (r2 * r), 1.0 / r

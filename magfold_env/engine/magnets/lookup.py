@@ -1,19 +1,22 @@
 """Energies of casings one and two joints apart, looked up in splines of their joint angles.
 
 The splines are of degree five on even knots, so four times differentiable; their gradient is
-taken exactly. All sixteen pairs of faces have coefficients side by side; where a joint turns on
-into another space between knots these are summed with the charges, and kept: a function of charges
-and spaces alone.
+taken exactly. Where faces may touch, neighbours' energy goes like α² log α with the angle α from a
+stop, and knots crowd towards the stops (`knots_at`). All sixteen pairs of faces have coefficients
+side by side; where a joint turns on into another space between knots these are summed with the
+charges, and kept: a function of charges and spaces alone.
 """
 
 import numpy as np
 
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.elementary import log1p
 from magfold_env.engine.state import Array, Nodes, Tables
 
 DEGREE = 5
 SPLINES = DEGREE + 1  # that are not zero in a space between knots
 BEYOND = 0.2  # [rad]
+LOGARITHMIC = 4.0  # knots an e-fold
 FACES = 4
 PAIRS = FACES * FACES
 
@@ -48,7 +51,7 @@ def one_slope(
     tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes
 ) -> float:
     """Slope of the energy of casings i and i + 1 by their joint's angle [N·m]."""
-    density = fold_one(tables, angle, charge, i, slot, nodes)
+    density, _ = fold_one(tables, angle, charge, i, slot, nodes)
     return density * along(nodes.bends.one, slot, 0, nodes.spline, 1)
 
 
@@ -57,8 +60,11 @@ def one_energy(
     tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes
 ) -> float:
     """Energy of casings i and i + 1 [J]."""
-    fold_one(tables, angle, charge, i, slot, nodes)
-    return along(nodes.bends.one, slot, 0, nodes.spline, 0)
+    density, past = fold_one(tables, angle, charge, i, slot, nodes)
+    energy = along(nodes.bends.one, slot, 0, nodes.spline, 0)
+    if past != 0.0:
+        energy += past * density * along(nodes.bends.one, slot, 0, nodes.spline, 1)
+    return energy
 
 
 @kernel
@@ -97,20 +103,45 @@ def along(value: Array, slot: int, begin: int, spline: Array, row: int) -> float
 
 
 @inlined
-def fold_one(tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes) -> float:
+def fold_one(
+    tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes
+) -> tuple[float, float]:
     """Find the splines about a joint's angle, times the charges, and their weights.
 
     What is kept in the slot is of the same space between knots, or found anew. Returns the knots a
-    radian.
+    radian, and how far beyond the table's end the angle is, where the slope stays as it was [rad].
     """
-    bends, table = nodes.bends, tables.one
-    k, density = place(angle, tables.end, table.shape[0], nodes.spline, 0)
+    bends, table, past = nodes.bends, tables.one, 0.0
+    if tables.finest == 0.0:
+        k, density = place(angle, tables.end, table.shape[0], nodes.spline, 0)
+    else:
+        inside = min(max(angle, -tables.end), tables.end)
+        past, last = angle - inside, table.shape[0] - DEGREE
+        knots, density = knots_at(inside, tables.end, tables.finest, last)
+        k = basis(knots, last, nodes.spline, 0)
     if bends.one_cell[slot] != k + 1:
         bends.one_cell[slot] = k + 1
         multiply(charge, i, i + 1, bends.product)
         for r in range(SPLINES):
             bends.one[slot, r] = weigh(table, k + r, 0, bends.product, bends.part)
-    return density
+    return density, past
+
+
+@inlined
+def knots_at(angle: float, end: float, finest: float, last: int) -> tuple[float, float]:
+    """Knots before an angle, of ``last`` spaces from −end to end, and knots a radian.
+
+    At even angles, and `LOGARITHMIC` ones an e-fold of the distance to an end, down to the finest.
+    """
+    most = 2.0 * LOGARITHMIC * log1p(2.0 * end / finest)
+    even = 0.5 * (last - most) / end
+    below, above = finest + end + angle, finest + end - angle
+    log = log1p(2.0 * abs(angle) / min(below, above))
+    uneven = LOGARITHMIC * (log if angle > 0.0 else -log)
+    return (
+        0.5 * last + even * angle + uneven,
+        even + LOGARITHMIC * (1.0 / below + 1.0 / above),
+    )
 
 
 @inlined

@@ -9,9 +9,9 @@ casings.
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.magnets.laws import COULOMB, node_force, node_law
+from magfold_env.engine.magnets.laws import COULOMB, FacePair, node_force, node_law
 from magfold_env.engine.magnets.multipoles import X10, Y10
-from magfold_env.engine.magnets.pairs import BLEND, FacePair, add_forces, refine, whole_lanes
+from magfold_env.engine.magnets.pairs import BLEND, add_forces, refine, whole_lanes
 from magfold_env.engine.state import Loads, Model, Nodes, Pose
 
 ROOT = math.sqrt(COULOMB)  # moments contain it
@@ -86,7 +86,7 @@ def sum_strips(
         lane_x[a] = 0.0
         lane_y[a] = 0.0
         lane_u[a] = 0.0
-    h = field.strip_half
+    h, nearest2 = field.strip_half, magnets.nearest2
     for g in range(field.strip_q.size):
         for m in range(magnets.level_count[0]):
             at = magnets.level_node[0, m]
@@ -97,7 +97,7 @@ def sum_strips(
                 dx, dy = x[a] - px, y[a] - py
                 sum2 = (half[a] + h) * (half[a] + h)
                 difference2 = (half[a] - h) * (half[a] - h)
-                r2 = dx * dx + dy * dy
+                r2 = max(dx * dx + dy * dy, nearest2)
                 if with_energy:
                     force, u = node_law(strips, False, sum2, difference2, r2)
                     lane_u[a] += q * u
@@ -123,7 +123,7 @@ def refine_strips(
     """Correct what `sum_strips` gives for strips near component i's pole faces."""
     magnets, field, charge = model.magnets, model.field, model.charge
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    if magnets.level_count.size == 1:
+    if magnets.level_radius.size == 1:
         return energy, fx, fy, torque
     c, s = pose.cos[i], pose.sin[i]
     outermost = magnets.level_radius[1] * BLEND
@@ -139,13 +139,15 @@ def refine_strips(
             q = COULOMB * field.strip_q[g] * charge[i, f % 4] * (1.0 if f < 4 else -1.0)
             if q == 0.0 or ex * ex + ey * ey >= outermost * outermost:
                 continue
+            # Strips of the north pole, which are the first, look along the magnet's heading.
+            outward = -1.0 if field.graded[f] != 0 and 2 * g >= field.strip_q.size else 1.0
             faces = FacePair(
                 False, magnets.face_half[f], field.strip_half, ex, ey,
                 c * magnets.face_tx[f] - s * magnets.face_ty[f],
                 s * magnets.face_tx[f] + c * magnets.face_ty[f],
-                field.strip_tx, field.strip_ty,
+                outward * field.strip_tx, outward * field.strip_ty,
             )  # fmt: skip
-            u, px, py, t = refine(magnets, faces, with_energy, nodes)
+            u, px, py, t = refine(magnets, faces, field.graded[f] != 0, with_energy, nodes)
             energy += q * u
             fx += q * px
             fy += q * py

@@ -14,30 +14,16 @@ no energy from the chain and gives it none. ``engine.magnets.segments`` picks th
 """
 
 import math
-from typing import NamedTuple
 
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.magnets import laws, segments
+from magfold_env.engine.magnets import laws, segments, sheets
 from magfold_env.engine.magnets.expansions import TERMS, expansion, turn_moments
+from magfold_env.engine.magnets.laws import FacePair
 from magfold_env.engine.magnets.multipoles import PARTS, turn_row
 from magfold_env.engine.state import Array, Loads, Magnets, Nodes, Pose
 
 BLEND = 1.1  # a level ends at this many radii
 LANES = 8  # doubles in a vector register
-
-
-class FacePair(NamedTuple):
-    """Two pole faces a and b, which stand half their heights above the plane and below it."""
-
-    even: bool  # of one height
-    half_a: float  # half their heights [m]
-    half_b: float
-    x: float  # a's centre from b's [m]
-    y: float
-    ax: float  # vectors along their widths and as long [m]
-    ay: float
-    bx: float
-    by: float
 
 
 @kernel
@@ -202,7 +188,7 @@ def rank_pair(
         lane_x[a] = 0.0
         lane_y[a] = 0.0
         lane_u[a] = 0.0
-    sum2, difference2 = magnets.height2, 0.0
+    sum2, difference2, nearest2 = magnets.height2, 0.0, magnets.nearest2
     for b in range(count_j):
         x, y, q, h = node_x[rank, j, b], node_y[rank, j, b], node_q[rank, j, b], half[rank, j, b]
         if with_energy:
@@ -212,7 +198,8 @@ def rank_pair(
                 if not even:
                     sum2 = (half[rank, i, a] + h) * (half[rank, i, a] + h)
                     difference2 = (half[rank, i, a] - h) * (half[rank, i, a] - h)
-                g, u = laws.node_law(strips, even, sum2, difference2, dx * dx + dy * dy)
+                r2 = max(dx * dx + dy * dy, nearest2)
+                g, u = laws.node_law(strips, even, sum2, difference2, r2)
                 lane_x[a] += q * g * dx
                 lane_y[a] += q * g * dy
                 lane_u[a] += q * u
@@ -223,7 +210,8 @@ def rank_pair(
                 if not even:
                     sum2 = (half[rank, i, a] + h) * (half[rank, i, a] + h)
                     difference2 = (half[rank, i, a] - h) * (half[rank, i, a] - h)
-                g = q * laws.node_force(strips, sum2, difference2, dx * dx + dy * dy)
+                r2 = max(dx * dx + dy * dy, nearest2)
+                g = q * laws.node_force(strips, sum2, difference2, r2)
                 lane_x[a] += g * dx
                 lane_y[a] += g * dy
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
@@ -271,7 +259,7 @@ def near_pair(
                 ci * face_tx[f] - si * face_ty[f], si * face_tx[f] + ci * face_ty[f],
                 cj * face_tx[g] - sj * face_ty[g], sj * face_tx[g] + cj * face_ty[g],
             )  # fmt: skip
-            u, px, py, t = refine(magnets, faces, with_energy, nodes)
+            u, px, py, t = refine(magnets, faces, magnets.graded[f, g] != 0, with_energy, nodes)
             energy += q * u
             fx += q * px
             fy += q * py
@@ -281,9 +269,14 @@ def near_pair(
 
 @inlined
 def refine(
-    magnets: Magnets, faces: FacePair, with_energy: bool, nodes: Nodes
+    magnets: Magnets, faces: FacePair, graded: bool, with_energy: bool, nodes: Nodes
 ) -> tuple[float, float, float, float]:
-    """Sum of w_k (U_k − U_{k−1}) over the levels and its gradient, as `level_sum` gives them."""
+    """Sum of w_k (U_k − U_{k−1}) over the levels and its gradient, as `level_sum` gives them.
+
+    Of ``graded`` faces, which may touch, `sheets.between` takes the place of all levels but 0.
+    """
+    if graded:
+        return grade(magnets, 0, faces, with_energy, nodes)
     level_radius = magnets.level_radius
     distance = math.sqrt(faces.x * faces.x + faces.y * faces.y)
     last = 1
@@ -313,6 +306,21 @@ def refine(
 
 
 @kernel
+def grade(
+    magnets: Magnets, level: int, faces: FacePair, with_energy: bool, nodes: Nodes
+) -> tuple[float, float, float, float]:
+    """Put `sheets.between` in the place of a level within the first radius, as `refine` does."""
+    radius = magnets.level_radius[1]
+    ratio = math.sqrt(faces.x * faces.x + faces.y * faces.y) / radius
+    if ratio >= BLEND:
+        return 0.0, 0.0, 0.0, 0.0
+    low = level_sum(magnets, level, faces, with_energy or ratio > 1.0, nodes)
+    high = sheets.between(magnets, faces)
+    u, fx, fy, t = laws.between_rules(high, low, ratio, BLEND, radius, faces.x, faces.y)
+    return u - low[0], fx - low[1], fy - low[2], t - low[3]
+
+
+@kernel
 def level_sum(
     magnets: Magnets, level: int, faces: FacePair, with_energy: bool, scratch: Nodes
 ) -> tuple[float, float, float, float]:
@@ -321,7 +329,7 @@ def level_sum(
     Without µ0/4π. The energy is 0 unless asked for.
     """
     strips, even, count = magnets.strips, faces.even, magnets.level_count[level]
-    nodes, weights = magnets.level_node, magnets.level_weight
+    nodes, weights, nearest2 = magnets.level_node, magnets.level_weight, magnets.nearest2
     lane_x, lane_y, lane_u = scratch.lane_x, scratch.lane_y, scratch.lane_u
     atx, aty = faces.ax, faces.ay
     sum2 = (faces.half_a + faces.half_b) * (faces.half_a + faces.half_b)
@@ -340,7 +348,8 @@ def level_sum(
             for k in range(lanes):
                 dx = fx0 + nodes[level, k] * atx
                 dy = fy0 + nodes[level, k] * aty
-                g, u = laws.node_law(strips, even, sum2, difference2, dx * dx + dy * dy)
+                r2 = max(dx * dx + dy * dy, nearest2)
+                g, u = laws.node_law(strips, even, sum2, difference2, r2)
                 lane_x[k] += w * g * dx
                 lane_y[k] += w * g * dy
                 lane_u[k] += w * u
@@ -348,7 +357,8 @@ def level_sum(
             for k in range(lanes):
                 dx = fx0 + nodes[level, k] * atx
                 dy = fy0 + nodes[level, k] * aty
-                g = w * laws.node_force(strips, sum2, difference2, dx * dx + dy * dy)
+                r2 = max(dx * dx + dy * dy, nearest2)
+                g = w * laws.node_force(strips, sum2, difference2, r2)
                 lane_x[k] += g * dx
                 lane_y[k] += g * dy
     return sum_lanes(weights[level], nodes[level], count, (atx, aty), lane_x, lane_y, lane_u)

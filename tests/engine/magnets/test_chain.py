@@ -220,7 +220,6 @@ def test_held_components_act_on_those_outside(seed, lo):
         {"magnets": {"nodes": 5}},
         {"magnets": Magnets(model="points", pole_charge=8.6)},
         {"magnets": {"accuracy": 1e-8}},
-        {"magnets": {"inset": 0.0}},
     ],
 )
 def test_chains_that_splines_do_not_fit_are_summed(change):

@@ -1,0 +1,152 @@
+"""Two pole faces at any distance down to contact, one of them integrated in closed form.
+
+Nodes on both faces fail where these are nearer than nodes lie apart. What upright lines do to each
+other (`magnets.laws`) can be integrated along the width w of face b. With s and d a point's
+distance along b from one of its ends, and from its line, ρ² = s² + d² and R² = ρ² + u², the energy
+is the difference between b's ends of 2/(H₁H₂ w) (G(h) − G(k)), h and k the half sum and the half
+difference of the heights, and
+
+    G(u) = u s asinh(u/ρ) − u d atan(s u/(d R)) + (u² − d²)/2 asinh(s/√(d² + u²)) − s R/2
+
+with ∂G/∂s = u asinh(u/ρ) − R and ∂G/∂d = −u atan(s u/(d R)) − d asinh(s/√(d² + u²)). The tests
+compare it with quadrature. Along face a it is summed over nodes. It is singular, as d² log d is,
+where a passes an end of b or crosses its line: nodes crowd towards these places from both sides.
+
+What has come behind b, by a rounding error or by what contacts allow casings to overlap, feels the
+limit from outside: no sheet jumps, and b's push stays what it is in touch. Forces are the exact
+gradient of the sum, the places' motion included.
+"""
+
+import math
+
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.elementary import direction, log1p
+from magfold_env.engine.magnets.laws import FacePair
+from magfold_env.engine.state import Magnets
+
+SHORTEST = 1e-14  # widths: two singular places nearer to each other are one
+FLATTEST2 = 1e-16  # squared slope of a face from which on it matters where it crosses a line
+LEAST2 = 1e-40  # [m²] of distances from a line, lest logarithms end as no numbers
+
+
+@kernel
+def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, float]:
+    """Energy, force on face a and its torque about its centre, as `pairs.level_sum` gives them."""
+    row = magnets.level_count.size - 1
+    count, node, weight = magnets.level_count[row], magnets.level_node, magnets.level_weight
+    wide = math.sqrt(faces.bx * faces.bx + faces.by * faces.by)
+    ux, uy = faces.bx / wide, faces.by / wide
+    # Face a in the frame of b, whose outward normal is (uy, −ux).
+    x, y = ux * faces.x + uy * faces.y, uy * faces.x - ux * faces.y
+    ax, ay = ux * faces.ax + uy * faces.ay, uy * faces.ax - ux * faces.ay
+    # Of faces that look at each other one cannot be behind the other, but by an error.
+    signed = ax < 0.0 and y > -0.5 * wide
+    one, two, line = breaks(x, y, ax, ay, 0.5 * wide)
+    first, last = min(one, two, line), max(one, two, line)
+    middle = max(min(one, two), min(max(one, two), line))
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    begin, before, by_first, by_middle, by_last = -0.5, -1, 0.0, 0.0, 0.0
+    for part in range(4):
+        end = 0.5
+        if part < 3:
+            end = first if part == 0 else (middle if part == 1 else last)
+        length = end - begin
+        if length < SHORTEST:
+            continue
+        by_begin, by_end = 0.0, 0.0
+        for k in range(count):
+            along, w = 0.5 + node[row, k], length * weight[row, k]
+            t = begin + length * along
+            s, d = x + t * ax, y + t * ay
+            past = d if signed and d < 0.0 and abs(s) < 0.5 * wide else 0.0
+            u, ps, pd = potential(s, abs(d - past), 0.5 * wide, faces.half_a, faces.half_b)
+            u += past * pd
+            px, py = -w * ps, -w * pd if d - past >= 0.0 else w * pd
+            energy += w * u
+            fx += px
+            fy += py
+            torque += t * (ax * py - ay * px)
+            rise = -(ax * px + ay * py)
+            by_begin += (1.0 - along) * rise - weight[row, k] * u
+            by_end += along * rise + weight[row, k] * u
+        # Slopes of the sum by where its parts begin and end.
+        by_first += (by_begin if before == 0 else 0.0) + (by_end if part == 0 else 0.0)
+        by_middle += (by_begin if before == 1 else 0.0) + (by_end if part == 1 else 0.0)
+        by_last += (by_begin if before == 2 else 0.0) + (by_end if part == 2 else 0.0)
+        begin, before = end, part
+    # Of an integral they cancel; of the sum they don't, and where a has come behind b's ends.
+    length2 = ax * ax + ay * ay
+    for place in range(3):
+        t = one if place == 0 else (two if place == 1 else line)
+        if abs(t) >= 0.5 - SHORTEST:
+            continue
+        slope = by_first if t == first else (by_middle if t == middle else by_last)
+        tx, ty, turn = 0.0, -1.0 / ay if ay != 0.0 else 0.0, -t * ax / ay if ay != 0.0 else 0.0
+        if place < 2:
+            u, v = (-0.5 * wide if place == 0 else 0.5 * wide) - x, -y
+            tx, ty, turn = -ax / length2, -ay / length2, (v * ax - u * ay) / length2
+        fx -= slope * tx
+        fy -= slope * ty
+        torque -= slope * turn
+    # The frame is a mirror image: torques change their sign.
+    return energy, ux * fx + uy * fy, uy * fx - ux * fy, -torque
+
+
+@inlined
+def breaks(x: float, y: float, ax: float, ay: float, half: float) -> tuple[float, float, float]:
+    """Where face a passes both ends of b and its line, in widths from a's centre, or a's end."""
+    length2 = ax * ax + ay * ay
+    one = ((-half - x) * ax - y * ay) / length2
+    two = ((half - x) * ax - y * ay) / length2
+    crosses = abs(ay) > abs(y) and ay * ay > FLATTEST2 * length2
+    return clipped(one), clipped(two), clipped(-y / ay) if crosses else 0.5
+
+
+@inlined
+def clipped(t: float) -> float:
+    """Return a place on face a, or the end that is nearer to it, in widths from its centre."""
+    return min(max(t, -0.5), 0.5)
+
+
+@inlined
+def potential(
+    s: float, d: float, half: float, half_a: float, half_b: float
+) -> tuple[float, float, float]:
+    """Energy of an upright line and a face of half a width, of unit charge, and its slopes.
+
+    Without µ0/4π [1/m, 1/m²]. The line is ``d`` in front of the face and ``s`` aside of its centre,
+    by which the slopes are.
+    """
+    total, difference = half_a + half_b, abs(half_a - half_b)
+    u, ps, pd = primitive(s - half, s + half, d, total)
+    v, qs, qd = primitive(s - half, s + half, d, difference)
+    share = 1.0 / (4.0 * half * half_a * half_b)
+    return share * (u - v), share * (ps - qs), share * (pd - qd)
+
+
+@inlined
+def primitive(low: float, high: float, d: float, u: float) -> tuple[float, float, float]:
+    """G(u) between two ends, and its slopes by s and by d ≥ 0."""
+    d2, u2 = max(d * d, LEAST2), u * u
+    c2 = d2 + u2
+    near, far = math.sqrt(low * low + d2), math.sqrt(high * high + d2)
+    begin, end = math.sqrt(low * low + c2), math.sqrt(high * high + c2)
+    # Differences of asinh(s/c) as one logarithm, none of whose terms cancels.
+    if low >= 0.0:
+        log = log1p((high - low + end - begin) / (low + begin))
+    elif high <= 0.0:
+        log = log1p((high - low + begin - end) / (end - high))
+    else:
+        log = log1p(((high + end) * (begin - low) - c2) / c2)
+    value, along = 0.5 * (u2 - d2) * log - 0.5 * (high * end - low * begin), begin - end
+    away = -d * log
+    if u > 0.0:
+        before = log1p((u + u2 / (begin + near)) / near)
+        behind = log1p((u + u2 / (end + far)) / far)
+        # The difference of two arc tangents as one.
+        begin, end = d * begin, d * end
+        angle = direction(begin * end + u2 * (low * high), u * (high * begin - low * end))
+        value += u * (high * behind - low * before - d * angle)
+        along += u * (behind - before)
+        away -= u * angle
+    return value, along, away
