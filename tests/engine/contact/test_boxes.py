@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, target
+from hypothesis import event, given, target
 from hypothesis import strategies as st
 
 from magfold_env.engine.contact import boxes, jacobian
@@ -80,6 +80,29 @@ def test_gap_is_the_distance_of_the_rounded_boxes(seed, layout):
         gaps = [boxes.corner_gap(case.model, case.work, i, j, k) for k in range(4)]
         gaps += [boxes.corner_gap(case.model, case.work, j, i, k) for k in range(4)]
         assert min(gaps) == pytest.approx(case.gap(i, j, q), abs=1e-15)
+
+
+@given(seed=seeds)
+def test_corners_face_each_other_only_where_no_side_is_nearer(seed):
+    rng = np.random.default_rng(seed)
+    case = Boxes(6)
+    case.place(np.zeros(8))
+    placed = case.work.boxes
+    # Corner 2 of the last square about as far from one of the first as their radii are long.
+    first = np.array([placed.x[0], placed.y[0]]) + boxes.corner(case.work, 0, 0)
+    turn = rng.uniform(-np.pi, np.pi)
+    placed.c[5], placed.s[5] = np.cos(turn), np.sin(turn)
+    place = first - boxes.corner(case.work, 5, 2) + rng.uniform(-4.0, 4.0, 2) * RADIUS
+    placed.x[5], placed.y[5] = place
+    if boxes.separation(case.work, 0, 5) <= 0.0:
+        return
+    gaps, beside = [], []
+    for k in range(8):
+        row = (case.work, 0, 5, k) if k < 4 else (case.work, 5, 0, k - 4)
+        gap = boxes.corner_gap(case.model, *row)
+        (beside if boxes.is_beside_face(*row) else gaps).append(gap)
+    assert all(min(gaps) < gap for gap in beside)
+    event(f"{len(beside)} beside a side")
 
 
 def test_engine_looks_at_every_pair_that_can_meet():
