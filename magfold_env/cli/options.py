@@ -136,9 +136,10 @@ def end_long_compilations() -> None:
 
     def listen(_kept: socket.socket) -> None:
         while number := ear.recv(1):
-            if number[0] == signal.SIGINT and jit.FIRST_USE is not None:
+            since = jit.FIRST_USE and jit.FIRST_USE.compiling_since
+            if number[0] == signal.SIGINT and since is not None:
                 time.sleep(STUBBORN)
-                if jit.FIRST_USE.compiling:
+                if jit.FIRST_USE.compiling_since == since:
                     typer.echo("interrupted", err=True)
                     os._exit(130)
 

@@ -127,9 +127,9 @@ class FirstUse(event.Listener):
             self._interrupt.hold()
 
     @property
-    def compiling(self) -> bool:
-        """Whether a kernel is being compiled."""
-        return self._depth > 0
+    def compiling_since(self) -> float | None:
+        """When the kernel that is being compiled was begun, by `time.monotonic` [s]."""
+        return self._begun if self._depth > 0 else None
 
     def _say(self, text: str, *values: object) -> None:
         if not self._quiet:

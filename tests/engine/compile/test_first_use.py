@@ -98,7 +98,7 @@ def test_ctrl_c_is_not_lost_in_a_callback_that_swallows_it():
         else:
             with pytest.raises(KeyboardInterrupt):
                 listener.on_end(kernel)
-        assert not listener.compiling
+        assert listener.compiling_since is None
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
