@@ -85,6 +85,14 @@ def test_compilers_are_spared_the_search_for_cycles(clock, collects):
         gc.enable()
 
 
+@pytest.fixture
+def usual_interrupts():
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("usual_interrupts")
 def test_ctrl_c_is_not_lost_in_a_callback_that_swallows_it():
     kernel, listener = begun(Kernel("magfold_env.engine", "solve")), FirstUse(lambda: None)
     for within in (True, False):
