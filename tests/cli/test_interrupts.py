@@ -12,7 +12,9 @@ import pytest
 import magfold_env as mf
 
 COMMAND = "import sys; from magfold_env.cli.app import app; app()"
-LONG = mf.Scene(sequence=("SNNS", "SNNN", "NNSN"), mount="tube", feed={"speed": 1e-6}, friction=0.2)
+LONG = mf.Scene(sequence=("SNNS", "SNNN", "NNSN"), mount="tube", friction=0.2).replace(
+    feed={"speed": 1e-6}
+)
 """Takes minutes: 0.001 mm/s."""
 
 

@@ -51,13 +51,13 @@ def imbalance(scene: mf.Scene, pushes: Sequence[tuple[float, float]] = ()) -> tu
 
     ``pushes`` are speeds [m/s] and times [s] of a feed by hand, before the chain settles.
     """
-    session = Session(scene, RATE if scene.friction > 0.0 else None)
+    session = Session(scene, RATE if scene.frictions.any() else None)
     before = total_of(session)
     for speed, seconds in pushes:
         session.push(speed, seconds)
     session.settle()
     account, rubbed = session.account, 0.0
-    if scene.friction > 0.0:
+    if scene.frictions.any():
         motion = session.fold().trajectory
         assert motion is not None
         rubbed = rubbed_away(scene, motion)
@@ -87,14 +87,14 @@ def balance_of_pushes(seed: int) -> float:
         "loading": rng.choice(["preloaded", "at_mouth"]),
         "direction": rng.choice(["forward", "backward"]),
         "bore": rng.uniform(1.05, 1.4) * DIAGONAL,
-        "force_limit": rng.choice([0.3, 1.0, 20.0, None]),
+        "force_limit": (0.3, 1.0, 20.0, None)[rng.integers(4)],
     }
     scene = mf.Scene(
         sequence=poles if rng.random() < 0.5 else designed_sequence(rng, n),
         mount="tube",
         feed=feed,
         friction=rng.choice([0.0, 0.3, rng.uniform(0.01, 0.6)]),
-        gravity={"in_plane": tuple(rng.choice([0.0, 2.0]) * rng.uniform(-1.0, 1.0, 2))},
+        gravity=mf.Gravity(in_plane=tuple(rng.choice([0.0, 2.0]) * rng.uniform(-1.0, 1.0, 2))),
     )
     count = int(rng.integers(2, 12))
     pushes = list(zip(rng.uniform(-0.3, 0.5, count), rng.uniform(0.02, 0.3, count), strict=True))
