@@ -11,7 +11,12 @@ import pytest
 
 import magfold_env as mf
 
-COMMAND = "import sys; from magfold_env.cli.app import app; app()"
+COMMAND = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # where tests run in the background
+from magfold_env.cli.app import app
+app()
+"""
 LONG = mf.Scene(sequence=("SNNS", "SNNN", "NNSN"), mount="tube", friction=0.2).replace(
     feed={"speed": 1e-6}
 )
@@ -43,6 +48,9 @@ def test_ctrl_c_ends_a_long_command(arguments: tuple[str, ...], tmp_path: Path) 
     time.sleep(6.0)
     assert process.poll() is None
     os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=20.0)
+    try:
+        _, errors = process.communicate(timeout=20.0)
+    finally:
+        process.kill()
     assert process.returncode == 130
     assert errors.endswith("interrupted\n")
