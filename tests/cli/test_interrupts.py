@@ -27,11 +27,9 @@ LONG = mf.Scene(sequence=("SNNS", "SNNN", "NNSN"), mount="tube", friction=0.2).r
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("fold", "scene.yaml"),
         ("ensemble", "scene.yaml", "--workers", "1"),
         ("ensemble", "scene.yaml", "--workers", "2", "--backend", "threads"),
         ("ensemble", "scene.yaml", "--workers", "2", "--backend", "processes"),
-        ("design", "LR", "--scene", "scene.yaml"),
     ],
 )
 def test_ctrl_c_ends_a_long_command(arguments: tuple[str, ...], tmp_path: Path) -> None:
