@@ -14,7 +14,8 @@ RAN_AWAY, LOCKED = 9, 11
 # A chain that had its time to settle and still moves.
 TIMED_OUT = 10
 
-TURN = 60_000  # evaluations of a chain, times n² as there are pairs: 10 ms, or 50 on a busy machine
+# Evaluations in a turn, times n², since forces act between pairs: 10 ms, or 50 on a busy machine.
+TURN = 60_000
 
 
 @inlined

@@ -190,7 +190,7 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(method):
     assert (fold.message, fold.evaluations) == (whole.message, whole.evaluations)
     assert len(seen) > 2
     assert seen == sorted(seen)
-    # At most 50 ms of work each: so many evaluations, and those of the step in which they end.
+    # Each turn makes at most TURN/n² evaluations, and then completes its step.
     assert len(seen) >= whole.evaluations // (outcomes.TURN // scene.n**2 + 400)
 
 

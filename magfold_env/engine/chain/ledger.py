@@ -13,7 +13,7 @@ from magfold_env.engine.state import Model, State
 
 MEAN_OVER = 1e-3  # [s]
 PATIENCE = 0.1  # [s] of slipping after which a feed is jammed
-# A drive without a limit gives way to so many times the forces of a chain that moves.
+# A drive without a limit gives way only beyond these multiples of the forces in a moving chain.
 LOCKED, STRUCK = 1000.0, 100.0
 GRAVITY = 9.8  # [m/s²]
 
