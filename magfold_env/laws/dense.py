@@ -29,8 +29,8 @@ Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 RATE = 1e4  # looks a second [1/s]
-STILL = 1e-3  # share of the side: states that differ by less are one
-SHARE = 0.02  # of the thinnest solid, that a casing near one may move by from look to look
+STILL = 1e-2  # share of the side: states that differ by less are one
+SHARE = 0.1  # of the thinnest solid, that a casing near one may move by from look to look
 
 
 class States(NamedTuple):
@@ -83,7 +83,7 @@ class Judge:
         self._scene = scene
         self._thickness = np.array([min(each.size) for each in scene.solids])
         thinnest = float(self._thickness.min(initial=math.inf))
-        self._still = min(STILL * scene.casing.side, SHARE * thinnest)
+        self.still = 0.5 * min(STILL * scene.casing.side, SHARE * thinnest)
         self._before: tuple[Floats, Bools] | None = None
 
     def look(self, states: States) -> None:
@@ -120,8 +120,7 @@ class Judge:
         """Return which states differ from the one before that is kept, the last one included."""
         moved = np.linalg.norm(np.diff(places, axis=0), axis=2)
         moved += 0.5 * self._scene.casing.diagonal * np.abs(np.diff(angles, axis=0))
-        way = np.cumsum(np.concatenate([[0.0], moved.max(axis=1)])) // self._still
-        return np.union1d(np.flatnonzero(np.diff(way, prepend=-1.0)), [len(angles) - 1])
+        return _apart(moved.max(axis=1), self.still)
 
     def _cross(self, places: Floats, free: Bools) -> None:
         """Count the lines from centre to centre of one casing that pass through a solid."""
@@ -153,6 +152,12 @@ class Judge:
         self.worst.speed = max(self.worst.speed, float(speed[near & free].max(initial=0.0)))
 
 
+def _apart(ways: Floats, still: float) -> npt.NDArray[np.intp]:
+    """Return the first of states ``ways`` [m] apart, each a way ``still`` further, and the last."""
+    passed = np.cumsum(np.concatenate([[0.0], ways])) // still
+    return np.union1d(np.flatnonzero(np.diff(passed, prepend=-1.0)), [len(ways)])
+
+
 def _seen_from(solid: Rectangle, places: Floats) -> Floats:
     """Return places (..., 2) in a solid's frame [m]."""
     axes = np.array([solid.axis, [-solid.axis[1], solid.axis[0]]])
@@ -177,7 +182,14 @@ class _Watch(Frames):
         self._look(state.q[None], state.v[None], state.counter[:1].copy())
 
     def _look(self, q: Floats, v: Floats, lo: npt.NDArray[np.int64]) -> None:
-        n, view = self._model.n, self._view
+        if len(q) == 0:
+            return
+        n, view, diagonal = self._model.n, self._view, self._model.bodies.length[0]
+        # An upper bound of how far a corner moves leaves most states out at little cost.
+        moved = np.abs(np.diff(q, axis=0))
+        ways = diagonal * moved[:, :n].sum(axis=1) + moved[:, n:].sum(axis=1)
+        kept = _apart(ways, self._judge.still)
+        q, v, lo = q[kept], v[kept], lo[kept]
         headings, rates = view.headings(q[:, :n]), view.rates(v[:, :n])
         hinge = view.outer_hinge(q, lo), view.outer_velocity(q, v)
         self._judge.look(States(headings, rates, *hinge, n - lo))

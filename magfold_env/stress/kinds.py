@@ -31,7 +31,7 @@ STOP = 0.5 * math.pi
 NARROWEST, WIDEST = (times * Casing().diagonal for times in (1.001, 2.0))  # bores [m]
 
 # Geometries are few, because the splines of each are made once and kept.
-GAPS = (5e-6, 5e-5)  # insets [m]: touching faces are twice as far apart
+GAPS = (0.0, 5e-6, 5e-5)  # insets [m]: touching faces are twice as far apart
 DEVICES: tuple[Mapping[str, Any], ...] = (
     {},
     {"accuracy": 1e-5},
@@ -172,15 +172,18 @@ def uneven(source: Source, n: int) -> Changes:
 
 
 def rubbing(source: Source, n: int) -> Changes:
-    """Draw friction of 0, of 10 and of all orders between."""
-    return {"friction": source.pick((0.0, 10.0, logarithmic(source, 1e-4, 10.0)))}
+    """Draw friction of 0, of 10 and of all orders between, also component by component."""
+    each = tuple(logarithmic(source, 1e-4, 10.0) for _ in range(n))
+    return {"friction": source.pick((0.0, 10.0, logarithmic(source, 1e-4, 10.0), each))}
 
 
 def hurried(source: Source, n: int) -> Changes:
     """Draw feed speeds from 0.1 mm/s to 10 m/s, also from component to component."""
     one = logarithmic(source, 1e-4, 10.0)
     each = tuple(logarithmic(source, 1e-4, 10.0) for _ in range(n))
-    return {"mount": "tube", "feed": fed(source, source.pick((one, each)))}
+    limit = source.pick((Feed().force_limit, None))
+    feed = fed(source, source.pick((one, each))) | {"force_limit": limit}
+    return {"mount": "tube", "feed": feed}
 
 
 def retracted(source: Source, n: int) -> Changes:
@@ -198,7 +201,7 @@ def retracted(source: Source, n: int) -> Changes:
             (logarithmic(source, 0.01, 1.0), source.pick((0.0, -speed, speed)))
             for speed in pace[1:]
         ]
-    limit = source.pick((Feed().force_limit, logarithmic(source, 0.05, 100.0)))
+    limit = source.pick((Feed().force_limit, None, logarithmic(source, 0.05, 100.0)))
     feed = fed(source, 0.05) | {"schedule": schedule, "force_limit": limit}
     return {"mount": "tube", "feed": feed}
 
@@ -336,16 +339,16 @@ def strong(source: Source, n: int) -> Changes:
 
 
 def close(source: Source, n: int) -> Changes:
-    """Draw magnets just below the faces, which come as near as 10 µm."""
+    """Draw magnets at the faces or just below them, which touch or come as near as 10 µm."""
     points = {"model": "points", "inset": logarithmic(source, 5e-6, 5e-4)}
     strips = {"inset": source.pick(GAPS)}
-    summed = {"inset": logarithmic(source, 5e-6, 5e-4), "nodes": source.integer(1, 24)}
+    summed = {"inset": logarithmic(source, 5e-6, 5e-4), "nodes": source.integer(1, 8)}
     magnets = source.pick((points, strips, summed))
     return {"magnets": {**magnets, "remanence": logarithmic(source, 0.01, 1.5)}}
 
 
 def rounded(source: Source, n: int) -> Changes:
-    """Draw magnets just below the faces of casings with all kinds of corners."""
+    """Draw magnets at the faces, or just below them, of casings with all kinds of corners."""
     return close(source, n) | {"casing": {"corner_radius": logarithmic(source, 1e-7, 1e-3)}}
 
 
@@ -444,13 +447,13 @@ KINDS: dict[str, Kind] = {
     "ordinary": Kind("what users simulate, 1 to 12 components", ordinary, 11),
     "masses": Kind("masses a million times apart", changed(uneven), 6),
     "friction": Kind("friction 0, 10 and all orders between", changed(rubbing), 6),
-    "feed": Kind("feed of 0.1 mm/s to 10 m/s", changed(hurried), 6),
+    "feed": Kind("feed of 0.1 mm/s to 10 m/s, also without limit", changed(hurried), 6),
     "retraction": Kind("feeds that go back and forth", changed(retracted), 8),
     "obstacles": Kind("rectangles, channels, chambers and funnels", changed(crowded), 6),
     "tilted": Kind("tilted floors, posts from 0.2 mm on", tilted, 6),
     "bumps": Kind("bumps of 0.01 mm/s to 1 m/s", changed(shaken), 5),
     "remanence": Kind("0 to 1.5 T, magnet by magnet", changed(strong), 6),
-    "gaps": Kind("magnets 10 µm apart, all kinds of corners", changed(rounded), 6),
+    "gaps": Kind("magnets that touch or nearly, all kinds of corners", changed(rounded), 6),
     "stops": Kind("starts at the stops", changed(at_stops), 6),
     "overlapping": Kind("overlapping starts", overlapping, 3),
     "straight": Kind("exactly straight, symmetric chains", changed(symmetric), 5),
