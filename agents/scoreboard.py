@@ -52,7 +52,9 @@ Success is the share of episodes that reach what is wanted, with Wilson's 95 % i
 24 tasks in turn. The failure floor is the share in which the oracle fails, which knows the hidden
 physics and not the start ([how](../docs/evaluation.md#admission)): to fail less often is luck, or
 better play than its schedules. Normalised is the mean score where random actions have 0 and the
-oracle has 1. Physics is a hash of its sources: scores of two of them are not of one task.
+oracle has 1. Physics is a hash of its sources: scores of two of them are not of one task. The rows
+of random actions, always forward and the oracle are of physics 9, those of the policies of 10: of
+1,000 episodes the policies now reach what is wanted in 0 to 17 more.
 """
 
 COLUMNS = (
