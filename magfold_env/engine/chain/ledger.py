@@ -42,6 +42,11 @@ def pass_time(state: State, until: float, gained: float) -> None:
     while end <= until:
         share = (end - begin) / (until - begin) if until > begin else 1.0
         close_millisecond(state, impulse + share * gained)
+        # The mean is the same in all that follow: a slow feed would count for minutes.
+        skipped = int((until - end) / MEAN_OVER) - 1
+        if skipped > 0:
+            state.counter[at.MILLISECONDS] += skipped
+            state.account[at.BEFORE] += skipped * MEAN_OVER / (until - begin) * gained
         end = next_millisecond(state)
 
 
