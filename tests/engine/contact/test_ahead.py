@@ -21,7 +21,7 @@ def drawn(rng, n, **changes):
     place = rng.uniform(-0.1, 0.1), rng.choice([-1.0, 1.0]) * rng.uniform(0.03, 0.1)
     post = Rectangle(position=place, size=(0.01, 0.02), heading=rng.uniform(-3.0, 3.0))
     scene = Scene(
-        sequence=("NNNN",) * n, magnets=None, friction=0.0, obstacles=[post],
+        sequence=("NNNN",) * n, magnets=None, friction=0.0, obstacles=(post,),
         start_angles=(0.0,) * (n - 1), **changes,
     )  # fmt: skip
     headings = rng.uniform(-np.pi, np.pi) + np.cumsum(rng.uniform(-1.5, 1.5, n))
@@ -128,4 +128,4 @@ def test_what_turns_about_a_pin_comes_to_all_around_it():
 
 def test_nothing_is_met_where_there_is_no_solid():
     scene, headings, rate, velocity = drawn(np.random.default_rng(8), 3, mount="free")
-    assert not told(scene.replace(obstacles=[]), headings, rate, velocity)
+    assert not told(scene.replace(obstacles=()), headings, rate, velocity)
