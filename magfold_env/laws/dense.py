@@ -29,8 +29,10 @@ Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 RATE = 1e4  # looks a second [1/s]
-STILL = 1e-2  # share of the side: states that differ by less are one
 SHARE = 0.1  # of the thinnest solid, that a casing near one may move by from look to look
+# States that differ by less count as one: shares of the side and of the thinnest solid, no more
+# than what the laws allow casings to sink in by, or twice that.
+STILL, FINE = 1e-3, 0.02
 
 
 class States(NamedTuple):
@@ -83,7 +85,8 @@ class Judge:
         self._scene = scene
         self._thickness = np.array([min(each.size) for each in scene.solids])
         thinnest = float(self._thickness.min(initial=math.inf))
-        self.still = 0.5 * min(STILL * scene.casing.side, SHARE * thinnest)
+        # Half of it, since states are left out twice.
+        self.still = 0.5 * min(STILL * scene.casing.side, FINE * thinnest)
         self._before: tuple[Floats, Bools] | None = None
 
     def look(self, states: States) -> None:
