@@ -159,7 +159,7 @@ def _key(seed: int, kinds: Sequence[str]) -> dict[str, object]:
     return {
         "kind": "stress",
         "physics": physics_digest(),
-        "checks": sources_digest("stress/*.py"),
+        "checks": sources_digest("stress/*.py", "laws/*.py"),
         "seed": seed,
         "kinds": list(kinds),
     }
