@@ -358,7 +358,6 @@ class Sweep(NamedTuple):
     way: PerBody  # bounds of the centres' speeds [m]
     bend: PerBody  # and of their accelerations
     turns: PerBody  # sums of the bounds of joints' rates, up to each component's inner joint [rad]
-    twists: PerBody  # and of those of their accelerations
     x: Annotated[Array, 3, "n"]  # centres of the squares [m]
     y: Annotated[Array, 3, "n"]
     c: Annotated[Array, 3, "n"]  # their first axes

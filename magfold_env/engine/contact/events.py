@@ -13,7 +13,7 @@ from magfold_env.engine.stepping.stages import interpolate
 STALLED = -1.0
 NEAR_ENOUGH = 1e-10  # [rad, or of the side]
 ROUNDING = 1e-14
-UNSEEN = 0.5  # of what may go unseen between two looks: less at a look is no touch
+UNSEEN = 5e-5  # [rad, or of the side] less at a look is no touch
 HOP = 0.05  # share of the tolerance by which something may part and touch again unseen
 
 
@@ -65,26 +65,28 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
 
     `STALLED` if something touches that hardly parted: a matter for `moreau_step`.
 
-    Looked for at the middle and the end of the step, and where `sweep` finds that something may
-    touch in between; then located on the dense output, which costs no forces.
+    Looked for at the end of the step, then at its middle and where `sweep` finds that something
+    may touch in between; then located on the dense output, which costs no forces.
     """
-    low, at_low = 0.0, 1.0
-    high, at_high = 0.0, 1.0
-    for k in range(1, 3):
-        high = 0.5 * k
-        interpolate(state.q, work.stages.slope_q, step, high, work.stages.q)
-        at_high = margin(model, state, work.stages.q, work)
-        if at_high < 0.0:
-            break
-        low, at_low = high, at_high
-    found = 1.0
-    if at_high < 0.0:
-        if low == 0.0:
-            at_low = margin(model, state, state.q, work)
-        found = locate(model, state, step, low, at_low, high, at_high, work)
-        if found == STALLED:
-            return STALLED
-    sweep.follow_step(state.counter[at.LO], model, step, found, work)
+    lo, found = state.counter[at.LO], 1.0
+    interpolate(state.q, work.stages.slope_q, step, 1.0, work.stages.q)
+    at_end = margin(model, state, work.stages.q, work)
+    if at_end >= 0.0:
+        sweep.follow_step(lo, model, step, 1.0, work)
+        apart = sweep.joints_clear(model, state, work, 0.0, 1.0, 0.0) == sweep.CLEAR
+        if apart and not (may_collide(model) and sweep.may_meet(model, state, work)):
+            return 1.0
+    interpolate(state.q, work.stages.slope_q, step, 0.5, work.stages.q)
+    at_middle = margin(model, state, work.stages.q, work)
+    if at_middle < 0.0:
+        at_begin = margin(model, state, state.q, work)
+        found = locate(model, state, step, 0.0, at_begin, 0.5, at_middle, work)
+    elif at_end < 0.0:
+        found = locate(model, state, step, 0.5, at_middle, 1.0, at_end, work)
+    if found == STALLED:
+        return STALLED
+    if found < 1.0:
+        sweep.follow_step(lo, model, step, found, work)
     low, high, at_high = first_missed(model, state, True, work)
     if at_high >= 0.0:
         return found
@@ -140,18 +142,20 @@ def first_missed(
     is negative; it is not if nothing touches.
     """
     squares = may_collide(model) and sweep.may_meet(model, state, work)
-    begin, slot, last, width = 0.0, 0, 1, 1.0
+    begin, slot, last, width, growth = 0.0, 0, 1, 1.0, 2.0
     if squares:
         sweep.place_at(model, state, work, 0.0, 0)
     while begin < 1.0:
         end = min(begin + width, 1.0)
-        found = sweep.joints_clear(model, state, work, begin, end) if smooth else sweep.CLEAR
+        found, past = sweep.CLEAR, sweep.PAST * model.tolerance
+        if smooth:
+            found = sweep.joints_clear(model, state, work, begin, end, past)
         if squares and found != sweep.UNSURE:
             sweep.place_at(model, state, work, end, last)
             clear = sweep.squares_clear(model, state, work, begin, end, slot, last)
             found = max(found, clear)
         if found == sweep.UNSURE:
-            width = 0.5 * (end - begin)
+            width, growth = 0.5 * (end - begin), 1.0
             continue
         if found == sweep.GRAZES and not (smooth and end == 1.0):
             sweep.coordinates_at(model, state, end, work.stages.q, work)
@@ -159,9 +163,10 @@ def first_missed(
                 at_end = margin(model, state, work.stages.q, work)
             else:
                 at_end = square_margin(model, state, work.stages.q, work)
-            if at_end < -UNSEEN * sweep.SUNK:
+            if at_end < -UNSEEN:
                 return begin, end, at_end
-        width = 2.0 * (end - begin)
+        # What was just too long would most likely be so again.
+        width, growth = growth * (end - begin), 2.0
         begin, slot, last = end, last, 2 if last == 1 else 1
     return 1.0, 1.0, 1.0
 

@@ -20,7 +20,7 @@ from magfold_env.engine.stepping.stages import DENSE, STAGES
 HALF_PI = math.pi / 2.0
 # What may go unseen between two looks: shares of the side and of a solid's thickness that squares
 # sink in, and tolerances that a joint turns beyond its stop.
-SUNK, THIN, PAST = 1e-4, 3e-3, 0.5
+SUNK, THIN, PAST = 3e-4, 3e-3, 0.5
 FLOOR = 0.5  # of that, which something may move by where no test tells that it is clear
 CLEAR, GRAZES, UNSURE = range(3)
 POWERS = 4
@@ -31,6 +31,7 @@ DIAGONAL = math.sqrt(0.5)
 def follow_step(lo: int, model: Model, step: float, fraction: float, work: Work) -> None:
     """Take the dense output of a ``fraction`` of the step for the motion."""
     path, slopes = work.sweep.path, work.stages.slope_q
+    hold_still(lo, path)
     for k in range(lo, model.n + 2):
         scale = step
         for j in range(POWERS):
@@ -46,11 +47,20 @@ def follow_step(lo: int, model: Model, step: float, fraction: float, work: Work)
 def follow_line(lo: int, model: Model, begin: Array, end: Array, work: Work) -> None:
     """Take a straight line between two states for the motion."""
     path = work.sweep.path
+    hold_still(lo, path)
     for k in range(lo, model.n + 2):
         path[0, k] = end[k] - begin[k]
         for j in range(1, POWERS):
             path[j, k] = 0.0
     find_bounds(lo, model, work)
+
+
+@inlined
+def hold_still(lo: int, path: Array) -> None:
+    """Let those components in the tube that others may meet keep their headings."""
+    for k in range(boxes.first_box(lo), lo):
+        for j in range(POWERS):
+            path[j, k] = 0.0
 
 
 @inlined
@@ -70,21 +80,16 @@ def find_bounds(lo: int, model: Model, work: Work) -> None:
     path = sweep.path
     x, bend_x = bounds(path[0, n], path[1, n], path[2, n], path[3, n])
     y, bend_y = bounds(path[0, n + 1], path[1, n + 1], path[2, n + 1], path[3, n + 1])
-    way, bend, turns, twists = x + y, bend_x + bend_y, 0.0, 0.0
+    way, bend, turns = x + y, bend_x + bend_y, 0.0
     for i in range(lo):
         sweep.turn[i], sweep.twist[i] = 0.0, 0.0
         sweep.way[i], sweep.bend[i] = way, bend
-        sweep.turns[i], sweep.twists[i] = 0.0, 0.0
+        sweep.turns[i] = 0.0
     for i in range(lo, n):
         a, b, c, d = path[0, i], path[1, i], path[2, i], path[3, i]
         turn, twist = bounds(a, b, c, d)
-        joint, joint_twist = turn, twist
-        if i > lo:
-            joint, joint_twist = bounds(
-                a - path[0, i - 1], b - path[1, i - 1], c - path[2, i - 1], d - path[3, i - 1]
-            )
-        turns, twists = turns + joint, twists + joint_twist
-        sweep.turns[i], sweep.twists[i] = turns, twists
+        turns += relative(path, i, i - 1)[0] if i > lo else turn
+        sweep.turns[i] = turns
         swing, curl = turn * bodies.length[i], (twist + turn * turn) * bodies.length[i]
         sweep.turn[i], sweep.twist[i] = turn, twist
         # The centre is half as far from the inner hinge as the outer one.
@@ -93,15 +98,25 @@ def find_bounds(lo: int, model: Model, work: Work) -> None:
 
 
 @inlined
+def relative(path: Array, i: int, j: int) -> tuple[float, float]:
+    """Bounds of the rate at which component i turns for component j, and of its change."""
+    return bounds(
+        path[0, i] - path[0, j], path[1, i] - path[1, j],
+        path[2, i] - path[2, j], path[3, i] - path[3, j],
+    )  # fmt: skip
+
+
+@inlined
 def between(model: Model, work: Work, i: int, j: int) -> tuple[float, float]:
     """Bounds of how far component j moves as component i sees it, and of how far its way bends.
 
-    Of any of its points, and the other way round; in both cases joints between them turn it.
+    Of any of its points: the components between swing it about their hinges, as they turn for i.
     """
-    turn = work.sweep.turns[j] - work.sweep.turns[i]
-    twist = work.sweep.twists[j] - work.sweep.twists[i]
-    lever = (j - i) * model.bodies.length[0]
-    return lever * turn, lever * (twist + turn * turn)
+    way, bend, step = 0.0, 0.0, 1 if j > i else -1
+    for m in range(i + step, j + step, step):
+        turn, twist = relative(work.sweep.path, m, i)
+        way, bend = way + turn, bend + twist + turn * turn
+    return way * model.bodies.length[0], bend * model.bodies.length[0]
 
 
 @kernel
@@ -113,8 +128,8 @@ def may_meet(model: Model, state: State, work: Work) -> bool:
         while j < boxes.count(model):
             dx, dy = work.boxes.x[i] - work.boxes.x[j], work.boxes.y[i] - work.boxes.y[j]
             if j < n:
-                way = between(model, work, i, j)[0]
-                near = model.bodies.length[0] + way
+                # Joints between them turn one for the other.
+                near = (1.0 + (j - i) * (sweep.turns[j] - sweep.turns[i])) * model.bodies.length[0]
                 if dx * dx + dy * dy < near * near:
                     return True
             else:
@@ -169,13 +184,15 @@ def put(work: Work, slot: int, i: int, x: float, y: float, c: float, s: float) -
 
 
 @kernel
-def joints_clear(model: Model, state: State, work: Work, begin: float, end: float) -> int:
-    """Whether open joints keep to their stops between two looks.
+def joints_clear(
+    model: Model, state: State, work: Work, begin: float, end: float, past: float
+) -> int:
+    """Whether open joints come at most ``past`` their stops [rad] between two looks.
 
     A polynomial lies between the least and the largest of its Bernstein coefficients.
     """
     lo, path = state.counter[at.LO], work.sweep.path
-    most = HALF_PI + PAST * model.tolerance
+    most = HALF_PI + past
     width, found = end - begin, CLEAR
     for k in range(max(lo, 1), model.n):
         if state.lock[k] != 0:
@@ -197,7 +214,7 @@ def joints_clear(model: Model, state: State, work: Work, begin: float, end: floa
         low = min(p0, b1, b2, b3, b4)
         if high <= most and low >= -most:
             continue
-        if high - low > FLOOR * PAST * model.tolerance:
+        if high - low > FLOOR * past:
             return UNSURE
         found = GRAZES
     return found
@@ -232,12 +249,12 @@ def squares_clear(
 def pair_clear(model: Model, work: Work, i: int, j: int, width: float, slot: int, last: int) -> int:
     """Whether two squares stay clear of each other."""
     sweep = work.sweep
-    way, bend = between(model, work, i, j)
-    way *= width
     dx, dy = sweep.x[last, j] - sweep.x[last, i], sweep.y[last, j] - sweep.y[last, i]
-    near = model.bodies.length[0] + way
+    near = (1.0 + width * (j - i) * (sweep.turns[j] - sweep.turns[i])) * model.bodies.length[0]
     if dx * dx + dy * dy >= near * near:
         return CLEAR
+    seen_from_i, seen_from_j = between(model, work, i, j), between(model, work, j, i)
+    way, bend = width * max(seen_from_i[0], seen_from_j[0]), max(seen_from_i[1], seen_from_j[1])
     sunk = SUNK * model.side
     needed = 2.0 * model.rounding - sunk + 0.125 * bend * width * width
     if apart(model, work, i, j, slot, last) >= needed:

@@ -47,6 +47,7 @@ SHARE = 0.05  # of the tolerance, that a step's change of velocity may move an a
 GROWTH = 1.5  # the most that a step may be longer than the one before
 CAUTION = 0.9  # times the longest step that seems to do
 TINY = 1e-300
+CAUGHT_UP = 0.01  # share of a step by which a drive that slips may overshoot
 HOPELESS = 1e-3  # finest steps: shorter ones do not help either
 ROUNDING = 1e-12  # [m/s]
 VIOLENT = 100.0  # times the energy of the free motion: nothing asks for that
@@ -80,11 +81,13 @@ def moreau_step(
     while True:
         last = h >= remaining
         h = min(h, remaining)
-        if not velocity_after(model, state, work, h, 0.0 if rattles else 0.75):
-            # Gaps that are about to close may ask for too much; in less time they ask for less.
-            if h <= HOPELESS * finest:
-                return outcomes.UNSOLVABLE
-            h *= 0.25
+        found = velocity_after(model, state, work, h, 0.0 if rattles else 0.75)
+        if not found and h <= HOPELESS * finest:
+            return outcomes.UNSOLVABLE
+        # Gaps that are about to close may ask for too much; in less time they ask for less.
+        share = until_caught_up(model, state, moreau.new_v) if found else 0.25
+        if share < 1.0 - CAUGHT_UP and h > HOPELESS * finest:
+            h *= max(share, 0.1)
             continue
         moved, bent = changes(model, state, work, h)
         if not math.isfinite(moved):
@@ -120,6 +123,16 @@ def moreau_step(
             state.v[i] = 0.0
     hold_joints(lo, model, state.lock, state.q, state.v)
     return outcomes.TOUCHED
+
+
+@inlined
+def until_caught_up(model: Model, state: State, new_v: Array) -> float:
+    """Share of a step after which a drive that slips has the base at the speed asked for; or 1."""
+    if not (0 < state.counter[at.LO] < model.n and feed.slips(state)):
+        return 1.0
+    missing = state.feed[at.ASKED] - state.v[model.n]
+    share = missing / (new_v[model.n] - state.v[model.n])
+    return share if state.counter[at.SLIPPING] * missing > 0.0 and 0.0 < share < 1.0 else 1.0
 
 
 @inlined
