@@ -68,13 +68,13 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
     Looked for at the end of the step, then at its middle and where `sweep` finds that something
     may touch in between; then located on the dense output, which costs no forces.
     """
-    lo, found = state.counter[at.LO], 1.0
+    lo, found, squares = state.counter[at.LO], 1.0, may_collide(model)
     interpolate(state.q, work.stages.slope_q, step, 1.0, work.stages.q)
     at_end = margin(model, state, work.stages.q, work)
     if at_end >= 0.0:
         sweep.follow_step(lo, model, step, 1.0, work)
-        apart = sweep.joints_clear(model, state, work, 0.0, 1.0, 0.0) == sweep.CLEAR
-        if apart and not (may_collide(model) and sweep.may_meet(model, state, work)):
+        squares = squares and sweep.may_meet(model, state, work)
+        if not squares and sweep.joints_clear(model, state, work, 0.0, 1.0, 0.0) == sweep.CLEAR:
             return 1.0
     interpolate(state.q, work.stages.slope_q, step, 0.5, work.stages.q)
     at_middle = margin(model, state, work.stages.q, work)
@@ -87,7 +87,8 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
         return STALLED
     if found < 1.0:
         sweep.follow_step(lo, model, step, found, work)
-    low, high, at_high = first_missed(model, state, True, work)
+        squares = squares and sweep.may_meet(model, state, work)
+    low, high, at_high = first_missed(model, state, squares, True, work)
     if at_high >= 0.0:
         return found
     interpolate(state.q, work.stages.slope_q, step, low * found, work.stages.q)
@@ -133,23 +134,23 @@ def locate(
 
 @kernel
 def first_missed(
-    model: Model, state: State, smooth: bool, work: Work
+    model: Model, state: State, squares: bool, smooth: bool, work: Work
 ) -> tuple[float, float, float]:
     """Find the first touch on the way that `sweep` follows.
 
-    On the way of a ``smooth`` step joints' stops count too, and nothing new touches at its end.
+    ``squares`` says whether any of them may meet. On the way of a ``smooth`` step joints' stops
+    count too, and nothing new touches at its end.
+
     Returns two shares of the way between which the touch is, and the margin at the second, which
     is negative; it is not if nothing touches.
     """
-    squares = may_collide(model) and sweep.may_meet(model, state, work)
     begin, slot, last, width, growth = 0.0, 0, 1, 1.0, 2.0
+    past = sweep.PAST * model.tolerance
     if squares:
         sweep.place_at(model, state, work, 0.0, 0)
     while begin < 1.0:
         end = min(begin + width, 1.0)
-        found, past = sweep.CLEAR, sweep.PAST * model.tolerance
-        if smooth:
-            found = sweep.joints_clear(model, state, work, begin, end, past)
+        found = sweep.joints_clear(model, state, work, begin, end, past) if smooth else sweep.CLEAR
         if squares and found != sweep.UNSURE:
             sweep.place_at(model, state, work, end, last)
             clear = sweep.squares_clear(model, state, work, begin, end, slot, last)

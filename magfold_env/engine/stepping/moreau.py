@@ -84,7 +84,8 @@ def moreau_step(
         found = velocity_after(model, state, work, h, 0.0 if rattles else 0.75)
         if not found and h <= HOPELESS * finest:
             return outcomes.UNSOLVABLE
-        # Gaps that are about to close may ask for too much; in less time they ask for less.
+        # Gaps that are about to close may ask for too much; in less time they ask for less. A drive
+        # that slips would pass the speed asked for, and add energy; the step ends as it gets there.
         share = until_caught_up(model, state, moreau.new_v) if found else 0.25
         if share < 1.0 - CAUGHT_UP and h > HOPELESS * finest:
             h *= max(share, 0.1)
@@ -175,7 +176,8 @@ def passes_by(model: Model, state: State, work: Work) -> bool:
     lo, new_q = state.counter[at.LO], work.moreau.new_q
     place_touching(lo, model, new_q, work)
     sweep.follow_line(lo, model, state.q, new_q, work)
-    return events.first_missed(model, state, False, work)[2] < 0.0
+    squares = sweep.may_meet(model, state, work)
+    return events.first_missed(model, state, squares, False, work)[2] < 0.0
 
 
 @inlined

@@ -57,7 +57,8 @@ class Moving:
     def missed(self) -> tuple[float, float, float]:
         # The boxes are to be placed anywhere on the way.
         self.margin(1.0)
-        return events.first_missed(self.model, self.state, True, self.work)
+        squares = sweep.may_meet(self.model, self.state, self.work)
+        return events.first_missed(self.model, self.state, squares, True, self.work)
 
 
 @settings(max_examples=60)
@@ -103,7 +104,7 @@ def test_bounds_hold_all_along_the_way(seed: int) -> None:
         for j in set(range(n)) - {i}:
             seen = (centres[:, j] - centres[:, i]) * np.exp(-1j * states[:, i])
             way, bend = sweep.between(case.model, case.work, i, j)
-            coarse = length * abs((j - i) * (sweeps.turns[j] - sweeps.turns[i]))
+            coarse = sweep.reach(case.model, case.work, min(i, j), max(i, j), 1.0) - length
             assert np.abs(np.diff(seen)).max() / step <= min(way, coarse) * (1.0 + 1e-9)
             assert np.abs(np.diff(seen, 2)).max() / step**2 <= bend * (1.0 + 1e-6) + 1e-9
 
@@ -153,10 +154,10 @@ def test_a_joint_beyond_its_stop_within_the_step_is_found(gap: float) -> None:
     state, work = new_state(model, np.array([0.0, 0.5 * math.pi - gap])), new_work(model)
     work.sweep.path[:, 1] = [0.01, -0.011, 0.0, 0.0]
     sweep.find_bounds(0, model, work)
-    begin, _, value = events.first_missed(model, state, True, work)
+    begin, _, value = events.first_missed(model, state, False, True, work)
     assert value < 0.0
     assert begin <= 1.1 * (gap + sweep.PAST * model.tolerance) / 0.01
     work.sweep.path[:, 1] = [-0.01, -0.01, 0.0, 0.0]
     sweep.find_bounds(0, model, work)
-    assert events.first_missed(model, state, True, work)[2] > 0.0
+    assert events.first_missed(model, state, False, True, work)[2] > 0.0
     assert state.counter[at.LO] == 0
