@@ -54,7 +54,7 @@ physics and not the start ([how](../docs/evaluation.md#admission)): to fail less
 better play than its schedules. Normalised is the mean score where random actions have 0 and the
 oracle has 1. Physics is a hash of its sources: scores of two of them are not of one task. The rows
 of random actions, always forward and the oracle are of physics 9, those of the policies of 10: of
-1,000 episodes the policies now reach what is wanted in 1 to 15 more.
+1,000 episodes the policies now reach what is wanted in 1 to 14 more.
 """
 
 COLUMNS = (

@@ -234,12 +234,13 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
         growth = min(growth, next_growth(state, h, error, smooth))
     # A step cut short by an event or by the time limit says nothing against a longer one.
     state.clock[at.STEP] = max(
-        h * growth, 0.5 * state.clock[at.STEP] if h < state.clock[at.STEP] else 0.0
+        h * growth, 0.5 * state.clock[at.STEP] if h < state.clock[at.STEP] else SHORTEST_STEP
     )
     if fraction < 1.0:
         interpolate(state.q, work.stages.slope_q, h, fraction, new_q)
         interpolate(state.v, work.stages.slope_v, h, fraction, new_v)
-    moved = 0.0
+    # A correction of contacts moves the base too, but no force does work on it.
+    moved, way = 0.0, new_q[model.n] - state.q[model.n]
     if touching:
         moved = keep_touching(model, state, work)
         if moved < 0.0:
@@ -249,7 +250,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
     if 0 < lo < model.n:
         impulse = drive_impulse(model, state, work, h, fraction)
         close_milliseconds(model, state, work, h, fraction)
-        feed.note_step(state, work, impulse, new_q[model.n] - state.q[model.n])
+        feed.note_step(state, work, impulse, way)
     copy(new_q, state.q, lo)
     copy(new_v, state.v, lo)
     state.clock[at.TIME] = (

@@ -101,6 +101,10 @@ def moreau_step(
         if moved > SHARE * model.tolerance and h > finest:
             h = max(min(max(shorter, 0.1), 0.8) * h, finest)
             continue
+        if moved > SHARE * model.tolerance and not rattles:
+            # An impact: at the old velocity what closes would sink in.
+            rattles = True
+            continue
         go_to_end(model, state, work, h, 0.0 if rattles else 0.25)
         if h <= HOPELESS * finest or not passes_by(model, state, work):
             break
