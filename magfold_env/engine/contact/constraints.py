@@ -338,10 +338,13 @@ def allowance(model: Model, gap: float, time: float, size: float) -> float:
 
 
 @kernel
-def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: float) -> int:
+def collect_within(
+    lo: int, model: Model, q: Array, work: Work, v: Array, h: float, near_stop: float
+) -> int:
     """Rows of all gaps that could close within the step, their allowances in ``work.rows.bias``.
 
-    Returns their number, −1 if there is no room.
+    Those of joints ``near_stop`` [rad] are among them. Returns their number, −1 if there is no
+    room.
     """
     row = 0
     for k in range(first_joint(lo), model.n):
@@ -349,7 +352,7 @@ def collect_within(lo: int, model: Model, q: Array, work: Work, v: Array, h: flo
         rate = joint_rate(lo, v, k)
         for sign in (-1, 1):
             gap = jacobian.HALF_PI - sign * angle
-            if gap - sign * rate * h < REACH * abs(rate) * h + 1e-6:
+            if gap - sign * rate * h < REACH * abs(rate) * h + near_stop:
                 jacobian.stop_row(lo, model, work, row, k, sign)
                 work.rows.bias[row] = allowance(model, gap, h, 1.0)
                 row += 1

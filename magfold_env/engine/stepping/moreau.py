@@ -40,6 +40,7 @@ from magfold_env.engine.state import Array, Model, Record, State, Work, copy
 from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.stepping.recorder import record_line
 
+AT_STOP = 1e-6  # [rad] from its stop, and a joint may reach it whatever its rate
 COARSEST = 0.01  # [s]
 FINEST = 10.0  # shortest step: tolerances of the lightest component's typical rate
 TURN = 0.1  # [rad] that no component turns by in a step, at its rate before
@@ -57,12 +58,10 @@ VIOLENT = 100.0  # times the energy of the free motion: nothing asks for that
 def moreau_step(
     model: Model, state: State, work: Work, record: Record, until: float, rattles: bool
 ) -> int:
-    """Take one step from the state, whose pose and forces are in ``work``.
+    """Take one step from the state, whose pose and forces are in ``work``; returns how it ended.
 
-    It is repeated at half its length until the velocity changes little, but not below what an
-    impact, which changes it at once, would ask for; and until forces change little, where poles all
-    but meet. Where something ``rattles`` the velocity counts as the new one from the beginning,
-    else as changing evenly.
+    Where something ``rattles`` the velocity counts as the new one from the beginning, else as
+    changing evenly.
     """
     lo, n, moreau = state.counter[at.LO], model.n, work.moreau
     if model.frictional and mark_slow(lo, model, state, work):
@@ -71,19 +70,58 @@ def moreau_step(
     dynamics.unconstrained(lo, model, work, moreau.smooth)
     state.counter[at.STEPS] += 1
     remaining = until - state.clock[at.TIME]
+    outcome, h, next_step = find_step(model, state, work, remaining, rattles)
+    if outcome == outcomes.UNSOLVABLE and feed.drives(model, state) and state.v[n] != 0.0:
+        # Nothing may move as the drive wants it to.
+        feed.slip(model, state, work, float(state.v[n]))
+        return outcomes.TOUCHED
+    if outcome != outcomes.ACCEPTED:
+        return outcome
+    impulse, lost = take_account(model, state, work, h)
+    if drive_gives_way(model, state, work, h, impulse):
+        return outcomes.TOUCHED
+    state.clock[at.STEP] = next_step
+    state.account[at.IMPACTS] += lost
+    record_line(record, state, h, moreau.new_q, moreau.new_v, impulse)
+    if 0 < lo < n:
+        ledger.pass_time(state, state.clock[at.TIME] + h, impulse)
+        feed.note_step(state, work, impulse, moreau.new_q[n] - state.q[n])
+    copy(moreau.new_q, state.q, lo)
+    copy(moreau.new_v, state.v, lo)
+    state.clock[at.TIME] = until if h >= remaining else state.clock[at.TIME] + h
+    # A joint that lands on its stop keeps its speed until the next step's impact takes it.
+    open_joints(lo, model, state)
+    for i in range(lo, n):
+        if work.friction.slow[i] == 1 and abs(state.v[i]) * model.arm < ROUNDING:
+            state.v[i] = 0.0
+    hold_joints(lo, model, state.lock, state.q, state.v)
+    return outcomes.TOUCHED
+
+
+@kernel
+def find_step(
+    model: Model, state: State, work: Work, remaining: float, rattles: bool
+) -> tuple[int, float, float]:
+    """Find a step that is exact enough, its end into ``work.moreau``.
+
+    It is repeated at half its length until the velocity changes little, but not below what an
+    impact, which changes it at once, would ask for; and until forces change little, where poles all
+    but meet. Returns ACCEPTED or how else it ended, its length [s], and that of the next one [s].
+    """
+    lo, moreau = state.counter[at.LO], work.moreau
     fastest = model.light_rate
-    for k in range(lo, n):
+    for k in range(lo, model.n):
         fastest = max(fastest, abs(state.v[k]))
     finest = min(FINEST * model.tolerance / model.light_rate, TURN / fastest)
     # Friction turns around when a component stops: no step goes far beyond.
     stop = max(state.clock[at.BRAKE], 0.1 * finest)
     h = min(max(GROWTH * state.clock[at.STEP], finest), COARSEST, stop)
+    near_stop = AT_STOP
     while True:
-        last = h >= remaining
         h = min(h, remaining)
-        found = velocity_after(model, state, work, h, 0.0 if rattles else 0.75)
+        found = velocity_after(model, state, work, h, 0.0 if rattles else 0.75, near_stop)
         if not found and h <= HOPELESS * finest:
-            return outcomes.UNSOLVABLE
+            return outcomes.UNSOLVABLE, h, h
         # Gaps that are about to close may ask for too much; in less time they ask for less. A drive
         # that slips would pass the speed asked for, and add energy; the step ends as it gets there.
         share = until_caught_up(model, state, moreau.new_v) if found else 0.25
@@ -92,7 +130,7 @@ def moreau_step(
             continue
         moved, bent = changes(model, state, work, h)
         if not math.isfinite(moved):
-            return outcomes.BROKEN
+            return outcomes.BROKEN, h, h
         if bent > SHARE * model.tolerance and h > HOPELESS * finest:
             h *= 0.5
             continue
@@ -105,29 +143,14 @@ def moreau_step(
             # An impact: at the old velocity what closes would sink in.
             rattles = True
             continue
-        go_to_end(model, state, work, h, 0.0 if rattles else 0.25)
+        past = go_to_end(model, state, work, h, 0.0 if rattles else 0.25)
+        if past > sweep.PAST * model.tolerance and near_stop == AT_STOP:
+            # An impact turned a joint round that was leaving its stop.
+            near_stop = HALF_PI
+            continue
         if h <= HOPELESS * finest or not passes_by(model, state, work):
-            break
+            return outcomes.ACCEPTED, h, min(shorter / GROWTH, 1.0) * h
         h *= 0.5
-    impulse, lost = take_account(model, state, work, h)
-    if drive_gives_way(model, state, work, h, impulse):
-        return outcomes.TOUCHED
-    state.clock[at.STEP] = min(shorter / GROWTH, 1.0) * h
-    state.account[at.IMPACTS] += lost
-    record_line(record, state, h, moreau.new_q, moreau.new_v, impulse)
-    if 0 < lo < n:
-        ledger.pass_time(state, state.clock[at.TIME] + h, impulse)
-        feed.note_step(state, work, impulse, moreau.new_q[n] - state.q[n])
-    copy(moreau.new_q, state.q, lo)
-    copy(moreau.new_v, state.v, lo)
-    state.clock[at.TIME] = until if last else state.clock[at.TIME] + h
-    # A joint that lands on its stop keeps its speed until the next step's impact takes it.
-    open_joints(lo, model, state)
-    for i in range(lo, n):
-        if work.friction.slow[i] == 1 and abs(state.v[i]) * model.arm < ROUNDING:
-            state.v[i] = 0.0
-    hold_joints(lo, model, state.lock, state.q, state.v)
-    return outcomes.TOUCHED
 
 
 @inlined
@@ -156,20 +179,23 @@ def changes(model: Model, state: State, work: Work, h: float) -> tuple[float, fl
 
 
 @inlined
-def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> None:
+def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> float:
     """Find the end of a step whose second half is at the new velocity but for a share ``old``.
 
-    That share may lead a joint beyond its stop, where it is kept from going.
+    No joint goes beyond its stop. Returns by how much one would have gone [rad].
     """
     moreau, lo = work.moreau, state.counter[at.LO]
     copy(moreau.middle_q, moreau.new_q, 0)
     for k in range(lo, model.n + 2):
         moreau.new_q[k] += 0.5 * h * (moreau.new_v[k] + old * (state.v[k] - moreau.new_v[k]))
+    past = 0.0
     if model.contact:
         for k in range(first_joint(lo), model.n):
             angle = moreau.new_q[k] - moreau.new_q[k - 1]
             if abs(angle) > HALF_PI:
+                past = max(past, abs(angle) - HALF_PI)
                 moreau.new_q[k] = moreau.new_q[k - 1] + math.copysign(HALF_PI, angle)
+    return past
 
 
 @inlined
@@ -218,18 +244,21 @@ def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
 
 
 @kernel
-def velocity_after(model: Model, state: State, work: Work, h: float, old: float) -> bool:
+def velocity_after(
+    model: Model, state: State, work: Work, h: float, old: float, near_stop: float
+) -> bool:
     """Middle of a step of length ``h`` and its new velocity, into ``work.moreau``.
 
-    The way to the middle is at the new velocity but for a share ``old`` of the old one. Returns
-    False if it could not be found. Needs the smooth accelerations of the state.
+    The way to the middle is at the new velocity but for a share ``old`` of the old one. Joints
+    ``near_stop`` [rad] are kept from going beyond it. Returns False if the velocity could not be
+    found. Needs the smooth accelerations of the state.
     """
     lo, n = state.counter[at.LO], model.n
     moreau = work.moreau
     # A repeated step finds the middle's pose and inertias; put the state's back.
     place_all(lo, model, state.q, work.pose)
     articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
-    if not constrain(model, state, state.q, moreau.smooth, work, h, h):
+    if not constrain(model, state, state.q, moreau.smooth, work, h, h, near_stop):
         return False
     copy(state.q, moreau.middle_q, 0)
     copy(state.v, moreau.middle_v, 0)
@@ -242,7 +271,7 @@ def velocity_after(model: Model, state: State, work: Work, h: float, old: float)
     drop_inertia(lo, model, work)
     push_x, push_y, twist = outer_force(lo, model, work)
     articulated.generalise(lo, model.bodies, work.pose, work.loads, moreau.force)
-    if not constrain(model, state, moreau.middle_q, middle, work, h, 0.5 * h):
+    if not constrain(model, state, moreau.middle_q, middle, work, h, 0.5 * h, near_stop):
         return False
     if is_free(lo, model) and not held_or_walled(model, work):
         end = moreau.new_q
@@ -254,19 +283,20 @@ def velocity_after(model: Model, state: State, work: Work, h: float, old: float)
 
 @kernel
 def constrain(
-    model: Model, state: State, q: Array, acceleration: Array, work: Work, h: float, left: float
-) -> bool:
+    model: Model, state: State, q: Array, acceleration: Array, work: Work, h: float, left: float,
+    near_stop: float,
+) -> bool:  # fmt: skip
     """Find the velocity after a step ``h``, the nearest that closes no gap of ``q``.
 
-    ``left`` is the time that the gaps have to last. Needs pose and inertias of ``q``. Returns
-    False if it could not be found.
+    ``left`` is the time that the gaps have to last, ``near_stop`` as in `velocity_after`. Needs
+    pose and inertias of ``q``. Returns False if it could not be found.
     """
     lo, n = state.counter[at.LO], model.n
     v = work.moreau.new_v
     copy(state.v, v, 0)
     for k in range(lo, n + 2):
         v[k] += h * acceleration[k]
-    rows = collect_within(lo, model, q, work, v, left)
+    rows = collect_within(lo, model, q, work, v, left, near_stop)
     if rows < 0:
         return False
     count = rows
