@@ -138,7 +138,7 @@ export class TubeFeed extends Game {
   }
 }
 
-/** MagFold/UnknownFloor-v0: a given chain is fed, forth and back, over a floor unknown. */
+/** MagFold/UnknownFloor-v0: a given chain is fed, back and forth, over a floor unknown. */
 export class UnknownFloor extends Game {
   endless = true;
 

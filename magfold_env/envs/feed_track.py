@@ -105,7 +105,7 @@ class FeedEpisodes(CameraEpisodes):
 
 
 class FeedTrackEnv(CameraTrackEnv):
-    """Feed a given chain, forth and back; what is wanted of it is left to subclasses.
+    """Feed a given chain, back and forth; what is wanted of it is left to subclasses.
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """

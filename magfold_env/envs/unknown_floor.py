@@ -1,4 +1,4 @@
-"""``MagFold/UnknownFloor-v0``: feed a given chain, forth and back, over a floor unknown."""
+"""``MagFold/UnknownFloor-v0``: feed a given chain, back and forth, over a floor unknown."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ class FloorEpisodes(FeedEpisodes):
 
 
 class UnknownFloorEnv(FeedTrackEnv):
-    """Feed a chain, forth and back, so that it folds into a target on a floor that is not known.
+    """Feed a chain, back and forth, so that it folds into a target on a floor that is not known.
 
     `reset` picks a task: a sequence, the direction of its feed, the fold to reach; and draws what
     stays hidden: the floor's friction, evenly on a scale of powers from 0.05 to 1, the strength of

@@ -88,7 +88,7 @@ def release_text(scene: Scene) -> str:
     loading = "; magnets are set at the mouth" if scene.feed.loading == "at_mouth" else ""
     speeds = _milli_range(scene.speeds)
     if (schedule := scene.feed.schedule) is not None:
-        speeds = f"forth and back at {_milli_range(schedule.speeds)}"
+        speeds = f"back and forth at {_milli_range(schedule.speeds)}"
     else:
         speeds = f"at {speeds}"
     return (

@@ -57,7 +57,7 @@ class Casing(Part):
 
 
 class Schedule(Part):
-    """How a feed goes, leg by leg, forth and back."""
+    """How a feed goes, leg by leg, back and forth."""
 
     time: tuple[tuple[Positive, Velocity], ...] | None = None
     """Legs of a duration [s] at a speed [m/s], which pulls back where it is negative."""
@@ -105,12 +105,13 @@ class Feed(Part):
     speed: Each[Speed] = 0.05
     """Feed speed [m/s]; one number, or the speed each component leaves at, component 1 first."""
     schedule: Schedule | None = None
-    """How the feed goes forth and back, in place of its speed; then the tube may keep components
+    """How the feed goes back and forth, in place of its speed; the tube may then keep components
     inside."""
     loading: Literal["preloaded", "at_mouth"] = "preloaded"
     """`at_mouth`: a component has magnets only while its leading hinge is outside the mouth."""
     force_limit: Positive | None = 20.0
-    """Force that the drive can push or pull with [N]; beyond it, it slips. None: it never does."""
+    """Force that the drive can push or pull with [N]; beyond it, it slips. None: it slips
+    only where nothing can move as it asks, or at a force far beyond those in a moving chain."""
     bore: Positive | None = None
     """Inner width of the tube [m], at least the casing's diagonal; None takes 1.05 of it."""
     wall: Positive = 0.001

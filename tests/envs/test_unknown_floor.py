@@ -1,4 +1,4 @@
-"""A chain is fed forth and back over a floor that is not known, and only what may be is seen."""
+"""A chain is fed back and forth over a floor that is not known, and only what may be is seen."""
 
 from pathlib import Path
 from typing import Any
