@@ -1,4 +1,7 @@
-"""The main kernels cost no more than they did; `kernel_costs` says how that is measured."""
+"""The main kernels cost no more than they did; `kernel_costs` says how that is measured.
+
+What compares times needs an idle machine, so it runs with the slow tests only.
+"""
 
 import pytest
 
@@ -28,12 +31,14 @@ def test_folds_need_no_more_evaluations(kind: str) -> None:
     assert evaluations(kind) < 1.2 * known, f"more than {known}; if that is wanted: {RENEW}"
 
 
+@pytest.mark.slow
 @compiled
 def test_kernels_take_no_longer() -> None:
     found = slower(bounds(stored()["ratios"], processor()))
     assert not found, f"times as long as allowed: {found}; if that is wanted: {RENEW}"
 
 
+@pytest.mark.slow
 @compiled
 def test_more_work_is_told_from_noise(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(kernel_costs.KERNELS, "longer", lambda: chain(2250))
