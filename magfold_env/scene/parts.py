@@ -110,8 +110,8 @@ class Feed(Part):
     loading: Literal["preloaded", "at_mouth"] = "preloaded"
     """`at_mouth`: a component has magnets only while its leading hinge is outside the mouth."""
     force_limit: Positive | None = 20.0
-    """Force that the drive can push or pull with [N]; beyond it, it slips. None: it slips
-    only where nothing can move as it asks, or at a force far beyond those in a moving chain."""
+    """Force that the drive can push or pull with [N]; beyond it, it slips. None: it slips only if
+    the chain cannot move at that speed, or at a force far above any in a moving chain."""
     bore: Positive | None = None
     """Inner width of the tube [m], at least the casing's diagonal; None takes 1.05 of it."""
     wall: Positive = 0.001

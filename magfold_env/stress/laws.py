@@ -12,7 +12,7 @@ from magfold_env.fold import Fold, FoldStatus
 from magfold_env.laws import mechanics
 from magfold_env.laws.along_folds import Motion, follow
 from magfold_env.laws.dense import Inside, look_inside
-from magfold_env.laws.overlap import deepest_overlap
+from magfold_env.laws.overlap import deepest_overlap, depths
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, headings
 from magfold_env.simulation.simulate import energy, simulate
@@ -197,6 +197,12 @@ def pair_energy(scene: Scene) -> float:
     return COULOMB * scene.magnets.charge**2 / scene.casing.side
 
 
+def touches_solid(fold: Fold) -> bool:
+    """Whether a component leans on a solid at the end."""
+    released = np.array([fold.scene.n])
+    return bool(depths(fold.scene, fold.angles[None], fold.base[None], released).solids.any())
+
+
 def check_momentum(motion: Motion, verdict: Verdict) -> None:
     """Ask that what begins at rest and feels nothing from outside has no momentum."""
     scene = motion.scene
@@ -259,11 +265,11 @@ def check_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
         # Energies of pairs may cancel: then those of single ones are what rounding is a share of.
         unit = max(abs(there), PAIR * pair_energy(scene), 1e-300)
         verdict.bound("energy", abs(fold.energy - there) / unit, 1e-9)
-    # Angles alone do not put a chain back among what it leans on.
-    outside = scene.field is not None or any(scene.gravity.in_plane) or bool(scene.solids)
-    if scene.mount == "tube" or outside:
+    outside = scene.field is not None or any(scene.gravity.in_plane)
+    if scene.mount == "tube" or outside or touches_solid(fold):
         return
     joints = np.clip(fold.joint_angles, -np.pi / 2.0, np.pi / 2.0)
-    again = simulate(scene.replace(start_angles=joints, bumps=None))
+    # Angles alone would put it down elsewhere among the obstacles.
+    again = simulate(scene.replace(start_angles=joints, bumps=None, obstacles=()))
     moved = float(np.abs(again.joint_angles - joints).max(initial=0.0))
     verdict.bound("rest again", moved, 1e-6, f"put down again [rad], then {again.message}")

@@ -343,8 +343,8 @@ def collect_within(
 ) -> int:
     """Rows of all gaps that could close within the step, their allowances in ``work.rows.bias``.
 
-    Those of joints ``near_stop`` [rad] are among them. Returns their number, −1 if there is no
-    room.
+    A joint within ``near_stop`` [rad] of a stop has a row for it, whatever its rate. Returns the
+    number of rows, −1 if there is no room.
     """
     row = 0
     for k in range(first_joint(lo), model.n):

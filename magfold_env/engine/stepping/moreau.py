@@ -40,7 +40,7 @@ from magfold_env.engine.state import Array, Model, Record, State, Work, copy
 from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.stepping.recorder import record_line
 
-AT_STOP = 1e-6  # [rad] from its stop, and a joint may reach it whatever its rate
+NEAR_STOP = 1e-6  # [rad] from its stop a joint may reach it, whatever its rate
 COARSEST = 0.01  # [s]
 FINEST = 10.0  # shortest step: tolerances of the lightest component's typical rate
 TURN = 0.1  # [rad] that no component turns by in a step, at its rate before
@@ -72,7 +72,7 @@ def moreau_step(
     remaining = until - state.clock[at.TIME]
     outcome, h, next_step = find_step(model, state, work, remaining, rattles)
     if outcome == outcomes.UNSOLVABLE and feed.drives(model, state) and state.v[n] != 0.0:
-        # Nothing may move as the drive wants it to.
+        # The chain cannot move at the speed asked for.
         feed.slip(model, state, work, float(state.v[n]))
         return outcomes.TOUCHED
     if outcome != outcomes.ACCEPTED:
@@ -116,7 +116,7 @@ def find_step(
     # Friction turns around when a component stops: no step goes far beyond.
     stop = max(state.clock[at.BRAKE], 0.1 * finest)
     h = min(max(GROWTH * state.clock[at.STEP], finest), COARSEST, stop)
-    near_stop = AT_STOP
+    near_stop = NEAR_STOP
     while True:
         h = min(h, remaining)
         found = velocity_after(model, state, work, h, 0.0 if rattles else 0.75, near_stop)
@@ -144,8 +144,8 @@ def find_step(
             rattles = True
             continue
         past = go_to_end(model, state, work, h, 0.0 if rattles else 0.25)
-        if past > sweep.PAST * model.tolerance and near_stop == AT_STOP:
-            # An impact turned a joint round that was leaving its stop.
+        if past > sweep.PAST * model.tolerance and near_stop == NEAR_STOP:
+            # An impact turned back a joint that was leaving its stop.
             near_stop = HALF_PI
             continue
         if h <= HOPELESS * finest or not passes_by(model, state, work):
@@ -182,7 +182,7 @@ def changes(model: Model, state: State, work: Work, h: float) -> tuple[float, fl
 def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> float:
     """Find the end of a step whose second half is at the new velocity but for a share ``old``.
 
-    No joint goes beyond its stop. Returns by how much one would have gone [rad].
+    No joint passes its stop. Returns how far the worst of them would have passed it [rad].
     """
     moreau, lo = work.moreau, state.counter[at.LO]
     copy(moreau.middle_q, moreau.new_q, 0)
@@ -250,8 +250,8 @@ def velocity_after(
     """Middle of a step of length ``h`` and its new velocity, into ``work.moreau``.
 
     The way to the middle is at the new velocity but for a share ``old`` of the old one. Joints
-    ``near_stop`` [rad] are kept from going beyond it. Returns False if the velocity could not be
-    found. Needs the smooth accelerations of the state.
+    within ``near_stop`` [rad] of a stop are kept from passing it, whatever their rates. Returns
+    False if the velocity could not be found. Needs the smooth accelerations of the state.
     """
     lo, n = state.counter[at.LO], model.n
     moreau = work.moreau

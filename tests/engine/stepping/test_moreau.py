@@ -47,7 +47,7 @@ def test_to_keep_gaps_open_takes_energy(word):
         state.v[:] = rng.normal(0.0, 5.0, model.n + 2) * [*[1.0] * model.n, 0.01, 0.01]
         place(model, state, work)
         assert moreau.constrain(
-            model, state, state.q, np.zeros(model.n + 2), work, STEP, STEP, moreau.AT_STOP
+            model, state, state.q, np.zeros(model.n + 2), work, STEP, STEP, moreau.NEAR_STOP
         )
         assert energy(model, work, work.stages.new_v) <= energy(model, work, state.v) * (1.0 + 1e-9)
 
@@ -61,7 +61,7 @@ def test_squares_that_overlap_on_all_sides_are_not_flung_about():
     model = model._replace(rate_scale=110.0)
     state.v[:] = [*rates, -0.028, 0.108]
     place(model, state, work)
-    assert moreau.constrain(model, state, state.q, np.zeros(12), work, STEP, STEP, moreau.AT_STOP)
+    assert moreau.constrain(model, state, state.q, np.zeros(12), work, STEP, STEP, moreau.NEAR_STOP)
     assert energy(model, work, work.stages.new_v) < moreau.VIOLENT * energy(model, work, state.v)
 
 
@@ -78,7 +78,7 @@ def test_friction_holds_the_far_end_while_the_near_one_turns(step):
     work.friction.slow[1] = 1
     dynamics.smooth_forces(0, model, state.q, state.v, work)
     dynamics.unconstrained(0, model, work, work.moreau.smooth)
-    assert moreau.velocity_after(model, state, work, step, 0.75, moreau.AT_STOP)
+    assert moreau.velocity_after(model, state, work, step, 0.75, moreau.NEAR_STOP)
     end = work.stages.q + 0.5 * step * work.stages.new_v
     feed.place_all(0, model, end, work.pose)
     articulated.centre_velocities(
