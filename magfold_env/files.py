@@ -11,6 +11,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
+PACKAGE = Path(__file__).resolve().parent
+
 
 def configs_dir() -> Path:
     """Return the folder of shipped settings.
@@ -18,9 +20,8 @@ def configs_dir() -> Path:
     A wheel carries it inside the package, but for what only agents read; in a checkout it lies
     beside the package.
     """
-    package = Path(__file__).resolve().parent
-    inside = package / "configs"
-    return inside if inside.is_dir() else package.parent / "configs"
+    inside = PACKAGE / "configs"
+    return inside if inside.is_dir() else PACKAGE.parent / "configs"
 
 
 def pip_install(extra: str) -> str:
@@ -29,7 +30,7 @@ def pip_install(extra: str) -> str:
     In a checkout it names that: no package index has the package, and pip would ask one wherever
     the package is not installed.
     """
-    inside = configs_dir().parent == Path(__file__).resolve().parent
+    inside = configs_dir().parent == PACKAGE
     return f"pip install 'magfold_env[{extra}]'" if inside else f"pip install -e '.[{extra}]'"
 
 
@@ -43,12 +44,11 @@ def physics_digest() -> str:
     return sources_digest("engine/**/*.py", "scene/*.py", "shapes.py", "simulation/*.py")
 
 
-def sources_digest(*patterns: str) -> str:
-    """Return a hash of the package's files that match patterns of `Path.glob`, in order."""
-    package = Path(__file__).resolve().parent
+def sources_digest(*patterns: str, folder: Path = PACKAGE) -> str:
+    """Return a hash of a folder's files that match patterns of `Path.glob`, in order."""
     digest = hashlib.sha256()
     for pattern in patterns:
-        for path in sorted(package.glob(pattern)):
+        for path in sorted(folder.glob(pattern)):
             digest.update(path.name.encode())
             digest.update(_code(path.read_text(encoding="utf-8")).encode())
     return digest.hexdigest()[:16]

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import magfold_env as mf
+from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.fold import FoldStatus
-from magfold_env.laws.random_scenes import random_scene
 from magfold_env.scene import Rectangle
 from magfold_env.shapes import FloatArray, headings, word_to_angles
 

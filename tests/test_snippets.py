@@ -23,13 +23,13 @@ from agents import record
 from agents.evaluation.shipped import shipped_files
 from agents.settings import load_settings
 from agents.tuning.search import load_search
-from magfold_env.benchmarks.presentation import descriptions
+from magfold_bench.paper.run import PARTS
+from magfold_bench.presentation import descriptions
+from magfold_bench.stress.kinds import KINDS
 from magfold_env.cli import app, options
 from magfold_env.envs.tasks.feed_tasks import read_tasks
-from magfold_env.paper.run import PARTS
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
-from magfold_env.stress.kinds import KINDS
 from tests import snippets
 
 # Options that let a command do less, so that it takes seconds.

@@ -6,18 +6,16 @@ from typing import Annotated, Any, cast
 import typer
 
 from magfold_env.cli import (
-    bench,
     design,
     ensemble,
     fold,
     hold,
     lab,
+    measurement,
     minimise,
     options,
-    paper,
     scenes,
     score,
-    stress,
     sweep,
     warmup,
 )
@@ -96,10 +94,8 @@ def play(
 
 
 app.command()(score.score)
-app.command()(stress.stress)
-app.command()(paper.paper)
 app.command()(warmup.warmup)
 app.command()(lab.lab)
 app.command()(scenes.scenes)
 
-app.add_typer(bench.bench, name="bench")
+measurement.add_to(app)

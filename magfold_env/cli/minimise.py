@@ -17,6 +17,12 @@ from magfold_env.reporting.tables import joined_pairs, letters
 from magfold_env.scene import Scene, load_scene
 
 MODES = ("forward", "backward")
+TABLE_1: dict[int, dict[minimiser.Mode, str]] = {
+    1: {"forward": "S1A", "backward": "S1C"},
+    2: {"forward": "S2B", "backward": "S2B"},
+    3: {"forward": "S3A", "backward": "S3A"},
+}
+"""Where the paper's component-by-component search ends, by sequence and direction."""
 MOST_NAMED = 26
 """States of one of the paper's sequences that are named, a letter each."""
 
@@ -112,8 +118,6 @@ def one_by_one_table(scene: Scene, feeds: Sequence[minimiser.Minimum]) -> Table:
 
     The paper calls the stable states of sequence k SkA, SkB, ... by ascending energy.
     """
-    from magfold_env.paper.quoted import TABLE_1  # noqa: PLC0415 - for this table only
-
     known = product(("sequence", "alternative"), TABLE_1)
     shipped = {load_scene(f"paper/{name}-{k}").sequence: k for name, k in known}
     number = shipped.get(scene.sequence)

@@ -8,11 +8,8 @@ from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from magfold_env.files import sources_digest
-
 LIBRARIES = ("numba", "llvmlite", "numpy", "gymnasium")
 PEERS = ("casadi", "magpylib", "mujoco", "pin")
-PASSING = ("time", "load before")  # what changes from minute to minute
 
 
 def describe() -> dict[str, str]:
@@ -33,12 +30,6 @@ def describe() -> dict[str, str]:
     if hasattr(os, "getloadavg"):
         record["load before"] = f"{os.getloadavg()[0]:.2f}"
     return record
-
-
-def identity() -> dict[str, str]:
-    """Return what measurements must share to belong to one run, the package's sources included."""
-    same = {key: value for key, value in describe().items() if key not in PASSING}
-    return same | {"sources": sources_digest("**/*.py")}
 
 
 def _processor() -> str:

@@ -32,9 +32,11 @@ import llvmlite.binding
 import numba
 import numpy as np
 
-from magfold_env.benchmarks import predictors
-from magfold_env.benchmarks.folds import scene_of
-from magfold_env.benchmarks.magnets.samples import (
+from magfold_bench import predictors
+from magfold_bench.folds import scene_of
+from magfold_bench.laws.integrators import double_euler
+from magfold_bench.laws.pinned_chain import BASE, random_problem, repeat_lanes, repeat_scalar
+from magfold_bench.magnets.samples import (
     FOLDED,
     chain_forces,
     new_loads,
@@ -42,13 +44,11 @@ from magfold_env.benchmarks.magnets.samples import (
     random_scene,
     shapes,
 )
-from magfold_env.benchmarks.runs import KINDS, ended, run_task
+from magfold_bench.runs import KINDS, ended, run_task
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.workspace import new_nodes, new_rigid, new_work
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.files import write_text
-from magfold_env.laws.integrators import double_euler
-from magfold_env.laws.pinned_chain import BASE, random_problem, repeat_lanes, repeat_scalar
 from magfold_env.minimiser import Landscape
 from magfold_env.scene import load_scene
 from magfold_env.shapes import headings

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets import samples
+from magfold_bench.magnets import samples
 from magfold_env.scene import Scene
 
 SIDE = 0.0125

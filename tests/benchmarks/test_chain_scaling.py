@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks import scaling
-from magfold_env.laws import pinned_chain
-from magfold_env.laws.pinned_chain import BUILDS, LANES, LONG, SCALAR, missing, random_problem
+from magfold_bench import scaling
+from magfold_bench.laws import pinned_chain
+from magfold_bench.laws.pinned_chain import BUILDS, LANES, LONG, SCALAR, missing, random_problem
 from magfold_env.reporting.tables import growth, select
 
 

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 import magfold_env as mf
-from magfold_env.benchmarks import design
+from magfold_bench import design
 from magfold_env.cli import app
 from magfold_env.designer import gap_designs
 from magfold_env.ensembles.releases import release

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks import folds, parts, runs
-from magfold_env.benchmarks.folds import ContactEffort, moreau_only, recorded_fold
-from magfold_env.benchmarks.parts import Part
-from magfold_env.benchmarks.runs import CLOSE
-from magfold_env.benchmarks.smooth import needed, same_error
+from magfold_bench import folds, parts, runs
+from magfold_bench.folds import ContactEffort, moreau_only, recorded_fold
+from magfold_bench.laws import smooth_motion
+from magfold_bench.laws.smooth_motion import EULER, SmoothProblem, pendulum, prepare_engine
+from magfold_bench.parts import Part
+from magfold_bench.runs import CLOSE
+from magfold_bench.smooth import needed, same_error
 from magfold_env.cli import app
-from magfold_env.laws import smooth_motion
-from magfold_env.laws.smooth_motion import EULER, SmoothProblem, pendulum, prepare_engine
 from magfold_env.reporting import tables
 from magfold_env.reporting.tables import Measurement, Table
 

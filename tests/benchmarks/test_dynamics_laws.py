@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from magfold_env.laws import mechanics, overlap
-from magfold_env.laws import random_scenes as scenes
+from magfold_bench.laws import mechanics, overlap
+from magfold_bench.laws import random_scenes as scenes
 from magfold_env.minimiser.lattice import from_words
 from magfold_env.minimiser.states import conflicts
 from magfold_env.scene import Casing, Feed, Scene, load_scene

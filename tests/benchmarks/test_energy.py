@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks import predictors
-from magfold_env.benchmarks.parts import BENCHMARKS
+from magfold_bench import predictors
+from magfold_bench.parts import BENCHMARKS
 from magfold_env.cli import app
 
 

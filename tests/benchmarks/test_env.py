@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks.env import overhead, rates, tolerance
-from magfold_env.benchmarks.env.players import (
+from magfold_bench.env import overhead, rates, tolerance
+from magfold_bench.env.players import (
     TUBE_FEED,
     drawn_actions,
     episode_length,
@@ -19,7 +19,7 @@ from magfold_env.benchmarks.env.players import (
     step_single,
     vector,
 )
-from magfold_env.benchmarks.parts import BENCHMARKS
+from magfold_bench.parts import BENCHMARKS
 from magfold_env.cli import app
 from magfold_env.engine.compile.jit import numba_config
 from magfold_env.envs.spaces import observation

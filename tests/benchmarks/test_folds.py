@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks import folds
-from magfold_env.benchmarks.folds import DEFAULT, FoldsEffort
-from magfold_env.benchmarks.runs import CLOSE, KINDS
+from magfold_bench import folds
+from magfold_bench.folds import DEFAULT, FoldsEffort
+from magfold_bench.runs import CLOSE, KINDS
 from magfold_env.fold import FoldStatus
 
 

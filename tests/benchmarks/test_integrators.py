@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from magfold_env.benchmarks import smooth
-from magfold_env.laws import integrators
-from magfold_env.laws.smooth_motion import (
+from magfold_bench import smooth
+from magfold_bench.laws import integrators
+from magfold_bench.laws.smooth_motion import (
     ADAMS,
     DOP853,
     DP54,

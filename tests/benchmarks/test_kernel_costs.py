@@ -5,7 +5,7 @@ What compares times needs an idle machine, so it runs with the slow tests only.
 
 import pytest
 
-from magfold_env.benchmarks.runs import KINDS
+from magfold_bench.runs import KINDS
 from magfold_env.engine.compile.jit import numba_config
 from tests.benchmarks import kernel_costs
 from tests.benchmarks.kernel_costs import (

@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_env.benchmarks import parts, scaling
-from magfold_env.benchmarks.magnets import (
+from magfold_bench import parts, scaling
+from magfold_bench.laws import exact_magnets
+from magfold_bench.magnets import (
     accuracy,
     chains,
     far,
     samples,
 )
-from magfold_env.benchmarks.magnets.peers import MAGPYLIB, installed
-from magfold_env.benchmarks.magnets.samples import (
+from magfold_bench.magnets.peers import MAGPYLIB, installed
+from magfold_bench.magnets.samples import (
     Chain,
     Loads,
     Sums,
@@ -20,9 +21,8 @@ from magfold_env.benchmarks.magnets.samples import (
     pinned_states,
     sample_of,
 )
-from magfold_env.benchmarks.parts import BENCHMARKS
+from magfold_bench.parts import BENCHMARKS
 from magfold_env.cli import app
-from magfold_env.laws import exact_magnets
 from magfold_env.reporting.tables import Measurement, growth
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magfold_env.laws import exact_magnets
+from magfold_bench.laws import exact_magnets
 from magfold_env.scene import Field, FixedMagnet, Scene
 from magfold_env.scene.parts import MU0
 from tests.benchmarks.magnet_pairs import SIDE, unequal

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from magfold_env.benchmarks.magnets import peers
+from magfold_bench.magnets import peers
 
 
 def test_the_fastest_setting_that_is_as_exact_is_compared():

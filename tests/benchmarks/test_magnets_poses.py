@@ -5,8 +5,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.magnets import samples
-from magfold_env.laws.overlap import squares_apart
+from magfold_bench.laws.overlap import squares_apart
+from magfold_bench.magnets import samples
 from magfold_env.shapes import angles_to_word, centres, is_fully_folded, overlaps
 from tests.benchmarks.magnet_pairs import SIDE, alike
 from tests.engine import reference as engine_reference

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks.magnets.peers import Peer, installed
-from magfold_env.benchmarks.magnets.samples import sample_of
-from magfold_env.laws import exact_magnets
+from magfold_bench.laws import exact_magnets
+from magfold_bench.magnets.peers import Peer, installed
+from magfold_bench.magnets.samples import sample_of
 from magfold_env.scene import Magnets, Scene
 from tests.benchmarks.magnet_pairs import SIDE, alike, unequal
 from tests.engine import reference as engine_reference

@@ -9,10 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 import magfold_env as mf
-from magfold_env.benchmarks import idealisations, predictors
-from magfold_env.benchmarks.predictors import DYNAMICS, Case
+from magfold_bench import idealisations, predictors
+from magfold_bench.laws import experiment
+from magfold_bench.predictors import DYNAMICS, Case
 from magfold_env.cli import app
-from magfold_env.laws import experiment
 
 
 def _silent(share: float, what: str) -> None:

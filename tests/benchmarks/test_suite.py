@@ -9,12 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from magfold_env.benchmarks import suite
-from magfold_env.benchmarks.parts import BENCHMARKS, Part
-from magfold_env.benchmarks.presentation import Description, descriptions
-from magfold_env.benchmarks.suite import LEFT_OUT, Entry, Result, tone
+from magfold_bench import suite
+from magfold_bench.parts import BENCHMARKS, Part
+from magfold_bench.presentation import Description, descriptions
+from magfold_bench.suite import LEFT_OUT, Entry, Result, tone
 from magfold_env.checkpoint import CheckpointError
-from magfold_env.reporting import machine
 from magfold_env.reporting.tables import Measurement, Progress, Table
 from magfold_env.reporting.timing import Spread
 
@@ -58,7 +57,7 @@ def test_everything_is_reported_on_one_page(measured: Measured, tmp_path: Path) 
     page = (out / "report.html").read_text(encoding="utf-8")
     for said in ("A &lt;title&gt;", ABOUT.how, ABOUT.missing, "table two", "falls short", "never"):
         assert said in page
-    for value in machine.identity().values():
+    for value in suite.identify().values():
         assert value in page
     assert page.index("0 of 2 requirements are met") < page.index("<table")
     assert page.index("<table") < page.index("What falls short (2)")
@@ -95,9 +94,9 @@ def test_another_runs_parts_are_refused(
     suite.run("full", tmp_path)
     with pytest.raises(CheckpointError, match="effort"):
         suite.run("quick", tmp_path)
-    usual = machine.identity()
+    usual = suite.identify()
     for key in ("commit", "sources", "processor", "numba"):
-        monkeypatch.setattr(machine, "identity", lambda key=key: usual | {key: "another"})
+        monkeypatch.setattr(suite, "identify", lambda key=key: usual | {key: "another"})
         with pytest.raises(CheckpointError, match=f"{key} is .* 'another'"):
             suite.run("full", tmp_path)
     assert measured.asked == ["one", "two"]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from magfold_env.benchmarks import bare_pendulum, parts, runs, skipping, work_precision
-from magfold_env.benchmarks.parts import BENCHMARKS
-from magfold_env.benchmarks.runs import Setting, difference, recorded
-from magfold_env.benchmarks.work_precision import (
+from magfold_bench import bare_pendulum, parts, runs, skipping, work_precision
+from magfold_bench.parts import BENCHMARKS
+from magfold_bench.runs import Setting, difference, recorded
+from magfold_bench.work_precision import (
     BEHIND,
     END,
     WAY,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from magfold_env.paper.run import PARTS
+from magfold_bench.paper.run import PARTS
 from tests.command_line import fails_in_one_line, run
 
 

@@ -24,13 +24,13 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from magfold_bench.laws.outcomes import moved_starts
+from magfold_bench.laws.random_scenes import random_scene
+from magfold_bench.stress.kinds import KINDS, Source
 from magfold_env.files import physics_digest
-from magfold_env.laws.outcomes import moved_starts
-from magfold_env.laws.random_scenes import random_scene
 from magfold_env.parallel import Workers, finished
 from magfold_env.reporting.intervals import share
 from magfold_env.scene import Scene, save_scene
-from magfold_env.stress.kinds import KINDS, Source
 from tests.laws.outcomes import Outcome, reference_of
 
 Row = dict[str, Any]

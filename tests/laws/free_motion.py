@@ -6,11 +6,11 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from magfold_bench.laws.along_folds import SteppedSession
+from magfold_bench.laws.mechanics import Floats, kinetic_energy, momenta
+from magfold_bench.laws.random_scenes import LARGEST, SMALLEST, random_scene, random_sequence
 from magfold_env.engine import entries as at
 from magfold_env.fold import FoldStatus
-from magfold_env.laws.along_folds import SteppedSession
-from magfold_env.laws.mechanics import Floats, kinetic_energy, momenta
-from magfold_env.laws.random_scenes import LARGEST, SMALLEST, random_scene, random_sequence
 from magfold_env.scene import Scene
 from magfold_env.simulation.simulate import simulate
 

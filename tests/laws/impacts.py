@@ -3,12 +3,12 @@
 import numpy as np
 import numpy.typing as npt
 
+from magfold_bench.laws.random_scenes import random_word
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.workspace import new_state, new_work
-from magfold_env.laws.random_scenes import random_word
 from magfold_env.scene import Scene
 from magfold_env.shapes import word_to_angles
 from magfold_env.simulation.pack import pack

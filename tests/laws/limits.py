@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import get_args
 
+from magfold_bench.laws.along_folds import follow
+from magfold_bench.laws.dense import look_inside
+from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.fold import FoldStatus
-from magfold_env.laws.along_folds import follow
-from magfold_env.laws.dense import look_inside
-from magfold_env.laws.random_scenes import random_scene
 from tests.laws.free_motion import Kind, momentum_errors, reversal_error
 
 

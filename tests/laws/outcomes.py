@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from magfold_bench.laws.outcomes import SAME_WITHIN
 from magfold_env.fold import FoldStatus
-from magfold_env.laws.outcomes import SAME_WITHIN
 from magfold_env.scene import Scene
 from magfold_env.simulation.simulate import simulate
 

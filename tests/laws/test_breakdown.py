@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from magfold_bench.laws.overlap import deepest_overlap
+from magfold_bench.laws.random_scenes import designed_sequence
 from magfold_env.fold import FoldStatus
-from magfold_env.laws.overlap import deepest_overlap
-from magfold_env.laws.random_scenes import designed_sequence
 from magfold_env.scene import Scene
 from tests.laws.outcomes import Outcome
 

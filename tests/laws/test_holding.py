@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.fold import FoldStatus
-from magfold_env.laws.random_scenes import random_scene
 from magfold_env.shapes import FloatArray
 from tests.reference.simulation import MOVED, Loading
 

@@ -7,7 +7,7 @@ a little and final angles of misfolds by tenths of a degree.
 import numpy as np
 import pytest
 
-from magfold_env.laws.dense import look_inside
+from magfold_bench.laws.dense import look_inside
 from magfold_env.scene import load_scene
 from magfold_env.simulation.simulate import simulate
 from tests.reference import simulation as reference

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from magfold_env.laws.random_scenes import random_scene
+from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.simulation.simulate import simulate
 
 pytestmark = pytest.mark.laws

@@ -4,8 +4,8 @@ from functools import partial
 
 import pytest
 
+from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.fold import FoldStatus
-from magfold_env.laws.random_scenes import random_scene
 from magfold_env.simulation.simulate import simulate
 
 thoroughly = partial(pytest.param, marks=pytest.mark.slow)

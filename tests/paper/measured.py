@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from magfold_env.paper.reproduction import Claim, Measured, Outcome
+from magfold_bench.paper.reproduction import Claim, Measured, Outcome
 from magfold_env.reporting.tables import Row
 
 

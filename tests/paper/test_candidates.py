@@ -4,10 +4,10 @@ from functools import cache
 
 import pytest
 
+from magfold_bench.paper.candidates import LINE, Candidate, Candidates
+from magfold_bench.paper.quoted import TABLE_1
+from magfold_bench.paper.search import today
 from magfold_env.minimiser import minimise
-from magfold_env.paper.candidates import LINE, Candidate, Candidates
-from magfold_env.paper.quoted import TABLE_1
-from magfold_env.paper.search import today
 from magfold_env.scene import load_scene
 
 SCENE = load_scene("paper/sequence-1-literal")

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from magfold_bench.paper import states
+from magfold_bench.paper.energies import FIGURE_7, FIGURE_19, TABLE_1
+from magfold_bench.paper.reproduction import Measured
 from magfold_env.minimiser import minimise
-from magfold_env.paper import states
-from magfold_env.paper.energies import FIGURE_7, FIGURE_19, TABLE_1
-from magfold_env.paper.reproduction import Measured
 from magfold_env.reporting.page import PNG_START
 from magfold_env.reporting.tables import Row
 from tests.paper.measured import changed, outcomes

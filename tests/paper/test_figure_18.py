@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magfold_env.paper import figure_18
+from magfold_bench.paper import figure_18
 from magfold_env.reporting.intervals import share
 from magfold_env.reporting.tables import Row
 from magfold_env.shapes import centres, headings, mirror, word_to_angles

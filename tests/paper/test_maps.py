@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.laws.experiment import paper_scene
+from magfold_bench.laws.experiment import paper_scene
+from magfold_bench.paper import maps
 from magfold_env.minimiser import Mode
-from magfold_env.paper import maps
 from magfold_env.reporting.page import PNG_START
 from magfold_env.reporting.tables import select
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from magfold_env.paper import motions
-from magfold_env.paper.quoted import FRAME_RATE, SNAP
+from magfold_bench.paper import motions
+from magfold_bench.paper.quoted import FRAME_RATE, SNAP
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from magfold_bench.paper import run
+from magfold_bench.paper.reproduction import Claim, Measured, Reproduction
+from magfold_bench.paper.run import PARTS, Done, overview, page
 from magfold_env.checkpoint import CheckpointError
-from magfold_env.paper import run
-from magfold_env.paper.reproduction import Claim, Measured, Reproduction
-from magfold_env.paper.run import PARTS, Done, overview, page
 from magfold_env.reporting.page import render
 from magfold_env.reporting.tables import Progress, Table
 

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 from rich.progress import Progress
 
-from magfold_env.laws.experiment import SPEED
-from magfold_env.paper import search
-from magfold_env.paper.candidates import Candidate
-from magfold_env.paper.search import ALTERNATIVE, SHIPPED, STRONG, Round
-from magfold_env.paper.states import names
+from magfold_bench.laws.experiment import SPEED
+from magfold_bench.paper import search
+from magfold_bench.paper.candidates import Candidate
+from magfold_bench.paper.search import ALTERNATIVE, SHIPPED, STRONG, Round
+from magfold_bench.paper.states import names
 from magfold_env.scene import load_scene
 
 

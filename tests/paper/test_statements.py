@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from magfold_bench.paper.statements import HOLDS, RELEASES, Released, clear, on_the_way
 from magfold_env.ensembles.releases import Ensemble, Run
 from magfold_env.minimiser import Mode
-from magfold_env.paper.statements import HOLDS, RELEASES, Released, clear, on_the_way
 from magfold_env.scene import load_scene
 
 SCENE = load_scene("paper/sequence-1")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from magfold_bench.laws import exact_magnets as exact
 from magfold_env.engine.state import Array
-from magfold_env.laws import exact_magnets as exact
 from magfold_env.scene import FixedMagnet, Scene
 
 

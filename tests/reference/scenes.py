@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import magfold_env as mf
-from magfold_env.laws.random_scenes import designed_sequence
+from magfold_bench.laws.random_scenes import designed_sequence
 
 DIAGONAL = mf.Casing().diagonal
 SPEED = 0.1  # [m/s]

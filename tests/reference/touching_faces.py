@@ -7,7 +7,7 @@ nodes between all places where the field is singular. Behind a face it is the li
 
 import numpy as np
 
-from magfold_env.laws import exact_magnets as exact
+from magfold_bench.laws import exact_magnets as exact
 from tests.reference.magnet_field import both, faces_of_fixed
 
 SPACING, REACH = 0.15, 3.4  # of double-exponential nodes

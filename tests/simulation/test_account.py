@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_bench.laws import mechanics
+from magfold_bench.laws.random_scenes import designed_sequence
 from magfold_env.fold import turns
-from magfold_env.laws import mechanics
-from magfold_env.laws.random_scenes import designed_sequence
 from magfold_env.shapes import FloatArray
 from magfold_env.simulation.session import Session
 

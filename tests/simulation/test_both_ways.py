@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_bench.laws.dense import look_inside
+from magfold_bench.laws.overlap import beyond_bore
+from magfold_bench.laws.random_scenes import designed_sequence
 from magfold_env.engine import entries as at
 from magfold_env.fold import FoldStatus
-from magfold_env.laws.dense import look_inside
-from magfold_env.laws.overlap import beyond_bore
-from magfold_env.laws.random_scenes import designed_sequence
 from magfold_env.simulation.session import Session
 
 DIAGONAL = mf.Casing().diagonal

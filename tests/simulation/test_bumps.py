@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.laws.along_folds import follow
-from magfold_env.laws.dense import look_inside
+from magfold_bench.laws.along_folds import follow
+from magfold_bench.laws.dense import look_inside
 from magfold_env.simulation.session import Session
 
 SEQUENCE = mf.load_scene("paper/sequence-3").sequence

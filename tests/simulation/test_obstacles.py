@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.laws.along_folds import follow
-from magfold_env.laws.dense import look_inside
-from magfold_env.laws.random_scenes import designed_sequence
+from magfold_bench.laws.along_folds import follow
+from magfold_bench.laws.dense import look_inside
+from magfold_bench.laws.random_scenes import designed_sequence
 from magfold_env.simulation.session import Session
 
 DIAGONAL = mf.Casing().diagonal

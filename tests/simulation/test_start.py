@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_bench.laws.overlap import beyond_bore
 from magfold_env.envs.chains.draws import DrawnChains
-from magfold_env.laws.overlap import beyond_bore
 from magfold_env.simulation.session import Session
 from magfold_env.simulation.start import hinge_offsets
 

@@ -7,8 +7,8 @@ from typing import TypeVar
 
 from hypothesis import strategies as st
 
+from magfold_bench.stress.kinds import KINDS, Source
 from magfold_env.scene import Scene
-from magfold_env.stress.kinds import KINDS, Source
 
 T = TypeVar("T")
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from magfold_bench.stress import campaign, laws
+from magfold_bench.stress.campaign import BLOCK, Case, ordered, run
+from magfold_bench.stress.kinds import KINDS
+from magfold_bench.stress.verdict import Tally, Verdict
 from magfold_env.checkpoint import FILE, CheckpointError
 from magfold_env.scene import load_scene
-from magfold_env.stress import campaign, laws
-from magfold_env.stress.campaign import BLOCK, Case, ordered, run
-from magfold_env.stress.kinds import KINDS
-from magfold_env.stress.verdict import Tally, Verdict
 from tests.command_line import fails_in_one_line, rows
 from tests.command_line import run as command
 from tests.killed import run_until_killed
@@ -102,7 +102,7 @@ def test_a_killed_campaign_goes_on(tmp_path: Path) -> None:
     code = """
 import sys
 from pathlib import Path
-from magfold_env.stress.campaign import run
+from magfold_bench.stress.campaign import run
 run(60, 0, ["overlapping"], out=Path(sys.argv[1]))
 """
     run_until_killed(1, code, str(tmp_path))
@@ -125,7 +125,7 @@ def test_an_error_that_is_raised_breaks_a_law(monkeypatch: pytest.MonkeyPatch) -
     def fails(_: object) -> None:
         raise ZeroDivisionError("by zero")
 
-    monkeypatch.setattr("magfold_env.stress.campaign.check", fails)
+    monkeypatch.setattr("magfold_bench.stress.campaign.check", fails)
     verdict = Case(0, "stops", 0).verdict()
     assert [str(each) for each in verdict.broken] == ["no exception: ZeroDivisionError: by zero"]
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from magfold_env.laws.overlap import deepest_overlap
+from magfold_bench.laws.overlap import deepest_overlap
+from magfold_bench.stress.campaign import Case
+from magfold_bench.stress.kinds import KINDS
 from magfold_env.shapes import headings
-from magfold_env.stress.campaign import Case
-from magfold_env.stress.kinds import KINDS
 
 CHEAP = [name for name in KINDS if name != "long"]
 

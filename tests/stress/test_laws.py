@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from magfold_bench.laws.along_folds import Motion, follow
+from magfold_bench.laws.dense import Judge, States
+from magfold_bench.stress import laws, symmetries
+from magfold_bench.stress.verdict import Verdict
 from magfold_env.fold import Fold, FoldStatus
-from magfold_env.laws.along_folds import Motion, follow
-from magfold_env.laws.dense import Judge, States
 from magfold_env.scene import Rectangle, Scene
 from magfold_env.shapes import headings
-from magfold_env.stress import laws, symmetries
-from magfold_env.stress.verdict import Verdict
 
 START = (0.03, -0.02, 0.01)
 SCENE = Scene(sequence=("NSNS", "SNSN", "NSSN", "SSNN"), start_angles=START)

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from magfold_bench.stress.campaign import Case
+from magfold_bench.stress.kinds import KINDS
+from magfold_bench.stress.laws import check
 from magfold_env.scene import load_scene
 from magfold_env.simulation.session import Session
-from magfold_env.stress.campaign import Case
-from magfold_env.stress.kinds import KINDS
-from magfold_env.stress.laws import check
 from tests.stress.drawn import scenes
 
 NEVER_SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]

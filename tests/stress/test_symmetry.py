@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from magfold_bench.stress.symmetries import mirrored, seen_from_other_end, turned
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres, headings
 from magfold_env.simulation.session import Session
 from magfold_env.simulation.simulate import energy
-from magfold_env.stress.symmetries import mirrored, seen_from_other_end, turned
 from tests.stress.drawn import scenes
 
 NAMES = ("sequence", "casing", "magnets", "start_angles", "start_offsets")

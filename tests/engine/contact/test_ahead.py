@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from magfold_bench.laws.overlap import depths
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.contact import ahead
 from magfold_env.engine.workspace import new_state, new_work
-from magfold_env.laws.overlap import depths
 from magfold_env.scene import Rectangle, Scene
 from magfold_env.shapes import centres
 from magfold_env.simulation.pack import FRICTION_ARM, pack

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
+from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.engine import entries as at
 from magfold_env.engine.contact.constraints import begin_step
 from magfold_env.engine.friction.held import first_accelerations
@@ -16,7 +17,6 @@ from magfold_env.engine.friction.solver import (
     solve_with_friction,
 )
 from magfold_env.engine.workspace import new_work
-from magfold_env.laws.random_scenes import random_scene
 from magfold_env.scene import Scene
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.session import Session

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
+from magfold_bench.laws import exact_magnets as exact
 from magfold_env.engine.magnets import outer_field
 from magfold_env.engine.magnets import pairs as magnets
 from magfold_env.engine.state import Loads, Pose
 from magfold_env.engine.workspace import new_work
-from magfold_env.laws import exact_magnets as exact
 from magfold_env.scene import Magnets, Scene
 from magfold_env.simulation.pack import pack
 from tests.engine import reference

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from magfold_env.benchmarks.magnets.samples import folded, unfolded
+from magfold_bench.magnets.samples import folded, unfolded
 from magfold_env.engine.magnets import pairs as magnets
 from magfold_env.engine.magnets import segments
 from magfold_env.engine.state import Loads, Pose

@@ -7,9 +7,9 @@ import pytest
 from scipy import integrate
 
 import magfold_env as mf
+from magfold_bench.laws import exact_magnets as exact
 from magfold_env.engine.magnets import sheets
 from magfold_env.engine.magnets.laws import FacePair
-from magfold_env.laws import exact_magnets as exact
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import word_to_angles
 from magfold_env.simulation.pack import pack, pack_magnets

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from magfold_env.benchmarks.magnets.samples import folded, random_pair, unfolded
-from magfold_env.laws import exact_magnets as exact
+from magfold_bench.laws import exact_magnets as exact
+from magfold_bench.magnets.samples import folded, random_pair, unfolded
 from magfold_env.scene import Scene
 from magfold_env.shapes import centres
 from magfold_env.simulation.pack import pack

@@ -2,10 +2,10 @@
 
 import pytest
 
+from magfold_bench.laws.along_folds import SteppedSession, follow
+from magfold_bench.laws.dense import look_inside
+from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.fold import FoldStatus
-from magfold_env.laws.along_folds import SteppedSession, follow
-from magfold_env.laws.dense import look_inside
-from magfold_env.laws.random_scenes import random_scene
 from magfold_env.simulation.simulate import simulate
 
 DEEPEST = 1e-3  # share of the side

@@ -1,0 +1,186 @@
+"""What Python adds to a step of a vector environment, by the number of environments.
+
+It is measured in three ways. The first step of an episode feeds a component that has nothing to
+fold against: no physics is done, and the whole step counts. Of the steps on the way and of the last
+one, in which every episode is summed up and another begins, counts the time outside the compiled
+kernels.
+"""
+
+import sys
+import time
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from types import ModuleType
+from typing import Any, get_args
+
+import numpy as np
+
+from magfold_bench.env import players
+from magfold_bench.env.players import TUBE_FEED, Vector
+from magfold_bench.presentation import panels_by
+from magfold_env.engine.compile.jit import is_kernel
+from magfold_env.engine.state import Array
+from magfold_env.envs.tasks.world import Fidelity
+from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
+
+COUNTS = (1, 4, 16, 64, 256)
+COMPONENTS = 6
+FIRST, ON_THE_WAY, LAST = "first step", "steps on the way", "last step"
+WANTED = (20.0, 0.5)  # µs a step, µs an environment
+SEED = 29
+PACKAGE = "magfold_env."
+
+
+class KernelClock:
+    """Adds up the time of the calls from Python to kernels; those among kernels are part of it.
+
+    What a call costs before the kernel begins counts as the kernel's.
+    """
+
+    def __init__(self) -> None:
+        self.inside = 0.0
+        """Seconds so far."""
+
+    @contextmanager
+    def running(self) -> Generator[None]:
+        """Watch every kernel that a module of this package names.
+
+        All must have been compiled: a kernel that is compiled meanwhile does not find the others.
+        """
+        found: list[tuple[ModuleType, str, Any]] = [
+            (module, name, value)
+            for key, module in list(sys.modules.items())
+            if key.startswith(PACKAGE)
+            for name, value in list(vars(module).items())
+            if is_kernel(value)
+        ]
+        for module, name, kernel in found:
+            setattr(module, name, self._watched(kernel))
+        try:
+            yield
+        finally:
+            for module, name, kernel in found:
+                setattr(module, name, kernel)
+
+    def _watched(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any) -> Any:
+            begun = time.thread_time()
+            result = kernel(*arguments)
+            self.inside += time.thread_time() - begun
+            return result
+
+        return call
+
+
+def run(quick: bool, progress: Progress) -> Measurement:
+    """Measure both fidelities at every number of environments."""
+    counts, rounds = ((1, 4), 3) if quick else (COUNTS, 9)
+    found = Measurement()
+    fidelities: tuple[Fidelity, ...] = get_args(Fidelity)
+    for fidelity, tick in tables.each_case(progress, fidelities):
+        found.rows.extend(measure(fidelity, counts, rounds, tick))
+    for fidelity in fidelities:
+        mine = tables.select(found.rows, fidelity=fidelity)
+        lines: dict[int, Row] = {n: {"envs": n, "wanted": allowed(n)} for n in counts}
+        for row in mine:
+            lines[int(row["envs"])][str(row["measured on"])] = row["time [µs]"]
+        title = f"Python's share of a vector step, {fidelity}, µs"
+        found.tables.append(Table(title, list(lines.values())))
+        for way in tables.distinct(mine, "measured on"):
+            found.findings.append(_finding(tables.select(mine, {"measured on": way})))
+    return found
+
+
+def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick) -> list[Row]:
+    """Return a row for each number of environments and way to measure."""
+    envs = {
+        count: players.vector(TUBE_FEED, count, components=COMPONENTS, fidelity=fidelity)
+        for count in counts
+    }
+
+    def first_step(env: Vector) -> timing.Task:
+        (action,) = players.drawn_actions(env, 1, SEED)
+
+        def prepare() -> Callable[[], object]:
+            env.reset()
+            return lambda: env.step(action)
+
+        return prepare
+
+    firsts = {count: first_step(env) for count, env in envs.items()}
+    first = timing.take_turns(firsts, rounds, tick=lambda share: tick(0.5 * share))
+    rows: list[Row] = []
+    for k, (count, env) in enumerate(envs.items()):
+        outside = outside_kernels(env, rounds)
+        taken = {
+            FIRST: first[count],
+            ON_THE_WAY: timing.Timing(outside[:, 1:-1].mean(axis=1)),
+            LAST: timing.Timing(outside[:, -1]),
+        }
+        for way, spent in taken.items():
+            row: Row = {"fidelity": fidelity, "measured on": way, "envs": count}
+            rows.append(row | spent.spread.time_cells("µs", 1e6))
+        tick(0.5 + 0.5 * (k + 1) / len(envs))
+    return rows
+
+
+def outside_kernels(env: Vector, rounds: int) -> Array:
+    """Return the time of each step of an episode [s] outside the kernels, shape (rounds, steps)."""
+    actions = players.drawn_actions(env, COMPONENTS, SEED)
+    env.reset(seed=SEED)
+    players.step_vector(env, actions)  # compiles
+    clock = KernelClock()
+    samples = np.zeros((rounds, COMPONENTS))
+    with clock.running():
+        for k in range(rounds):
+            env.reset()
+            for step, action in enumerate(actions):
+                clock.inside = 0.0
+                begun = time.thread_time()
+                env.step(action)
+                samples[k, step] = time.thread_time() - begun - clock.inside
+    return samples
+
+
+def fit(rows: list[Row]) -> tuple[float, float]:
+    """Return µs a step and µs an environment, by least squares of relative errors."""
+    count, taken = tables.numbers(rows, "envs"), tables.numbers(rows, "time [µs]")
+    lines = np.stack([1.0 / taken, count / taken], axis=1)
+    (step, env), *_ = np.linalg.lstsq(lines, np.ones(len(rows)))
+    return float(step), float(env)
+
+
+def allowed(count: int) -> float:
+    """Return what a step of so many environments may take [µs]."""
+    return WANTED[0] + WANTED[1] * count
+
+
+def _finding(rows: list[Row]) -> str:
+    """Say what a step takes of one fidelity, measured in one way."""
+    step, env = fit(rows)
+    held = sum(float(row["time [µs]"]) <= allowed(int(row["envs"])) for row in rows)
+    return (
+        f"{rows[0]['fidelity']}, {rows[0]['measured on']}: {step:.3g} µs a vector step and "
+        f"{env:.2g} µs an environment; at most {WANTED[0]:g} and {WANTED[1]:g} are asked for: "
+        f"holds for {held} of {len(rows)} numbers of environments"
+    )
+
+
+def draw(rows: list[Row]) -> Any:
+    """Python's share of a vector step against the number of environments, a panel a fidelity."""
+    title, labels = "Python's share of a vector step", ("environments", "time [µs]")
+    figure, panels = panels_by(rows, ("fidelity",), title, labels)
+    counts = sorted(tables.distinct(rows, "envs"))
+    step, env = WANTED
+    asked = f"asked for: {step:g} µs + {env:g} µs an environment"
+    for axis, here in panels:
+        for k, way in enumerate(tables.distinct(here, "measured on")):
+            mine = tables.select(here, {"measured on": way})
+            plotting.curve(axis, mine, "envs", "time [µs]", k, label=way)
+        limits = [allowed(count) for count in counts]
+        axis.loglog(counts, limits, color=plotting.INK, linestyle=":", label=asked)
+        axis.set_xticks(counts, [f"{count}" for count in counts])
+        axis.minorticks_off()
+    plotting.legend_below(figure, panels[0][0])
+    return figure

@@ -1,0 +1,114 @@
+"""How often a chain ends otherwise where one of the things that a scene idealises is a little off.
+
+Random chains, which nothing has chosen for being robust, beside designs that fold as they should.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from magfold_bench.laws.experiment import COMPONENTS, MODES, SPEED
+from magfold_bench.laws.random_scenes import random_sequence
+from magfold_env.designer.suites import Witness, load_suite
+from magfold_env.ensembles.releases import release
+from magfold_env.minimiser import Mode
+from magfold_env.reporting.intervals import share
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, each_case
+from magfold_env.scene import Scene, Spreads, load_scene
+from magfold_env.simulation.simulate import simulate
+
+CHAINS, QUICK_CHAINS = 60, 3
+SUITE = "n6"
+
+Change = Callable[[Scene, np.random.Generator], Scene]
+"""Returns a concrete scene with something a little different."""
+
+
+def run(quick: bool, progress: Progress) -> Measurement:
+    """Fold chains as they are and with each change, and count which end otherwise."""
+    count = QUICK_CHAINS if quick else CHAINS
+    groups = {"random": random_chains(count), "designed": designed_chains(count)}
+    ends = {group: [_end(scene) for scene in scenes] for group, scenes in groups.items()}
+    rows: list[Row] = []
+    shown: list[Row] = []
+    for change, _ in each_case(progress, list(CHANGES)):
+        shown.append({"change": change})
+        for group, scenes in groups.items():
+            found = [_end(CHANGES[change](scene, np.random.default_rng((1, k))))
+                     for k, scene in enumerate(scenes)]  # fmt: skip
+            others = share(sum(a != b for a, b in zip(found, ends[group], strict=True)), count)
+            row: Row = {"change": change, "chains": group, "others": others.successes}
+            rows.append(row | {"of": count, "low": others.low, "high": others.high})
+            shown[-1][group] = f"{others}"
+    return Measurement(rows, [Table(f"another word or status, of {count} chains each", shown)])
+
+
+def random_chains(count: int) -> list[Scene]:
+    """Return drawn chains of the paper's device: free, fed forward and fed backward in turn."""
+    rng = np.random.default_rng(0)
+    device = load_scene("paper/sequence-1")
+    sequences = [random_sequence(rng, COMPONENTS) for _ in range(count)]
+    return [
+        release(device.replace(sequence=each), MODES[k % len(MODES)], SPEED).draw(rng)
+        for k, each in enumerate(sequences)
+    ]
+
+
+def designed_chains(count: int) -> list[Scene]:
+    """Return drawn chains that a suite shows to fold, likewise free, forward and backward."""
+    suite, rng = load_suite(SUITE), np.random.default_rng(0)
+    found: list[tuple[Witness, Mode]]
+    found = [(witnesses[mode], mode) for witnesses in suite.words.values() for mode in MODES]
+    return [
+        release(suite.scene().replace(sequence=each.sequence), mode, each.speed).draw(rng)
+        for each, mode in found[:count]
+    ]
+
+
+def _end(scene: Scene) -> tuple[str, str]:
+    fold = simulate(scene)
+    return fold.word, fold.status.value
+
+
+def _tilted(scene: Scene, rng: np.random.Generator) -> Scene:
+    normal, along = Spreads(tilt=1.0).tilted(scene.gravity, np.array([1.0, rng.uniform(-1, 1)]))
+    return scene.replace(gravity={"normal": normal, "in_plane": along})
+
+
+def _rougher(scene: Scene, rng: np.random.Generator) -> Scene:
+    return scene.replace(friction=1.2 * scene.frictions)
+
+
+def _patchy(scene: Scene, rng: np.random.Generator) -> Scene:
+    return scene.replace(friction=scene.frictions * rng.uniform(0.8, 1.2, scene.n))
+
+
+def _deeper(scene: Scene, rng: np.random.Generator) -> Scene:
+    assert scene.magnets is not None
+    return scene.replace(magnets={"inset": np.asarray(scene.magnets.inset) + 1e-4})
+
+
+def _released_anew(scene: Scene, rng: np.random.Generator) -> Scene:
+    return scene.replace(start_angles=None, start_offsets=None).draw(rng)
+
+
+def _more_exact(scene: Scene, rng: np.random.Generator) -> Scene:
+    return scene.replace(solver={"tolerance": 0.1 * scene.solver.tolerance})
+
+
+def _drawn(**spreads: float) -> Change:
+    return lambda scene, rng: scene.replace(spreads=spreads).draw(rng)
+
+
+CHANGES: dict[str, Change] = {
+    "floor tilted by 1°": _tilted,
+    "friction 20 % higher": _rougher,
+    "friction of each component ±20 %": _patchy,
+    "each magnet ±5 %": _drawn(magnet=0.05),
+    "all magnets alike ±5 %": _drawn(remanence=0.05),
+    "inset 0.1 mm deeper": _deeper,
+    "mass of each component ±5 %": _drawn(mass=0.05),
+    "side ±1 %": _drawn(side=0.01),
+    "start drawn anew, within ±0.03 rad": _released_anew,
+    "solver ten times as exact": _more_exact,
+}

@@ -1,0 +1,176 @@
+"""The states of a fold after every step, and its energies there."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from magfold_bench.laws import mechanics
+from magfold_env.engine import entries as at
+from magfold_env.engine.outcomes import CAPPED
+from magfold_env.engine.state import Model
+from magfold_env.scene import Scene
+from magfold_env.simulation.session import Session
+
+
+class SteppedSession(Session):
+    """A session that stops after steps of the integrator, and goes on unchanged.
+
+    Parameters
+    ----------
+    scene
+        What to simulate; nothing may be left to draw.
+    look
+        Called with the session after each of these stops.
+    stride
+        Steps from one stop to the next.
+    """
+
+    def __init__(
+        self, scene: Scene, look: Callable[[Self], None] = lambda _: None, stride: int = 1
+    ) -> None:
+        super().__init__(scene)
+        self._look = look
+        self._stride = stride
+        # A second of simulated time that ends every few steps stops the run there. The model is
+        # made once, since handing a new one to the kernels costs more than a step.
+        self._whole: Model = self._model
+        self._model: Model = self._model._replace(max_steps_per_second=stride)
+        self._second, self._second_steps = 0.0, 0
+
+    def turn(self, angle: float) -> None:
+        """Turn the chain [rad] about the outer hinge of component 1; not in a tube."""
+        self._state.q[: self.n] += angle
+        self._state.counter[at.FRESH] = 1
+
+    def run(self) -> None:
+        """Feed and settle, as `simulate` does."""
+        self.settle()
+
+    def _run(self, until: float) -> int:
+        counter, clock = self._state.counter, self._state.clock
+        while True:
+            # The engine's own rule, see `engine.outcomes`.
+            if clock[at.TIME] >= self._second + 1.0:
+                self._second, self._second_steps = float(clock[at.TIME]), int(counter[at.STEPS])
+            if counter[at.STEPS] - self._second_steps >= self._whole.max_steps_per_second:
+                self._model = self._whole
+                return CAPPED
+            clock[at.SECOND], counter[at.SECOND_STEPS] = clock[at.TIME], counter[at.STEPS]
+            before = self.steps
+            outcome = super()._run(until)
+            self._look(self)
+            stopped = self.steps >= before + self._stride and self.steps < self._whole.max_steps
+            if outcome != CAPPED or not stopped:
+                return outcome
+
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The states that a fold passed through, up to where numbers broke down: m of them."""
+
+    scene: Scene
+    time: Floats
+    """[s], shape (m,)."""
+    angles: Floats
+    """Headings [rad], shape (m, n)."""
+    rates: Floats
+    """[rad/s], shape (m, n)."""
+    base: Floats
+    """Outer hinge of component 1 [m], shape (m, 2)."""
+    base_velocity: Floats
+    """[m/s], shape (m, 2)."""
+    potential: Floats
+    """Of the magnets [J], shape (m,)."""
+    work: Floats
+    """Done on the chain so far by the drive, by bumps and by loading at the mouth [J], (m,)."""
+    impacts: Floats
+    """Energy that impacts took so far [J], shape (m,)."""
+    released: npt.NDArray[np.int64]
+    """Components that are out of the tube, shape (m,)."""
+    finite: bool
+    """Whether nothing broke down."""
+
+    @cached_property
+    def kinetic(self) -> Floats:
+        """Kinetic energy [J], shape (m,)."""
+        return mechanics.kinetic_energy(self.scene, self.angles, self.rates, self.base_velocity)
+
+    @cached_property
+    def total(self) -> Floats:
+        """Magnetic, kinetic and in-plane gravity's energy [J], shape (m,)."""
+        weight = mechanics.weight_energy(self.scene, self.angles, self.base)
+        return self.potential + self.kinetic + weight
+
+    @cached_property
+    def own(self) -> Floats:
+        """Energy less what was put in [J], shape (m,): only friction and impacts change it."""
+        return self.total - self.work
+
+    @cached_property
+    def rise(self) -> float:
+        """Largest rise of the chain's own energy, over its range in the whole run."""
+        extent = float(np.ptp(self.own)) if len(self.time) else 0.0
+        if extent == 0.0:
+            return 0.0
+        return float((self.own - np.minimum.accumulate(self.own)).max()) / extent
+
+
+def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
+    """Simulate a scene in which nothing is left to draw, and keep every state.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    stride
+        Steps from one state that is kept to the next.
+
+    Returns
+    -------
+    motion : Motion
+        Start and end included.
+    session : SteppedSession
+        As it ended.
+    """
+    rows: list[Floats] = []
+    released: list[int] = []
+
+    def look(session: SteppedSession) -> None:
+        seen = (session.angles, session.rates, session.base, session.base_velocity)
+        account = session.account
+        sums = (account.feed + account.bumps + account.loading, account.impacts)
+        rows.append(np.concatenate([[session.time, session.potential()], sums, *seen]))
+        released.append(session.released)
+
+    session = SteppedSession(scene, look, stride)
+    look(session)
+    session.run()
+    look(session)
+    table = np.array(rows)
+    sound = np.isfinite(table).all(axis=1)
+    count = len(table) if sound.all() else int(sound.argmin())
+    n = scene.n
+    moment, potential, work, impacts, angles, rates, base, velocity = np.split(
+        table[:count], np.cumsum([1, 1, 1, 1, n, n, 2]), axis=1
+    )
+    motion = Motion(
+        scene=scene,
+        time=moment[:, 0],
+        angles=angles,
+        rates=rates,
+        base=base,
+        base_velocity=velocity,
+        potential=potential[:, 0],
+        work=work[:, 0],
+        impacts=impacts[:, 0],
+        released=np.array(released[:count], dtype=np.int64),
+        finite=bool(sound.all()),
+    )
+    return motion, session

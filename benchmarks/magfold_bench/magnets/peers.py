@@ -1,0 +1,279 @@
+"""How much faster than a general magnetics library, at equal or smaller error.
+
+All find what the magnets of a chain do: magpylib with magnets cut into a given number of cells, and
+the engine under a given bound, in two ways. Sums over nodes give the force and torque on every
+casing. The dynamics look neighbours up; they find torques at the joints, and are compared by those.
+Beside each mesh stands how much longer it takes than the fastest bound with no larger error. Folded
+joints are a little off their stops, so that nothing is kept from one evaluation to the next.
+"""
+
+import importlib
+import math
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from magfold_bench.laws import exact_magnets
+from magfold_bench.magnets import samples
+from magfold_bench.magnets.samples import Loads, Sample
+from magfold_bench.presentation import panels_by
+from magfold_env.engine.state import Array
+from magfold_env.files import pip_install
+from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
+from magfold_env.scene import Magnets, Scene
+from magfold_env.shapes import centres
+
+MAGPYLIB = "magpylib"
+STEP = 1e-7  # [m] of its finite differences: errors of 1e-8, below those of any mesh
+DEGREES = 180.0 / np.pi
+
+Mesh = tuple[int, int, int]
+"""Cells of a magnet along its thickness, width and height."""
+
+SUMS, DYNAMICS = "sums", "dynamics"  # two ways of the engine
+BOUNDS = (5e-2, 1e-2, 1e-3, 1e-4, 1e-5)
+WANTED = 1000.0
+SEED = 3
+DRAWN = {MAGPYLIB: "magpylib getFT", SUMS: "engine, sums", DYNAMICS: "engine, dynamics"}
+NO_RATIO = timing.Spread(math.nan, math.nan, math.nan)
+
+# Cells of a magnet, nearly cubes, by number of components; then samples of every timing.
+FINE: tuple[Mesh, ...] = ((1, 2, 2), (2, 4, 4), (3, 7, 7), (4, 10, 10))
+QUICK: tuple[dict[int, tuple[Mesh, ...]], int] = ({6: FINE[:1]}, 2)
+FULL: tuple[dict[int, tuple[Mesh, ...]], int] = ({6: FINE, 60: FINE[:2]}, 3)
+
+
+def installed() -> bool:
+    """Whether magpylib is there; the extra ``peers`` brings it."""
+    return find_spec("magpylib") is not None
+
+
+class Peer:
+    """Casings as collections of cuboid magnets, each evenly magnetised along its thickness.
+
+    Parameters
+    ----------
+    scene
+        Poles, casings and magnets.
+    places : (n, 2) array
+        Centres [m].
+    headings : (n,) array
+        Headings [rad].
+    """
+
+    def __init__(self, scene: Scene, places: Array, headings: Array) -> None:
+        self._magpylib: Any = importlib.import_module("magpylib")
+        rotation: Any = importlib.import_module("scipy.spatial.transform").Rotation
+        magnets = exact_magnets.magnets_of(scene)
+        width, height, thickness, inset = (
+            magnets.by_face(name) for name in ("width", "height", "thickness", "inset")
+        )
+        depth = scene.casing.side / 2.0 - inset - thickness / 2.0
+        remanence = exact_magnets.MU0 * scene.charges / (width * height)
+        self._places = np.column_stack([places, np.zeros(len(places))])
+        self._casings: list[Any] = []
+        for place, heading, strength in zip(places, headings, remanence, strict=True):
+            angle = heading + exact_magnets.FACE_NORMALS
+            middle = place + depth[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            cuboids = [
+                self._magpylib.magnet.Cuboid(
+                    dimension=(thickness[f], width[f], height[f]),
+                    polarization=(strength[f], 0.0, 0.0),
+                    position=(*middle[f], 0.0),
+                    orientation=rotation.from_euler("z", angle[f] * DEGREES, degrees=True),
+                )
+                for f in np.flatnonzero(strength)  # an empty face has no magnet
+            ]
+            self._casings.append(self._magpylib.Collection(*cuboids))
+
+    def loads(self, mesh: Mesh) -> Loads:
+        """Return forces [N] and torques about the centres [N·m], (1, n) each.
+
+        Every pair of casings is computed once, as the engine does; reactions follow.
+        """
+        n = len(self._casings)
+        force, torque = np.zeros((n, 3)), np.zeros((n, 3))
+        present = [i for i, casing in enumerate(self._casings) if casing.children]
+        for k, i in enumerate(present[1:], start=1):
+            sources = present[:k]
+            found = self._magpylib.getFT(
+                [self._casings[j] for j in sources],
+                self._casings[i],
+                pivot=self._places[i],
+                eps=STEP,
+                squeeze=False,
+                meshing=mesh,
+            )
+            pull, moment = (each[:, 0, 0] for each in found)  # of all sources, (k, 3) each
+            force[i] += pull.sum(axis=0)
+            torque[i] += moment.sum(axis=0)
+            force[sources] -= pull
+            torque[sources] -= moment + np.cross(self._places[i] - self._places[sources], pull)
+        return Loads(force[None, :, 0], force[None, :, 1], torque[None, :, 2])
+
+    @contextmanager
+    def one_thread(self) -> Generator[None]:
+        """Keep magpylib to one thread, as the engine is for one chain."""
+        defaults = self._magpylib.defaults
+        threads = defaults.threads
+        defaults.threads = 1
+        try:
+            yield
+        finally:
+            defaults.threads = threads
+
+
+class Contender(NamedTuple):
+    """One way to find the magnets' forces, at one setting."""
+
+    by: str
+    setting: str
+    force_error: float  # of forces and torques on casings, in flush forces; nan if it finds none
+    joint_error: float  # of torques at the joints over the side, in flush forces
+    work: Callable[[], object]  # what is timed
+    evaluations: int  # how many it does
+
+    @property
+    def key(self) -> str:
+        """A name that no other contender has."""
+        return f"{self.by} {self.setting}"
+
+
+def run(quick: bool, progress: Progress) -> Measurement:
+    """Measure every mesh and bound on every chain; without magpylib nothing is measured."""
+    if not installed():
+        text = f"magpylib is absent; the extra brings it: {pip_install('peers')}"
+        return Measurement(findings=[text])
+    meshes, rounds = QUICK if quick else FULL
+    rows: list[Row] = []
+    for (n, shape), tick in samples.each_chain(progress, meshes):
+        rows.extend(measure(n, shape, meshes[n], rounds, tick))
+    return Measurement(rows, [_table(rows)], _findings(rows))
+
+
+def measure(n: int, shape: str, meshes: tuple[Mesh, ...], rounds: int, tick: Tick) -> list[Row]:
+    """Return a row a contender, for a chain of random poles in one shape."""
+    scene = samples.random_scene(np.random.default_rng(SEED), n)
+    headings = samples.shapes(n)[shape]
+    sample = samples.sample_of([scene], [(centres(headings, scene.casing.side), headings)])
+    peer = Peer(sample.scenes[0], sample.places[0], sample.headings[0])
+    with peer.one_thread():
+        contenders = [_peer(sample, peer, mesh) for mesh in meshes]
+        for bound in BOUNDS:
+            contenders += [_sums(sample, bound), _dynamics(sample, bound)]
+        tasks = {each.key: timing.unprepared(each.work) for each in contenders}
+        taken = timing.take_turns(tasks, rounds, tick=tick)
+    times = {c.key: taken[c.key].each_of(c.evaluations) for c in contenders}
+    rows: list[Row] = []
+    for each in contenders:
+        row: Row = {
+            "n": n,
+            "shape": shape,
+            "by": each.by,
+            "mesh or bound": each.setting,
+            "force error": each.force_error,
+            "joint error": each.joint_error,
+            **times[each.key].spread.time_cells("µs", 1e6),
+        }
+        for by in (SUMS, DYNAMICS):
+            fast = fastest(contenders, times, each, by) if each.by == MAGPYLIB else ""
+            quotient = timing.ratio(times[each.key], times[fast]) if fast else NO_RATIO
+            row |= quotient.cells(f"time / {by}")
+        rows.append(row)
+    return rows
+
+
+def _peer(sample: Sample, peer: Peer, mesh: Mesh) -> Contender:
+    found = peer.loads(mesh)
+    errors = float(sample.errors(found)[0]), joint_error(sample, found)
+    name = " × ".join(str(cells) for cells in mesh)
+    return Contender(MAGPYLIB, name, *errors, lambda: peer.loads(mesh), 1)
+
+
+def _sums(sample: Sample, bound: float) -> Contender:
+    sums = samples.Sums(sample, Magnets(accuracy=bound))
+    found = sums.loads()
+    errors = float(sample.errors(found)[0]), joint_error(sample, found)
+    return Contender(SUMS, f"{bound:g}", *errors, sums.work, sums.evaluations)
+
+
+def _dynamics(sample: Sample, bound: float) -> Contender:
+    scene = sample.scenes[0]
+    states = samples.pinned_states(list(sample.headings), scene.casing.side)
+    changed = scene.replace(magnets={"accuracy": bound})
+    chain = samples.Chain(changed, states)
+    error = joint_error(sample, chain.loads())
+    return Contender(DYNAMICS, f"{bound:g}", math.nan, error, chain.work, chain.evaluations)
+
+
+def joint_error(sample: Sample, loads: Loads) -> float:
+    """Worst error of the torques at the joints over the side, in flush forces."""
+    scene = sample.scenes[0]
+    side = scene.casing.side
+    states = samples.pinned_states(list(sample.headings), side)
+    one, other = (samples.joint_torques(each, states, side) for each in (loads, sample.exact))
+    return float(np.abs(one - other).max()) / side / exact_magnets.flush_force(scene)
+
+
+def fastest(
+    contenders: list[Contender], times: dict[str, timing.Timing], peer: Contender, by: str
+) -> str:
+    """Key of the fastest way of one kind whose error is not above a peer's; empty if none is.
+
+    Errors are of the forces where it finds them, else of the torques at the joints.
+    """
+    enough = [
+        each.key
+        for each in contenders
+        if each.by == by
+        and (
+            each.force_error <= peer.force_error
+            or (np.isnan(each.force_error) and each.joint_error <= peer.joint_error)
+        )
+    ]
+    return min(enough, key=lambda key: times[key].median, default="")
+
+
+def _table(rows: list[Row]) -> Table:
+    shown: list[Row] = [
+        {
+            key: "" if isinstance(cell, float) and math.isnan(cell) else cell
+            for key, cell in row.items()
+        }
+        for row in tables.without_quartiles(rows)
+    ]
+    return Table("All magnets of a chain, beside magpylib: errors in flush forces", shown)
+
+
+def _findings(rows: list[Row]) -> list[str]:
+    found: list[str] = []
+    for n in tables.distinct(rows, "n"):
+        mine = tables.select(rows, n=n, by=MAGPYLIB)
+        for by in (SUMS, DYNAMICS):
+            factors = tables.numbers(mine, f"time / {by}")
+            held = int((factors >= WANTED).sum())
+            found.append(
+                f"n = {n}: magpylib's getFT takes {min(factors):.3g} to {max(factors):.3g} times "
+                f"as long as the engine's {by} at no larger error; at least {WANTED:g} is asked "
+                f"for: holds for {held} of {len(factors)} meshes and shapes"
+            )
+    return found
+
+
+def draw(rows: list[Row]) -> Any:
+    """Error of the torques at the joints against time beside magpylib, a panel a chain."""
+    rows = [row | {"time [s]": 1e-6 * float(row["time [µs]"])} for row in rows]
+    title = "Beside magpylib: worst error against time"
+    labels = "time of an evaluation [s]", "torque at a joint: worst error\n/ (side × flush force)"
+    figure, panels = panels_by(rows, ("n", "shape"), title, labels)
+    for axis, here in panels:
+        for k, (by, label) in enumerate(DRAWN.items()):
+            style = {"color": plotting.COLOURS[(2, 1, 3)[k]], "label": label}
+            mine = tables.select(here, by=by)
+            plotting.curve(axis, mine, "time [s]", "joint error", k, **style)
+    plotting.legend(panels[0][0], "upper right")
+    return figure

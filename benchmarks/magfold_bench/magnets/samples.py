@@ -1,0 +1,359 @@
+"""Casings and chains in many states, what they feel there, and what the engine says of it.
+
+States are evaluated in one compiled loop, so that calls cost nothing. Nothing else in this
+benchmark calls the engine's kernels.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from magfold_bench.laws import exact_magnets
+from magfold_bench.laws.overlap import squares_apart
+from magfold_bench.laws.random_scenes import random_sequence
+from magfold_env.engine.compile.jit import allocating_kernel
+from magfold_env.engine.magnets.chain import add_chain_forces
+from magfold_env.engine.magnets.outer_field import add_field
+from magfold_env.engine.magnets.pairs import add_forces
+from magfold_env.engine.state import Array, IntArray, Loads, Model, Nodes, Pose, Rigid
+from magfold_env.engine.state import Magnets as Packed
+from magfold_env.engine.workspace import new_nodes, new_rigid
+from magfold_env.reporting import timing
+from magfold_env.reporting.tables import Progress, Tick, each_case
+from magfold_env.scene import Magnets, Scene
+from magfold_env.shapes import centres, folded_words, word_to_angles
+from magfold_env.shapes import headings as joint_headings
+from magfold_env.simulation.pack import charges, pack, quadrature_of
+from magfold_env.simulation.quadrature import Rule, choose_rule
+
+UNFOLDED, FOLDED, AT_STOPS = "unfolded", "folded", "folded, at its stops"
+OFF_STOP = 1e-6  # [rad]
+FOLDED_SHARES = (0.05, 0.4, 0.8, 0.98, 1.0)  # of the joints' right angles
+ROUNDING = 1e-9  # of a side: casings that touch do not overlap
+FARTHEST = 0.1  # [m] gap of a random pair
+EDGES = np.radians([45.0, 135.0])  # normals of a casing's edges, from its heading
+
+
+def random_scene(rng: np.random.Generator, n: int) -> Scene:
+    """Return a chain of random poles with the default magnets."""
+    return Scene(sequence=random_sequence(rng, n), magnets=Magnets())
+
+
+def random_pair(rng: np.random.Generator, side: float) -> tuple[Array, Array]:
+    """Centres (2, 2) [m] and headings (2,) [rad] of two casings that touch or are near.
+
+    A third lie flush and slide along each other, a third touch at any angle, the others are apart
+    by any gap, evenly in its logarithm.
+    """
+    kind = rng.integers(3)
+    if kind == 0:
+        aside = side * rng.uniform(-1.2, 1.2) * rng.integers(2)
+        gap = rng.choice([0.0, 1e-3]) * rng.random()
+        places = np.array([[0.0, 0.0], [aside, side + gap]])
+        headings = math.pi / 4.0 + np.array([0.0, rng.integers(4) * math.pi / 2.0])
+    else:
+        bearing, heading = rng.uniform(-math.pi, math.pi, 2)
+        gap = 0.0 if kind == 1 else math.exp(rng.uniform(math.log(1e-5), math.log(FARTHEST)))
+        headings = np.array([0.0, heading])
+        direction = np.array([math.cos(bearing), math.sin(bearing)])
+        angles = np.add.outer(headings, EDGES).ravel()
+        normals = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        # Half the projections of both squares on an edge normal of either.
+        reach = 0.5 * side * (1.0 + abs(np.cos(heading)) + abs(np.sin(heading)))
+        along = np.abs(normals @ direction).max()
+        places = (reach + gap) / along * np.stack([np.zeros(2), direction])
+    return places, headings
+
+
+def random_shape(rng: np.random.Generator, n: int, side: float) -> Array:
+    """Headings (n,) [rad] of a chain without overlap: folded, nearly so, or nearly straight."""
+    while True:
+        share = rng.choice(FOLDED_SHARES)
+        headings = joint_headings(word_to_angles(rng.choice(folded_words(n))) * share)
+        if squares_apart(centres(headings, side), headings, side) > -ROUNDING * side:
+            return headings
+
+
+def unfolded(n: int) -> Array:
+    """Headings (n,) [rad] of a chain that zigzags a little, as it is before it folds."""
+    return 0.03 * np.tile([1.0, -1.0], n)[:n]
+
+
+def folded(n: int) -> Array:
+    """Headings (n,) [rad] of a chain folded into a compact block, for chains of any length.
+
+    Staircases up and down, side by side, each of about √n casings; every joint is at a stop, left
+    or right, and nothing overlaps.
+    """
+    most = max(2 * round(math.sqrt(n) / 2.0), 2)
+    east, north = 0, 1
+    quarters: list[int] = []
+    while len(quarters) < n:
+        quarters += [east, north] * (most // 2)
+        # Westward from the last step north, then down along the staircase's left side.
+        quarters += [2, 3] * (most // 2)
+        # Westward again, and the next staircase begins with a step north.
+        quarters += [2, north]
+    # Differences of headings are joint angles.
+    return np.unwrap(np.array(quarters[:n]) * (math.pi / 2.0))
+
+
+def shapes(n: int) -> dict[str, Array]:
+    """Return headings (n,) [rad] by the name of the shape."""
+    block = folded(n)
+    return {
+        UNFOLDED: unfolded(n),
+        FOLDED: block + OFF_STOP * (np.arange(n) % 2),
+        AT_STOPS: block,
+    }
+
+
+def each_chain(
+    progress: Progress, lengths: Iterable[int]
+) -> Iterator[tuple[tuple[int, str], Tick]]:
+    """Yield chains of some lengths, unfolded and folded, each with what takes its progress."""
+    cases = list(product(lengths, (UNFOLDED, FOLDED)))
+    return each_case(progress, cases, lambda case: f"n = {case[0]}, {case[1]}")
+
+
+class States(NamedTuple):
+    """Where a chain is, in some states."""
+
+    first: IntArray  # first component that is charged, (states,)
+    lo: IntArray  # first component that is free, (states,)
+    q: Array  # headings and base as the dynamics have them, (states, n + 2) [rad, m]
+    poses: Pose  # of the components, each array of shape (states, n)
+
+
+@allocating_kernel
+def sum_forces(
+    times: int, magnets: Packed, charge: Array, poses: Pose, nodes: Nodes, out: Loads
+) -> None:
+    """Sum over the nodes of casings anywhere.
+
+    Parameters
+    ----------
+    times
+        How often to do it all.
+    charge : (states, n, 4) array
+        Of the outer pole faces [A·m].
+    poses
+        Of the casings, each array of shape (states, n).
+    """
+    for _ in range(times):
+        for k in range(charge.shape[0]):
+            clear(k, out)
+            pose = Pose(poses.cos[k], poses.sin[k], poses.x[k], poses.y[k])
+            loads = Loads(out.fx[k], out.fy[k], out.torque[k])
+            add_forces(0, magnets, charge[k], pose, nodes, loads)
+
+
+@allocating_kernel
+def chain_forces(
+    times: int, model: Model, states: States, nodes: Nodes, rigid: Rigid, out: Loads
+) -> None:
+    """Do ``times`` times what the dynamics do, look-ups and all, at states of one chain.
+
+    A field from outside acts where the scene has one.
+    """
+    poses = states.poses
+    for _ in range(times):
+        for k in range(states.first.size):
+            clear(k, out)
+            if not model.magnetic:
+                continue
+            pose = Pose(poses.cos[k], poses.sin[k], poses.x[k], poses.y[k])
+            first, lo = states.first[k], states.lo[k]
+            loads = Loads(out.fx[k], out.fy[k], out.torque[k])
+            add_chain_forces(first, lo, model, states.q[k], pose, nodes, rigid, loads)
+            if model.field.present:
+                add_field(lo, model, pose, nodes, loads)
+
+
+@allocating_kernel
+def clear(k: int, out: Loads) -> None:
+    """Set the loads of a state to zero."""
+    for i in range(out.fx.shape[1]):
+        out.fx[k, i] = 0.0
+        out.fy[k, i] = 0.0
+        out.torque[k, i] = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """Equally many casings in some states, with the forces that they feel there."""
+
+    scenes: Sequence[Scene]
+    """Their poles; they have equal casings and magnets."""
+    places: Array
+    """Centres (states, n, 2) [m]."""
+    headings: Array
+    """(states, n) [rad]"""
+    exact: Loads
+    """What they feel: arrays of shape (states, n)."""
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return len(self.scenes)
+
+    @property
+    def first(self) -> Sample:
+        """The first state alone."""
+        exact = Loads(*(each[:1] for each in self.exact))
+        return Sample(self.scenes[:1], self.places[:1], self.headings[:1], exact)
+
+    def errors(self, loads: Loads) -> Array:
+        """Largest error in every state (states,), in forces between two flush opposite faces.
+
+        Of a force, or of a torque over the side.
+        """
+        force = np.hypot(loads.fx - self.exact.fx, loads.fy - self.exact.fy)
+        torque = np.abs(loads.torque - self.exact.torque) / self.scenes[0].casing.side
+        return np.maximum(force, torque).max(axis=1) / exact_magnets.flush_force(self.scenes[0])
+
+
+def sample_of(scenes: Sequence[Scene], poses: Sequence[tuple[Array, Array]]) -> Sample:
+    """Find the exact forces of scenes in poses: centres (n, 2) and headings (n,) each."""
+    places, headings = (np.array(arrays) for arrays in zip(*poses, strict=True))
+    exact = [exact_magnets.forces(s, *pose) for s, pose in zip(scenes, poses, strict=True)]
+    force, torque = (np.array(arrays) for arrays in zip(*exact, strict=True))
+    return Sample(scenes, places, headings, Loads(force[..., 0], force[..., 1], torque))
+
+
+class Evaluations(ABC):
+    """The engine's magnets in some states, as often as makes a call from Python cost nothing."""
+
+    def __init__(self, states: int, n: int) -> None:
+        self._size = states
+        self._out = new_loads(states, n)
+
+    @cached_property
+    def _times(self) -> int:
+        return timing.enough_repeats(self._evaluate)
+
+    @property
+    def evaluations(self) -> int:
+        """How many states `work` evaluates."""
+        return self._times * self._size
+
+    def work(self) -> None:
+        """Evaluate all states, `evaluations` in all."""
+        self._evaluate(self._times)
+
+    def loads(self) -> Loads:
+        """Return forces and torques; look-ups give torques alone, which turn joints alike."""
+        self._evaluate(1)
+        return self._out
+
+    @abstractmethod
+    def _evaluate(self, times: int) -> None:
+        """Evaluate all states so many times."""
+
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+def time_each(
+    evaluations: Mapping[Key, Evaluations], rounds: int, tick: Tick
+) -> dict[Key, timing.Timing]:
+    """Time all in turns and return what a single evaluation of each takes."""
+    tasks = {key: timing.unprepared(each.work) for key, each in evaluations.items()}
+    taken = timing.take_turns(tasks, rounds, tick=tick)
+    return {key: taken[key].each_of(each.evaluations) for key, each in evaluations.items()}
+
+
+class Sums(Evaluations):
+    """The engine's sums over the nodes of one kind of magnets, in all states of a sample.
+
+    Parameters
+    ----------
+    sample
+        The states.
+    magnets
+        Put in place of the scenes' own.
+    rule
+        How they are summed; None takes what the engine chooses for these magnets.
+    """
+
+    def __init__(self, sample: Sample, magnets: Magnets, rule: Rule | None = None) -> None:
+        super().__init__(*sample.headings.shape)
+        casing = sample.scenes[0].casing
+        self._magnets = quadrature_of(casing, magnets, rule or choose_rule(magnets))
+        self._charge = np.array([charges(scene) for scene in sample.scenes])
+        self._poses = pose_of(sample.places, sample.headings)
+        self._nodes = new_nodes(self._magnets, sample.headings.shape[1])
+
+    def _evaluate(self, times: int) -> None:
+        sum_forces(times, self._magnets, self._charge, self._poses, self._nodes, self._out)
+
+
+class Chain(Evaluations):
+    """The magnets of one chain in some states, with everything the dynamics do to save work.
+
+    Parameters
+    ----------
+    scene
+        Contact, where it is on, lets nearby components be looked up.
+    states
+        Where the chain is.
+    """
+
+    def __init__(self, scene: Scene, states: States) -> None:
+        super().__init__(states.first.size, scene.n)
+        self._model = pack(scene)
+        self._states = states
+        self._nodes = new_nodes(self._model.magnets, scene.n)
+        self._rigid = new_rigid(self._model.magnets, scene.n)
+
+    @classmethod
+    def pinned(cls, scene: Scene, headings: Array) -> Chain:
+        """Return a pinned chain with given headings (n,) [rad]."""
+        return cls(scene, pinned_states([headings], scene.casing.side))
+
+    def _evaluate(self, times: int) -> None:
+        chain_forces(times, self._model, self._states, self._nodes, self._rigid, self._out)
+
+
+def pose_of(places: Array, headings: Array) -> Pose:
+    """Return poses of casings, each array of the shape of ``headings``."""
+    x, y = (np.ascontiguousarray(places[..., axis]) for axis in range(2))
+    return Pose(np.cos(headings), np.sin(headings), x, y)
+
+
+def new_loads(states: int, n: int) -> Loads:
+    """Room for the forces and torques in some states."""
+    return Loads(np.zeros((states, n)), np.zeros((states, n)), np.zeros((states, n)))
+
+
+def pinned_states(headings: Sequence[Array], side: float) -> States:
+    """Return states of a pinned chain with given headings (n,) [rad]."""
+    angles = np.array(headings)
+    places = np.array([centres(one, side) for one in angles])
+    none: IntArray = np.zeros(len(angles), dtype=np.int64)
+    q = np.concatenate([angles, np.zeros((len(angles), 2))], axis=1)
+    return States(none, none, q, pose_of(places, angles))
+
+
+def joint_torques(loads: Loads, states: States, side: float) -> Array:
+    """Torques (states, n − 1) with which forces and torques on components turn the joints [N·m].
+
+    That is the moment about a hinge of everything beyond it.
+    """
+    poses = states.poses
+    half = side / np.sqrt(2.0)
+    # Inner hinges of the components.
+    x, y = poses.x - half * poses.cos, poses.y - half * poses.sin
+    about_origin = loads.torque + poses.x * loads.fy - poses.y * loads.fx
+    moment, fx, fy = (
+        np.cumsum(each[:, ::-1], axis=1)[:, ::-1] for each in (about_origin, loads.fx, loads.fy)
+    )
+    return (moment - (x * fy - y * fx))[:, 1:]

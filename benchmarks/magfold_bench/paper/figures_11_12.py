@@ -1,0 +1,326 @@
+"""Figures 11 and 12: the error of the paper's solver, by its time step and its point charges."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from magfold_bench.laws import exact_magnets
+from magfold_bench.paper import motions, quoted
+from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
+from magfold_env.reporting import tables
+from magfold_env.reporting.plotting import COLOURS, MARKERS, curve, panels
+from magfold_env.reporting.tables import Progress, Row, Table, numbers, select
+from magfold_env.shapes import BoolArray
+
+SMALL = 0.1
+"""A distance below this share of the paper's own from its film is small."""
+
+LEAST = 1e-5  # [rad²] that is drawn
+
+ERROR, EARLY = "error [rad²]", "before the first snap: "
+
+
+def _over_time(case: Row, found: motions.Motion, reference: motions.Motion) -> list[Row]:
+    error = motions.squared_error(found, reference)
+    times = zip(found.time.tolist(), error.tolist(), strict=True)
+    return [{**case, "time [s]": time, ERROR: each} for time, each in times]
+
+
+def _mean(one: motions.Motion, other: motions.Motion, frames: BoolArray | None = None) -> float:
+    """Return the mean squared difference [rad²], of all frames or of some."""
+    error = motions.squared_error(one, other)
+    return float((error if frames is None else error[frames]).mean())
+
+
+def _ends(found: motions.Motion, reference: motions.Motion) -> Row:
+    ends: Row = {"word": found.word, "ended": found.ended}
+    return ends | {"reference": reference.word, "reference ended": reference.ended}
+
+
+def _tables(measured: Measured, *left_out: str) -> list[Table]:
+    """Return the means, a table a strength of magnets, without columns that say nothing more."""
+    return [
+        Table(
+            f"{name.capitalize()}: mean squared errors, and how the fold ends",
+            [
+                {key: cell for key, cell in row.items() if key not in ("charge", *left_out)}
+                for row in rows
+            ],
+        )
+        for name, rows in motions.by_charge(measured["means"]).items()
+    ]
+
+
+def _draw(title: str, measured: Measured, column: str, chosen: int, legend: str) -> tuple[Any, Any]:
+    """Draw the error over time for both strengths of magnets, and leave a third panel empty."""
+    figure, axes = panels(3, title, 4.7, shared=False)
+    for axis, rows in motions.axes_by_charge(axes, measured["over-time"]):
+        for k, count in enumerate(tables.distinct(rows, column)):
+            mine = select(rows, {column: count})
+            points = {"marker": MARKERS[k], "markersize": 3.5, "markevery": (k, 12)}
+            axis.semilogy(
+                numbers(mine, "time [s]"),
+                np.maximum(numbers(mine, ERROR), LEAST),
+                color=COLOURS[k],
+                linewidth=2.2 if count == chosen else 1.1,
+                label=f"{count}, the paper's choice" if count == chosen else f"{count}",
+                **(points if column == "h" else {}),
+            )
+        axis.set_ylim(LEAST, 30.0)
+        axis.legend(fontsize=8, frameon=False, title=legend, title_fontsize=8)
+    axes[0].set_ylabel("mean squared error of the relative angles [rad²]")
+    return figure, axes
+
+
+# --- Figure 11: the time step ----------------------------------------------------------------
+
+STEPS, FINEST = (1, 2, 5, 10, 20, 50, 100), 1000
+QUICK_STEPS, QUICK_FINEST = (1, 2, 5, 10, 20), 200
+
+OWN, SMOOTH = "from its limit [rad²]", "without friction [rad²]"
+LABELS = {
+    EARLY + ERROR: "this project's solver",
+    EARLY + SMOOTH: "the same, without friction",
+    EARLY + OWN: "the scheme's own limit",
+}
+
+
+def steps(quick: bool, progress: Progress) -> Measured:
+    """Follow the fold with ever smaller steps of the paper's solver."""
+    counts, finest = (QUICK_STEPS, QUICK_FINEST) if quick else (STEPS, FINEST)
+    over_time: list[Row] = []
+    means: list[Row] = []
+    for (name, charge), tick in motions.each_charge(progress):
+        scene = motions.literal(charge)
+        smooth = scene.replace(friction=0.0)
+        ours, ours_smooth = (motions.follow(motions.exact(each)) for each in (scene, smooth))
+        limit = motions.follow(motions.stepped(scene, finest))
+        early = motions.before_snap(ours, limit)
+        for j, count in enumerate(counts):
+            tick(j / len(counts))
+            found, free = (motions.follow(motions.stepped(each, count)) for each in (scene, smooth))
+            case: Row = {"charge": name, "steps a frame": count}
+            over_time += _over_time(case, found, ours)
+            errors: Row = {
+                "Δt [ms]": 1e3 / (quoted.FRAME_RATE * count),
+                ERROR: _mean(found, ours),
+                EARLY + ERROR: _mean(found, ours, early),
+                EARLY + OWN: _mean(found, limit, early),
+                EARLY + SMOOTH: _mean(free, ours_smooth, motions.before_snap(free, ours_smooth)),
+            }
+            means.append(case | errors | _ends(found, ours))
+    return {"over-time": over_time, "means": means}
+
+
+def steps_claims(measured: Measured) -> list[Claim]:
+    """Judge the chosen step, until joints snap and on the whole."""
+    cases = motions.by_charge(measured["means"])
+    return [claim for name, rows in cases.items() for claim in _steps_claims(name, rows)]
+
+
+def _steps_claims(name: str, rows: list[Row]) -> list[Claim]:
+    (chosen,) = select(rows, {"steps a frame": quoted.COMPUTATIONS})
+    stated = f"{quoted.COMPUTATIONS} time steps a frame of the film are fine enough to go on with"
+    own, ours, smooth = (math.sqrt(float(chosen[EARLY + key])) for key in (OWN, ERROR, SMOOTH))
+    finest = math.sqrt(float(rows[-1][EARLY + SMOOTH]))
+    growth = tables.power(numbers(rows, "Δt [ms]"), numbers(rows, EARLY + OWN))
+    before = Claim(
+        f"{stated} ({name}, until the first joint snaps).",
+        f"with them the angles are {own:.2g} rad from where the scheme itself ends up with ever "
+        f"smaller steps (root mean square); its squared error falls like Δt to the "
+        f"{growth:.1f}, as a scheme of first order does.",
+        own < SMALL * quoted.ANGLE,
+        f"From this project's solver they are {ours:.2g} rad; without friction {smooth:.2g} rad, "
+        f"and {finest:.2g} rad with the smallest steps"
+        + (": both solve the same equation" if finest < SMALL * quoted.ANGLE else "")
+        + ". Equation 41 gives friction neither a torque nor a static part.",
+    )
+    finer = [row for row in rows if int(row["steps a frame"]) >= quoted.COMPUTATIONS]
+    words = tables.distinct(finer, "word")
+    whole = Claim.unless(
+        f"{stated} ({name}, the whole fold).",
+        f"from there on, smaller steps end in {', '.join(words)}; this project's solver in "
+        f"{rows[0]['reference']} ({rows[0]['reference ended']}).",
+        len(words) == 1,
+        "A snap moves a joint by up to 9° at once and averages two rates, and nothing keeps "
+        "components apart that are not neighbours: point charges of either sign come as near to "
+        "each other as the step lets them. What follows the first snaps depends on the step.",
+    )
+    return [before, whole]
+
+
+def steps_plots(measured: Measured) -> list[Plot]:
+    """Draw the error over time for each step, and its mean before the first snap over the step."""
+    title = "The paper's solver: squared error of the angles"
+    chosen = quoted.COMPUTATIONS
+    figure, axes = _draw(title, measured, "steps a frame", chosen, "steps a frame")
+    for k, rows in enumerate(motions.by_charge(measured["means"]).values()):
+        style = {"markersize": 4, "linestyle": ("-", "--")[k]}
+        for j, (column, label) in enumerate(LABELS.items()):
+            told = label if k == 0 else None
+            curve(axes[2], rows, "Δt [ms]", column, j, label=told, **style)
+    axes[2].plot([], [], color=COLOURS[0], linestyle="--", label="dashed: whole charge")
+    axes[2].set_title("before the first snap, by what it is measured from", fontsize=10)
+    axes[2].set_xlabel("time step Δt [ms]")
+    ticks = tables.distinct(measured["means"], "Δt [ms]")
+    axes[2].set_xticks(ticks, [f"{step:.2g}" for step in ticks])
+    axes[2].minorticks_off()
+    axes[2].legend(fontsize=8, frameon=False)
+    caption = (
+        "Above: squared error over time against this project's solver with the same "
+        "point charges, by the number of time steps a frame (1/240 s). Below: its mean until "
+        "the first joint snaps."
+    )
+    return [Plot.of("figure-11", figure, caption)]
+
+
+FIGURE_11 = Reproduction(
+    "figure-11",
+    "Figure 11: error against the time step",
+    "The solver",
+    shows="The mean squared error of the angles over time between the simulation of sequence 3, "
+    "its first component held, and a film of it, for several time steps, with three charges a pole "
+    "face. The text gives no numbers; it goes on with 5 steps a frame of 1/240 s.",
+    computed="The paper's solver (double Euler, neighbours snapping at 81°, equation 41's "
+    "friction) with the same time steps, from a straight chain; the reference is this project's "
+    "solver on the same point charges, with hard contact and Coulomb friction that sticks, at a "
+    f"tolerance of {motions.EXACT:g} rad. Twice: with the charges that equation 7 prints (half "
+    "charge), and with those a magnet of 0.6 T has (whole charge).",
+    missing="The film: the error against it is not known here, only that against a better solution "
+    "of the same model. Mass and sizes are assumed.",
+    measure=steps,
+    tables=lambda measured: _tables(measured, "Δt [ms]"),
+    claims=steps_claims,
+    plots=steps_plots,
+    inputs=motions.INPUTS,
+)
+
+
+# --- Figure 12: the number of charges on a pole face -----------------------------------------
+
+COUNTS = exact_magnets.CHARGES
+NEAR_FORCE = 0.1
+"""Within this share of the exact force points count as right."""
+GAP = 0.001  # [m] between two faces that touch, each magnet being 0.5 mm inside its casing
+
+MANY = "from 30 charges [rad²]"
+
+
+def points(quick: bool, progress: Progress) -> Measured:
+    """Follow the fold with ever more charges on a face; the reference has rectangles."""
+    over_time: list[Row] = []
+    means: list[Row] = []
+    for (name, charge), tick in motions.each_charge(progress):
+        scene = motions.default_steps(charge)
+        reference = motions.follow(motions.rectangles(motions.exact(scene)))
+        found: dict[int, motions.Motion] = {}
+        for j, count in enumerate(COUNTS):
+            tick(j / len(COUNTS))
+            found[count] = motions.follow(scene.replace(magnets={"nodes": count}))
+        many = found[quoted.MANY_CHARGES]
+        for count, motion in found.items():
+            case: Row = {"charge": name, "h": count}
+            over_time += _over_time(case, motion, reference)
+            early = motions.before_snap(motion, reference)
+            errors: Row = {
+                ERROR: _mean(motion, reference),
+                EARLY + ERROR: _mean(motion, reference, early),
+                EARLY + MANY: _mean(motion, many, motions.before_snap(motion, many)),
+                "whole fold, " + MANY: _mean(motion, many),
+            }
+            means.append(case | errors | _ends(motion, reference))
+    return {"over-time": over_time, "means": means, "forces": exact_magnets.force_rows()}
+
+
+def _forces(measured: Measured) -> dict[int, float]:
+    """Return the force where casings touch over the exact one, by the number of charges."""
+    near = exact_magnets.rows_at(measured["forces"], GAP)
+    return {int(row["h"]): float(row["magnets / exact"]) for row in near}
+
+
+def points_tables(measured: Measured) -> list[Table]:
+    """Return errors and ends, a row a number of charges, and the forces at contact."""
+    near: list[Row] = [{"h": h, "force / exact": force} for h, force in _forces(measured).items()]
+    title = f"Two magnets, {1e3 * GAP:.0f} mm apart as where casings touch"
+    return [*_tables(measured), Table(title, near)]
+
+
+def points_claims(measured: Measured) -> list[Claim]:
+    """Judge whether three charges do as well as thirty, and whether either is right."""
+    few, many = quoted.CHARGES, quoted.MANY_CHARGES
+    cases = motions.by_charge(measured["means"])
+    made = [claim for name, rows in cases.items() for claim in _points_claims(name, rows)]
+    at = _forces(measured)
+    force = Claim(
+        f"h = {few} stands for the magnets well enough to go on with.",
+        f"where casings touch, {few} charges a face pull {at[few]:.1f} times as hard as "
+        f"magnets of the same charge do, {many} charges {at[many]:.1f} times.",
+        abs(at[few] - 1.0) < NEAR_FORCE,
+        "More charges on a line converge, but not to the force of a magnet, which is as high as it "
+        "is wide: a line's field is stronger near it.",
+    )
+    return [*made, force]
+
+
+def _points_claims(name: str, rows: list[Row]) -> list[Claim]:
+    (few,), (many,) = (select(rows, h=h) for h in (quoted.CHARGES, quoted.MANY_CHARGES))
+    stated = f"the difference between h = {few['h']} and h = {many['h']} is minimal"
+    early, whole = (math.sqrt(float(few[key + MANY])) for key in (EARLY, "whole fold, "))
+    small = SMALL * quoted.ANGLE
+    same = few["word"] == many["word"] and whole < small
+    return [
+        Claim(
+            f"{stated} ({name}, until the first joint snaps).",
+            f"they differ by {early:.2g} rad (root mean square).",
+            early < small,
+        ),
+        Claim.unless(
+            f"{stated} ({name}, the whole fold).",
+            f"they differ by {whole:.2g} rad and end in {few['word']} and {many['word']}; "
+            f"rectangles of the same charge, in this project's solver, in "
+            f"{few['reference']} ({few['reference ended']}).",
+            same,
+            "After the first snaps the paper's solver amplifies any difference, see Figure "
+            "11: how a fold goes on says little about the number of charges.",
+        ),
+    ]
+
+
+def points_plots(measured: Measured) -> list[Plot]:
+    """Draw the error over time for each number of charges, and the force over the gap."""
+    title = "The paper's point charges, h on a pole face"
+    figure, axes = _draw(title, measured, "h", quoted.CHARGES, "charges h")
+    for k, count in enumerate(COUNTS):
+        rows = select(measured["forces"], h=count)
+        style = {"color": COLOURS[k], "marker": "", "label": f"h = {count}"}
+        curve(axes[2], rows, "gap [mm]", "magnets / exact", k, **style)
+    axes[2].axhline(1.0, color="#808080", linewidth=0.8)
+    axes[2].axvline(1e3 * GAP, color="#808080", linewidth=0.8, linestyle=":")
+    axes[2].set_title("force between two magnets; dotted: touching casings", fontsize=10)
+    axes[2].set(xlabel="gap [mm]", ylabel="points / charged rectangles")
+    axes[2].legend(fontsize=8, frameon=False)
+    caption = (
+        "Above: squared error over time of the paper's solver with h charges a pole "
+        "face, against this project's solver with rectangles of the same charge. Below: what "
+        "the points get wrong, without any dynamics."
+    )
+    return [Plot.of("figure-12", figure, caption)]
+
+
+FIGURE_12 = Reproduction(
+    "figure-12",
+    "Figure 12: error against the number of charges",
+    "The solver",
+    shows="The mean squared error of the angles over time against the film, for several numbers h "
+    "of point charges on a pole face; no numbers in the text.",
+    computed="The paper's solver at its own time step with h charges; the reference is this "
+    "project's solver with charged rectangles, 6 mm by 6 mm, of the same charge. Beside it the "
+    "force between two magnets over the exact one.",
+    missing="The film, as in Figure 11; the sizes of magnets and casing are assumed.",
+    measure=points,
+    tables=points_tables,
+    claims=points_claims,
+    plots=points_plots,
+    inputs=motions.INPUTS,
+)

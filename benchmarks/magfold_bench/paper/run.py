@@ -1,0 +1,243 @@
+"""Measure what is chosen, part by part; write numbers, pictures and the page that shows them.
+
+The page has every reproduction beside what the paper states, with a verdict for each statement.
+"""
+
+import json
+import time
+from collections import Counter
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple, get_args
+
+from magfold_bench.paper import energies, figure_18, figures_11_12, figures_13_14, pendulum
+from magfold_bench.paper.reproduction import Claim, Measured, Outcome, Reproduction, Subject
+from magfold_env.checkpoint import Checkpoint
+from magfold_env.files import physics_digest, write_text
+from magfold_env.reporting import machine
+from magfold_env.reporting.page import (
+    Block,
+    Details,
+    Entries,
+    Page,
+    Picture,
+    Points,
+    Section,
+    write_page,
+)
+from magfold_env.reporting.tables import Progress, Row, Table, to_csv
+
+PAGE, NUMBERS = "paper.html", "paper.json"
+
+PARTS = {
+    part.name: part
+    for part in (
+        energies.TABLE_1, energies.FIGURE_7, figures_11_12.FIGURE_11, figures_11_12.FIGURE_12,
+        figures_13_14.FIGURES_13_14, pendulum.FIGURE_15, pendulum.FIGURE_16, figure_18.FIGURE_18,
+        energies.FIGURE_19,
+    )
+}  # fmt: skip
+"""All figures and tables that are reproduced, in the paper's order."""
+
+
+class Done(NamedTuple):
+    """A reproduction with what was measured, when and where."""
+
+    part: Reproduction
+    measured: Measured
+    machine: dict[str, str]
+    """`reporting.machine.describe` when it was measured."""
+    seconds: float
+    """How long that took."""
+    pictures: list[Picture]
+
+    @property
+    def claims(self) -> list[Claim]:
+        """What is compared."""
+        return self.part.verdicts(self.measured)
+
+
+def choose(only: Sequence[str]) -> list[Reproduction]:
+    """Return the parts of these names, in the paper's order; all if there is none.
+
+    Raises
+    ------
+    ValueError
+        If there is no such part.
+    """
+    for name in only:
+        if name not in PARTS:
+            raise ValueError(f"--only: {name!r} is not allowed; must be one of {', '.join(PARTS)}")
+    return [part for name, part in PARTS.items() if not only or name in only]
+
+
+def run(only: Sequence[str], quick: bool, out: Path, progress: Progress) -> list[Done]:
+    """Measure parts, all if none is named, write, and return what the page shows.
+
+    A folder's finished parts are not measured again, and are on the page.
+
+    Raises
+    ------
+    ValueError
+        If there is no such part, or the folder holds parts that another version measured.
+    """
+    chosen = choose(only)
+    out.mkdir(parents=True, exist_ok=True)
+    state = out / "state" / ("quick" if quick else "full")
+    key = {"quick": quick, "physics": physics_digest(), "magfold_env": version("magfold_env")}
+    with Checkpoint(state, key) as kept:
+        # What is finished.
+        done = {name: _done(PARTS[name], record, out) for name, record in kept.load()}
+        todo = [part for part in chosen if part.name not in done]
+        if not todo:
+            return _write(done, quick, out)
+        written: list[Done] = []
+        for k, part in enumerate(todo):
+
+            def tell(share: float, what: str, k: int = k, name: str = part.name) -> None:
+                progress((k + min(share, 1.0)) / len(todo), f"{name}: {what}")
+
+            tell(0.0, "begins")
+            record = _measure(part, quick, tell)
+            kept.add([part.name, record])
+            kept.save()
+            done[part.name] = _done(part, record, out)
+            written = _write(done, quick, out)
+        return written
+
+
+def _measure(part: Reproduction, quick: bool, tell: Progress) -> dict[str, Any]:
+    """Measure a part, and say where and how long that took."""
+    system = machine.describe()
+    begun = time.perf_counter()
+    measured = part.measure(quick, tell)
+    return {"machine": system, "seconds": time.perf_counter() - begun, "measured": measured}
+
+
+def _done(part: Reproduction, record: dict[str, Any], out: Path) -> Done:
+    """Write a part's pictures and tables of numbers."""
+    measured: Measured = record["measured"]
+    for name, rows in measured.items():
+        if rows:
+            write_text(out / f"{part.name}-{name}.csv", to_csv(rows))
+    pictures: list[Picture] = []
+    for plot in part.plots(measured):
+        pictures.append(Picture(out / f"{plot.name}.png", plot.caption))
+        plot.save(pictures[-1].path)
+    return Done(part, measured, record["machine"], record["seconds"], pictures)
+
+
+def _write(done: dict[str, Done], quick: bool, out: Path) -> list[Done]:
+    """Write the page and all numbers; return what is on it, in the paper's order."""
+    shown = [done[name] for name in PARTS if name in done]
+    content = {
+        each.part.name: {
+            "machine": each.machine,
+            "seconds": each.seconds,
+            "claims": [claim._asdict() for claim in each.claims],
+            "measured": each.measured,
+        }
+        for each in shown
+    }
+    data = {"quick": quick, "parts": content}
+    write_text(
+        out / NUMBERS, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    )
+    write_page(page(shown, quick=quick), out / PAGE)
+    return shown
+
+
+# --- the page --------------------------------------------------------------------------------
+
+TITLE = "“On planar self-folding magnetic chains”, reproduced"
+
+_LEAD = (
+    "T.H. Fass, G. Hao and P. Cantillon-Murphy compare two ways to predict how a chain of square "
+    "casings with magnets folds itself: by energy minimisation and by simulation. This page puts "
+    "the counterpart of each of their figures and tables whose content the text gives beside what "
+    "the text says about it. Every statement that can be compared has a verdict, computed from "
+    "the numbers measured for this page.",
+    "What to keep in mind: the drawings of the paper's sequences and casing are not at hand. The "
+    "three sequences are reconstructions that satisfy what its text says about their energies; "
+    "where that makes an agreement no evidence, the verdict says so. Masses, sizes and how much "
+    "releases by hand differ are assumed.",
+    "A fold is a word over L (+90°), S (0°) and R (−90°), one letter a joint from component 1 on. "
+    "Folded: at rest with every joint at ±90°; misfolded: at rest otherwise.",
+)
+_LEFT_OUT = (
+    "Figures 1, 10 and 17: photographs, the latter two of experiments.",
+    "Figures 2 and 3: the dimensions of a component and the poles of the sequences, which the text "
+    "does not give. Nothing on this page has the paper's own sequences.",
+    "Figures 4, 5 and 9: pseudo-code. Table 1 and Figure 7 run what 4 and 5 say, Figures 11 to 14 "
+    "what 9 says.",
+    "Figure 8 and Table 2: symbols of equation 39.",
+)
+_QUICK = (
+    "Made with --quick: shorter series, fewer rounds of timing. It shows that everything works; "
+    "numbers to quote come from a run without it."
+)
+
+
+def page(done: Sequence[Done], *, quick: bool) -> Page:
+    """Return the page for the reproductions that are done, at least one."""
+    lead: list[Block] = [Points(_answers(done)), overview(done)]
+    if quick:
+        lead.append(_QUICK)
+    against = [
+        f"{_name(each)}: {claim.stated} Here: {claim.found}"
+        for each in done
+        for claim in each.claims
+        if claim.outcome == "disagrees"
+    ]
+    if against:
+        lead.append(Details(f"What disagrees ({len(against)})", [Points(against)]))
+    lead.append(Details("What is compared, and what to keep in mind", _LEAD))
+    sections = [*(_section(each) for each in done), Section("Not reproduced", [Points(_LEFT_OUT)])]
+    return Page(TITLE, sections, lead, done[-1].machine)
+
+
+def _answers(done: Sequence[Done]) -> list[str]:
+    """Return what the statements of each subject come to."""
+    said: list[str] = []
+    for subject in get_args(Subject):
+        mine = [each for each in done if each.part.subject == subject]
+        counts = Counter(claim.outcome for each in mine for claim in each.claims)
+        told = [f"{counts[word]} × {word}" for word in get_args(Outcome) if counts[word]]
+        if told:
+            said.append(f"{subject} ({', '.join(map(_name, mine))}): {', '.join(told)}.")
+    return said
+
+
+def _name(done: Done) -> str:
+    """Return what the paper calls it."""
+    return done.part.title.partition(":")[0]
+
+
+def overview(done: Sequence[Done]) -> Table:
+    """Return how many statements agree, figure by figure."""
+    rows: list[Row] = []
+    for each in done:
+        outcomes = [claim.outcome for claim in each.claims]
+        counts: Row = {outcome: outcomes.count(outcome) for outcome in get_args(Outcome)}
+        rows.append({"": each.part.title, **counts})
+    return Table("Statements of the paper: how many of them", rows)
+
+
+def _section(done: Done) -> Section:
+    part = done.part
+    texts = {"The paper": part.shows, "Here": part.computed, "Not covered": part.missing}
+    made = f"{done.machine['time']}, in {done.seconds:.0f} s, commit {done.machine['commit']}"
+    again = {"Measured": made, "Again": f"magfold paper --only {part.name}"}
+    return Section(
+        part.title,
+        [
+            *(claim.to_verdict() for claim in done.claims),
+            *done.pictures[:1],
+            Details(
+                "Further pictures, and numbers",
+                [*done.pictures[1:], *part.tables(done.measured)],
+            ),
+            Details("What the paper shows, and what was done here", [Entries(texts | again)]),
+        ],
+    )

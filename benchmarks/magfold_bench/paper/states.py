@@ -1,0 +1,84 @@
+"""The paper's sequences, its names for their folded states, and pictures of states."""
+
+from functools import cache
+from pathlib import Path
+from typing import Literal, NamedTuple, Self
+
+from magfold_bench.paper.reproduction import Plot
+from magfold_env.minimiser import State, minimise
+from magfold_env.reporting.tables import Row
+from magfold_env.scene import Scene, load_scene
+
+Model = Literal["literal", "device"]
+
+FIVE = 5
+"""So many states of each sequence have names, those of least energy."""
+
+MODELS: dict[Model, str] = {
+    "literal": "the paper's point charges",
+    "device": "magnets as built",
+}
+
+
+class Drawn(NamedTuple):
+    """A state as it is drawn; its energy is the paper's score."""
+
+    word: str
+    energy: float
+    conflicts: tuple[tuple[int, int], ...]
+    stable: bool
+
+    @classmethod
+    def of(cls, row: Row) -> Self:
+        """Return what is drawn of a row."""
+        listed = [pair.split("-") for pair in str(row["conflicts"]).split(", ") if pair]
+        conflicts = tuple((int(first), int(second)) for first, second in listed)
+        energy = 1e-3 * float(row["score [mJ]"])
+        return cls(str(row["word"]), energy, conflicts, row["stable"] == "yes")
+
+
+def scene_of(number: int, model: Model) -> Scene:
+    """Return one of the paper's sequences, in its own model or as the device is built."""
+    suffix = "-literal" if model == "literal" else ""
+    return load_scene(f"paper/sequence-{number}{suffix}")
+
+
+@cache
+def folded(number: int) -> tuple[State, ...]:
+    """Return all full folds of a sequence in the paper's model, lowest energy first."""
+    return minimise(scene_of(number, "literal"), top=26, among="folded").states
+
+
+@cache
+def names(number: int) -> dict[str, str]:
+    """Return the paper's names by word: S1A, S1B ...: stable ones first, each by energy."""
+    five = sorted(folded(number)[:FIVE], key=lambda state: not state.stable)
+    letters = zip("ABCDE", five, strict=True)
+    return {state.word: f"S{number}{letter}" for letter, state in letters}
+
+
+def word_of(name: str) -> str:
+    """Return the word that the paper calls S1A, S2B or the like.
+
+    Raises
+    ------
+    KeyError
+        If there is no state of this name.
+    """
+    return {each: word for word, each in names(int(name[1])).items()}[name]
+
+
+def turned_joints(word: str, other: str) -> list[int]:
+    """Return the numbers of the joints, from 1, in which two words differ."""
+    return [k for k, (a, b) in enumerate(zip(word, other, strict=True), start=1) if a != b]
+
+
+def plot(name: str, number: int, rows: list[Row], caption: str) -> Plot:
+    """Return a picture of states of a sequence, side by side."""
+
+    def save(path: Path) -> None:
+        from magfold_env.render import draw_states  # noqa: PLC0415 - an extra
+
+        draw_states(scene_of(number, "literal"), [Drawn.of(row) for row in rows], path)
+
+    return Plot(name, caption, save)

@@ -1,0 +1,168 @@
+"""The parts of every benchmark: what measures each, what draws it, and how they are run.
+
+What is said about them stands in `descriptions.toml`.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich import progress as bars
+from rich.console import Console
+
+from magfold_bench import (
+    design,
+    folds,
+    idealisations,
+    predictors,
+    scaling,
+    skipping,
+    smooth,
+    work_precision,
+)
+from magfold_bench.env import overhead, rates, tolerance
+from magfold_bench.laws import experiment, pinned_chain
+from magfold_bench.magnets import accuracy, chains, far, peers
+from magfold_env.reporting import machine, plotting, tables
+from magfold_env.reporting.tables import Measurement, Progress, Row
+
+FILE_WIDTH = 110  # of the report where it is not written to a terminal
+
+
+@dataclass(frozen=True)
+class Part:
+    """What can be measured by itself."""
+
+    measure: Callable[[bool, Progress], Measurement]
+    """Takes whether to measure less, and what is told how far it is."""
+    draw: Callable[[list[Row]], Any] | None = None
+    """Turns the rows into a matplotlib figure."""
+
+
+BENCHMARKS: dict[str, dict[str, Part]] = {
+    "whole": {
+        "work-precision": Part(work_precision.run, work_precision.draw),
+        "skipping": Part(skipping.run, skipping.draw),
+    },
+    "dynamics": {
+        "scaling": Part(scaling.accelerations, pinned_chain.draw),
+        "smooth": Part(smooth.run, smooth.draw),
+        "restarts": Part(smooth.restarts),
+        "contact": Part(folds.contact, folds.draw_contact),
+        "folds": Part(folds.folds),
+        "first-use": Part(folds.first_use),
+    },
+    "magnets": {
+        "accuracy": Part(accuracy.run, accuracy.draw),
+        "points": Part(accuracy.points, accuracy.draw_points),
+        "far": Part(far.run, far.draw),
+        "scaling": Part(scaling.magnets, scaling.draw_magnets),
+        "devices": Part(chains.devices, chains.draw_devices),
+        "fold": Part(chains.folds, chains.draw_folds),
+        "peers": Part(peers.run, peers.draw),
+    },
+    "energy": {
+        "scan": Part(predictors.scan),
+        "ground-states": Part(predictors.ground_states),
+        "predictors": Part(predictors.by_energy),
+    },
+    "predict": {
+        "experiment": Part(experiment.run, experiment.draw_experiment),
+        "predictors": Part(predictors.predictors),
+        "scaling": Part(predictors.scaling),
+        "idealisations": Part(idealisations.run),
+    },
+    "design": {
+        "targets": Part(design.targets),
+        "searches": Part(design.searches),
+        "lengths": Part(design.lengths),
+        "friction": Part(design.friction),
+    },
+    "env": {
+        "episodes": Part(rates.episodes, rates.draw_episodes),
+        "quasistatic": Part(rates.quasistatic, rates.draw_quasistatic),
+        "overhead": Part(overhead.run, overhead.draw),
+        "tolerance": Part(tolerance.run),
+        "peers": Part(rates.peers, rates.draw_peers),
+    },
+}
+"""Parts by benchmark, in the order of the suite's report."""
+
+
+def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
+    """Measure parts of a benchmark, print, and write tables and diagrams.
+
+    Parameters
+    ----------
+    name
+        Of the benchmark, and of its JSON file.
+    only
+        Names of the parts to measure; all if empty.
+    quick
+        Whether to measure less, with fewer repeats: to see that it works, not to quote.
+    out
+        Folder for CSV, JSON and PNG files, made if need be; None writes nothing.
+
+    Raises
+    ------
+    ValueError
+        If a part is not known.
+    ImportError
+        If diagrams are wanted and matplotlib is not installed.
+    """
+    parts = BENCHMARKS[name]
+    unknown = [each for each in only if each not in parts]
+    if unknown:
+        raise ValueError(
+            f"--only: {unknown[0]!r} is not allowed; must be one of {', '.join(parts)}"
+        )
+    chosen = list(only) or list(parts)
+    if out is not None:
+        plotting.figure_class()  # before the long work, if it is missing
+        out.mkdir(parents=True, exist_ok=True)
+    system = machine.describe()
+    measured = {each: measure(each, parts[each], quick) for each in chosen}
+    console = report_console()
+    tables.show(console, system, measured)
+    if out is not None:
+        written = tables.write(out, name, system, measured)
+        for each, found in measured.items():
+            written += draw(each, parts[each], found, out)
+        for path in written:
+            console.print(f"written: {path}", highlight=False)
+
+
+def report_console() -> Console:
+    """Return the console of a report, wide enough where it is a file."""
+    console = Console()
+    return console if console.is_terminal else Console(width=FILE_WIDTH)
+
+
+def measure(name: str, part: Part, quick: bool) -> Measurement:
+    """Measure one part; the bar is on stderr and vanishes with it."""
+    console = Console(stderr=True)
+    with bars.Progress(
+        bars.TextColumn("{task.fields[part]}"),
+        bars.BarColumn(),
+        bars.TextColumn("{task.description}"),
+        bars.TimeElapsedColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ) as bar:
+        task = bar.add_task("", total=1.0, part=name)
+
+        def progress(share: float, what: str) -> None:
+            bar.update(task, completed=share, description=what)
+
+        return part.measure(quick, progress)
+
+
+def draw(name: str, part: Part, found: Measurement, folder: Path) -> list[Path]:
+    """Draw a part's diagram, if it has one, and return the files written."""
+    if part.draw is None or not found.rows:
+        return []
+    path = folder / f"{name}.png"
+    plotting.save_figure(part.draw(found.rows), path)
+    return [path]

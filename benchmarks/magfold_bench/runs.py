@@ -1,0 +1,139 @@
+"""Whole runs of scenes: under a setting, to their end, recorded, compared, and timed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from magfold_bench.laws.outcomes import moved_start
+from magfold_env.engine.state import Array
+from magfold_env.fold import Fold
+from magfold_env.reporting import timing
+from magfold_env.scene import Magnets, Scene, Solver
+from magfold_env.simulation.session import Session
+
+STEPS_ALLOWED = 10_000_000  # accuracy must not be cut short by the work cap
+FRAME_RATE = 2000.0  # [1/s] at which motions are compared
+NUDGE = 1e-6  # [rad]
+CLOSE = 0.02  # [rad] what an angle may be off
+FRICTION = 0.35
+SPEED = 0.1  # [m/s] of the tube's feed
+
+KINDS: dict[str, dict[str, Any]] = {
+    "free, no friction": {"mount": "free", "friction": 0.0},
+    f"free, friction {FRICTION}": {"mount": "free", "friction": FRICTION},
+    f"tube, {SPEED} m/s": {"mount": "tube", "friction": FRICTION, "feed": {"speed": SPEED}},
+}
+"""What changes a scene into one of a kind."""
+
+Method = Literal["adaptive", "paper"]
+
+
+class Setting(NamedTuple):
+    """One way to run a scene."""
+
+    method: Method
+    step: float  # tolerance [rad], or the paper's time step [s]
+    accuracy: float | None = None
+    """Of the magnets; None where the scene has no such choice, or keeps its own."""
+
+    def __str__(self) -> str:
+        step = f"{self.step:g} rad"
+        if self.method == "paper":
+            step = f"paper's, {1e3 * self.step:.3g} ms"
+        return step if self.accuracy is None else f"{step}, magnets {self.accuracy:g}"
+
+    @property
+    def is_default(self) -> bool:
+        """Whether a scene that says nothing is run so."""
+        default = self.accuracy in (None, Magnets().accuracy)
+        return default and (self.method, self.step) == (Solver().method, Solver().tolerance)
+
+    def as_tight(self, other: Setting) -> bool:
+        """Whether nothing is looser than in another setting of the same method."""
+        finer = (self.accuracy or 0.0) <= (other.accuracy or 0.0)
+        return self.method == other.method and self.step <= other.step and finer
+
+    def on(self, scene: Scene) -> Scene:
+        """Return a scene that is run so, with no cap on the work that matters."""
+        solver: dict[str, object] = {
+            "method": self.method,
+            "max_steps": STEPS_ALLOWED,
+            "max_steps_per_second": STEPS_ALLOWED,
+            "tolerance" if self.method == "adaptive" else "time_step": self.step,
+        }
+        changed = scene.replace(solver=solver)
+        if self.accuracy is None:
+            return changed
+        return changed.replace(magnets={"accuracy": self.accuracy})
+
+
+def has_accuracy(scene: Scene) -> bool:
+    """Whether the magnets' accuracy is a choice: points have their nodes, pendula no magnets."""
+    return scene.magnets is not None and scene.magnets.model == "strips"
+
+
+def finish(session: Session) -> None:
+    """Run a session to its end."""
+    while session.status is None and session.released < session.n:
+        session.feed_one()
+    session.settle()
+
+
+def ended(scene: Scene, frame_rate: float | None = None) -> Session:
+    """Run a drawn scene and return its session at the end."""
+    session = Session(scene, frame_rate)
+    finish(session)
+    return session
+
+
+def recorded(scene: Scene) -> Fold:
+    """Run a drawn scene and record how it moves."""
+    return ended(scene, FRAME_RATE).fold()
+
+
+def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
+    """Return runs of drawn scenes, one after another, as something to time; prepared untimed."""
+
+    def prepare() -> Callable[[], None]:
+        sessions = [Session(scene, frame_rate) for scene in scenes]
+
+        def call() -> None:
+            for session in sessions:
+                finish(session)
+
+        return call
+
+    return prepare
+
+
+def nudged(scene: Scene) -> Scene:
+    """Return a drawn scene whose joints, or hinges, begin a little, and alternately, off."""
+    size = scene.n + 1 if scene.mount == "tube" else scene.n - 1
+    return moved_start(scene, np.where(np.arange(size) % 2, -NUDGE, NUDGE))
+
+
+def difference(one: Fold, other: Fold) -> float:
+    """Largest difference of a joint's angle at any time [rad]; a chain at rest stays so."""
+    last = max(one.time, other.time)
+    times = np.append(np.arange(0.0, last, 1.0 / FRAME_RATE), last)
+    return float(np.abs(_joints(one, times) - _joints(other, times)).max(initial=0.0))
+
+
+def _joints(fold: Fold, times: Array) -> Array:
+    """Joint angles at some times, (n - 1, times) [rad]; straight between frames, then at rest.
+
+    The paper's solver has its frames at the ends of its own steps.
+    """
+    motion = fold.trajectory
+    assert motion is not None
+    angles = np.diff(motion.angles, axis=1)
+    joints: list[Array] = [np.interp(times, motion.time, joint) for joint in angles.T]
+    return np.array(joints).reshape(-1, times.size)
+
+
+def final_difference(one: Fold, other: Fold) -> float:
+    """Largest difference of a joint's angle at the end [rad]."""
+    return float(np.abs(one.joint_angles - other.joint_angles).max(initial=0.0))

@@ -1,0 +1,186 @@
+"""What each feature of a scene costs: what a scene does not need must cost nothing.
+
+A scene that has everything loses one feature, then, beginning anew, one after the other, until a
+pinned pendulum is left. Beside it swings the floor, which knows of no features at all. Every scene
+moves in its own way, so what is compared is the time an evaluation of the accelerations takes in a
+run, all else that the run does included; calls from Python are part of it. What comes before a run,
+a scene's numbers as arrays and where these lie, is timed on its own.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from magfold_bench.bare_pendulum import prepare_swing
+from magfold_bench.presentation import name_bars, quartile_bars
+from magfold_bench.runs import ended, run_task
+from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table
+from magfold_env.scene import Scene, load_scene
+from magfold_env.simulation.session import Session
+
+SEQUENCE = "paper/sequence-3"
+FRAME_RATE = 240.0  # [1/s]
+SEED = 0  # of the start angles
+WIDTH = 0.005  # [rad] of those that a tube has room for
+SPEED = 0.2  # [m/s] of the feed
+TILT = (0.5, 0.0)  # [m/s²] along the feed: a floor that slopes by 3°
+LONGEST = 10.0  # [s] at most, from the last release; what friction stops rests far sooner
+FIELD = {
+    "uniform": (0.0, 2e-5),  # [T] as much as the Earth's
+    "magnet": {
+        "position": (0.05, 0.3),  # [m]
+        "heading": -0.5 * math.pi,
+        "width": 0.04,
+        "height": 0.04,
+        "thickness": 0.02,
+    },
+}
+MOST_STEPS = 1000  # twice what any scene needs but the one in which magnets pass each other
+ALLOWED = 1.1  # time of the scene that lacks everything over the floor's
+
+RECORDING = "recording"
+SWITCHED_OFF: dict[str, dict[str, Any]] = {
+    RECORDING: {},
+    "outer field": {"field": None},
+    "friction": {"friction": 0.0},
+    "tube": {"mount": "pinned"},
+    "magnets": {"magnets": None},
+    "contact": {"contact": False},
+}
+"""What switches a feature off, in the order in which they go together."""
+
+EVERYTHING, ONE, TOGETHER, FLOOR = "everything", "one off", "together off", "floor"
+BEFORE, BEFORE_FLOOR = "preparation", "preparation of the floor"
+GROUPS = {EVERYTHING: 0, ONE: 1, TOGETHER: 3, FLOOR: 2}  # colours of the bars
+OVER = "over the floor"
+OVER_SPREAD = (OVER, f"{OVER}, lower quartile", f"{OVER}, upper quartile")
+
+
+class Variant(NamedTuple):
+    """The scene without some of its features."""
+
+    group: str
+    name: str
+    scene: Scene
+    recorded: bool
+
+    @property
+    def frame_rate(self) -> float | None:
+        """Frames a second that are kept [1/s]."""
+        return FRAME_RATE if self.recorded else None
+
+
+def run(quick: bool, progress: Progress) -> Measurement:
+    """Measure every variant and the floor."""
+    found = {f"{each.group}: {each.name}": each for each in variants()}
+    bare = list(found.values())[-1]
+    tasks: dict[str, timing.Task] = {
+        name: run_task(each.scene, frame_rate=each.frame_rate) for name, each in found.items()
+    }
+    tasks[FLOOR] = lambda: prepare_swing(bare.scene)
+    tasks[BEFORE] = timing.unprepared(lambda: Session(bare.scene, bare.frame_rate))
+    tasks[BEFORE_FLOOR] = timing.unprepared(lambda: prepare_swing(bare.scene))
+    times = timing.take_turns(tasks, 3 if quick else 15, tick=lambda share: progress(share, "runs"))
+    swung = prepare_swing(bare.scene)()
+
+    def row(key: str, group: str, name: str, evaluations: int) -> Row:
+        share, over = swung / evaluations, timing.ratio(times[key], times[FLOOR])
+        return {
+            "group": group,
+            "off": name,
+            **times[key].spread.time_cells("ms", 1e3),
+            "evaluations": evaluations,
+            "each [µs]": 1e6 * times[key].median / evaluations,
+            **{name: share * cell for name, cell in over.cells(OVER).items()},
+        }
+
+    rows: list[Row] = []
+    for key, each in found.items():
+        session = ended(each.scene, each.frame_rate)
+        cells = row(key, each.group, each.name, session.evaluations)
+        rows.append({**cells, "end": str(session.status), "simulated [s]": session.time})
+    last = row(FLOOR, FLOOR, "bare pendulum", swung)
+    rows.append({**last, "end": "unsettled", "simulated [s]": bare.scene.duration})
+    table = Table(
+        f"What a scene does not need: {SEQUENCE}, fed backward on a slope",
+        tables.renamed(
+            rows,
+            {
+                "group": "group",
+                "off": "off",
+                "run, ms": "time [ms]",
+                "simulated, s": "simulated [s]",
+                "end": "end",
+                "evals": "evaluations",
+                "each, µs": "each [µs]",
+                "× floor": OVER,
+            },
+        ),
+    )
+    spread = timing.Spread(*(float(rows[-2][name]) for name in OVER_SPREAD))
+    own, other = (1e6 * times[name].median for name in (BEFORE, BEFORE_FLOOR))
+    findings = [
+        f"a scene that lacks everything takes {spread} times as long an evaluation as the floor; "
+        f"{ALLOWED:g} is asked for: {tables.verdict(spread.median <= ALLOWED)}",
+        f"before its run, which is left out above, that scene takes {own:.0f} µs to be prepared, "
+        f"the floor {other:.0f} µs",
+    ]
+    return Measurement(rows, [table], findings)
+
+
+def variants() -> list[Variant]:
+    """Return the scene with everything, without each feature, and with fewer and fewer."""
+    scene = load_scene(SEQUENCE)
+    whole = scene.replace(
+        mount="tube",
+        start_angles=np.random.default_rng(SEED).uniform(-WIDTH, WIDTH, scene.n - 1),
+        duration=LONGEST,
+        solver={"max_steps": MOST_STEPS},
+        feed={"speed": SPEED, "direction": "backward"},
+        gravity={"in_plane": TILT},
+        field=FIELD,
+    )
+
+    def without(group: str, name: str, off: list[str]) -> Variant:
+        scene = whole
+        for feature in off:
+            scene = scene.replace(**SWITCHED_OFF[feature])
+        return Variant(group, name, scene, RECORDING not in off)
+
+    names = list(SWITCHED_OFF)
+    return [
+        without(EVERYTHING, "nothing off", []),
+        *(without(ONE, name, [name]) for name in names),
+        *(
+            without(TOGETHER, f"and {name}" if k else name, names[: k + 1])
+            for k, name in enumerate(names)
+        ),
+    ]
+
+
+def draw(rows: list[Row]) -> Any:
+    """Bars of the time an evaluation takes, over the floor's, on a logarithmic scale."""
+    title = "What a scene does not need: time an evaluation over a bare pendulum's"
+    figure, (axis,) = plotting.panels(1, title, 9.5, 5.4)
+    over, high = tables.numbers(rows, OVER), tables.numbers(rows, OVER_SPREAD[2])
+    spread = quartile_bars(rows, *OVER_SPREAD)
+    for group, colour in GROUPS.items():
+        mine = [k for k, row in enumerate(rows) if row["group"] == group]
+        style = {"color": plotting.COLOURS[colour], "height": 0.65, "label": group}
+        whisker = {"ecolor": plotting.INK, "error_kw": {"linewidth": 1.0}}
+        axis.barh(mine, over[mine], xerr=spread[:, mine], **style, **whisker)
+    for y, (row, value, end) in enumerate(zip(rows, over, high, strict=True)):
+        text = f"  {value:.3g} × : {float(row['each [µs]']):.3g} µs × {row['evaluations']}"
+        x = max(value, end) * 1.03
+        label = axis.text(x, y, text, va="center", fontsize=8, color=plotting.INK)
+        # Where the dashed line would cross it.
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.5})
+    axis.axvline(ALLOWED, color=plotting.INK, linestyle="--", linewidth=1.0)
+    axis.set_xscale("log")
+    axis.set_xlim(0.8, 8.0 * float(over.max()))
+    asked = f"times the floor; the dashed line, {ALLOWED:g}, is asked for of a bare scene"
+    name_bars(axis, [str(row["off"]) for row in rows], asked)
+    plotting.legend(axis, "lower right")
+    return figure

@@ -1,0 +1,191 @@
+"""Cases by their names; many of them, on one or more processes, to go on after a kill."""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import count, islice
+from pathlib import Path
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from magfold_bench.stress.kinds import KINDS, Source
+from magfold_bench.stress.laws import check
+from magfold_bench.stress.verdict import Tally, Verdict
+from magfold_env.checkpoint import Checkpoint
+from magfold_env.files import physics_digest, sources_digest
+from magfold_env.parallel import Workers, finished
+from magfold_env.scene import Problem, Scene, SceneError, save_scene
+
+BLOCK = 20
+"""Cases that are handed to a worker, and kept, at once."""
+WAVE = 32
+"""Blocks a worker that are handed out before the time is looked at: the last of them wait."""
+
+Progress = Callable[[Tally], object]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene's kind and its number among those of its kind, of one seed."""
+
+    seed: int
+    kind: str
+    number: int
+
+    @property
+    def name(self) -> str:
+        """Also the name of its file."""
+        return f"{self.kind}-{self.seed}-{self.number}"
+
+    def scene(self) -> Scene:
+        """Draw the scene: the same whenever and wherever that is done."""
+        letters = map(ord, self.kind)
+        return KINDS[self.kind].make(Source(self.seed, self.number, *letters))
+
+    def verdict(self) -> Verdict:
+        """Check the scene; an error that is raised breaks a law like any other."""
+        try:
+            return check(self.scene())
+        except Exception as error:
+            found = Verdict(status="raised", message=f"{type(error).__name__}: {error}")
+            found.require("no exception", False, found.message)
+            return found
+
+    def save(self, broken: Iterable[str], folder: Path) -> Path:
+        """Write the scene, with what it breaks as comments."""
+        path = folder / f"{self.name}.yaml"
+        lines = [f"case {self.name} of magfold stress breaks", *broken]
+        again = f"magfold stress --rerun {path.name}"
+        save_scene(self.scene(), path, "\n".join([*lines, f"again: {again}"]))
+        return path
+
+
+def run(
+    cases: int,
+    seed: int,
+    only: Sequence[str] = (),
+    *,
+    workers: int = 1,
+    minutes: float | None = None,
+    out: Path | None = None,
+    progress: Progress | None = None,
+) -> Tally:
+    """Try cases and count what becomes of them.
+
+    Parameters
+    ----------
+    cases
+        How many.
+    seed
+        Of all draws.
+    only
+        Names of the kinds to draw from; all that have a share if empty.
+    workers
+        Processes.
+    minutes
+        After which no more are begun; None for none.
+    out
+        Folder of the state, and of the scenes of failing cases; None keeps nothing.
+    progress
+        Is told the tally so far.
+
+    Raises
+    ------
+    SceneError
+        If an argument is not allowed.
+    CheckpointError
+        If the folder holds the state of another campaign, or a damaged one, or is in use.
+    """
+    _check(cases, seed, only, workers, minutes)
+    chosen = list(only) or [name for name, kind in KINDS.items() if kind.share]
+    blocks = _blocks(cases, seed, chosen)
+    tally, done = Tally(), set[int]()
+    until = None if minutes is None else time.monotonic() + 60.0 * minutes
+    processes = Workers(workers, "processes")
+    size = WAVE * workers if workers > 1 else 1
+    with Checkpoint(None if out is None else out / "state", _key(seed, chosen)) as kept:
+        for number, count, part in kept.read(TypeAdapter(tuple[int, int, Tally]).validate_python):
+            # The last block of a shorter campaign is smaller.
+            if number not in done and number < len(blocks) and count == len(blocks[number]):
+                done.add(number)
+                tally.merge(part)
+        left = iter([number for number in range(len(blocks)) if number not in done])
+        while wave := list(islice(left, size)):
+            if until is not None and time.monotonic() > until:
+                break
+            for place, part in finished(try_block, [blocks[number] for number in wave], processes):
+                tally.merge(part)
+                if out is not None:
+                    _save_failures(part, out / "failures")
+                number = wave[place]
+                kept.add([number, len(blocks[number]), vars(part)], number)
+                if progress is not None:
+                    progress(tally)
+    return tally
+
+
+def try_block(block: Sequence[Case]) -> Tally:
+    """Check some cases."""
+    tally = Tally()
+    for case in block:
+        begun = time.process_time()
+        verdict = case.verdict()
+        tally.add(case.name, case.kind, verdict, time.process_time() - begun)
+    return tally
+
+
+def ordered(seed: int, kinds: Sequence[str]) -> Iterator[Case]:
+    """Yield cases of the kinds in proportion to their shares, without end.
+
+    A case's scene depends on its kind and its number only, not on which others are tried.
+    """
+    shares = [max(KINDS[name].share, 1) for name in kinds]
+    mix = np.random.default_rng(0).permutation(np.repeat(np.arange(len(kinds)), shares))
+    numbers = Counter[str]()
+    for k in count():
+        name = kinds[int(mix[k % len(mix)])]
+        yield Case(seed, name, numbers[name])
+        numbers[name] += 1
+
+
+def _blocks(cases: int, seed: int, kinds: Sequence[str]) -> list[list[Case]]:
+    every = list(islice(ordered(seed, kinds), cases))
+    return [every[k : k + BLOCK] for k in range(0, cases, BLOCK)]
+
+
+def _key(seed: int, kinds: Sequence[str]) -> dict[str, object]:
+    return {
+        "kind": "stress",
+        "physics": physics_digest(),
+        "checks": sources_digest("stress/*.py", "laws/*.py", folder=Path(__file__).parents[1]),
+        "seed": seed,
+        "kinds": list(kinds),
+    }
+
+
+def _save_failures(tally: Tally, folder: Path) -> None:
+    if tally.failures:
+        folder.mkdir(parents=True, exist_ok=True)
+    for failure in tally.failures:
+        seed, number = map(int, failure["case"].split("-")[1:])
+        case = Case(seed, failure["kind"], number)
+        case.save([words for _, words in failure["broken"]], folder)
+
+
+def _check(cases: int, seed: int, only: Sequence[str], workers: int, minutes: float | None) -> None:
+    problems = [
+        Problem(key, value, f"must be at least {least}")
+        for key, value, least in (("cases", cases, 1), ("seed", seed, 0), ("workers", workers, 1))
+        if value < least
+    ]
+    if minutes is not None and not minutes > 0.0:
+        problems.append(Problem("minutes", minutes, "must be greater than 0"))
+    problems += [
+        Problem("only", name, f"must be one of {', '.join(KINDS)}")
+        for name in only
+        if name not in KINDS
+    ]
+    if problems:
+        raise SceneError(problems)

@@ -1,0 +1,275 @@
+"""The laws that every scene is held against, whatever kind it is of.
+
+Bounds are in units of the scene itself: its side, its energies' range, its tolerance.
+"""
+
+import math
+
+import numpy as np
+
+from magfold_bench.laws import mechanics
+from magfold_bench.laws.along_folds import Motion, follow
+from magfold_bench.laws.dense import Inside, look_inside
+from magfold_bench.laws.overlap import deepest_overlap, depths
+from magfold_bench.stress.symmetries import check_symmetries
+from magfold_bench.stress.verdict import Verdict
+from magfold_env.engine.magnets.laws import COULOMB
+from magfold_env.fold import Fold, FoldStatus
+from magfold_env.scene import Scene
+from magfold_env.shapes import angles_to_word, headings
+from magfold_env.simulation.simulate import energy, simulate
+
+LOOKS = 10_000  # states of a run that are kept at most
+
+SETTLED = (FoldStatus.FOLDED, FoldStatus.MISFOLDED)
+STOPPED = (FoldStatus.HELD, FoldStatus.JAMMED)
+REFUSAL = "overlap at the start"
+USUAL = 1e-4  # [rad] the default tolerance
+DEEPEST, THINNEST = 1e-3, 1e-2  # overlap at it: shares of the side and of a solid's thickness
+SURELY, HARDLY = 2e-3, 5e-4  # overlaps that are refused, and that are not; 1e-3 is the bound
+WITHIN = 1e-9  # of the side: held casings beyond the bore
+LEAST = 1e-7  # [rad] beyond a stop, at the tightest tolerances
+ROUNDING = 1e-12  # of an energy
+FOLDED_WITHIN = 0.05  # [rad] of a right angle
+AT_REST = 1e-3  # tolerances a second
+LEAST_SHARES, MOST_SHARES = 10.0, 100.0  # tolerances that energy may rise by, of its range
+A_STEP = 0.05  # of them; a step may use up 0.1
+LEFT = 0.5  # of a larger error, at a tenth of the tolerance
+FLOOR = 1e-8  # of energy and momenta, at the tightest tolerances: what contacts leave
+FLOOR_A_STEP = 1e-11  # of energy: joints within 1e-9 rad of a stop are put there
+PAIR = 1e-4  # of the energy of two full charges a side apart
+
+
+def check(scene: Scene) -> Verdict:
+    """Simulate a scene, in which nothing may be left to draw, and check it by every law."""
+    verdict = Verdict()
+    # Of the paper's solver nothing is asked but the truth about its numbers, at the end.
+    paper = scene.solver.method == "paper"
+    stride = scene.solver.max_steps if paper else max(1, scene.solver.max_steps // LOOKS)
+    motion, session = follow(scene, stride)
+    stepped, fold = session.fold(), simulate(scene)
+    inside, recorded = look_inside(scene)
+    verdict.status, verdict.message = fold.status.value, fold.message
+    same = identical(stepped, fold)
+    verdict.require("determinism", same, "another run, stopped at every step, ends otherwise")
+    same = np.array_equal(recorded.angles, fold.angles, equal_nan=True)
+    verdict.require("determinism", same, "another run, recorded on its way, ends otherwise")
+    check_refusal(scene, fold, verdict)
+    if fold.status is FoldStatus.FAILED:
+        if paper:
+            verdict.notes.append("blown up by the paper's solver")
+            verdict.require("finite", is_finite(fold), "a value is no number")
+        return verdict
+    verdict.require("finite", motion.finite and is_finite(fold), "a value is no number")
+    if not motion.finite:
+        return verdict
+    check_status(fold, motion, verdict)
+    if paper:
+        return verdict
+    check_inside(scene, inside, verdict)
+    check_energies(motion, verdict)
+    check_rest(fold, motion, verdict)
+    check_symmetries(scene, fold, verdict)
+    return verdict
+
+
+def identical(one: Fold, other: Fold) -> bool:
+    """Whether two folds are equal, bit for bit."""
+    return all(
+        np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True)
+        for name in ("angles", "base", "energy", "time", "steps", "evaluations")
+    ) and (one.status, one.message, one.word) == (other.status, other.message, other.word)
+
+
+def is_finite(fold: Fold) -> bool:
+    """Whether all numbers at the end are."""
+    values = np.concatenate([fold.angles, fold.base, [fold.energy, fold.time]])
+    return bool(np.isfinite(values).all())
+
+
+def check_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
+    """Ask that overlapping starts are refused, others not, and that no run breaks down."""
+    refused = fold.status is FoldStatus.FAILED and REFUSAL in fold.message
+    if scene.contact and scene.mount != "tube" and scene.solver.method == "adaptive":
+        assert scene.start_angles is not None
+        start = headings(scene.start_angles)
+        deep = deepest_overlap(scene.replace(mount="free", field=None), start, np.zeros(2), scene.n)
+        deep /= scene.casing.side
+        words = f"squares overlap by {deep:.3g} at the start"
+        verdict.require("refusal", refused or deep < SURELY, words)
+        verdict.require("refusal", not refused or deep > HARDLY, words)
+    if not refused and not poles_meet(scene):
+        gave_up = fold.status is FoldStatus.FAILED
+        verdict.require("no breakdown", not gave_up, fold.message)
+
+
+def poles_meet(scene: Scene) -> bool:
+    """Whether poles may run through each other, where forces have no bounds.
+
+    Nothing keeps them apart without contact, of which the paper's solver knows none.
+    """
+    solid = scene.contact and scene.solver.method == "adaptive"
+    return scene.magnets is not None and not solid
+
+
+def check_inside(scene: Scene, inside: Inside, verdict: Verdict) -> None:
+    """Ask that nothing penetrates or passes through, and that joints keep to their stops."""
+    tolerance = scene.solver.tolerance
+    if scene.contact:
+        loose = max(1.0, tolerance / USUAL)
+        verdict.bound("no penetration", inside.casings, DEEPEST * loose, "casings")
+        verdict.bound("no penetration", inside.solids, DEEPEST * loose, "solids")
+        verdict.bound("no penetration", inside.thin, THINNEST * loose, "share of a thickness")
+        verdict.require("no crossing", inside.crossings == 0, f"{inside.crossings} times")
+        verdict.bound("joint stops", inside.past_stop, max(LEAST, tolerance))
+    if scene.mount == "tube":
+        # What is held again lies where contacts left it.
+        allowed = WITHIN if scene.feed.schedule is None else DEEPEST
+        verdict.bound("held within the bore", inside.beyond_bore, allowed)
+
+
+def check_energies(motion: Motion, verdict: Verdict) -> None:
+    """Ask that neither energy nor momentum comes from nowhere."""
+    scene = motion.scene
+    if poles_meet(scene):
+        verdict.notes.append("poles that meet")
+    else:
+        check_passivity(motion, verdict)
+    alone = not scene.solids and scene.bumps is None
+    if scene.mount == "free" and not scene.frictions.any() and alone:
+        check_momentum(motion, verdict)
+
+
+def check_passivity(motion: Motion, verdict: Verdict) -> None:
+    """Ask that energy comes from what works on the chain, and goes into friction and impacts.
+
+    A larger error than usual must be one of the steps: with a tenth of the tolerance little of it
+    may be left.
+    """
+    tolerance = motion.scene.solver.tolerance
+    many = min(max(LEAST_SHARES, A_STEP * len(motion.time)), MOST_SHARES)
+    allowed = max(many * tolerance, FLOOR, FLOOR_A_STEP * len(motion.time))
+    errors = energy_errors(motion, allowed)
+    left: dict[tuple[str, str], float] = {}
+    if allowed < max(errors.values()) <= MOST_SHARES * tolerance:
+        finer, _ = follow(motion.scene.replace(solver={"tolerance": 0.1 * tolerance}))
+        left = energy_errors(finer, allowed)
+    for (law, words), error in errors.items():
+        if error > allowed and left:
+            told = f"{words} at a tenth of the tolerance".strip()
+            verdict.bound(law, left[law, words], LEFT * error, told)
+        else:
+            verdict.bound(law, error, allowed, words)
+
+
+def energy_errors(motion: Motion, least: float) -> dict[tuple[str, str], float]:
+    """Return how far energy rises that should not, and falls, by law and what is wrong.
+
+    Relative to its range in the run, to the work, or to what was kinetic, whichever is most. Of
+    slow motions it is known less exactly: rates are, to a share of what magnets can make of them.
+    Rounding counts for less than ``least``.
+    """
+    own, kept = motion.own, motion.own + motion.impacts
+    terms = (motion.potential, motion.kinetic, motion.total, motion.work, motion.impacts)
+    rounding = ROUNDING * max(float(np.abs(term).max()) for term in terms)
+    moving = float(motion.kinetic.max())
+    usual = math.sqrt(moving * pair_energy(motion.scene))
+    ranges = (float(np.ptp(each)) for each in (own, motion.work))
+    extent = max(*ranges, moving, usual, rounding / least, 1e-300)
+    found = {
+        ("passivity", ""): rise(own) / extent,
+        ("energy account", "more went into impacts"): rise(kept) / extent,
+    }
+    if not motion.scene.frictions.any():
+        found["energy account", "less went into impacts"] = rise(-kept) / extent
+    return found
+
+
+def rise(values: np.ndarray) -> float:
+    """Return how far values rise above the least before them."""
+    return float((values - np.minimum.accumulate(values)).max())
+
+
+def pair_energy(scene: Scene) -> float:
+    """Return the energy of two full charges a side apart [J], 0 without magnets."""
+    if scene.magnets is None:
+        return 0.0
+    return COULOMB * scene.magnets.charge**2 / scene.casing.side
+
+
+def touches_solid(fold: Fold) -> bool:
+    """Whether a component leans on a solid at the end."""
+    released = np.array([fold.scene.n])
+    return bool(depths(fold.scene, fold.angles[None], fold.base[None], released).solids.any())
+
+
+def check_momentum(motion: Motion, verdict: Verdict) -> None:
+    """Ask that what begins at rest and feels nothing from outside has no momentum."""
+    scene = motion.scene
+    outer = scene.field is not None and scene.field.any
+    linear, angular = mechanics.momenta(
+        scene, motion.angles, motion.rates, motion.base, motion.base_velocity
+    )
+    mass = float(scene.masses.sum())
+    weight = mass * np.array(scene.gravity.in_plane)
+    length = scene.n * scene.casing.diagonal
+    # An error of a rate moves all that lies beyond it.
+    size = mass * length * float(np.abs(motion.rates).max())
+    if outer or size == 0.0:
+        return
+    allowed = max(10.0 * scene.solver.tolerance, FLOOR)
+    off = np.hypot(*(linear - motion.time[:, None] * weight).T).max()
+    verdict.bound("momentum", float(off) / size, allowed)
+    if not weight.any():
+        spin = float(np.abs(angular).max())
+        verdict.bound("angular momentum", spin / (size * length), allowed)
+
+
+def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
+    """Ask that the status says what is so, and names the limit that was met."""
+    scene, solver = fold.scene, fold.scene.solver
+    off = np.abs(np.abs(fold.joint_angles) - np.pi / 2.0)
+    shut = bool((off <= FOLDED_WITHIN).all())
+    word = angles_to_word(fold.joint_angles)
+    verdict.require("status", fold.word == word, f"the word is {word}")
+    verdict.bound("work cap", float(fold.steps), float(solver.max_steps))
+    if fold.status in SETTLED:
+        told = fold.status is FoldStatus.FOLDED
+        verdict.require("status", told == shut, "told folded" if told else "told misfolded")
+        return
+    inside = scene.n - int(motion.released[-1])
+    if fold.status in STOPPED:
+        verdict.require("status", inside > 0, "told to be held by a tube that is empty")
+        return
+    if "are the limit" in fold.message:
+        a_second = "a second are the limit" in fold.message
+        most = solver.max_steps_per_second if a_second else solver.max_steps
+        verdict.require("status", fold.steps >= most, "told a limit that was not met")
+    else:
+        out = motion.released == scene.n
+        fed = float(motion.time[~out].max(initial=0.0)) if inside == 0 else 0.0
+        late = fold.time >= (fed + scene.duration) * (1.0 - 1e-9)
+        verdict.require("status", late, "told to be out of time and is not")
+
+
+def check_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
+    """Ask that what is told to rest does, and does so again when it is put down there."""
+    if fold.status not in SETTLED:
+        return
+    scene = fold.scene
+    turning = float(np.abs(np.diff(motion.rates[-1])).max(initial=0.0))
+    still = AT_REST * scene.solver.tolerance
+    verdict.bound("rest", turning, max(still, 1e-9), "joints turn at the end [rad/s]")
+    if scene.field is None and scene.magnets is not None:
+        there = energy(scene, fold.angles)
+        # Energies of pairs may cancel: then those of single ones are what rounding is a share of.
+        unit = max(abs(there), PAIR * pair_energy(scene), 1e-300)
+        verdict.bound("energy", abs(fold.energy - there) / unit, 1e-9)
+    outside = scene.field is not None or any(scene.gravity.in_plane)
+    if scene.mount == "tube" or outside or touches_solid(fold):
+        return
+    joints = np.clip(fold.joint_angles, -np.pi / 2.0, np.pi / 2.0)
+    # Angles alone would put it down elsewhere among the obstacles.
+    again = simulate(scene.replace(start_angles=joints, bumps=None, obstacles=()))
+    moved = float(np.abs(again.joint_angles - joints).max(initial=0.0))
+    verdict.bound("rest again", moved, 1e-6, f"put down again [rad], then {again.message}")

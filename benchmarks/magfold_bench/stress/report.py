@@ -1,0 +1,94 @@
+"""What a campaign found, as tables, JSON and a picture."""
+
+import json
+from pathlib import Path
+
+from rich.markup import escape
+from rich.table import Table
+
+from magfold_bench.stress.kinds import KINDS
+from magfold_bench.stress.verdict import Tally, Verdict
+from magfold_env.files import write_text
+from magfold_env.reporting import machine
+from magfold_env.reporting.plotting import COLOURS, panels, save_figure
+
+STATUSES = ("folded", "misfolded", "held", "jammed", "unsettled", "failed", "raised")
+SHOWN = 5  # failing cases of a law that are listed
+
+
+def kinds_table(tally: Tally) -> Table:
+    """Return how the cases of each kind ended, and how many break a law."""
+    table = Table(title=f"{tally.cases} cases, {tally.seconds:.0f} s of processor time")
+    table.add_column("kind")
+    table.add_column("what is drawn")
+    for name in ("cases", *STATUSES[:-1], "break a law"):
+        table.add_column(name, justify="right")
+    failing = [failure["kind"] for failure in tally.failures]
+    for kind, counts in tally.statuses.items():
+        count = failing.count(kind)
+        ends = [str(counts[status]) for status in STATUSES[:-1]]
+        cells = (kind, KINDS[kind].draws, str(counts.total()), *ends, str(count))
+        table.add_row(*cells, style="red" if count else "")
+    table.add_section()
+    sums = [str(sum(c[status] for c in tally.statuses.values())) for status in STATUSES[:-1]]
+    table.add_row("all", "", str(tally.cases), *sums, str(len(tally.failures)))
+    notes = [f"{count} {note}" for note, count in tally.notes.items()]
+    table.caption = f"Set aside, as no judge of some laws: {'; '.join(notes) or 'none'}."
+    return table
+
+
+def laws_table(tally: Tally) -> Table:
+    """Return for how many cases each law was checked, and which break it."""
+    table = Table(title="Laws")
+    for name in ("law", "judged", "broken", "nearest to breaking", f"cases (up to {SHOWN})"):
+        table.add_column(name, justify="left" if name[:4] in {"law", "case"} else "right")
+    for law, count in tally.held.items():
+        names = [f["case"] for f in tally.failures if law in {each for each, _ in f["broken"]}]
+        share, _ = tally.worst.get(law, (0.0, ""))
+        near = f"{share:.1g} of what is allowed" if share else ""
+        listed = ", ".join(names[:SHOWN])
+        style = "red" if names else ""
+        table.add_row(law, str(count), str(len(names)), near, listed, style=style)
+    return table
+
+
+def verdict_table(name: str, verdict: Verdict) -> Table:
+    """Return what one scene keeps and breaks."""
+    table = Table(title=escape(f"{name}: {verdict.status}, {verdict.message}"))
+    for column in ("law", "share of what is allowed", "broken by"):
+        table.add_column(column)
+    for law, share in verdict.worst.items():
+        words = "; ".join(str(each) for each in verdict.broken if each.law == law)
+        table.add_row(law, f"{share:.2g}", escape(words), style="red" if words else "")
+    if verdict.notes:
+        table.caption = "; ".join(verdict.notes)
+    return table
+
+
+def write(tally: Tally, folder: Path) -> list[Path]:
+    """Write JSON and, if matplotlib is installed, a picture; return the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "stress.json"
+    data = {"machine": dict(machine.describe()), "cases": tally.cases, **vars(tally)}
+    write_text(path, json.dumps(data, indent=1, allow_nan=False) + "\n")
+    try:
+        return [path, _draw(tally, folder / "stress.png")]
+    except ImportError:
+        return [path]
+
+
+def _draw(tally: Tally, path: Path) -> Path:
+    figure, (axis,) = panels(1, "How the cases end", width=8.0)
+    kinds = list(tally.statuses)[::-1]
+    left = [0.0] * len(kinds)
+    colours = [COLOURS[k] for k in (3, 6, 1, 0, 5, 2, 4)]
+    for status, colour in zip(STATUSES, colours, strict=True):
+        shares = [tally.statuses[k][status] / tally.statuses[k].total() for k in kinds]
+        if any(shares):
+            axis.barh(kinds, shares, left=left, color=colour, label=status)
+        left = [a + b for a, b in zip(left, shares, strict=True)]
+    axis.set_xlim(0.0, 1.0)
+    axis.set_xlabel("share of the cases")
+    axis.legend(ncols=len(STATUSES), loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
+    save_figure(figure, path)
+    return path

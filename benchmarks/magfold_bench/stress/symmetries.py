@@ -1,0 +1,258 @@
+"""Symmetric scenes fold symmetrically: in a mirror, turned, and seen from the other end.
+
+A fold that a start moved by 1e-6 rad changes as well says nothing, and the error that the solver's
+tolerance allows may differ between views: what differs must do so at two far tighter ones too, and
+far more than either view does from one tolerance to another.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from magfold_bench.laws.along_folds import SteppedSession
+from magfold_bench.laws.outcomes import SAME_WITHIN, moved_starts
+from magfold_bench.stress.verdict import Verdict
+from magfold_env.fold import Fold, FoldStatus
+from magfold_env.scene import FixedMagnet, Rectangle, Scene
+from magfold_env.scene.base import Part
+from magfold_env.shapes import FloatArray, centres, headings
+from magfold_env.simulation.simulate import simulate
+from magfold_env.simulation.start import hinge_offsets
+
+MIRRORED = (3, 2, 1, 0)  # faces: front-left <-> front-right, back-left <-> back-right
+OTHER_END = (2, 3, 0, 1)
+SIZES = ("width", "height", "thickness", "inset")
+
+TURN = 1.0  # [rad], no multiple of anything
+ROUNDING = 1e-9  # [rad]
+AT_ONCE = 10**9  # steps without a look
+MOST_STEPS = 100_000  # of a run that is worth repeating
+TIGHTER = (0.1, 0.01)  # times the tolerance: rounding decides below 1e-12 rad
+LEAST_TOLERANCE = 1e-12  # [rad]
+MORE_STEPS = 10  # times as many
+OWN = 0.1  # of what views differ by: more from the tolerance alone, and that decides
+
+
+class End(NamedTuple):
+    """How a chain ends."""
+
+    status: FoldStatus
+    joints: FloatArray
+    capped: bool
+    """Whether its steps were too many: where that stops a chain depends on rounding."""
+
+    @classmethod
+    def of(cls, fold: Fold) -> Self:
+        """Return how a fold ends."""
+        return cls(fold.status, fold.joint_angles, "are the limit" in fold.message)
+
+
+def check_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
+    """Mirror it, turn it and look at it from its other end."""
+    if scene.n == 1 or fold.steps > MOST_STEPS:
+        return
+    if scene.mount == "tube":
+        _check_other_end_of_tube(scene, fold, verdict)
+    if scene.bumps is not None:
+        return  # A train of bumps looks the same from nowhere else.
+    here, ends = End.of(fold), views(scene)
+    if here.capped or any(end.capped for end in ends.values()):
+        verdict.notes.append("stopped by the work cap")
+        return
+    different = {law: end for law, end in ends.items() if not alike(end, here)}
+    if different:
+        reason = reason_set_aside(scene, here, different)
+        if reason:
+            verdict.notes.append(reason)
+            different = {}
+    for law in ends:
+        words = ""
+        if law in different:
+            end = different[law]
+            words = f"ends {end.status.value}, {_apart(end.joints, here.joints):.3g} rad off"
+        verdict.require(law, law not in different, words)
+
+
+def views(scene: Scene) -> dict[str, End]:
+    """Return how a scene ends that is mirrored, turned, looked at from its other end."""
+    image = end_of(mirrored(scene))
+    ends = {"mirror": image._replace(joints=-image.joints)}
+    # A chain begins along +x, where what turns with the view may stand.
+    if scene.mount != "tube" and not scene.solids:
+        ends["rotation"] = turned_end(scene)
+    if scene.mount == "free":
+        ends["other end"] = _reversed(end_of(seen_from_other_end(scene)))
+    return ends
+
+
+def reason_set_aside(scene: Scene, here: End, different: Mapping[str, End]) -> str:
+    """Return why some views may end otherwise, nothing if they may not."""
+    starts = moved_starts(scene, np.random.default_rng(0))
+    if any(not alike(end_of(start), here) for start in starts):
+        return "sensitive to 1e-6 rad"
+    if any(is_decided_by_error(scene, here, different, tighter) for tighter in TIGHTER):
+        return "decided by the solver's error"
+    return ""
+
+
+def is_decided_by_error(
+    scene: Scene, here: End, different: Mapping[str, End], tighter: float
+) -> bool:
+    """Whether views agree at a tighter tolerance, or change much from one to the other."""
+    solver = scene.solver
+    tight = scene.replace(
+        solver={
+            "tolerance": max(tighter * solver.tolerance, LEAST_TOLERANCE),
+            "max_steps": MORE_STEPS * solver.max_steps,
+        }
+    )
+    end, others = end_of(tight), views(tight)
+    own = _apart(end.joints, here.joints)
+    unsure = any(
+        max(own, _apart(others[law].joints, view.joints)) > OWN * _apart(view.joints, here.joints)
+        for law, view in different.items()
+    )
+    return end.capped or unsure or all(alike(others[law], end) for law in different)
+
+
+def end_of(scene: Scene) -> End:
+    """Return how a scene ends."""
+    return End.of(simulate(scene))
+
+
+def turned_end(scene: Scene) -> End:
+    """Return how a scene ends when all of it, the chain included, is turned."""
+    session = SteppedSession(turned(scene, TURN), stride=AT_ONCE)
+    session.turn(TURN)
+    session.run()
+    return End.of(session.fold())
+
+
+def alike(one: End, other: End) -> bool:
+    """Whether two chains end alike."""
+    return one.status is other.status and _apart(one.joints, other.joints) <= SAME_WITHIN
+
+
+def _check_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
+    """Ask for one run from both views, bit for bit: the engine counts from the held end."""
+    other = simulate(seen_from_other_end(scene))
+    same = (other.status, other.time, other.steps) == (fold.status, fold.time, fold.steps)
+    off = _apart(_reversed(End.of(other)).joints, fold.joint_angles)
+    words = f"ends {other.status.value} at {other.time:.6g} s, {off:.3g} rad off"
+    verdict.require("other end", same and off <= ROUNDING, words)
+
+
+def _reversed(end: End) -> End:
+    return end._replace(joints=-end.joints[::-1])
+
+
+def _apart(one: FloatArray, other: FloatArray) -> float:
+    return float(np.abs(one - other).max(initial=0.0))
+
+
+# --- the same physics, seen otherwise --------------------------------------------------------
+
+
+def mirrored(scene: Scene) -> Scene:
+    """Return the mirror image: left is right, y is −y."""
+    changes = faces(scene, MIRRORED, 1) | started(scene, 1)
+    return _around(scene.replace(**changes), np.diag([1.0, -1.0]))
+
+
+def turned(scene: Scene, angle: float) -> Scene:
+    """Return the scene whose surroundings are turned by an angle [rad] about the origin.
+
+    Nothing in a scene says which way a chain heads at first: its headings are to be turned too.
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    return _around(scene, np.array([[c, -s], [s, c]]))
+
+
+def seen_from_other_end(scene: Scene) -> Scene:
+    """Return a free or fed chain with components counted from the other end.
+
+    A free chain then begins along +x with the other end at the origin: its surroundings move.
+    """
+    assert scene.mount != "pinned"
+    changes = faces(scene, OTHER_END, -1) | started(scene, -1)
+    groups: dict[str, Part] = {"casing": scene.casing, "feed": scene.feed}
+    for name, group in groups.items():
+        changes[name] = {
+            key: value[::-1]
+            for key in ("mass", "inertia", "speed")
+            if isinstance(value := getattr(group, key, None), tuple)
+        }
+    changes["feed"]["direction"] = "backward" if scene.feed.direction == "forward" else "forward"
+    changes["friction"] = scene.frictions[::-1]
+    other = scene.replace(**changes)
+    if scene.mount == "tube":
+        return other
+    assert scene.start_angles is not None
+    chain = headings(scene.start_angles)
+    last = centres(chain, scene.casing.side)[-1]
+    tip = last + 0.5 * scene.casing.diagonal * np.array([np.cos(chain[-1]), np.sin(chain[-1])])
+    return turned(_moved(other, -tip), -(float(chain[-1]) + math.pi))
+
+
+def faces(scene: Scene, order: Sequence[int], step: int) -> dict[str, Any]:
+    """Return the changes that put faces, and if ``step`` is −1 components, in another order."""
+    changes: dict[str, Any] = {
+        "sequence": ["".join(each[k] for k in order) for each in scene.sequence[::step]]
+    }
+    if scene.magnets is None:
+        return changes
+    magnets: dict[str, Any] = {}
+    for name in (*SIZES, scene.magnets.strength_name):
+        value = np.asarray(getattr(scene.magnets, name), dtype=np.float64)
+        if value.ndim:
+            rows = value[::step] if value.ndim > 1 else value
+            magnets[name] = rows[..., list(order)]
+    changes["magnets"] = magnets
+    return changes
+
+
+def started(scene: Scene, step: int) -> dict[str, Any]:
+    """Return the changes that mirror the start, or if ``step`` is −1 count it from the other end.
+
+    Joint angles change sign either way, a tube's hinges lie on the other side of its axis only in
+    the mirror.
+    """
+    if scene.mount == "tube":
+        return {"start_offsets": -step * hinge_offsets(scene)[::step]}
+    return {"start_angles": -np.array(scene.start_angles)[::step]}
+
+
+def _around(scene: Scene, matrix: FloatArray) -> Scene:
+    """Return the scene with an orthogonal matrix applied to all that is outside the chain."""
+
+    def placed(each: Rectangle | FixedMagnet) -> dict[str, Any]:
+        along = matrix @ [math.cos(each.heading), math.sin(each.heading)]
+        return {
+            "position": matrix @ each.position,
+            "heading": math.atan2(along[1], along[0]),
+        }
+
+    changes: dict[str, Any] = {
+        "gravity": {"in_plane": matrix @ scene.gravity.in_plane},
+        "obstacles": [{"size": each.size, **placed(each)} for each in scene.obstacles],
+    }
+    if scene.field is not None:
+        field: dict[str, Any] = {"uniform": matrix @ scene.field.uniform}
+        if scene.field.magnet is not None:
+            field["magnet"] = placed(scene.field.magnet)
+        changes["field"] = field
+    return scene.replace(**changes)
+
+
+def _moved(scene: Scene, way: FloatArray) -> Scene:
+    """Return the scene with what does not move elsewhere [m]."""
+    changes: dict[str, Any] = {
+        "obstacles": [
+            {**each.model_dump(), "position": way + each.position} for each in scene.obstacles
+        ]
+    }
+    if scene.field is not None and scene.field.magnet is not None:
+        changes["field"] = {"magnet": {"position": way + scene.field.magnet.position}}
+    return scene.replace(**changes)

@@ -1,0 +1,312 @@
+"""Run every benchmark, keep what is finished, and report everything on one page.
+
+A shared machine changes its pace, and times taken an hour apart compare only as far as it did not.
+So the same fixed work is timed before and after every part: a pendulum's swing (see
+`bare_pendulum`), which like the engine's kernels is compiled arithmetic on numbers that fit into
+the cache.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from rich.markup import escape
+
+from magfold_bench import parts
+from magfold_bench.bare_pendulum import prepare_swing
+from magfold_bench.presentation import Description, descriptions
+from magfold_bench.skipping import variants
+from magfold_env.checkpoint import Checkpoint
+from magfold_env.files import sources_digest, write_text
+from magfold_env.reporting import machine, page, plotting, tables, timing
+from magfold_env.reporting.tables import Cell, Measurement, Row, Table
+
+Effort = Literal["quick", "full"]
+
+PAGE, RESULTS = "report.html", "bench.json"
+PACE_ROUNDS = 9
+LEFT_OUT = {
+    "dynamics first-use": "it compiles the engine anew, which takes most of a minute",
+    "design searches": "it takes most of a minute",
+}
+"""What `--quick` leaves out, and why."""
+
+LEAD = (
+    "This page is made by one command, which runs every benchmark of magfold_env: a simulator of "
+    "chains of square casings with magnets that fold themselves when they leave a tube. Each "
+    "section is one measurement: what was measured, how, what it means and what it does not "
+    "cover, then what was found, in sentences, tables and diagrams.",
+    "Contenders that are compared take turns, round after round, because a machine's pace "
+    "drifts; ratios are taken within a round, and the two numbers in brackets after a median are "
+    "the quartiles over the rounds. Times are of one core, and are processor time where not said "
+    "otherwise. Times from different sections compare only as far as the machine kept its pace: "
+    "fixed work, timed before and after each part, tells how far it did.",
+)
+SHORT = (
+    "A quick run: fewer cases, lengths and rounds, to see that everything works. Its numbers are "
+    "not to be quoted."
+)
+WORDS: dict[page.Tone, str] = {"good": "holds", "bad": "falls short"}
+
+PASSING = ("time", "load before")  # what changes from minute to minute
+
+
+class Entry(NamedTuple):
+    """One part of one benchmark."""
+
+    benchmark: str
+    name: str
+    part: parts.Part
+    description: Description
+
+    @property
+    def title(self) -> str:
+        """Both names."""
+        return f"{self.benchmark} {self.name}"
+
+    @property
+    def heading(self) -> str:
+        """What stands above it in the report."""
+        return f"{self.description.title} ({self.title})"
+
+
+class Result(NamedTuple):
+    """What one part of the suite gave."""
+
+    title: str  # of the benchmark and the part
+    part: str
+    found: Measurement
+    seconds: float  # what it took, by the clock
+    pace: tuple[float, float]  # time of the fixed work just before and just after it [s]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return everything; numbers that JSON cannot hold become null."""
+        return {
+            "name": self.title,
+            "seconds": self.seconds,
+            "pace": list(self.pace),
+            "part": self.part,
+            "rows": _pairs(self.found.rows),
+            "tables": [
+                {"title": table.title, "rows": _pairs(table.rows)} for table in self.found.tables
+            ],
+            "findings": self.found.findings,
+        }
+
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> Result:
+        """Return what `to_json` was made of; null becomes nan."""
+        shown = [Table(str(each["title"]), _rows(each["rows"])) for each in data["tables"]]
+        findings = [str(each) for each in data["findings"]]
+        found = Measurement(_rows(data["rows"]), shown, findings)
+        before, after = data["pace"]
+        pace = float(before), float(after)
+        return cls(str(data["name"]), str(data["part"]), found, float(data["seconds"]), pace)
+
+
+def _pairs(rows: list[Row]) -> list[list[tuple[str, Cell | None]]]:
+    """Return rows as pairs of column and cell: JSON may sort an object's keys."""
+    return [[(name, tables.plain(cell)) for name, cell in row.items()] for row in rows]
+
+
+def _rows(rows: list[list[tuple[str, Any]]]) -> list[Row]:
+    return [{name: math.nan if cell is None else cell for name, cell in row} for row in rows]
+
+
+def entries(effort: Effort) -> list[Entry]:
+    """Return the parts of a run, in order."""
+    found = [
+        Entry(benchmark, name, part, descriptions()[benchmark].parts[name])
+        for benchmark, measured in parts.BENCHMARKS.items()
+        for name, part in measured.items()
+    ]
+    return [each for each in found if effort == "full" or each.title not in LEFT_OUT]
+
+
+# --- a run --------------------------------------------------------------------------------------
+
+
+def identify() -> dict[str, str]:
+    """Return what measurements must share to belong to one run, both packages' sources included."""
+    same = {key: value for key, value in machine.describe().items() if key not in PASSING}
+    sources = sources_digest("**/*.py") + sources_digest("**/*.py", folder=Path(__file__).parent)
+    return same | {"sources": sources}
+
+
+def run(effort: Effort, out: Path) -> bool:
+    """Measure all parts that are not in the folder yet; returns whether all could be.
+
+    Parameters
+    ----------
+    effort
+        Whether everything is measured, or less of it.
+    out
+        Folder of the page, of a folder a benchmark with CSV and PNG files, of everything as JSON
+        and of what is finished, from which a killed run goes on.
+
+    Raises
+    ------
+    CheckpointError
+        If the folder holds parts of another commit, machine or effort, or damaged ones, or is in
+        use.
+    ImportError
+        If matplotlib is not installed.
+    """
+    plotting.figure_class()
+    console = parts.report_console()
+    identity = identify()
+    key = {"kind": "bench", "effort": effort, **identity}
+    plan, missing = entries(effort), dict[str, str]()
+    with Checkpoint(out / "state", key) as kept:
+        done = {each.title: each for each in kept.read(Result.from_json)}
+        for entry in plan:
+            if entry.title in done:
+                console.print(f"{entry.title}: kept", highlight=False)
+                continue
+            try:
+                before = measure_pace().median
+                begun = time.perf_counter()
+                found = parts.measure(entry.title, entry.part, effort == "quick")
+                seconds = time.perf_counter() - begun
+                pace = (before, measure_pace().median)
+                folder = out / entry.benchmark
+                folder.mkdir(exist_ok=True)
+                if found.rows:
+                    write_text(folder / f"{entry.name}.csv", tables.to_csv(found.rows))
+                    parts.draw(entry.name, entry.part, found, folder)
+            except Exception as error:  # a part that breaks must not lose the others
+                missing[entry.title] = f"{type(error).__name__}: {error}"
+                console.print(escape(f"{entry.title}: {missing[entry.title]}"), style="red")
+                continue
+            measured = Result(entry.title, entry.name, found, seconds, pace)
+            done[entry.title] = measured
+            kept.add(measured.to_json())
+            kept.save()
+            console.print(f"{entry.title}: {measured.seconds:.1f} s", highlight=False)
+    system = identity | {k: v for k, v in machine.describe().items() if k in PASSING}
+    everything = {
+        "machine": system,
+        "effort": effort,
+        "missing": missing,
+        "parts": [done[entry.title].to_json() for entry in plan if entry.title in done],
+    }
+    write_text(out / RESULTS, json.dumps(everything, indent=1, allow_nan=False) + "\n")
+    page.write_page(_page(effort, plan, done, missing, system, out), out / PAGE)
+    for name in (PAGE, RESULTS):
+        console.print(f"written: {out / name}", highlight=False, soft_wrap=True)
+    return not missing
+
+
+def measure_pace() -> timing.Spread:
+    """Return what the fixed work takes [s]."""
+    scene = variants()[-1].scene
+    return timing.take_turns({"swing": lambda: prepare_swing(scene)}, PACE_ROUNDS)["swing"].spread
+
+
+# --- its page -----------------------------------------------------------------------------------
+
+
+def _page(
+    effort: Effort,
+    plan: Sequence[Entry],
+    done: Mapping[str, Result],
+    missing: Mapping[str, str],
+    system: Mapping[str, str],
+    folder: Path,
+) -> page.Page:
+    """Return the report of what was measured and of why the rest of the plan was not, by title.
+
+    Diagrams lie in the folder.
+    """
+    usual = float(np.median([pace for each in done.values() for pace in each.pace] or [1.0]))
+    sections: list[page.Section] = []
+    for entry in plan:
+        if entry.title in done:
+            sections.append(_section(entry, done[entry.title], effort, usual, folder))
+        else:
+            absent = page.Verdict("not measured", missing[entry.title], "bad")
+            sections.append(page.Section(entry.heading, [entry.description.measured, absent]))
+    said = [(each.title, finding) for each in done.values() for finding in each.found.findings]
+    met = sum(tone(finding) == "good" for _, finding in said)
+    short = [f"{title}: {finding}" for title, finding in said if tone(finding) == "bad"]
+    lead: list[page.Block] = [
+        f"{met} of {met + len(short)} requirements are met, in {len(done)} of {len(plan)} parts "
+        "that were measured.",
+        _overview(plan, done),
+    ]
+    if effort == "quick":
+        lead.insert(1, SHORT)
+        left = [f"{name}: {why}" for name, why in LEFT_OUT.items()]
+        lead.append(page.Details("Left out of a quick run", [page.Points(left)]))
+    if short:
+        lead.append(page.Details(f"What falls short ({len(short)})", [page.Points(short)]))
+    lead.append(page.Details("What this page is, and how it was measured", LEAD))
+    taken = sum(each.seconds for each in done.values())
+    provenance = {
+        "command": f"magfold bench --{effort}",
+        "parts measured": f"{len(done)} of {len(plan)}, in {taken:.0f} s",
+        **system,
+    }
+    return page.Page(f"magfold_env: benchmarks, {effort} run", sections, lead, provenance)
+
+
+def tone(finding: str) -> page.Tone:
+    """Return whether a sentence says that something asked for is met, or missed, or neither."""
+    counted = re.search(r"\bholds for (\d+) of (\d+)", finding)
+    if re.search(r"\bFAILS\b|\bNOT\b", finding) or (counted and counted[1] != counted[2]):
+        return "bad"
+    return "good" if re.search(r"\bholds\b|\bwithin \d+ s$", finding) else "plain"
+
+
+def _overview(plan: Sequence[Entry], done: Mapping[str, Result]) -> Table:
+    rows: list[Row] = []
+    for entry in plan:
+        each = done.get(entry.title)
+        tones = [tone(finding) for finding in each.found.findings] if each else []
+        rows.append(
+            {
+                "what": entry.description.title,
+                "part": entry.title,
+                "took [s]": f"{each.seconds:.1f}" if each else "not measured",
+                "holds": tones.count("good"),
+                "falls short": tones.count("bad"),
+            }
+        )
+    return Table("The parts, and how many requirements each meets", rows)
+
+
+def _section(
+    entry: Entry, result: Result, effort: Effort, usual: float, folder: Path
+) -> page.Section:
+    description, found = entry.description, result.found
+    again = f"magfold bench {entry.benchmark} --only {entry.name}"
+    before, after = (pace / usual for pace in result.pace)
+    told = {
+        "Measured": description.measured,
+        "How": description.how,
+        "Not covered": description.missing,
+        "Again": again + (" --quick" if effort == "quick" else ""),
+        "Pace": f"fixed work took {before:.2f} times its usual time before this part and "
+        f"{after:.2f} times after it",
+    }
+    kinds: dict[str, page.Tone] = {each: tone(each) for each in found.findings}
+    blocks: list[page.Block] = [
+        page.Verdict(WORDS[kind], each, kind) for each, kind in kinds.items() if kind != "plain"
+    ]
+    if plain := [each for each, kind in kinds.items() if kind == "plain"]:
+        blocks.append(page.Points(plain))
+    blocks.append(description.meaning)
+    picture = folder / entry.benchmark / f"{entry.name}.png"
+    drawn = [page.Picture(picture, description.title)] if found.rows and picture.is_file() else []
+    blocks += [
+        page.Details("Diagram and numbers", [*drawn, *found.tables]),
+        page.Details("How it was measured", [page.Entries(told)]),
+    ]
+    return page.Section(entry.heading, blocks)

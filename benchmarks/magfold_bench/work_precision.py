@@ -1,0 +1,374 @@
+"""Run time against error of whole folds: solver tolerance × accuracy of the magnets × time step.
+
+Ten named scenes are each run from several starts at every setting. A setting's error is its median
+over the starts, its time their mean. Errors are of the joints' angles, against the same scene run
+far more exactly. Starts whose outcome a nudge of 1e-6 rad decides are set aside, and
+those whose reference has not converged.
+The paper's solver runs the pinned scenes. It stops joints in its own way, so that its error does
+not vanish with its step. Sessions are prepared untimed.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from magfold_bench import runs
+from magfold_bench.runs import CLOSE, NUDGE, Setting, has_accuracy, recorded
+from magfold_env.engine.state import Array
+from magfold_env.fold import Fold
+from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
+from magfold_env.scene import Magnets, Scene, Solver, load_scene
+
+ALLOWED = 1.5  # times the front's run time that the default may take
+WAY, END = "error on the way [rad]", "final error [rad]"
+BEHIND, SURELY, AT_END = "default / fastest", "without luck", "at the end"
+COMPARED = {
+    BEHIND: "on the way",
+    SURELY: "on the way, settings that are as exact by luck alone left out",
+    AT_END: "at the end",
+}
+"""Columns that tell how many times longer the default takes than what is as exact, and where."""
+TABLES = {
+    "The default: medians over starts": ("words right", "set aside", WAY, END, "ms"),
+    "The default beside the fastest setting that is as exact": ("fastest as exact", *COMPARED),
+}
+"""Columns of the tables, by title."""
+SET_ASIDE = {
+    "sensitive": f"a start moved by {NUDGE:g} rad ends elsewhere",
+    "unsure": f"the reference is not known to {CLOSE:g} rad",
+}
+FRONT = {WAY: "on the front on the way", END: "on the front at the end"}
+
+LONGEST = 1.0  # [s] simulated after the last release; most folds rest before that
+SWING = 0.3  # [s] of the pendulum, seven times √(d/g): longer swings are chaotic
+SPREAD = 0.03  # [rad] of the start angles
+LONG = 12  # components of the longest chain
+PENDULUM = "pendulum of three"
+LOOSER = 10.0
+
+ACROSS = 3  # panels beside each other
+TALLEST = 4.0  # [rad] of an error: beyond half a turn all are alike
+WIDEST, HIGHEST = 20.0, 100.0  # factors that an axis spans at least, so that its ticks tell
+
+
+class Effort(NamedTuple):
+    """How much work a run of the benchmark may be."""
+
+    starts: int
+    tolerances: tuple[float, ...]
+    accuracies: tuple[float, ...]
+    time_steps: tuple[float, ...]  # of the paper's solver [s]; the paper's own is 1/1200
+    reference: tuple[float, float]  # tolerance [rad] and accuracy of the magnets
+    rounds: int  # samples of every timing
+
+
+QUICK = Effort(1, (1e-3, 1e-4), (1e-2, 1e-3), (1 / 1200,), (1e-6, 1e-6), 3)
+FULL = Effort(
+    5,
+    tuple(10.0**-k for k in range(2, 7)),
+    (1e-2, 1e-3, 1e-4, 1e-5),
+    tuple(1.0 / (300 * 4**k) for k in range(5)),
+    (1e-7, 1e-6),
+    5,
+)
+
+
+def named_scenes() -> dict[str, Scene]:
+    """Return what a user folds, in every mount there is, with the solver's own settings.
+
+    The scenes' start angles are yet to be drawn.
+    """
+    one, two, three = (load_scene(f"paper/sequence-{k}") for k in (1, 2, 3))
+    scenes = {
+        "sequence 1, free": one,
+        "sequence 2, frictionless": two.replace(friction=0.0),
+        "sequence 3, free": three,
+        "sequence 3, fed backward": three.replace(mount="tube", feed={"direction": "backward"}),
+        "tube-feed": load_scene("tube-feed"),
+        "anchor": load_scene("anchor"),
+        f"{LONG} components": one.replace(
+            sequence=one.sequence * (LONG // one.n),
+            mount="tube",
+            feed={"speed": 0.2},
+            friction=0.1,
+        ),
+        "sequence 3, pinned": three.replace(mount="pinned"),
+        "sequence 3, literal": load_scene("paper/sequence-3-literal"),
+        PENDULUM: load_scene("pendulum-3"),
+    }
+    for name, scene in scenes.items():
+        duration = SWING if name == PENDULUM else LONGEST
+        plain = scene.replace(duration=duration, solver=Solver(), start_angle_spread=SPREAD)
+        if has_accuracy(plain):
+            plain = plain.replace(magnets={"accuracy": Magnets().accuracy})
+        scenes[name] = plain
+    return scenes
+
+
+def settings_of(
+    scene: Scene,
+    tolerances: Sequence[float],
+    accuracies: Sequence[float],
+    time_steps: Sequence[float],
+) -> list[Setting]:
+    """Return every combination that a scene allows; the paper's solver needs it pinned."""
+    chosen = accuracies if has_accuracy(scene) else (None,)
+    found = [Setting("adaptive", t, accuracy) for accuracy in chosen for t in tolerances]
+    if scene.mount == "pinned":
+        found += [Setting("paper", step, accuracy) for accuracy in chosen for step in time_steps]
+    return found
+
+
+class Reference(NamedTuple):
+    """What a drawn scene does, and how well that is known."""
+
+    scene: Scene
+    fold: Fold
+    known: float  # what ten times looser settings change on the way [rad]
+    sensitivity: float  # what a start moved by `NUDGE` changes on the way [rad]
+
+    @property
+    def sensitive(self) -> bool:
+        """Whether the scene, rather than a setting, decides what comes out."""
+        return self.sensitivity > CLOSE
+
+    @property
+    def unsure(self) -> bool:
+        """Whether it is not known well enough to compare with."""
+        return self.known > CLOSE
+
+    def error_on_the_way(self, run: Fold) -> float:
+        """Largest difference of a joint's angle at any time [rad], as far as it is known."""
+        return max(runs.difference(run, self.fold), self.known, NUDGE)
+
+    def final_error(self, run: Fold) -> float:
+        """Largest difference of a joint's angle at the end [rad]."""
+        return max(runs.final_difference(run, self.fold), NUDGE)
+
+
+def reference(scene: Scene, tolerance: float, accuracy: float) -> Reference:
+    """Run a drawn scene as exactly as asked for, and twice more to see how much that is worth."""
+    tight, looser = (
+        Setting("adaptive", k * tolerance, k * accuracy if has_accuracy(scene) else None)
+        for k in (1.0, LOOSER)
+    )
+    exact, second = recorded(tight.on(scene)), recorded(looser.on(scene))
+    moved = recorded(looser.on(runs.nudged(scene)))
+    return Reference(scene, exact, runs.difference(second, exact), runs.difference(moved, second))
+
+
+def run(quick: bool, progress: Progress) -> Measurement:
+    """Measure every scene."""
+    found = Measurement()
+    shown: list[Row] = []
+    scenes = list(named_scenes().items())
+    for (name, scene), tick in tables.each_case(progress, scenes, lambda case: case[0]):
+        rows, summary = measure(name, scene, QUICK if quick else FULL, tick)
+        found.rows.extend(rows)
+        shown.append(summary)
+    for title, columns in TABLES.items():
+        cells: list[Row] = [{name: row[name] for name in ("scene", *columns)} for row in shown]
+        found.tables.append(Table(title, cells))
+    found.findings.extend(_findings(shown, found.rows))
+    return found
+
+
+def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[Row], Row]:
+    """Return a row for every setting of a scene, and what is to be read of them."""
+    starts = [scene.draw(np.random.default_rng(seed)) for seed in range(effort.starts)]
+    known = [reference(start, *effort.reference) for start in starts]
+    clear = [each for each in known if not (each.sensitive or each.unsure)] or known
+    tick(0.3)
+    grid = (effort.tolerances, effort.accuracies, effort.time_steps)
+    settings = settings_of(scene, *grid)
+    found = {setting: _errors(setting, clear) for setting in settings}
+    tick(0.6)
+    tasks = {
+        setting: runs.run_task(*(setting.on(each.scene) for each in clear)) for setting in settings
+    }
+    taken = timing.take_turns(tasks, effort.rounds, 0.0, tick=lambda share: tick(0.6 + 0.4 * share))
+    rows = [
+        {
+            "scene": name,
+            "setting": str(setting),
+            "method": setting.method,
+            "step": setting.step,
+            "magnets": setting.accuracy or 0.0,
+            "default": int(setting.is_default),
+            **found[setting],
+            **time.spread.time_cells("ms", 1e3 / len(clear)),
+            "starts": len(clear),
+            "sensitive": sum(each.sensitive for each in known),
+            "unsure": sum(each.unsure and not each.sensitive for each in known),
+            "reference known to [rad]": max(each.known for each in clear),
+            "nudge grows to [rad]": max(each.sensitivity for each in known),
+        }
+        for setting, time in taken.items()
+    ]
+    times = list(taken.values())
+    medians = np.array([time.median for time in times])
+    for error, flag in FRONT.items():
+        marked = front(medians, tables.numbers(rows, error))
+        for k, row in enumerate(rows):
+            row[flag] = int(k in marked)
+    return rows, _summary(rows, settings, times)
+
+
+def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
+    """Return a setting's errors over the starts, and how many words it gets right."""
+    folds = [recorded(setting.on(each.scene)) for each in references]
+    pairs = list(zip(folds, references, strict=True))
+    way = [each.error_on_the_way(run) for run, each in pairs]
+    end = [each.final_error(run) for run, each in pairs]
+    return {
+        WAY: float(np.median(way)),
+        END: float(np.median(end)),
+        f"worst {WAY}": max(way),
+        f"worst {END}": max(end),
+        "words right": sum(run.word == each.fold.word for run, each in pairs),
+        "evaluations": sum(run.evaluations for run in folds),
+    }
+
+
+def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[timing.Timing]) -> Row:
+    """Return the default's errors and time, and how many times the front's time that is."""
+    medians = np.array([time.median for time in times])
+    default = next(k for k, setting in enumerate(settings) if setting.is_default)
+    way, end = tables.numbers(rows, WAY), tables.numbers(rows, END)
+    best = fastest(medians, way, way[default])
+    first = rows[0]
+
+    def behind(errors: Array) -> float:
+        return float(medians[default] / medians[fastest(medians, errors, errors[default])])
+
+    return {
+        "scene": first["scene"],
+        "words right": f"{rows[default]['words right']} of {first['starts']}",
+        "set aside": int(first["sensitive"]) + int(first["unsure"]),
+        WAY: way[default],
+        END: end[default],
+        "ms": float(rows[default]["time [ms]"]),
+        "fastest as exact": str(settings[best]),
+        BEHIND: f"{timing.ratio(times[default], times[best])}",
+        SURELY: behind(without_luck(settings, way)),
+        AT_END: behind(end),
+    }
+
+
+def front(times: Array, errors: Array) -> list[int]:
+    """Return the settings that none beats in both, by growing time; of equals the first."""
+    found: list[int] = []
+    best = np.inf
+    for k in np.lexsort((errors, times)):
+        if errors[k] < best:
+            best = float(errors[k])
+            found.append(int(k))
+    return found
+
+
+def fastest(times: Array, errors: Array, error: float) -> int:
+    """Return the fastest setting whose error is at most as large; that is one of the front."""
+    return int(np.argmin(np.where(errors <= error, times, np.inf)))
+
+
+def without_luck(settings: Sequence[Setting], errors: Array) -> Array:
+    """Return the largest error of each setting and of all that are at least as tight.
+
+    Errors do not fall evenly: a loose setting may hit by chance what tighter ones miss.
+    """
+    return np.array(
+        [
+            max(e for other, e in zip(settings, errors, strict=True) if other.as_tight(one))
+            for one in settings
+        ]
+    )
+
+
+def _findings(shown: list[Row], rows: list[Row]) -> list[str]:
+    found: list[str] = []
+    for heading, what in COMPARED.items():
+        behind = {str(row["scene"]): float(str(row[heading]).split()[0]) for row in shown}
+        late = [f"{name} ({value:.2f})" for name, value in behind.items() if value > ALLOWED]
+        said = f"{tables.verdict(False)} in {', '.join(late)}" if late else tables.verdict(True)
+        found.append(
+            f"{what}: the default takes at most {ALLOWED:g} times as long as the fastest setting "
+            f"that is as exact in {len(behind) - len(late)} of {len(behind)} scenes: {said}"
+        )
+    for word, why in SET_ASIDE.items():
+        count = {str(row["scene"]): int(row[word]) for row in rows}
+        where = ", ".join(f"{name} {k}" for name, k in count.items() if k)
+        found.append(f"starts set aside because {why}: {where or 'none'}")
+    by_paper = tables.select(rows, method="paper")
+    for scene in tables.distinct(by_paper, "scene"):
+        best = min(tables.select(by_paper, scene=scene), key=lambda row: float(row[WAY]))
+        found.append(
+            f"{scene}: the paper's solver comes within {float(best[WAY]):.2g} rad on the way, in "
+            f"{float(best['time [ms]']):.3g} ms ({best['setting']})"
+        )
+    return found
+
+
+def draw(rows: list[Row]) -> Any:
+    """Error against run time, a panel a scene: first on the way, then at the end."""
+    scenes = tables.distinct(rows, "scene")
+    lines = -(-len(scenes) // ACROSS)
+    size = (3.5 * ACROSS, 3.1 * 2 * lines + 0.9)
+    figure = plotting.figure_class()(figsize=size, layout="constrained")
+    said = f"Whole folds: largest error against run time; below {NUDGE:g} rad errors count as equal"
+    figure.suptitle(said, fontsize=15, color=plotting.INK)
+    titles = {WAY: "at any time", END: "at the end"}
+    for part, error in zip(figure.subfigures(2, 1, hspace=0.03), FRONT, strict=True):
+        axes = part.subplots(lines, ACROSS, squeeze=False).ravel()
+        label = f"largest error of a joint {titles[error]} [rad]"
+        part.supylabel(label, fontsize=11, color=plotting.INK)
+        for axis, scene in zip(axes, scenes, strict=False):
+            _panel(axis, tables.select(rows, scene=scene), error)
+            axis.set_title(scene, fontsize=11, color=plotting.INK)
+        for axis in axes[len(scenes) :]:
+            axis.set_visible(False)
+    plotting.legend_below(figure, *figure.axes, fontsize=10)
+    return figure
+
+
+def _panel(axis: Any, rows: list[Row], error: str) -> None:
+    """Draw a line for each accuracy of the magnets, over tolerances or time steps."""
+    rows = [row | {"drawn": min(float(row[error]), TALLEST)} for row in rows]
+
+    def line(mine: Sequence[Row], k: int, **style: Any) -> None:
+        plotting.curve(axis, mine, "time [ms]", "drawn", k, **style)
+
+    axis.grid(visible=True, which="major", color=plotting.GRID, linewidth=0.7)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
+    adaptive, paper = tables.select(rows, method="adaptive"), tables.select(rows, method="paper")
+    for k, accuracy in enumerate(sorted(tables.distinct(adaptive, "magnets"), reverse=True)):
+        label = f"magnets to {accuracy:g}" if accuracy else "no accuracy to choose"
+        mine = tables.select(adaptive, magnets=accuracy)
+        line(mine, k, markersize=4.5, linewidth=1.1, label=label)
+    style = {"color": "#8a8f98", "marker": "x", "markersize": 4.5, "linewidth": 0.9}
+    for accuracy in sorted(tables.distinct(paper, "magnets")):
+        line(tables.select(paper, magnets=accuracy), 0, label="the paper's solver", **style)
+    marked = sorted(tables.select(rows, {FRONT[error]: 1}), key=lambda row: float(row["time [ms]"]))
+    across, up = (tables.numbers(marked, name) for name in ("time [ms]", "drawn"))
+    style = {"color": plotting.INK, "linewidth": 2.6, "alpha": 0.3, "zorder": 1}
+    axis.step(across, up, where="post", label="Pareto front", **style)
+    style = {"color": "#d0021b", "marker": "*", "markersize": 15, "markeredgecolor": "white"}
+    default = tables.select(rows, default=1)
+    line(default, 0, linestyle="", label="the default", zorder=5, **style)
+    axis.set_xlabel("run time [ms]", fontsize=9)
+    axis.set_xlim(*_at_least(WIDEST, tables.numbers(rows, "time [ms]")))
+    axis.set_ylim(*_at_least(HIGHEST, tables.numbers(rows, "drawn")))
+    axis.tick_params(labelsize=8)
+    for which in (axis.xaxis, axis.yaxis):
+        which.set_minor_formatter("")
+    axis.xaxis.set_major_formatter("{x:g}")
+
+
+def _at_least(factor: float, values: Any) -> tuple[float, float]:
+    """Return limits around some values that are at least a factor apart."""
+    low, high = float(values.min()), float(values.max())
+    middle, reach = math.sqrt(low * high), max(math.sqrt(high / low) * 1.3, math.sqrt(factor))
+    return middle / reach, middle * reach
