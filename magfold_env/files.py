@@ -44,11 +44,11 @@ def physics_digest() -> str:
     return sources_digest("engine/**/*.py", "scene/*.py", "shapes.py", "simulation/*.py")
 
 
-def sources_digest(*patterns: str, folder: Path = PACKAGE) -> str:
-    """Return a hash of a folder's files that match patterns of `Path.glob`, in order."""
+def sources_digest(*patterns: str, folder: Path | None = None) -> str:
+    """Return a hash of files that match patterns of `Path.glob`, of the package or a folder."""
     digest = hashlib.sha256()
     for pattern in patterns:
-        for path in sorted(folder.glob(pattern)):
+        for path in sorted((folder or PACKAGE).glob(pattern)):
             digest.update(path.name.encode())
             digest.update(_code(path.read_text(encoding="utf-8")).encode())
     return digest.hexdigest()[:16]

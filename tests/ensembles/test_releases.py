@@ -151,9 +151,8 @@ def test_a_state_of_other_physics_is_refused(
 
 @pytest.mark.medium
 def test_the_digest_follows_the_sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    package = Path(files.__file__).parent
-    shutil.copytree(package, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(files, "__file__", str(tmp_path / "copy" / "files.py"))
+    shutil.copytree(files.PACKAGE, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(files, "PACKAGE", tmp_path / "copy")
     digest = files.physics_digest.__wrapped__  # anew each time
     first = digest()
     (tmp_path / "copy" / "cli" / "app.py").write_text("")
