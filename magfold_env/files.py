@@ -45,7 +45,7 @@ def physics_digest() -> str:
 
 
 def sources_digest(*patterns: str, folder: Path | None = None) -> str:
-    """Return a hash of files that match patterns of `Path.glob`, of the package or a folder."""
+    """Return a hash of the files that match `Path.glob` patterns in a folder, or in the package."""
     digest = hashlib.sha256()
     for pattern in patterns:
         for path in sorted((folder or PACKAGE).glob(pattern)):

@@ -19,7 +19,7 @@ HOW_TO_GET = (
 
 
 def add_to(app: options.Application) -> None:
-    """Add the commands, or where they are not installed, commands that say how to get them."""
+    """Add the commands; if they are not installed, add ones that say how to get them."""
     if find_spec("magfold_bench") is None:
         for name, does in COMMANDS.items():
             _add_missing(app, name, does)
