@@ -13,17 +13,17 @@ from rich.console import Console
 
 from magfold_bench import (
     design,
+    episodes,
     folds,
+    ground_states,
     idealisations,
-    predictors,
+    overhead,
     scaling,
     skipping,
-    smooth,
     work_precision,
 )
-from magfold_bench.env import overhead, rates, tolerance
-from magfold_bench.laws import experiment, pinned_chain
-from magfold_bench.magnets import accuracy, chains, far, peers
+from magfold_bench.laws import experiment
+from magfold_bench.magnets import accuracy, peers
 from magfold_env.reporting import machine, plotting, tables
 from magfold_env.reporting.tables import Measurement, Progress, Row
 
@@ -46,45 +46,23 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
         "skipping": Part(skipping.run, skipping.draw),
     },
     "dynamics": {
-        "scaling": Part(scaling.accelerations, pinned_chain.draw),
-        "smooth": Part(smooth.run, smooth.draw),
-        "restarts": Part(smooth.restarts),
-        "contact": Part(folds.contact, folds.draw_contact),
+        "scaling": Part(scaling.run, scaling.draw),
         "folds": Part(folds.folds),
         "first-use": Part(folds.first_use),
     },
     "magnets": {
         "accuracy": Part(accuracy.run, accuracy.draw),
-        "points": Part(accuracy.points, accuracy.draw_points),
-        "far": Part(far.run, far.draw),
-        "scaling": Part(scaling.magnets, scaling.draw_magnets),
-        "devices": Part(chains.devices, chains.draw_devices),
-        "fold": Part(chains.folds, chains.draw_folds),
         "peers": Part(peers.run, peers.draw),
     },
-    "energy": {
-        "scan": Part(predictors.scan),
-        "ground-states": Part(predictors.ground_states),
-        "predictors": Part(predictors.by_energy),
-    },
+    "energy": {"ground-states": Part(ground_states.run)},
     "predict": {
         "experiment": Part(experiment.run, experiment.draw_experiment),
-        "predictors": Part(predictors.predictors),
-        "scaling": Part(predictors.scaling),
         "idealisations": Part(idealisations.run),
     },
-    "design": {
-        "targets": Part(design.targets),
-        "searches": Part(design.searches),
-        "lengths": Part(design.lengths),
-        "friction": Part(design.friction),
-    },
+    "design": {"targets": Part(design.targets)},
     "env": {
-        "episodes": Part(rates.episodes, rates.draw_episodes),
-        "quasistatic": Part(rates.quasistatic, rates.draw_quasistatic),
+        "episodes": Part(episodes.run, episodes.draw),
         "overhead": Part(overhead.run, overhead.draw),
-        "tolerance": Part(tolerance.run),
-        "peers": Part(rates.peers, rates.draw_peers),
     },
 }
 """Parts by benchmark, in the order of the suite's report."""

@@ -1,72 +1,411 @@
-"""How the cost of a chain grows with its length: of its accelerations, then of its magnets.
+"""Who finds a chain's accelerations how fast: this engine, the paper's equation 39, and peers.
 
-For magnets, chains are unfolded, folded into a block with every joint a little off its stop, so
-that nothing is at rest against its neighbour, or folded with every joint at its stop, where what
-rigidly joined components do to each other is kept. Under an error bound far components act on each
-other in segments, and time grows little faster than length; a block has more neighbours to sum
-over. With a fixed number of nodes every pair is summed and the work is known: it gives the time of
-a pair of nodes.
+The chain is pinned; gravity and motors in its hinges pull. Every contender is built for one
+problem, tells its accelerations once, so that they can be compared before anything is timed, and
+does many evaluations a call, so that the call costs nothing. All take turns, so that a ratio
+compares neighbours in time. What their rows include differs: Pinocchio's algorithm works in three
+dimensions and is called from Python, where a call's cost at n = 1, with next to nothing to compute,
+is taken off its times at all other lengths (there it has a row of its own); MuJoCo's is a whole
+step in three dimensions, with positions, velocities and constraints beside accelerations; CasADi's
+is C made for one chain's length and masses, without a loop, and compiled for this processor.
 """
 
+import importlib
 import math
-from collections.abc import Mapping
-from itertools import product
-from typing import Any
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from magfold_bench.laws import pinned_chain
-from magfold_bench.laws.exact_magnets import FACES
-from magfold_bench.laws.pinned_chain import LANES, LONG, MUJOCO, PINOCCHIO, SCALAR
-from magfold_bench.magnets import samples
-from magfold_bench.magnets.samples import AT_STOPS, FOLDED, UNFOLDED, Chain
+from magfold_bench.laws.mechanics import equation_39
+from magfold_env.engine.chain import recursion
+from magfold_env.engine.compile.jit import allocating_kernel
+from magfold_env.engine.state import Array, Bodies
 from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.scene import Magnets
+
+GRAVITY = (0.0, -9.81)  # [m/s²]
+PITCH = 0.0177  # hinge to hinge [m]
+MASS = 0.0037  # [kg]
+
+
+class ChainProblem(NamedTuple):
+    """A chain that hangs from a fixed hinge, and its state; gravity is `GRAVITY`."""
+
+    bodies: Bodies
+    angles: Array  # headings (n,) [rad]
+    rates: Array  # their rates (n,) [rad/s]
+    torques: Array  # of the motors in the hinges (n,) [N·m]; motor i stands on component i − 1
+
+    @property
+    def n(self) -> int:
+        """Number of components."""
+        return self.angles.size
+
+    @property
+    def forces(self) -> Array:
+        """Generalised forces (n,) [N·m] of the motors, which turn back what they stand on."""
+        return self.torques - np.append(self.torques[1:], 0.0)
+
+    @property
+    def joint_angles(self) -> Array:
+        """Turn of each component against the one before, the first against x; (n,) [rad]."""
+        return np.diff(self.angles, prepend=0.0)
+
+    @property
+    def joint_rates(self) -> Array:
+        """Their rates (n,) [rad/s]."""
+        return np.diff(self.rates, prepend=0.0)
+
+
+def random_problem(n: int, seed: int = 0) -> ChainProblem:
+    """Return a chain of unequal squares, bent anyhow within its stops and moving."""
+    rng = np.random.default_rng([seed, n])
+    mass = MASS * rng.uniform(0.7, 1.3, n)
+    bodies = Bodies(
+        mass=mass,
+        inertia=mass * PITCH**2 / 12.0 * rng.uniform(0.7, 1.3, n),
+        reach=np.full(n, PITCH / 2.0),
+        length=np.full(n, PITCH),
+    )
+    return ChainProblem(
+        bodies=bodies,
+        angles=np.cumsum(rng.uniform(-np.pi / 2.0, np.pi / 2.0, n)),
+        rates=rng.normal(0.0, 10.0, n),
+        torques=rng.normal(0.0, MASS * 9.81 * PITCH, n),
+    )
+
+
+SCALAR = "magfold, one chain"
+LANES = f"magfold, {recursion.LANES} chains at once"
+DENSE = "eq. 39 dense, NumPy"
+PINOCCHIO = "Pinocchio aba"
+MUJOCO = "MuJoCo mj_step"
+CASADI = "CasADi, generated C"
+
+LENGTHS = (1, 2, 6, 20, 60, 200, 450, 1000, 3000, 10_000)
+QUICK_LENGTHS = (1, 6, 60, 450)
+LONG = 60  # components from which growth is judged
+AGREE = 1e-9  # of the largest acceleration, up to `LONG` components
+OVERHEAD = "a call of Pinocchio"
 
 # At these lengths: how many times faster than Pinocchio one chain must be.
 PINOCCHIO_FACTORS = {6: 6.0, 60: 12.0, 450: 12.0}
 LANES_AT, LANES_FACTOR = 6, 8.0
-STEEPEST, STEEPEST_MAGNETS = 1.1, 1.2  # powers of n
+STEEPEST = 1.1  # power of n
 QUARTILES = ("times one chain's", "lower quartile", "upper quartile")
 
-LENGTHS = (2, 6, 20, 60, 200, 450, 1000, 3000, 10_000)
-QUICK_LENGTHS = (2, 6, 60, 200)
-BOUNDS = {f"accuracy {bound:g}": Magnets(accuracy=bound) for bound in (1e-2, 1e-4)}
-NODES_AT = 60  # components, for the price of a pair of nodes
-FIXED = {
-    **{f"points, h = {h}": Magnets(model="points", nodes=h) for h in (1, 3, 10, 30)},
-    **{f"strips, {h} nodes": Magnets(nodes=h) for h in (1, 3, 8, 16)},
+LINE_COLOURS = tuple(plotting.COLOURS[k] for k in (1, 6, 2, 3, 4, 5))
+
+COMPILER = ("cc", "-O3", "-march=native")  # of what CasADi writes
+
+BASE = (-GRAVITY[0], -GRAVITY[1])
+
+
+class Contender(NamedTuple):
+    """One way to find the accelerations of one problem."""
+
+    accelerations: Array  # of the headings (n,) [rad/s²]
+    work: Callable[[], object]  # what is timed
+    evaluations: int  # how many chains' accelerations it finds
+
+
+Build = Callable[[ChainProblem], Contender]
+
+
+@allocating_kernel
+def repeat_scalar(
+    times: int,
+    bodies: Bodies,
+    base: tuple[float, float],
+    heading: Array,
+    rate: Array,
+    force: Array,
+    scratch: Array,
+    out: Array,
+) -> None:
+    """Find the same accelerations again and again."""
+    for _ in range(times):
+        recursion.accelerate(bodies, base[0], base[1], heading, rate, force, scratch, out)
+
+
+@allocating_kernel
+def repeat_lanes(times: int, bodies: Bodies, base: tuple[float, float], lanes: Array) -> None:
+    """Do the same for a block of chains."""
+    for _ in range(times):
+        recursion.accelerate_lanes(bodies, base[0], base[1], lanes)
+
+
+def scalar(problem: ChainProblem) -> Contender:
+    """One chain after the other."""
+    out, scratch = np.zeros(problem.n), np.zeros((recursion.ROWS, problem.n))
+    given = (BASE, problem.angles, problem.rates, problem.forces, scratch, out)
+    times = _times(problem.n, 20_000)
+    repeat_scalar(1, problem.bodies, *given)
+    return Contender(out.copy(), lambda: repeat_scalar(times, problem.bodies, *given), times)
+
+
+def lanes(problem: ChainProblem) -> Contender:
+    """`recursion.LANES` chains side by side; the first is the problem's, the others move slower."""
+    n, bodies = problem.n, problem.bodies
+    block = recursion.new_lanes(recursion.LANES, n)[0]
+    slower = 1.0 - np.arange(recursion.LANES) / recursion.LANES
+    block[:n, recursion.HEADING] = np.outer(problem.angles, slower)
+    block[:n, recursion.RATE] = np.outer(problem.rates, slower)
+    block[:n, recursion.FORCE] = problem.forces[:, None]
+    times = _times(n, 5_000)
+    repeat_lanes(1, bodies, BASE, block)
+    found = block[1:, recursion.ACCELERATION, 0].copy()
+    runs = times * recursion.LANES
+    return Contender(found, lambda: repeat_lanes(times, bodies, BASE, block), runs)
+
+
+def dense(problem: ChainProblem) -> Contender:
+    """Solve the paper's eq. 39 as it stands; what does not depend on the state is found before."""
+    bodies, n = problem.bodies, problem.n
+    levers = np.tril(np.broadcast_to(bodies.length, (n, n)), -1) + np.diag(bodies.reach)
+    coupling = levers.T @ (bodies.mass[:, None] * levers)
+    inertia = np.diag(bodies.inertia)
+    weight_x, weight_y = (g * (levers.T @ bodies.mass) for g in GRAVITY)
+    angles, rates, forces = problem.angles, problem.rates, problem.forces
+
+    def accelerations() -> Array:
+        pull = forces + np.cos(angles) * weight_y - np.sin(angles) * weight_x
+        return equation_39(coupling, inertia, angles, rates, pull)
+
+    return Contender(accelerations(), accelerations, 1)
+
+
+def pinocchio(problem: ChainProblem) -> Contender:
+    """Featherstone's articulated-body algorithm in three dimensions, in C++, called from Python."""
+    pin: Any = importlib.import_module("pinocchio")
+    bodies = problem.bodies
+    model = pin.Model()
+    model.gravity.linear = np.array([*GRAVITY, 0.0])
+    joint, place = 0, pin.SE3.Identity()
+    for i in range(problem.n):
+        joint = model.addJoint(joint, pin.JointModelRZ(), place, f"joint {i}")
+        centre = np.array([bodies.reach[i], 0.0, 0.0])
+        inertia = pin.Inertia(bodies.mass[i], centre, bodies.inertia[i] * np.eye(3))
+        model.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
+        place = pin.SE3(np.eye(3), np.array([bodies.length[i], 0.0, 0.0]))
+    data = model.createData()
+    aba: Any = pin.aba
+    # Of its two conventions the faster one.
+    given = (problem.joint_angles, problem.joint_rates, problem.torques, pin.Convention.WORLD)
+    times = _times(problem.n, 2_000)
+
+    def work() -> None:
+        for _ in range(times):
+            aba(model, data, *given)
+
+    return Contender(np.cumsum(aba(model, data, *given)), work, times)
+
+
+def mujoco(problem: ChainProblem) -> Contender:
+    """MuJoCo's step, forward dynamics and explicit Euler, repeated in C.
+
+    It is so short that the chain stays where it is.
+    """
+    mj: Any = importlib.import_module("mujoco")
+    bodies = problem.bodies
+    spec = mj.MjSpec()
+    spec.option.gravity = [*GRAVITY, 0.0]
+    spec.option.timestep = 1e-12
+    spec.option.disableflags = mj.mjtDisableBit.mjDSBL_CONTACT
+    body, place = spec.worldbody, 0.0
+    for i in range(problem.n):
+        body = body.add_body(
+            pos=[place, 0.0, 0.0],
+            mass=bodies.mass[i],
+            ipos=[bodies.reach[i], 0.0, 0.0],
+            inertia=[bodies.inertia[i]] * 3,
+            explicitinertial=True,
+        )
+        body.add_joint(type=mj.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
+        place = bodies.length[i]
+    model = spec.compile()
+    data = mj.MjData(model)
+    data.qpos[:] = problem.joint_angles
+    data.qvel[:] = problem.joint_rates
+    data.qfrc_applied[:] = problem.torques
+    mj.mj_forward(model, data)
+    found = np.cumsum(data.qacc)
+    times = _times(problem.n, 500)
+    return Contender(found, lambda: mj.mj_step(model, data, times), times)
+
+
+def casadi(problem: ChainProblem) -> Contender:
+    """Featherstone's algorithm as CasADi writes it down in C, repeated in C."""
+    ca: Any = importlib.import_module("casadi")
+    n = problem.n
+    given = [ca.SX.sym(name, n) for name in ("angles", "rates", "forces")]
+    found = ca.cse(ca.vertcat(*_articulated(ca, problem.bodies, *given)))
+    times = _times(n, 20_000)
+    repeated = ca.Function("accelerations", given, [found]).map(times)
+    with tempfile.TemporaryDirectory() as folder:
+        source, library = Path(folder, "chain.c"), Path(folder, "chain.so")
+        writer = ca.CodeGenerator(source.name)
+        writer.add(repeated)
+        writer.generate(folder + os.sep)
+        compiler = [*COMPILER, "-shared", "-fPIC", "-o", str(library), str(source), "-lm"]
+        subprocess.run(compiler, check=True)
+        loaded = ca.external(repeated.name(), str(library))
+    buffer, work = loaded.buffer()
+    values = (problem.angles, problem.rates, problem.forces)
+    arrays = [np.tile(each, (times, 1)) for each in values]
+    out = np.zeros((times, n))
+    for k, array in enumerate(arrays):
+        buffer.set_arg(k, memoryview(cast("Any", array)))
+    buffer.set_res(0, memoryview(cast("Any", out)))
+    work()
+    # CasADi keeps none of these alive.
+    used = loaded, buffer, arrays, out
+    return Contender(out[-1].copy(), lambda: (work(), used), times)
+
+
+def _articulated(ca: Any, bodies: Bodies, angles: Any, rates: Any, forces: Any) -> list[Any]:
+    """Write the accelerations of the headings down, from the chain's end to its hinge and back.
+
+    Featherstone's algorithm in the plane, in components along x and y: the rest of the chain from
+    a hinge on resists its acceleration a by ``inertia @ a + bias``.
+    """
+    inertia: Any = ca.SX(2, 2)
+    bias: Any = ca.SX(2, 1)
+    steps: list[Any] = []
+    for i in reversed(range(angles.numel())):
+        mass, reach, length = bodies.mass[i], bodies.reach[i], bodies.length[i]
+        along = ca.vertcat(ca.cos(angles[i]), ca.sin(angles[i]))
+        across = ca.vertcat(-along[1], along[0])
+        inward = rates[i] * rates[i] * along
+        lever = mass * reach * across + length * (inertia @ across)
+        held = mass * reach * inward + length * (inertia @ inward)
+        resists = bodies.inertia[i] + mass * reach * reach
+        resists += length * length * ca.dot(across, inertia @ across)
+        pull = forces[i] - length * ca.dot(across, bias - length * (inertia @ inward))
+        steps.insert(0, (length, across, inward, lever, resists, pull))
+        bias += lever * (pull / resists) - held
+        inertia += mass * ca.SX.eye(2) - lever @ lever.T / resists
+    hinge: Any = ca.SX(BASE)
+    found: list[Any] = []
+    for length, across, inward, lever, resists, pull in steps:
+        found.append((pull - ca.dot(lever, hinge)) / resists)
+        hinge += length * (across * found[-1] - inward)
+    return found
+
+
+def missing() -> list[str]:
+    """Names of the peers that are not installed; the extra ``peers`` brings them."""
+    needs = {PINOCCHIO: "pinocchio", MUJOCO: "mujoco", CASADI: "casadi"}
+    absent = [name for name, module in needs.items() if find_spec(module) is None]
+    if CASADI not in absent and shutil.which(COMPILER[0]) is None:
+        absent.append(CASADI)
+    return absent
+
+
+BUILDS: dict[str, Build] = {
+    SCALAR: scalar,
+    LANES: lanes,
+    PINOCCHIO: pinocchio,
+    MUJOCO: mujoco,
+    CASADI: casadi,
+    DENSE: dense,
 }
-PAIR = "ns a pair of nodes"
-SEED = 11
-SLOPES = {STEEPEST_MAGNETS: ":", 2.0: "-."}  # powers of n beside the times, and their lines
+
+# Longer chains would take minutes or many gigabytes: these keep matrices of n² numbers or more.
+# So would the compilation of code without loops.
+LONGEST = {PINOCCHIO: 450, MUJOCO: 1000, CASADI: 60, DENSE: 1000}
 
 
-def accelerations(quick: bool, progress: Progress) -> Measurement:
-    """Measure every contender at every length, as `pinned_chain.measure` does.
+def measure(quick: bool, progress: Progress) -> list[Row]:
+    """Time every contender at every length, or at fewer if ``quick``.
+
+    Returns
+    -------
+    list of Row
+        A row a contender and length; peers that are not installed have none.
+
+    Raises
+    ------
+    ArithmeticError
+        If two contenders disagree about the accelerations.
+    """
+    lengths, rounds = (QUICK_LENGTHS, 5) if quick else (LENGTHS, 15)
+    absent = missing()
+    rows: list[Row] = []
+    for n, tick in tables.each_case(progress, lengths, lambda n: f"n = {n}"):
+        rows += _measure(n, rounds, absent, tick)
+    return rows
+
+
+def _measure(n: int, rounds: int, absent: list[str], tick: Tick) -> list[Row]:
+    """Rows of all contenders that can do n components."""
+    names = [name for name in BUILDS if name not in absent and n <= LONGEST.get(name, n)]
+    problem = random_problem(n)
+    contenders = {name: BUILDS[name](problem) for name in names}
+    apart = _differences(n, contenders)
+    timed = dict(contenders)
+    if PINOCCHIO in names:
+        timed[OVERHEAD] = BUILDS[PINOCCHIO](random_problem(1))
+    tasks = {name: timing.unprepared(each.work) for name, each in timed.items()}
+    timings = timing.take_turns(tasks, rounds, tick=tick)
+    taken = {name: t.samples / timed[name].evaluations for name, t in timings.items()}
+    if PINOCCHIO in names and n > 1:
+        taken[PINOCCHIO] = taken[PINOCCHIO] - taken[OVERHEAD]
+    shown = {PINOCCHIO: OVERHEAD} if n == 1 else {}
+    rows: list[Row] = []
+    for name in names:
+        ratio = timing.spread_of(taken[name] / taken[SCALAR])
+        rows.append(
+            {
+                "contender": shown.get(name, name),
+                "n": n,
+                **timing.spread_of(1e6 * taken[name]).time_cells("µs"),
+                "times one chain's": ratio.median,
+                "lower quartile": ratio.low,
+                "upper quartile": ratio.high,
+                "difference": apart[name],
+            }
+        )
+    return rows
+
+
+def _differences(n: int, contenders: Mapping[str, Contender]) -> dict[str, float]:
+    """Largest differences from the scalar kernel, as shares of the largest acceleration."""
+    expected = contenders[SCALAR].accelerations
+    scale = float(np.abs(expected).max())
+    # Mass matrices, which some contenders form, grow ill-conditioned with the length.
+    bound = AGREE * max(1.0, n / LONG) ** 2
+    apart: dict[str, float] = {}
+    for name, contender in contenders.items():
+        apart[name] = float(np.abs(contender.accelerations - expected).max()) / scale
+        if not apart[name] <= bound:
+            msg = f"n = {n}: {name} and {SCALAR} differ by {apart[name]:.1e}"
+            raise ArithmeticError(msg)
+    return apart
+
+
+def run(quick: bool, progress: Progress) -> Measurement:
+    """Measure every contender at every length, as `measure` does.
 
     Peers that are not installed have no rows, and a finding says that they are absent.
     """
-    rows = pinned_chain.measure(quick, progress)
-    names = tables.distinct(rows, "contender")
-    lines = _by_length(rows, "contender")
-    shown: list[Row] = [
-        {"n": n, **{name: line.get(name, "") for name in names}} for n, line in lines.items()
-    ]
-    found = _findings(rows)
-    found += [f"{name} is absent" for name in pinned_chain.missing()]
-    title = "Accelerations of a pinned chain: µs an evaluation and chain"
-    return Measurement(rows, [Table(title, shown)], found)
-
-
-def _by_length(rows: list[Row], *columns: str) -> dict[int, dict[str, str]]:
-    """Return the times of each length as texts, by what stands in some columns."""
-    lines: dict[int, dict[str, str]] = {}
+    rows = measure(quick, progress)
+    blank = dict.fromkeys(tables.distinct(rows, "contender"), "")
+    lines: dict[int, Row] = {}
     for row in rows:
-        name = ", ".join(str(row[column]) for column in columns)
-        lines.setdefault(int(row["n"]), {})[name] = f"{float(row['time [µs]']):.3g}"
-    return lines
+        line = lines.setdefault(int(row["n"]), {"n": row["n"], **blank})
+        line[str(row["contender"])] = f"{float(row['time [µs]']):.3g}"
+    found = _findings(rows)
+    found += [f"{name} is absent" for name in missing()]
+    title = "Accelerations of a pinned chain: µs an evaluation and chain"
+    return Measurement(rows, [Table(title, list(lines.values()))], found)
 
 
 def _findings(rows: list[Row]) -> list[str]:
@@ -100,86 +439,24 @@ def _findings(rows: list[Row]) -> list[str]:
     return found
 
 
-def magnets(quick: bool, progress: Progress) -> Measurement:
-    """Measure all lengths, then the price of a pair of nodes."""
-    lengths, rounds = (QUICK_LENGTHS, 2) if quick else (LENGTHS, 7)
-    rows: list[Row] = []
-    for n, tick in tables.each_case(progress, lengths, lambda n: f"n = {n}"):
-        rows += _time(n, list(samples.shapes(n)), BOUNDS, rounds, tick)
-    shown: list[Row] = []
-    for n, line in _by_length(rows, "shape", "magnets").items():
-        unfolded = float(tables.select(rows, n=n)[0]["time [µs]"])
-        shown.append({"n": n, **line, "µs a component, unfolded": unfolded / n})
-    progress(1.0, "pairs of nodes")
-    # Every pair of nodes is summed.
-    fixed = _time(NODES_AT, [UNFOLDED], FIXED, rounds, lambda _: None)
-    for row in fixed:
-        nodes = FIXED[str(row["magnets"])].nodes
-        assert nodes is not None
-        row[PAIR] = float(row["ns a pair"]) / (FACES * nodes) ** 2
-    prices = tables.without_quartiles(fixed, "shape")
-    found = [
-        Table("All magnet forces of a chain: µs an evaluation", shown),
-        Table("Fixed numbers of nodes a face: the price of a pair", prices),
-    ]
-    return Measurement([*rows, *fixed], found, _magnets_findings(rows))
-
-
-def _time(
-    n: int, names: list[str], magnets: Mapping[str, Magnets], rounds: int, tick: Tick
-) -> list[Row]:
-    """Time one chain in some shapes with some magnets, in turns."""
-    scene = samples.random_scene(np.random.default_rng(SEED), n).replace(friction=0.0)
-    headings = samples.shapes(n)
-    chains = {
-        (shape, name): Chain.pinned(scene.replace(magnets=each), headings[shape])
-        for shape, (name, each) in product(names, magnets.items())
-    }
-    return [
-        {
-            "shape": shape,
-            "magnets": name,
-            "n": n,
-            **taken.spread.time_cells("µs", 1e6),
-            "ns a pair": 1e9 * taken.median / (n * (n - 1) / 2),
-            PAIR: math.nan,
-        }
-        for (shape, name), taken in samples.time_each(chains, rounds, tick).items()
-    ]
-
-
-def _magnets_findings(rows: list[Row]) -> list[str]:
-    found: list[str] = []
-    longest = max(int(row["n"]) for row in rows)
-    for shape, bound in product((UNFOLDED, FOLDED, AT_STOPS), BOUNDS):
-        slope = tables.growth(tables.select(rows, shape=shape, magnets=bound), LONG)
-        if math.isfinite(slope):
-            held = tables.verdict(slope <= STEEPEST_MAGNETS)
-            asked = f"; at most {STEEPEST_MAGNETS} is asked for: {held}"
-            found.append(
-                f"{shape}, {bound}: the time grows like n to the {slope:.2f} "
-                f"from n = {LONG} to {longest}{asked if shape == UNFOLDED else ''}"
-            )
-    return found
-
-
-def draw_magnets(rows: list[Row]) -> Any:
-    """Time of all magnet forces against the length, log against log."""
-    figure, (axis,) = plotting.panels(1, "All magnet forces of a chain", width=7.5, height=5.0)
-    for k, shape in enumerate(samples.shapes(2)):
-        for bound, line in zip(BOUNDS, ("-", "--"), strict=True):
-            mine = tables.select(rows, shape=shape, magnets=bound)
-            style = {"linestyle": line, "linewidth": 1.6, "label": f"{shape}, {bound}"}
-            plotting.curve(axis, mine, "n", "time [µs]", k, **style)
-    first = tables.select(rows, shape=UNFOLDED, magnets=next(iter(BOUNDS)))
-    longer = [row for row in first if int(row["n"]) >= LONG]
-    if longer:
-        n = tables.numbers(longer, "n")
-        for power, style in SLOPES.items():
-            line = float(longer[0]["time [µs]"]) * (n / n[0]) ** power
-            label = f"n to the {power:g}"
-            axis.loglog(n, line, color=plotting.INK, linewidth=1.2, linestyle=style, label=label)
+def draw(rows: list[Row]) -> Any:
+    """Draw how the time of an evaluation grows with the length, log against log."""
+    title = "Accelerations of a pinned chain; bands are quartiles"
+    figure, (axis,) = plotting.panels(1, title, 8.0, 5.0)
+    # What a call costs is measured at one length only.
+    shown = [row for row in rows if row["contender"] != OVERHEAD]
+    for k, name in enumerate(tables.distinct(shown, "contender")):
+        mine, colour = tables.select(shown, contender=name), LINE_COLOURS[k]
+        style = {"linewidth": 2.2 if name in (SCALAR, LANES) else 1.3, "label": name}
+        n, _ = plotting.curve(axis, mine, "n", "time [µs]", k, color=colour, **style)
+        quartiles = (tables.numbers(mine, f"{side} quartile [µs]") for side in ("lower", "upper"))
+        axis.fill_between(n, *quartiles, color=colour, alpha=0.2, linewidth=0)
     axis.set_xlabel("components n")
-    axis.set_ylabel("time of an evaluation [µs]")
+    axis.set_ylabel("time of one chain's accelerations [µs]")
     plotting.legend(axis, "upper left")
     return figure
+
+
+def _times(n: int, components: int) -> int:
+    """How often to repeat an evaluation, so that about ``components`` components are done."""
+    return max(1, components // n)

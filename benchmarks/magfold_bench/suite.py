@@ -34,7 +34,6 @@ PAGE, RESULTS = "report.html", "bench.json"
 PACE_ROUNDS = 9
 LEFT_OUT = {
     "dynamics first-use": "it compiles the engine anew, which takes most of a minute",
-    "design searches": "it takes most of a minute",
 }
 """What `--quick` leaves out, and why."""
 

@@ -32,10 +32,9 @@ import llvmlite.binding
 import numba
 import numpy as np
 
-from magfold_bench import predictors
 from magfold_bench.folds import scene_of
+from magfold_bench.ground_states import random_scene as random_poles
 from magfold_bench.laws.integrators import double_euler
-from magfold_bench.laws.pinned_chain import BASE, random_problem, repeat_lanes, repeat_scalar
 from magfold_bench.magnets.samples import (
     FOLDED,
     chain_forces,
@@ -45,6 +44,7 @@ from magfold_bench.magnets.samples import (
     shapes,
 )
 from magfold_bench.runs import KINDS, ended, run_task
+from magfold_bench.scaling import BASE, random_problem, repeat_lanes, repeat_scalar
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.workspace import new_nodes, new_rigid, new_work
 from magfold_env.envs.vector_env import ChainVectorEnv
@@ -126,7 +126,7 @@ def accelerations() -> Work:
 def energies() -> Work:
     """Exact energies of all words for some sequences."""
     rng = np.random.default_rng(3)
-    landscape = Landscape(predictors.random_scene(rng, COMPONENTS))
+    landscape = Landscape(random_poles(rng, COMPONENTS))
     signs = rng.choice([-1.0, 1.0], (100, COMPONENTS, 4))
     return lambda: landscape.energies(signs)
 

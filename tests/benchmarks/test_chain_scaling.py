@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from magfold_bench import scaling
-from magfold_bench.laws import pinned_chain
-from magfold_bench.laws.pinned_chain import BUILDS, LANES, LONG, SCALAR, missing, random_problem
+from magfold_bench.scaling import BUILDS, LANES, LONG, SCALAR, missing, random_problem
 from magfold_env.reporting.tables import growth, select
 
 
@@ -19,7 +18,7 @@ def test_contenders_find_the_same_accelerations(name, n):
     if name in missing():
         pytest.skip(f"{name} is not installed")
     problem = random_problem(n)
-    expected = pinned_chain.dense(problem).accelerations
+    expected = scaling.dense(problem).accelerations
     contender = BUILDS[name](problem)
     bound = 1e-9 * np.abs(expected).max()
     np.testing.assert_allclose(contender.accelerations, expected, rtol=0, atol=bound)
@@ -39,28 +38,28 @@ def test_the_slope_is_that_of_a_power_law():
 
 def test_absent_peers_are_reported(monkeypatch):
     absent = ["Pinocchio aba", "MuJoCo mj_step", "CasADi, generated C"]
-    monkeypatch.setattr(pinned_chain, "missing", lambda: absent)
-    monkeypatch.setattr(pinned_chain, "QUICK_LENGTHS", (1, 3))
-    part = scaling.accelerations(quick=True, progress=silent)
-    assert {row["contender"] for row in part.rows} == {SCALAR, LANES, pinned_chain.DENSE}
+    monkeypatch.setattr(scaling, "missing", lambda: absent)
+    monkeypatch.setattr(scaling, "QUICK_LENGTHS", (1, 3))
+    part = scaling.run(quick=True, progress=silent)
+    assert {row["contender"] for row in part.rows} == {SCALAR, LANES, scaling.DENSE}
     said = [text for text in part.findings if "absent" in text]
     assert said == [f"{name} is absent" for name in absent]
 
 
 def test_contenders_that_disagree_are_not_timed(monkeypatch):
     def wrong(problem):
-        found = pinned_chain.dense(problem)
-        return pinned_chain.Contender(1.001 * found.accelerations, found.work, 1)
+        found = scaling.dense(problem)
+        return scaling.Contender(1.001 * found.accelerations, found.work, 1)
 
-    monkeypatch.setitem(BUILDS, pinned_chain.DENSE, wrong)
+    monkeypatch.setitem(BUILDS, scaling.DENSE, wrong)
     with pytest.raises(ArithmeticError, match="dense"):
-        scaling.accelerations(quick=True, progress=silent)
+        scaling.run(quick=True, progress=silent)
 
 
 def test_the_figure_has_a_line_a_contender(monkeypatch):
     pytest.importorskip("matplotlib.figure")
-    monkeypatch.setattr(pinned_chain, "QUICK_LENGTHS", (1, 3))
-    rows = scaling.accelerations(quick=True, progress=silent).rows
-    figure = pinned_chain.draw(rows)
-    drawn = {row["contender"] for row in rows} - {pinned_chain.OVERHEAD}
+    monkeypatch.setattr(scaling, "QUICK_LENGTHS", (1, 3))
+    rows = scaling.run(quick=True, progress=silent).rows
+    figure = scaling.draw(rows)
+    drawn = {row["contender"] for row in rows} - {scaling.OVERHEAD}
     assert {line.get_label() for line in figure.axes[0].lines} == drawn

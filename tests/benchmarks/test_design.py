@@ -14,10 +14,6 @@ from magfold_env.ensembles.releases import release
 from magfold_env.shapes import folded_words
 
 
-def _silent(share: float, what: str) -> None:
-    pass
-
-
 @pytest.mark.medium
 @pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_targets_are_judged_beside_the_minimiser(
@@ -53,31 +49,3 @@ def test_the_minimiser_takes_the_speed_at_which_it_does_best() -> None:
     assert free is not None
     assert free.speed is None
     assert design.minimisers_choice(scene, "LRR", "free", {"LRR": None}, seed=3) is None
-
-
-@pytest.mark.medium
-@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.slow)])
-def test_lengths_and_friction(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    if not whole:
-        monkeypatch.setattr(design, "QUICK_SUITES", {5: 2})
-        monkeypatch.setattr(design, "SUITE_RUNS", 2)
-        monkeypatch.setattr(design, "QUICK_LENGTHS", (4,))
-        monkeypatch.setattr(design, "FRICTIONS", (0.35, 0.05))
-        monkeypatch.setattr(design, "FRICTION_RUNS", 1)
-    part = design.lengths(True, _silent)
-    (n,) = design.QUICK_SUITES
-    assert [row["components"] for row in part.rows] == [n, n]
-    assert all(0.0 <= float(row["success"]) <= 1.0 for row in part.rows)
-    part = design.friction(True, _silent)
-    assert {row["friction"] for row in part.rows} == set(design.FRICTIONS)
-    assert all(0.0 <= float(row["success"]) <= 1.0 for row in part.rows)
-
-
-@pytest.mark.slow
-def test_searches_are_held_against_proven_optima() -> None:
-    part = design.searches(True, _silent)
-    of_best = [float(row["of the optimum"]) for row in part.rows if row["of the optimum"] != ""]
-    assert of_best
-    assert all(share <= 1.0 + 1e-9 for share in of_best)
-    proved = [row for row in part.rows if row["search"] == "exhaustive"]
-    assert all(row["of the optimum"] in ("", pytest.approx(1.0)) for row in proved)

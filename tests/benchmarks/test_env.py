@@ -5,26 +5,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_bench.env import overhead, rates, tolerance
-from magfold_bench.env.players import (
-    TUBE_FEED,
-    drawn_actions,
-    episode_length,
-    log_uniform,
-    play_single,
-    play_vector,
-    rate_cells,
-    rate_verdict,
-    single,
-    step_single,
-    vector,
-)
+from magfold_bench import overhead
+from magfold_bench.episodes import log_uniform, play_single, play_vector, single, vector
 from magfold_bench.parts import BENCHMARKS
 from magfold_env.cli import app
 from magfold_env.engine.compile.jit import numba_config
 from magfold_env.envs.spaces import observation
 from magfold_env.envs.spaces.actions import ActionTable
-from magfold_env.reporting.timing import Timing
 from tests.benchmarks.command import measuring
 
 OPTIONS = {"fidelity": "quasistatic", "actions": "box"}
@@ -61,9 +48,9 @@ def test_speeds_are_log_uniform_over_their_whole_range():
 
 def test_alone_and_side_by_side_the_same_episodes_are_played(monkeypatch):
     actions = log_uniform(np.random.default_rng(1), 6, 4)
-    alone = Diary(single(TUBE_FEED, **OPTIONS))
+    alone = Diary(single(**OPTIONS))
     play_single(alone, 7, actions)
-    together = vector(TUBE_FEED, 4, fidelity="quasistatic", actions="box")
+    together = vector(4, fidelity="quasistatic", actions="box")
     seen, step = [], together.step
 
     def noted(given):
@@ -78,23 +65,6 @@ def test_alone_and_side_by_side_the_same_episodes_are_played(monkeypatch):
             np.testing.assert_array_equal(mine, theirs[k])
 
 
-def test_steps_go_on_after_the_end_of_an_episode():
-    env = Diary(single(TUBE_FEED, **OPTIONS))
-    env.reset(seed=0)
-    step_single(env, drawn_actions(env, 20, 0))
-    lengths = [len(episode) for episode in env.episodes]
-    assert sum(lengths) == 20
-    assert max(lengths) == 6
-    assert episode_length(single("Acrobot-v1", max_episode_steps=5), 12) == 5.0
-
-
-def test_rates_are_of_the_median_time():
-    cells = rate_cells("steps", Timing(np.array([1.0, 2.0, 4.0, 2.0, 2.0])), 10)
-    assert cells == {"steps/s": 5.0, "lower quartile": 5.0, "upper quartile": 5.0}
-    assert rate_verdict(300.0, 300.0).endswith("holds")
-    assert rate_verdict(299.0, 300.0).endswith("FAILS")
-
-
 def test_the_line_through_times_is_found():
     rows = [{"envs": k, "time [µs]": 15.0 + 0.25 * k} for k in (1, 4, 16, 64, 256)]
     assert overhead.fit(rows) == pytest.approx((15.0, 0.25))
@@ -102,7 +72,7 @@ def test_the_line_through_times_is_found():
 
 @pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
 def test_the_kernel_clock_counts_calls_of_kernels_and_nothing_else():
-    env = single(TUBE_FEED, **OPTIONS)
+    env = single(**OPTIONS)
     actions = log_uniform(np.random.default_rng(2), 6, 1)
     play_single(env, 0, actions)  # compiles
     names = {name: value for name, value in vars(observation).items() if callable(value)}
@@ -116,15 +86,6 @@ def test_the_kernel_clock_counts_calls_of_kernels_and_nothing_else():
     inside = clock.inside
     play_single(env, 0, actions)
     assert clock.inside == inside
-
-
-def test_absent_peers_are_reported(monkeypatch):
-    monkeypatch.setattr(rates, "mujoco_installed", lambda: False)
-    left = [each for each in rates.CONTENDERS if each.env_id in ("Acrobot-v1", "Swimmer-v5")]
-    monkeypatch.setattr(rates, "CONTENDERS", left)
-    part = rates.peers(quick=True, progress=lambda share, what: None)
-    assert {row["task"] for row in part.rows} == {"Acrobot-v1"}
-    assert "Swimmer-v5 are left out: MuJoCo is absent" in part.findings[0]
 
 
 @pytest.fixture(scope="module")
@@ -148,23 +109,6 @@ def test_python_adds_less_than_the_whole_step_takes(measured):
         overhead.LAST,
     }
     assert all(row["time [µs]"] > 0.0 for row in part["rows"])
-
-
-@pytest.mark.medium
-def test_ends_are_compared_at_every_tolerance(measured):
-    part, files = measured("tolerance")
-    assert files == {"env.json", "tolerance.csv"}
-    assert [row["tolerance [rad]"] for row in part["rows"]] == [*tolerance.TOLERANCES] * 2
-    for n in tolerance.LENGTHS:
-        work = [row["evaluations"] for row in part["rows"] if row["n"] == n]
-        assert work == sorted(work, reverse=True)
-    # Of the ten times looser tolerances two are there for each length.
-    compared = [row for row in part["rows"] if row[tolerance.GROWTH[0]] != ""]
-    assert [row["tolerance [rad]"] for row in compared] == [1e-4, 3e-4] * 2
-    for row in compared:
-        alike, cheap, most = (row[name] for name in tolerance.GROWTH)
-        assert 0 < cheap <= alike <= row["episodes"]
-        assert (cheap == alike) == (most <= tolerance.DEARER)
 
 
 def test_unknown_parts_are_told():

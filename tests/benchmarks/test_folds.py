@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magfold_bench import folds
-from magfold_bench.folds import DEFAULT, FoldsEffort
+from magfold_bench.folds import DEFAULT, Effort
 from magfold_bench.runs import CLOSE, KINDS
 from magfold_env.fold import FoldStatus
 
@@ -31,7 +31,7 @@ def test_scenes_are_what_their_kinds_say_and_reproducible(kind):
 
 
 def test_folds_that_are_timed_end_where_the_reference_does(monkeypatch):
-    monkeypatch.setattr(folds, "QUICK_FOLDS", FoldsEffort(2, 1, (DEFAULT,)))
+    monkeypatch.setattr(folds, "QUICK", Effort(2, 1, (DEFAULT,)))
     shares = []
     part = folds.folds(True, lambda share, _: shares.append(share))
     assert shares == sorted(shares)

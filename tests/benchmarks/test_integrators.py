@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from magfold_bench import smooth
 from magfold_bench.laws import integrators
 from magfold_bench.laws.smooth_motion import (
     ADAMS,
@@ -19,10 +18,7 @@ from magfold_bench.laws.smooth_motion import (
     Integrator,
     SmoothProblem,
     Unreached,
-    magnetic_chain,
-    overlap,
     pendulum,
-    prepare_engine,
 )
 from tests.engine import reference
 
@@ -57,11 +53,6 @@ FIXED = ((EULER, 1), (VERLET, 2), (MIDPOINT, 2))
 def swing():
     problem = pendulum(3)
     return SmoothProblem("short", problem.scene.replace(duration=SHORT))
-
-
-@pytest.fixture(scope="module")
-def chain():
-    return magnetic_chain()
 
 
 @pytest.fixture(scope="module")
@@ -121,42 +112,10 @@ def test_evaluations_grow_with_the_order_of_the_pair(swing):
         assert np.log(tight / loose) / np.log(1e5) == pytest.approx(1 / order, abs=0.03)
 
 
-@pytest.mark.medium
-@pytest.mark.parametrize("method", [*ADAPTIVE, None], ids=lambda m: m.name if m else "engine")
-def test_all_agree_on_the_magnetic_chain(method, chain):
-    reference = DOP853.prepare(chain, 1e-12)().angles
-    prepare = method.prepare if method is not None else prepare_engine
-    # A margin: where the magnets' rules blend, forces are not as smooth as high orders like it.
-    assert np.abs(prepare(chain, 1e-9)().angles - reference).max() < 1e-7
-
-
 def test_a_tolerance_out_of_reach_is_told(swing):
     with pytest.raises(Unreached, match="DOP853"):
         DOP853.prepare(swing, 1e-40)()
 
 
-def test_the_magnetic_chain_stops_short_of_contact(chain):
-    bends = np.abs(np.diff(DOP853.prepare(chain, 1e-8)().angles))
-    assert 1.0 < bends.max() < np.pi / 2
-
-
-def test_overlap_sees_squares_that_share_points(chain):
-    ring = np.cumsum([0.0, *[np.pi / 2 - 0.01] * 5])  # the fifth casing lies on the first
-    assert overlap(chain.scene, ring)
-    assert not overlap(chain.scene, np.zeros(6))
-
-
 def test_adams_is_as_exact_as_it_is_asked_for(swing, exact):
     assert error(ADAPTIVE[2], swing, 1e-12, exact) < 1e-11
-
-
-def test_starting_anew_costs_high_orders_most(chain):
-    exact = DOP853.prepare(chain, 1e-12)().angles
-    counts = {}
-    for method in ADAPTIVE:
-        for arcs in (1, 16):
-            angles, counts[method.name, arcs] = smooth.in_arcs(chain, method, 1e-4, arcs)
-            assert np.abs(angles - exact).max() < 1e-3
-    assert counts["DP5(4)", 16] < counts["DOP853", 16]
-    assert counts["DP5(4)", 16] < counts["Adams PECE", 16]
-    assert all(counts[method.name, 1] < counts[method.name, 16] for method in ADAPTIVE)

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from magfold_bench import parts, scaling
+from magfold_bench import parts
 from magfold_bench.laws import exact_magnets
 from magfold_bench.magnets import (
     accuracy,
-    chains,
-    far,
     samples,
 )
 from magfold_bench.magnets.peers import MAGPYLIB, installed
@@ -23,12 +21,11 @@ from magfold_bench.magnets.samples import (
 )
 from magfold_bench.parts import BENCHMARKS
 from magfold_env.cli import app
-from magfold_env.reporting.tables import Measurement, growth
+from magfold_env.reporting.tables import Measurement
 from magfold_env.scene import Magnets
 from magfold_env.shapes import centres
 from tests.benchmarks.command import measuring
 from tests.benchmarks.magnet_pairs import SIDE, alike
-from tests.reference import magnet_field
 
 
 def silent(share, what):
@@ -85,122 +82,6 @@ def test_a_chain_turns_its_joints_as_the_reference_says():
     np.testing.assert_allclose(found, exact, rtol=0, atol=bound)
 
 
-FEW_GAPS = exact_magnets.GAPS[::5]
-
-
-def test_point_charges_are_too_strong_near_and_right_far_away(monkeypatch):
-    monkeypatch.setattr(exact_magnets, "GAPS", FEW_GAPS)
-    rows = exact_magnets.force_rows()
-    near = [float(row["magnets / exact"]) for row in exact_magnets.rows_at(rows, 0.001)]
-    far = [float(row["magnets / exact"]) for row in exact_magnets.rows_at(rows, 0.03)]
-    assert min(near) > 4
-    np.testing.assert_allclose(far, 1.0, atol=0.06)
-    # One charge a face: Coulomb's law by hand.
-    lone = next(row for row in exact_magnets.rows_at(rows, 0.01) if row["h"] == 1)
-    charge, t = Magnets().charge, 0.0025
-    by_hand = 1e-7 * charge**2 * (1 / 0.01**2 - 2 / (0.01 + t) ** 2 + 1 / (0.01 + 2 * t) ** 2)
-    found = float(lone["magnets / exact"]) * float(lone["exact [N]"])
-    assert found == pytest.approx(by_hand)
-
-
-def test_the_states_of_a_fold_are_as_many_as_its_evaluations():
-    scene = next(iter(chains.fold_scenes(chains.Effort((3,), 1, 1)).values()))
-    session = chains.RecordedSession(scene)
-    session.run()
-    states = chains.states_of(scene)
-    assert states.first.size == session.evaluations
-    np.testing.assert_array_equal(states.q[-1], session.path[-1])
-    # Evaluations of a step lie between its ends.
-    low, high = (f([path[: scene.n] for path in session.path], axis=0) for f in (np.min, np.max))
-    assert (states.q[:, : scene.n] >= low - 1e-12).all()
-    assert (states.q[:, : scene.n] <= high + 1e-12).all()
-
-
-def test_the_slope_is_that_of_a_power_law():
-    rows = [
-        {"shape": "unfolded", "magnets": "m", "n": n, "time [µs]": 0.3 * n**1.7}
-        for n in (2, 60, 450, 10_000)
-    ]
-    assert growth(rows, scaling.LONG) == pytest.approx(1.7)
-    assert np.isnan(growth(rows[:2], scaling.LONG))
-
-
-@pytest.mark.parametrize("shape", [samples.UNFOLDED, samples.FOLDED])
-def test_the_far_field_errs_less_the_higher_its_order_and_the_farther_it_begins(shape):
-    orders, radii = (1, 2, 3), (1.4, 2.8)
-    settings = [far.Setting(order, radius, radius) for order in orders for radius in radii]
-    found = far.errors_of(far.states_of(30, shape, 2), settings)
-    errors = {(setting.order, setting.radius): error for setting, error in found.items()}
-    for radius in radii:
-        assert errors[1, radius] > 1.5 * errors[2, radius] > 3 * errors[3, radius] > 0
-    # The first term left out falls faster with distance, the higher the order.
-    for order in orders:
-        assert errors[order, 1.4] > 2**order * errors[order, 2.8]
-
-
-def test_the_engines_own_far_field_is_among_those_measured_and_keeps_its_bound():
-    for effort in (far.QUICK, far.FULL):
-        own = {far.Setting.of(far.own_rule(bound)) for bound in effort.bounds}
-        assert own <= set(effort.settings)
-        assert min(setting.groups for setting in effort.settings) > 4 / 3
-    own = far.Setting.of(far.own_rule(1e-3))
-    errors = far.errors_of(far.states_of(40, samples.FOLDED, 2), [own])
-    assert errors[own] < 1e-3
-
-
-def test_the_fastest_order_is_found_among_those_that_err_little_enough():
-    def row(order, error, time, bound=1e-3):
-        return {"nodes of accuracy": bound, "order": order, "error": error, "time [µs]": time}
-
-    rows = [row(far.NONE, 0.0, 1.0), row(1, 2e-3, 2.0), row(1, 1e-3, 9.0)]
-    rows += [row(3, 5e-4, 4.0), row(3, 1e-4, 5.0), row(3, 1e-4, 3.0, bound=1e-2), row(2, 0.1, 1.0)]
-    assert far.fastest(rows, 1e-3) == {1: rows[2], 3: rows[3]}
-
-
-def test_features_are_what_they_are_called():
-    chosen = chains.features(6)
-    assert set(chains.COSTLY) <= set(chosen)
-    empty = {
-        name: [faces.count("-") for faces in chosen[name].sequence]
-        for name in chosen
-        if any("-" in faces for faces in chosen[name].sequence)
-    }
-    assert empty == {
-        "one face in four empty": [1] * 6,
-        "two faces in four empty": [2] * 6,
-        "every other component without magnets": [4, 0] * 3,
-        "no component with magnets": [4] * 6,
-    }
-    assert np.ptp(np.abs(chosen["unequal strengths"].charges), axis=0).min() > 0
-
-
-@pytest.mark.parametrize("name", ["an even field", "a fixed magnet", "unequal sizes"])
-def test_features_act_on_the_chains_that_are_timed(name):
-    """What the dynamics' kernel finds for them is what the reference says."""
-    scene = chains.features(6)[name].replace(magnets={"accuracy": 1e-4})
-    headings = samples.shapes(6)[samples.FOLDED]
-    places, states = centres(headings, SIDE), pinned_states([headings], SIDE)
-    force, torque = (
-        one + other
-        for one, other in zip(
-            exact_magnets.forces(scene, places, headings),
-            magnet_field.field_forces(scene, places, headings),
-            strict=True,
-        )
-    )
-    exact = joint_torques(Loads(force[None, :, 0], force[None, :, 1], torque[None]), states, SIDE)
-    found = joint_torques(Chain(scene, states).loads(), states, SIDE)
-    bound = 1e-4 * exact_magnets.flush_force(scene) * SIDE
-    np.testing.assert_allclose(found, exact, rtol=0, atol=2 * bound)
-
-
-def test_chains_without_magnets_feel_nothing():
-    for name in ("no component with magnets", "no magnets in the scene"):
-        scene = chains.features(6)[name]
-        loads = Chain(scene, pinned_states([samples.folded(6)], SIDE)).loads()
-        assert not any(each.any() for each in loads)
-
-
 # Python takes less time for what little is summed here than it takes to compile the loops.
 @pytest.fixture(
     scope="module",
@@ -229,14 +110,9 @@ LITTLE = accuracy.Effort(12, 2, 1, (1, 3), (3,), (1e-2, 1e-4), 1)
 def measured(request, tmp_path_factory):
     measure = measuring("magnets", tmp_path_factory)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scaling, "QUICK_LENGTHS", (2, 60, 80))
-        patch.setattr(scaling, "NODES_AT", 4)
         if not request.param:
             patch.setattr(samples.timing, "enough_repeats", lambda work: 1)
             patch.setattr(accuracy, "QUICK", LITTLE)
-            patch.setattr(far, "QUICK", far.Effort((30,), 1, (1e-3,), (4.0,), 1))
-            patch.setattr(chains, "QUICK", chains.Effort((3,), 2, 1))
-            patch.setattr(exact_magnets, "GAPS", FEW_GAPS)
         yield measure
 
 

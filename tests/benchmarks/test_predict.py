@@ -1,7 +1,6 @@
-"""`magfold bench predict`: its parts, on few releases, and how predictors are judged."""
+"""`magfold bench predict`: its parts, on few releases."""
 
 import json
-from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 import magfold_env as mf
-from magfold_bench import idealisations, predictors
+from magfold_bench import idealisations
 from magfold_bench.laws import experiment
-from magfold_bench.predictors import DYNAMICS, Case
 from magfold_env.cli import app
 
 
@@ -47,56 +45,6 @@ def test_releases_by_hand_vary_in_all_that_is_stated() -> None:
         assert scene.start_angle_spread == experiment.ANGLE
         assert scene.sequence == mf.load_scene("paper/sequence-2").sequence
         assert scene.mount == ("free" if mode == "free" else "tube")
-    assert [s.sequence for s in experiment.random_scenes(3, "free")] == [
-        s.sequence for s in experiment.random_scenes(3, "backward")
-    ]
-
-
-def test_a_case_holds_what_the_ensemble_and_the_minimiser_say() -> None:
-    scene = experiment.paper_scene(3, "free")
-    case = predictors.compare("paper", "free", scene, 6)
-    made = mf.ensemble(scene, 6)
-    assert case.words == made.most_frequent()
-    assert case.folds == made.most_frequent("folded")
-    assert case.rate == max(Counter(made.word.tolist()).values()) / 6
-    assert case.named_word["full search"] == mf.minimise(scene, "free").best.word
-    assert case.named_word["backward search"] == mf.minimise(scene, "backward").best.word
-    few = mf.ensemble(scene, predictors.FEW, seed=1)
-    assert case.named_word[DYNAMICS] == few.most_frequent()[0]
-
-
-def _case(words: str, folds: str, named: str) -> Case:
-    by = {"full search": named}
-    return Case("random", "free", (), tuple(words.split()), tuple(folds.split()), 0.5, 0.5, by, by)
-
-
-def test_hits_are_counted_among_the_cases_that_can_be_judged() -> None:
-    cases = [_case("LS LR", "LR", "LR"), _case("LS", "", "LR"), _case("RL", "RL", "LR")]
-    words = {row["mode"]: row for row in predictors.summary(cases, fold=False)[3:]}
-    folds = {row["mode"]: row for row in predictors.summary(cases, fold=True)[3:]}
-    assert words["free"]["judged"] == "3 of 3"
-    assert str(words["free"]["full search"]).startswith("33 %")
-    assert folds["free"]["judged"] == "2 of 3"
-    assert str(folds["free"]["full search"]).startswith("50 %")
-    assert str(folds["free"]["forward search"]).startswith("0 %")  # it named nothing
-    assert words["forward"]["full search"] == "--"
-
-
-@pytest.mark.medium
-def test_the_predictors_part_has_a_row_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(predictors, "QUICK_MANY", 2)
-    monkeypatch.setattr(predictors, "QUICK_SCENES", 1)
-    part = predictors.predictors(True, _silent)
-    assert len(part.rows) == 3 * (3 + 1)
-    assert [len(table.rows) for table in part.tables] == [6, 6]
-    assert len(part.findings) == 3
-
-
-@pytest.mark.slow
-def test_scaling_times_threads_and_processes() -> None:
-    part = predictors.scaling(True, _silent)
-    assert {row["backend"] for row in part.rows} == {"threads", "processes"}
-    assert all(float(row["releases a second"]) > 0.0 for row in part.rows)
 
 
 def test_each_change_is_of_one_part_of_a_scene() -> None:

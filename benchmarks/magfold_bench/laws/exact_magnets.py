@@ -5,26 +5,16 @@ the components of ∫ r/|r|³ dA are an arcsinh, an arcsinh and an arctangent a 
 one face is summed over the other with Gauss-Legendre nodes along both its sides; unlike the
 engine, which has the integral out of the plane closed and sums over nodes of both faces. Nodes are
 as many as rounding is worth: more for faces that are near. Faces may differ in size and charge.
-
-Beside them stands what rows of point charges, the paper's model, make of two magnets.
 """
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.engine.magnets import laws
-from magfold_env.engine.magnets.laws import FacePair
-from magfold_env.engine.magnets.pairs import level_sum
-from magfold_env.engine.state import Array, IntArray, Nodes
-from magfold_env.engine.state import Magnets as Packed
-from magfold_env.engine.workspace import new_nodes
-from magfold_env.reporting.tables import Row
+from magfold_env.engine.state import Array, IntArray
 from magfold_env.scene import Magnets, Scene
 from magfold_env.scene.parts import MU0
-from magfold_env.simulation.pack import pack_magnets
 
 FACE_NORMALS = np.radians([45.0, 135.0, -135.0, -45.0])  # from the heading
 FACES = 8  # of a casing: four outer ones, then their inner counterparts
@@ -35,9 +25,6 @@ COULOMB = MU0 / (4.0 * np.pi)  # [N/A²]
 # as many.
 RULES = ((0.0, 40, 20), (0.95, 20, 10), (1.7, 12, 6), (4.0, 6, 4), (12.0, 4, 2))
 CHUNK = 400_000  # points at a time
-
-CHARGES = (1, 2, 3, 5, 10, 30)
-GAPS = 1e-3 * 10.0 ** np.linspace(-0.5, 1.5, 41)  # [m]; one of them is a millimetre
 
 
 class Faces(NamedTuple):
@@ -136,63 +123,6 @@ def face_force(scene: Scene, gap: float, face: int = 0) -> float:
     pull, _ = rectangle_pull(np.array([[0.0, gap]]), np.zeros(1), size, size, *RULES[0][1:])
     charge = magnets.charges(scene.n)[:, face].max()
     return float(COULOMB * charge**2 * pull[0, 1])
-
-
-def force_rows() -> list[Row]:
-    """Return a row a gap and number of charges: what two magnets do to each other, over the exact.
-
-    The magnets are equal and look at each other; beside them stand their near faces alone.
-    """
-    scene = Scene(sequence=("NNNN",), magnets=Magnets())
-    thickness, charge = float(Magnets().by_face("thickness")[0]), Magnets().charge
-    rows: list[Row] = []
-    for count in CHARGES:
-        magnets = pack_magnets(scene.replace(magnets=Magnets(model="points", nodes=count)))
-        nodes = new_nodes(magnets, 1)
-
-        def points(gap: float, magnets: Packed = magnets, nodes: Nodes = nodes) -> float:
-            return laws.COULOMB * charge**2 * _points_force(magnets, gap, nodes)
-
-        def exact(gap: float) -> float:
-            return face_force(scene, gap)
-
-        for gap in GAPS.tolist():
-            right = _magnet_force(exact, gap, thickness)
-            rows.append(
-                {
-                    "gap [mm]": 1e3 * gap,
-                    "h": count,
-                    "exact [N]": right,
-                    "magnets / exact": _magnet_force(points, gap, thickness) / right,
-                    "faces / exact": points(gap) / exact(gap),
-                }
-            )
-    return rows
-
-
-def _magnet_force(face: Callable[[float], float], gap: float, thickness: float) -> float:
-    """Force between two magnets [N] from that between two faces as a function of their gap [m].
-
-    Each has a face of either sign, a thickness [m] apart.
-    """
-    return face(gap) - 2.0 * face(gap + thickness) + face(gap + 2.0 * thickness)
-
-
-def _points_force(magnets: Packed, gap: float, nodes: Nodes) -> float:
-    """Force between two pole faces of unit charge that look at each other; without µ0/4π [1/m²].
-
-    Both have the nodes of level 0: all there are if their number is given.
-    """
-    width = math.hypot(magnets.face_tx[0], magnets.face_ty[0])
-    half = magnets.face_half[0]
-    faces = FacePair(magnets.even, half, half, 0.0, gap, width, 0.0, width, 0.0)
-    return level_sum(magnets, 0, faces, False, nodes)[2]
-
-
-def rows_at(rows: list[Row], gap: float) -> list[Row]:
-    """Return the rows of the gap that is nearest to one [m]."""
-    nearest = min((float(row["gap [mm]"]) for row in rows), key=lambda g: abs(g - 1e3 * gap))
-    return [row for row in rows if row["gap [mm]"] == nearest]
 
 
 def pulls(faces: Faces, one: IntArray, other: IntArray) -> Iterator[tuple[IntArray, Array, Array]]:

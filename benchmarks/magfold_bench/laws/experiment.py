@@ -3,12 +3,8 @@
 They are released as if by hand; random sequences, which the paper has not, as the paper's own.
 """
 
-from collections.abc import Iterator
 from typing import Any, Literal
 
-import numpy as np
-
-from magfold_bench.laws.random_scenes import random_sequence
 from magfold_env.ensembles.releases import PREDICTORS, Bar, bars, ensemble, predictions, release
 from magfold_env.minimiser import Mode
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, each_case
@@ -46,14 +42,6 @@ Kind = Literal["", "-strong"]
 def paper_scene(sequence: int, mode: Mode, kind: Kind = "") -> Scene:
     """Return one of the paper's sequences, as it is released by hand."""
     return by_hand(load_scene(f"paper/sequence-{sequence}{kind}"), mode)
-
-
-def random_scenes(count: int, mode: Mode) -> Iterator[Scene]:
-    """Yield random sequences of six, the same in every mode."""
-    rng = np.random.default_rng(0)
-    for _ in range(count):
-        sequence = random_sequence(rng, COMPONENTS)
-        yield by_hand(load_scene("paper/sequence-1").replace(sequence=sequence), mode)
 
 
 RUNS: dict[Mode, int] = {"free": 100, "forward": 50, "backward": 50}

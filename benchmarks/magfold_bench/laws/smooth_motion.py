@@ -11,22 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from magfold_bench.laws import integrators
-from magfold_bench.laws.overlap import squares_apart
-from magfold_env.engine.contact.boxes import APART
 from magfold_env.engine.state import Array, Model, Work
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Scene, load_scene
-from magfold_env.shapes import centres
 from magfold_env.simulation.pack import pack
-from magfold_env.simulation.session import Session
-from magfold_env.simulation.simulate import simulate
 
 GRAVITY = 9.81  # [m/s²] of the time unit √(d/g)
 PERIODS = 6.0  # length of a run in that unit
-FRAME_RATE = 5000.0  # [1/s] at which the first contact is looked for
-STEPS_TO_CONTACT = 2000  # many times what it takes; then magnets pass through each other, slowly
-BEFORE_CONTACT = 0.95  # share of the time until the first contact
-PARTS = 6  # equal parts of a run, after each of which errors are looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,38 +57,9 @@ def pendulum(n: int) -> SmoothProblem:
     return SmoothProblem(f"pendulum, n = {n}", scene.replace(duration=longest(scene)))
 
 
-def magnetic_chain() -> SmoothProblem:
-    """Return the paper's third sequence, pinned, until shortly before something touches."""
-    scene = load_scene("paper/sequence-3").replace(mount="pinned", friction=0.0, contact=False)
-    scene = scene.draw(np.random.default_rng(0))
-    scene = scene.replace(duration=longest(scene))
-    first = first_contact(scene)
-    return SmoothProblem(
-        f"magnets, n = {scene.n}",
-        scene.replace(duration=min(BEFORE_CONTACT * first, scene.duration)),
-    )
-
-
 def longest(scene: Scene) -> float:
     """Return 6 √(d/g) for the distance d of a component's hinges [s]."""
     return PERIODS * math.sqrt(scene.casing.diagonal / GRAVITY)
-
-
-def first_contact(scene: Scene) -> float:
-    """Return when a joint first reaches its stop or two casings meet [s]; ∞ if none do."""
-    fine = scene.replace(solver={"tolerance": 1e-6, "max_steps": STEPS_TO_CONTACT})
-    run = simulate(fine, frame_rate=FRAME_RATE).trajectory
-    assert run is not None
-    for time, angles in zip(run.time, run.angles, strict=True):
-        if np.abs(np.diff(angles)).max(initial=0.0) >= math.pi / 2 or overlap(scene, angles):
-            return float(time)
-    return math.inf
-
-
-def overlap(scene: Scene, angles: Array) -> bool:
-    """Whether two casings that are not near neighbours overlap; stops keep those apart."""
-    side = scene.casing.side
-    return squares_apart(centres(angles, side), angles, side, APART) < 0.0
 
 
 Fixed = Callable[[Model, Work, Array, float, int], int]
@@ -167,17 +129,3 @@ ADAMS = Integrator("Adams PECE", adaptive=integrators.adams)
 
 FIXED = (EULER, VERLET, MIDPOINT)
 ADAPTIVE = (DP54, DOP853, ADAMS)
-
-
-def prepare_engine(
-    problem: SmoothProblem, tolerance: float, share: float = 1.0
-) -> Callable[[], Run]:
-    """Return a call that lets the engine itself integrate ``share`` of the problem's time."""
-    scene = problem.scene.replace(solver={"tolerance": tolerance}, duration=share * problem.until)
-    session = Session(scene)
-
-    def call() -> Run:
-        session.settle()
-        return Run(session.angles, session.evaluations)
-
-    return call

@@ -34,7 +34,7 @@ from magfold_env.shapes import headings as joint_headings
 from magfold_env.simulation.pack import charges, pack, quadrature_of
 from magfold_env.simulation.quadrature import Rule, choose_rule
 
-UNFOLDED, FOLDED, AT_STOPS = "unfolded", "folded", "folded, at its stops"
+UNFOLDED, FOLDED = "unfolded", "folded"
 OFF_STOP = 1e-6  # [rad]
 FOLDED_SHARES = (0.05, 0.4, 0.8, 0.98, 1.0)  # of the joints' right angles
 ROUNDING = 1e-9  # of a side: casings that touch do not overlap
@@ -108,12 +108,7 @@ def folded(n: int) -> Array:
 
 def shapes(n: int) -> dict[str, Array]:
     """Return headings (n,) [rad] by the name of the shape."""
-    block = folded(n)
-    return {
-        UNFOLDED: unfolded(n),
-        FOLDED: block + OFF_STOP * (np.arange(n) % 2),
-        AT_STOPS: block,
-    }
+    return {UNFOLDED: unfolded(n), FOLDED: folded(n) + OFF_STOP * (np.arange(n) % 2)}
 
 
 def each_chain(
@@ -204,12 +199,6 @@ class Sample:
     def size(self) -> int:
         """Number of states."""
         return len(self.scenes)
-
-    @property
-    def first(self) -> Sample:
-        """The first state alone."""
-        exact = Loads(*(each[:1] for each in self.exact))
-        return Sample(self.scenes[:1], self.places[:1], self.headings[:1], exact)
 
     def errors(self, loads: Loads) -> Array:
         """Largest error in every state (states,), in forces between two flush opposite faces.

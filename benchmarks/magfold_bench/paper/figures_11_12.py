@@ -1,17 +1,27 @@
 """Figures 11 and 12: the error of the paper's solver, by its time step and its point charges."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from magfold_bench.laws import exact_magnets
+from magfold_bench.laws.exact_magnets import face_force
 from magfold_bench.paper import motions, quoted
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
+from magfold_env.engine.magnets import laws
+from magfold_env.engine.magnets.laws import FacePair
+from magfold_env.engine.magnets.pairs import level_sum
+from magfold_env.engine.state import Magnets as Packed
+from magfold_env.engine.state import Nodes
+from magfold_env.engine.workspace import new_nodes
 from magfold_env.reporting import tables
 from magfold_env.reporting.plotting import COLOURS, MARKERS, curve, panels
 from magfold_env.reporting.tables import Progress, Row, Table, numbers, select
+from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import BoolArray
+from magfold_env.simulation.pack import pack_magnets
 
 SMALL = 0.1
 """A distance below this share of the paper's own from its film is small."""
@@ -199,7 +209,8 @@ FIGURE_11 = Reproduction(
 
 # --- Figure 12: the number of charges on a pole face -----------------------------------------
 
-COUNTS = exact_magnets.CHARGES
+COUNTS = (1, 2, 3, 5, 10, 30)
+GAPS = 1e-3 * 10.0 ** np.linspace(-0.5, 1.5, 41)  # [m]; one of them is a millimetre
 NEAR_FORCE = 0.1
 """Within this share of the exact force points count as right."""
 GAP = 0.001  # [m] between two faces that touch, each magnet being 0.5 mm inside its casing
@@ -230,12 +241,65 @@ def points(quick: bool, progress: Progress) -> Measured:
                 "whole fold, " + MANY: _mean(motion, many),
             }
             means.append(case | errors | _ends(motion, reference))
-    return {"over-time": over_time, "means": means, "forces": exact_magnets.force_rows()}
+    return {"over-time": over_time, "means": means, "forces": force_rows()}
+
+
+def force_rows() -> list[Row]:
+    """Return a row a gap and number of charges: what two magnets do to each other, over the exact.
+
+    The magnets are equal and look at each other.
+    """
+    scene = Scene(sequence=("NNNN",), magnets=Magnets())
+    thickness, charge = float(Magnets().by_face("thickness")[0]), Magnets().charge
+    rows: list[Row] = []
+    for count in COUNTS:
+        magnets = pack_magnets(scene.replace(magnets=Magnets(model="points", nodes=count)))
+        nodes = new_nodes(magnets, 1)
+
+        def points(gap: float, magnets: Packed = magnets, nodes: Nodes = nodes) -> float:
+            return laws.COULOMB * charge**2 * _points_force(magnets, gap, nodes)
+
+        for gap in GAPS.tolist():
+            right = _magnet_force(partial(face_force, scene), gap, thickness)
+            rows.append(
+                {
+                    "gap [mm]": 1e3 * gap,
+                    "h": count,
+                    "exact [N]": right,
+                    "magnets / exact": _magnet_force(points, gap, thickness) / right,
+                }
+            )
+    return rows
+
+
+def _magnet_force(face: Callable[[float], float], gap: float, thickness: float) -> float:
+    """Force between two magnets [N] from that between two faces as a function of their gap [m].
+
+    Each has a face of either sign, a thickness [m] apart.
+    """
+    return face(gap) - 2.0 * face(gap + thickness) + face(gap + 2.0 * thickness)
+
+
+def _points_force(magnets: Packed, gap: float, nodes: Nodes) -> float:
+    """Force between two pole faces of unit charge that look at each other; without µ0/4π [1/m²].
+
+    Both have the nodes of level 0: all there are if their number is given.
+    """
+    width = math.hypot(magnets.face_tx[0], magnets.face_ty[0])
+    half = magnets.face_half[0]
+    faces = FacePair(magnets.even, half, half, 0.0, gap, width, 0.0, width, 0.0)
+    return level_sum(magnets, 0, faces, False, nodes)[2]
+
+
+def rows_at(rows: list[Row], gap: float) -> list[Row]:
+    """Return the rows of the gap that is nearest to one [m]."""
+    nearest = min((float(row["gap [mm]"]) for row in rows), key=lambda g: abs(g - 1e3 * gap))
+    return [row for row in rows if row["gap [mm]"] == nearest]
 
 
 def _forces(measured: Measured) -> dict[int, float]:
     """Return the force where casings touch over the exact one, by the number of charges."""
-    near = exact_magnets.rows_at(measured["forces"], GAP)
+    near = rows_at(measured["forces"], GAP)
     return {int(row["h"]): float(row["magnets / exact"]) for row in near}
 
 

@@ -6,7 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from magfold_bench.laws import mechanics, pinned_chain, smooth_motion
+from magfold_bench import scaling
+from magfold_bench.laws import mechanics, smooth_motion
 from magfold_bench.paper import quoted
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction, pivot
 from magfold_env.reporting import tables
@@ -225,8 +226,8 @@ TIME = "time [µs]"
 
 def times(quick: bool, progress: Progress) -> Measured:
     """Time the accelerations of a pinned chain: `magfold bench dynamics --only scaling`."""
-    rows = pinned_chain.measure(quick, progress)
-    return {"times": rows, "absent": [{"peer": name} for name in pinned_chain.missing()]}
+    rows = scaling.measure(quick, progress)
+    return {"times": rows, "absent": [{"peer": name} for name in scaling.missing()]}
 
 
 def times_tables(measured: Measured) -> list[Table]:
@@ -239,8 +240,8 @@ def times_claims(measured: Measured) -> list[Claim]:
     """Compare how the times grow, and the dense method with the recursion."""
     rows = measured["times"]
     up_to, beyond = (quoted.NEAR_LINEAR_UP_TO, quoted.LONGEST)
-    dense = select(rows, contender=pinned_chain.DENSE)
-    recursion = select(rows, contender=pinned_chain.SCALAR)
+    dense = select(rows, contender=scaling.DENSE)
+    recursion = select(rows, contender=scaling.SCALAR)
     short, long = tables.growth(dense, SHORTEST, up_to), tables.growth(dense, up_to, beyond)
     whole, ours = tables.growth(dense, SHORTEST, beyond), tables.growth(recursion, up_to, beyond)
     times = {
@@ -283,7 +284,7 @@ def times_plots(measured: Measured) -> list[Plot]:
         "Time of one chain's accelerations; 1 µs is 1 ms for the 1000 time steps that the "
         "paper times." + (f" Not installed, so not measured: {absent}." if absent else "")
     )
-    return [Plot.of("figure-16", pinned_chain.draw(measured["times"]), caption)]
+    return [Plot.of("figure-16", scaling.draw(measured["times"]), caption)]
 
 
 FIGURE_16 = Reproduction(

@@ -15,8 +15,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from magfold_bench.env import players
-from magfold_bench.env.players import TUBE_FEED, Vector
+from magfold_bench.episodes import Vector, drawn_actions, step_vector, vector
 from magfold_bench.presentation import panels_by
 from magfold_env.engine.compile.jit import is_kernel
 from magfold_env.engine.state import Array
@@ -94,13 +93,10 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick) -> list[Row]:
     """Return a row for each number of environments and way to measure."""
-    envs = {
-        count: players.vector(TUBE_FEED, count, components=COMPONENTS, fidelity=fidelity)
-        for count in counts
-    }
+    envs = {count: vector(count, components=COMPONENTS, fidelity=fidelity) for count in counts}
 
     def first_step(env: Vector) -> timing.Task:
-        (action,) = players.drawn_actions(env, 1, SEED)
+        (action,) = drawn_actions(env, 1, SEED)
 
         def prepare() -> Callable[[], object]:
             env.reset()
@@ -127,9 +123,9 @@ def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick
 
 def outside_kernels(env: Vector, rounds: int) -> Array:
     """Return the time of each step of an episode [s] outside the kernels, shape (rounds, steps)."""
-    actions = players.drawn_actions(env, COMPONENTS, SEED)
+    actions = drawn_actions(env, COMPONENTS, SEED)
     env.reset(seed=SEED)
-    players.step_vector(env, actions)  # compiles
+    step_vector(env, actions)  # compiles
     clock = KernelClock()
     samples = np.zeros((rounds, COMPONENTS))
     with clock.running():

@@ -1,0 +1,225 @@
+"""Tube-feed episodes a second, alone and side by side.
+
+Episodes are simulated at the default tolerance, until the chains have settled; magnets
+are random, speeds log-uniform over their whole range. In a round everyone plays the same episodes,
+one after another or side by side; every round has others, for some take a hundred times as long as
+others. On one core processor time counts, with threads the clock's.
+"""
+
+import time
+from collections.abc import Callable, Iterable
+from functools import partial
+from itertools import count, product
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from numpy.typing import NDArray
+
+from magfold_bench.presentation import panels_by, quartile_bars
+from magfold_env.envs import register_envs
+from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
+
+TUBE_FEED = "MagFold/TubeFeed-v0"
+ENVS = 64
+"""Environments in a vector."""
+QUARTILES = ("lower quartile", "upper quartile")
+
+Single = gymnasium.Env[Any, Any]
+Vector = VectorEnv[Any, Any, Any]
+
+LENGTHS = (4, 6, 8, 12)
+SEED = 17
+COMPONENTS = 6  # of the chains that most is asked of
+
+
+class Way(NamedTuple):
+    """One way to play."""
+
+    form: str  # `SINGLE` or `VECTOR`
+    threads: int
+
+    def __str__(self) -> str:
+        return f"{self.form}, {self.threads} thread{'s' * (self.threads > 1)}"
+
+
+SINGLE, VECTOR = "single", "vector"
+CORE, WALL = "processor time", "wall clock"
+CLOCKS: dict[str, Callable[[], float]] = {CORE: time.process_time, WALL: time.perf_counter}
+WAYS = {
+    CORE: (Way(SINGLE, 1), Way(VECTOR, 1)),
+    WALL: (Way(VECTOR, 1), Way(VECTOR, 2)),
+}
+"""Who takes turns with whom, by the clock that they are timed with."""
+WANTED = {
+    (CORE, Way(SINGLE, 1), COMPONENTS): 250.0,
+    (CORE, Way(VECTOR, 1), COMPONENTS): 350.0,
+    (WALL, Way(VECTOR, 2), COMPONENTS): 620.0,
+    (CORE, Way(VECTOR, 1), 12): 20.0,
+}
+"""Episodes a second that are asked for, by clock, way and length."""
+
+
+class Effort(NamedTuple):
+    """How much work a run of the benchmark may be."""
+
+    lengths: tuple[int, ...]
+    envs: int
+    rounds: int
+
+
+QUICK = Effort((COMPONENTS,), 4, 2)
+FULL = Effort(LENGTHS, ENVS, 7)
+
+
+def single(**options: Any) -> Single:
+    """Return one environment as a user gets it, Gymnasium's default wrappers included."""
+    register_envs()
+    return gymnasium.make(TUBE_FEED, **options)
+
+
+def vector(count: int, threads: int = 1, **options: Any) -> Vector:
+    """Return ``count`` environments side by side, which begin anew within the step that ends them.
+
+    They take their steps on so many threads.
+    """
+    register_envs()
+    kind: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "threads": threads}
+    return gymnasium.make_vec(TUBE_FEED, num_envs=count, **kind, **options)
+
+
+def drawn_actions(env: Single | Vector, steps: int, seed: int) -> list[Any]:
+    """Return as many random actions; for a vector each is one for all its environments."""
+    space: Any = env.action_space  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+    space.seed(seed)
+    return [space.sample() for _ in range(steps)]
+
+
+def step_vector(env: Vector, actions: Iterable[Any]) -> None:
+    """Take steps."""
+    for action in actions:
+        env.step(action)
+
+
+def play_single(env: Single, seed: int, actions: NDArray[Any]) -> None:
+    """Play episodes one after another that `play_vector` plays side by side.
+
+    Parameters
+    ----------
+    seed
+        Of the first episode; those of the others follow it.
+    actions
+        Shape (steps, episodes, …).
+    """
+    for k in range(actions.shape[1]):
+        env.reset(seed=seed + k)
+        for action in actions[:, k]:
+            _, _, terminated, truncated, _ = env.step(action)
+            if terminated or truncated:
+                break
+
+
+def play_vector(env: Vector, seed: int, actions: NDArray[Any]) -> None:
+    """Play an episode on every environment; arguments are those of `play_single`."""
+    env.reset(seed=seed)
+    step_vector(env, actions)
+
+
+def log_uniform(rng: np.random.Generator, steps: int, episodes: int) -> NDArray[np.float32]:
+    """Return random ``box`` actions for tube-feed episodes, shape (steps, episodes, 5).
+
+    Every magnet is N or S with equal chance, and speeds are log-uniform over their whole range.
+    """
+    return rng.uniform(-1.0, 1.0, (steps, episodes, 5)).astype(np.float32)
+
+
+def run(quick: bool, progress: Progress) -> Measurement:
+    """Measure episodes of every length."""
+    effort = QUICK if quick else FULL
+    rows: list[Row] = []
+    cases = list(product(effort.lengths, WAYS))
+    for (n, clock), tick in tables.each_case(progress, cases, lambda case: f"n = {case[0]}"):
+        rows.extend(measure(n, clock, effort, tick))
+    title = f"Tube-feed episodes a second, dynamics, {effort.envs} in a round"
+    return Measurement(rows, [Table(title, rows)], _findings(rows))
+
+
+def measure(n: int, clock: str, effort: Effort, tick: Tick) -> list[Row]:
+    """Return a row for each way to play chains of n components that is timed with a clock."""
+    ways = WAYS[clock]
+    tasks = {way: _task(n, way, effort.envs) for way in ways}
+    times = timing.take_turns(tasks, effort.rounds, 0.0, CLOCKS[clock], tick)
+    rows: list[Row] = []
+    for way, mine in times.items():
+        row: Row = {"n": n, "clock": clock, "form": way.form, "threads": way.threads}
+        spread = mine.spread
+        row |= {
+            "episodes/s": effort.envs / spread.median,
+            "lower quartile": effort.envs / spread.high,
+            "upper quartile": effort.envs / spread.low,
+            "times the first": timing.ratio(times[ways[0]], mine).median,
+        }
+        rows.append(row)
+    return rows
+
+
+def _task(n: int, way: Way, envs: int) -> timing.Task:
+    """Return the task to play so many episodes."""
+    options: dict[str, Any] = {"components": n, "actions": "box", "baseline": None}
+    if way.form == SINGLE:
+        play = partial(play_single, single(**options))
+    else:
+        together = vector(envs, way.threads, **options)
+        play = partial(play_vector, together)
+    rounds = count()
+
+    def prepare() -> Callable[[], None]:
+        k = next(rounds)
+        actions = log_uniform(np.random.default_rng([SEED, n, k]), n, envs)
+        return lambda: play(SEED + k * envs, actions)
+
+    return prepare
+
+
+def _findings(rows: list[Row]) -> list[str]:
+    found: list[str] = []
+    for (clock, way, n), wanted in WANTED.items():
+        for row in tables.select(rows, n=n, form=way.form, threads=way.threads, clock=clock):
+            rate = float(row["episodes/s"])
+            cores = "one core" if way.threads == 1 else f"{way.threads} threads"
+            found.append(
+                f"n = {n}, {way.form}, {cores}: {rate:.0f} episodes/s; at least "
+                f"{wanted:,.0f} are asked for: {tables.verdict(rate >= wanted)}"
+            )
+    return found
+
+
+def draw(rows: list[Row]) -> Any:
+    """Episodes a second against the length, a panel a clock."""
+    title, labels = "Tube-feed episodes a second, dynamics", ("components n", "episodes a second")
+    figure, panels = panels_by(rows, ("clock",), title, labels)
+    for axis, here in panels:
+        clock = str(here[0]["clock"])
+        for k, way in enumerate(WAYS[clock]):
+            mine = tables.select(here, form=way.form, threads=way.threads)
+            n, rates = (tables.numbers(mine, name) for name in ("n", "episodes/s"))
+            style = {"color": plotting.COLOURS[k + 1], "marker": plotting.MARKERS[k]}
+            spread = quartile_bars(mine, "episodes/s", *QUARTILES)
+            axis.errorbar(n, rates, spread, markersize=5, capsize=3, label=f"{way}", **style)
+        for (where, _, n), wanted in WANTED.items():
+            if where == clock:
+                axis.plot(n, wanted, "_", color=plotting.INK, markersize=22, markeredgewidth=2)
+                axis.annotate(
+                    f"asked for: {wanted:g}",
+                    (n, wanted),
+                    (14, -3),
+                    textcoords="offset points",
+                    fontsize=9,
+                    color=plotting.INK,
+                )
+        axis.set_yscale("log")
+        axis.set_xticks(sorted(tables.distinct(rows, "n")))
+        plotting.legend(axis, "lower left")
+    return figure
