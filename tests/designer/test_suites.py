@@ -6,7 +6,7 @@ from typing import get_args
 import pytest
 
 import magfold_env as mf
-from magfold_env.designer.make_suites import LENGTHS, WORDS, suite_words
+from magfold_bench.lists.suites import LENGTHS, WORDS, suite_words
 from magfold_env.designer.suites import (
     Kind,
     Suite,

@@ -8,8 +8,8 @@ import pytest
 
 import magfold_env as mf
 from magfold_bench.laws.overlap import deepest_overlap
+from magfold_bench.lists.feed_tasks import takes_several_speeds, words_at_speeds
 from magfold_env.envs.lumen import LumenEnv
-from magfold_env.envs.tasks.make_feed_tasks import takes_several_speeds, words_at_speeds
 
 
 def walls(scene: mf.Scene) -> tuple[float, float]:

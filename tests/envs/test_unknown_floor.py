@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_bench.lists.feed_tasks import DRAWS, count_words
 from magfold_env.envs.baselines import baseline, constant_speed
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
 from magfold_env.envs.camera_track import FORCE_SCALE, TIME_COST
@@ -16,7 +17,6 @@ from magfold_env.envs.feed_track import INTERVAL, STEEPEST, replay
 from magfold_env.envs.spaces.actions import FASTEST
 from magfold_env.envs.tasks.draws import randomised
 from magfold_env.envs.tasks.feed_tasks import FeedTask, read_tasks
-from magfold_env.envs.tasks.make_feed_tasks import DRAWS, count_words
 from magfold_env.envs.unknown_floor import HORIZON, UnknownFloorEnv
 from magfold_env.shapes import angles_to_word
 

@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 from rich.progress import track
 
+from magfold_bench.lists.faces import random_faces
 from magfold_env.envs.anchor import AnchorEpisodes
 from magfold_env.envs.baselines.tray_order import TrayDesigns, always
 from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.tray_tasks import AnchorTask, AnchorWorld, TrayTask, TrayWorld
 from magfold_env.envs.tray import TrayEpisodes
@@ -137,8 +137,7 @@ def shares_borne(
 
 
 def _random_tray(rng: np.random.Generator, n: int) -> tuple[str, ...]:
-    numbers: list[int] = rng.integers(len(PATTERNS), size=n + SPARE).tolist()
-    return tuple(PATTERNS[number] for number in numbers)
+    return tuple(random_faces(rng, n + SPARE))
 
 
 @cache

@@ -2,9 +2,9 @@ from itertools import islice
 
 import pytest
 
+from magfold_bench.lists.feed_tasks import find_two_folds
+from magfold_bench.lists.tasks import LISTS, text_of
 from magfold_env.envs.tasks.feed_tasks import FeedTask, RefoldTask, Task, read_tasks
-from magfold_env.envs.tasks.make_feed_tasks import find_two_folds
-from magfold_env.envs.tasks.make_tasks import LISTS, text_of
 from magfold_env.envs.tasks.tray_tasks import AnchorTask, TrayTask
 from magfold_env.files import configs_dir
 

@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
+from magfold_bench.lists.faces import random_faces
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS, draw_generator
 from magfold_env.envs.chains.arrays import FOLDED
-from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.envs.tasks.draws import episode_seeds, randomised
 from magfold_env.envs.tasks.feed_tasks import ChamberWorld, FeedTask
 from magfold_env.envs.unknown_floor import FloorEpisodes
@@ -54,8 +54,7 @@ def find_two_folds(seed: int = 0) -> Iterator[Found]:
     for direction in cycle(("forward", "backward")):
         found: list[Found] = []
         while not found:
-            numbers = rng.integers(len(PATTERNS), size=scene.n)
-            sequence = tuple(PATTERNS[int(number)] for number in numbers)
+            sequence = random_faces(rng, scene.n)
             found = _tasks(scene.replace(sequence=sequence, feed={"direction": direction}))
         yield from found
 
@@ -102,7 +101,7 @@ def find_chambers(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[F
     """Yield tasks without end, and the shares of runs that end in their targets."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
-        chains = np.array(PATTERNS)[rng.integers(len(PATTERNS), size=(AT_ONCE, 6))].tolist()
+        chains = random_faces(rng, (AT_ONCE, 6))
         # What they are asked for does not matter yet.
         tasks = [FeedTask(sequence=each, direction=direction, target="LRLRL") for each in chains]
         for task, words in zip(tasks, words_at_speeds(tasks, threads), strict=True):

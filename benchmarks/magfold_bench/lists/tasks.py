@@ -1,4 +1,4 @@
-"""Find the tasks of a shipped list: ``python -m magfold_env.envs.tasks.make_tasks LIST``."""
+"""Find the tasks of a shipped list: ``python -m magfold_bench.lists.tasks LIST``."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -8,10 +8,10 @@ from typing import Annotated, Any, NamedTuple
 import typer
 from rich.progress import track
 
+from magfold_bench.lists.feed_tasks import find_chambers, find_two_folds
+from magfold_bench.lists.refold_tasks import OTHER_DRAWS, find_refolds
+from magfold_bench.lists.tray_tasks import find_pulls, find_trays
 from magfold_env.envs.tasks.feed_tasks import Task
-from magfold_env.envs.tasks.make_feed_tasks import find_chambers, find_two_folds
-from magfold_env.envs.tasks.make_refold_tasks import OTHER_DRAWS, find_refolds
-from magfold_env.envs.tasks.make_tray_tasks import find_pulls, find_trays
 from magfold_env.files import configs_dir, write_text
 
 KEYS = ("sequence", "tray", "direction", "first", "pull", "towards", "target")
@@ -100,7 +100,7 @@ def main(
 
 def text_of(name: str, found: Sequence[Found]) -> str:
     """Return the file of a list of tasks, the easiest first."""
-    head = f"{LISTS[name].head}# Made by `python -m magfold_env.envs.tasks.make_tasks {name}`.\n"
+    head = f"{LISTS[name].head}# Made by `python -m magfold_bench.lists.tasks {name}`.\n"
     return head + "".join(map(_line, sorted(found, key=lambda each: -each[0])))
 
 

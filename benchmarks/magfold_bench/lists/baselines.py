@@ -1,4 +1,4 @@
-"""Compute the shipped baselines: ``python -m magfold_env.envs.baselines.make_baselines``."""
+"""Compute the shipped baselines: ``python -m magfold_bench.lists.baselines``."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor

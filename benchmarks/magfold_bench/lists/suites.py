@@ -1,4 +1,4 @@
-"""Compute the shipped target suites: ``python -m magfold_env.designer.make_suites`` (an hour).
+"""Compute the shipped target suites: ``python -m magfold_bench.lists.suites`` (an hour).
 
 What was found is kept in a folder as it is found, so that a run that was stopped goes on.
 """
@@ -30,7 +30,7 @@ _COMMENT = """{count} of the {of} fully folded words of {n} components{how}. Eac
 sequence whose only ground state it is (gap in J), one of which it is the only stable word, and for
 each mode of release a sequence and a feed speed (m/s) with which the suite's scene folds into it;
 of the releases counted none was used in a search.
-Made by: python -m magfold_env.designer.make_suites"""
+Made by: python -m magfold_bench.lists.suites"""
 
 BUDGET = 600
 """Releases of a search that is necessary: two generations of cross-entropy at most."""

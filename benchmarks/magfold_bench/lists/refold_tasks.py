@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from gymnasium.utils import seeding
 
+from magfold_bench.lists.faces import random_faces
 from magfold_env.envs.baselines.legs import Following
 from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, Speeds, push_pull_push
 from magfold_env.envs.chains.arrays import FOLDED, Bools, Ints
 from magfold_env.envs.reprogram import ReprogramEpisodes
-from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import RefoldTask, RefoldWorld
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
@@ -39,8 +39,7 @@ def find_refolds(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Fo
     """Yield tasks without end, and how often both of their words came about."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
-        numbers = rng.integers(len(PATTERNS), size=(AT_ONCE, 6))
-        tasks = [_blank([PATTERNS[k] for k in row], direction) for row in numbers.tolist()]
+        tasks = [_blank(each, direction) for each in random_faces(rng, (AT_ONCE, 6))]
         middle = (PUSHES[1], PULLS[0], PUSHES[1])
         words = words_in_turn(tasks, [middle] * AT_ONCE, _seeds(0, AT_ONCE), threads)
         for task, pair in zip(tasks, words, strict=True):

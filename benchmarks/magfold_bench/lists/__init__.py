@@ -1,0 +1,1 @@
+"""Makers of shipped lists: tasks, suites of targets, baselines."""

@@ -1,0 +1,12 @@
+"""Random components for tasks."""
+
+from typing import Any
+
+import numpy as np
+
+from magfold_env.envs.spaces.actions import PATTERNS
+
+
+def random_faces(rng: np.random.Generator, size: int | tuple[int, int]) -> Any:
+    """Return the faces of random components, nested as a shape of this size says."""
+    return np.array(PATTERNS)[rng.integers(len(PATTERNS), size=size)].tolist()
