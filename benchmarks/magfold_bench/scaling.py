@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from magfold_bench.laws.mechanics import equation_39
+from magfold_bench.laws.mechanics import equation_39, levers
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array, Bodies
@@ -168,11 +168,11 @@ def lanes(problem: ChainProblem) -> Contender:
 
 def dense(problem: ChainProblem) -> Contender:
     """Solve the paper's eq. 39 as it stands; what does not depend on the state is found before."""
-    bodies, n = problem.bodies, problem.n
-    levers = np.tril(np.broadcast_to(bodies.length, (n, n)), -1) + np.diag(bodies.reach)
-    coupling = levers.T @ (bodies.mass[:, None] * levers)
+    bodies = problem.bodies
+    arms = levers(bodies.reach, bodies.length)
+    coupling = arms.T @ (bodies.mass[:, None] * arms)
     inertia = np.diag(bodies.inertia)
-    weight_x, weight_y = (g * (levers.T @ bodies.mass) for g in GRAVITY)
+    weight_x, weight_y = (g * (arms.T @ bodies.mass) for g in GRAVITY)
     angles, rates, forces = problem.angles, problem.rates, problem.forces
 
     def accelerations() -> Array:

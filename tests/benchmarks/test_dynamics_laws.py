@@ -13,8 +13,8 @@ from magfold_bench.laws import random_scenes as scenes
 from magfold_env.minimiser.lattice import from_words
 from magfold_env.minimiser.states import conflicts
 from magfold_env.scene import Casing, Feed, Scene, load_scene
-from magfold_env.shapes import mirror, overlaps
-from tests.laws import agreement, chains, impacts
+from magfold_env.shapes import centres, mirror, overlaps
+from tests.laws import agreement, impacts
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -97,13 +97,15 @@ def pairs(polygon):
 
 
 @given(seed=seeds)
-def test_overlaps_of_sharp_squares_agree_with_separating_axes(seed):
+def test_overlaps_of_sharp_squares_are_those_of_all_pairs(seed):
     rng = np.random.default_rng(seed)
     scene = Scene(sequence=("NNNN",) * 7, casing=Casing(corner_radius=1e-12))
     angles, base = np.cumsum(rng.uniform(-1.7, 1.7, 7)), rng.normal(size=2)
-    centres, _ = chains.motion(scene, angles, np.zeros(7))
-    expected = chains.squares_overlap(centres, angles, scene.casing.side)
-    assert overlap.deepest_overlap(scene, angles, base, 7) == pytest.approx(expected, abs=1e-10)
+    side = scene.casing.side
+    apart = overlap.squares_apart(centres(angles, side, base), angles, side)
+    assert overlap.deepest_overlap(scene, angles, base, 7) == pytest.approx(
+        max(-apart, 0.0), abs=1e-10
+    )
 
 
 def test_walls_count_for_released_components_only():
@@ -124,12 +126,18 @@ def test_mechanics_agree_with_positions(seed):
     )
     angles, rates = rng.uniform(-3, 3, 5), rng.uniform(-9, 9, 5)
     base, velocity = rng.normal(size=2), rng.normal(size=2)
-    energy = mechanics.kinetic_energy(scene, angles, rates, velocity)
-    assert energy == pytest.approx(chains.kinetic(scene, angles, rates, velocity))
+    side, step = scene.casing.side, 1e-5
+    at = centres(angles, side, base)
+    ends = [centres(angles + h * rates, side, base + h * velocity) for h in (-step, step)]
+    moving = (ends[1] - ends[0]) / (2.0 * step)
+    energy = 0.5 * (scene.masses @ (moving**2).sum(axis=1) + scene.inertias @ rates**2)
+    assert mechanics.kinetic_energy(scene, angles, rates, velocity) == pytest.approx(
+        energy, rel=1e-6
+    )
     linear, angular = mechanics.momenta(scene, angles, rates, base, velocity)
-    other = chains.momentum(scene, angles, rates, base, velocity)
-    assert linear == pytest.approx(other[0])
-    assert angular == pytest.approx(other[1])
+    assert linear == pytest.approx(scene.masses @ moving, rel=1e-6)
+    orbital = scene.masses @ (at[:, 0] * moving[:, 1] - at[:, 1] * moving[:, 0])
+    assert angular == pytest.approx(orbital + scene.inertias @ rates, rel=1e-6)
 
 
 @given(seed=seeds)

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from magfold_bench.laws import integrators
+from magfold_bench.laws.mechanics import pinned_accelerations
 from magfold_bench.laws.smooth_motion import (
     ADAMS,
     DOP853,
@@ -20,7 +21,6 @@ from magfold_bench.laws.smooth_motion import (
     Unreached,
     pendulum,
 )
-from tests.engine import reference
 
 SHORT = 0.1  # [s] of the pendulum's swing
 
@@ -59,10 +59,9 @@ def swing():
 def exact(swing):
     """Headings by SciPy on equation 39 with dense matrices."""
     scene, n = swing.scene, swing.scene.n
-    nothing = np.zeros((n, 2)), np.zeros(n)
 
     def slope(_, y):
-        return np.concatenate([y[n:], reference.equation_39(scene, y[:n], y[n:], *nothing)])
+        return np.concatenate([y[n:], pinned_accelerations(scene, y[:n], y[n:])])
 
     # From rest on a horizontal line, where all headings are 0.
     run = solve_ivp(slope, (0.0, SHORT), np.zeros(2 * n), "DOP853", rtol=1e-13, atol=1e-13)

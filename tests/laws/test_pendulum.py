@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from magfold_bench.laws.mechanics import kinetic_energy, pinned_accelerations, weight_energy
 from magfold_env.engine import entries as at
 from magfold_env.engine.outcomes import REACHED
 from magfold_env.engine.stepping import integrator, stages
@@ -11,7 +12,6 @@ from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import load_scene
 from magfold_env.simulation.session import Session
 from magfold_env.simulation.simulate import simulate
-from tests.laws.chains import kinetic, pinned_accelerations, potential
 
 pytestmark = pytest.mark.laws
 
@@ -30,8 +30,9 @@ def drift(tolerance):
     scene, fold = swing(tolerance)
     run = fold.trajectory
     assert run is not None
-    moving = np.array([kinetic(scene, a, r) for a, r in zip(run.angles, run.rates, strict=True)])
-    total = moving + np.array([potential(scene, a) for a in run.angles])
+    still = np.zeros((len(run.angles), 2))
+    moving = kinetic_energy(scene, run.angles, run.rates, still)
+    total = moving + weight_energy(scene, run.angles, still)
     return np.abs(total - total[0]).max() / moving.max()
 
 

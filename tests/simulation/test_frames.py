@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_bench.laws import mechanics
 from magfold_env.fold import kinetic_energy, loaded, turns
 from magfold_env.shapes import centres
 from magfold_env.simulation.frames import magnetic_energy
 from magfold_env.simulation.session import Session
-from tests.laws.chains import kinetic
 from tests.laws.stepping import states
 
 SEQUENCE = ("SNNS", "NNSN", "SSSN", "----", "SSSS", "N-SN")
@@ -42,7 +42,7 @@ def test_energies_are_those_of_the_run(mount: str, field: mf.Field | None) -> No
     found = magnetic_energy(scene, motion)
     np.testing.assert_allclose(found, magnetic, rtol=1e-9, atol=1e-15)
     rows = zip(motion.angles, motion.rates, motion.base_velocity, strict=True)
-    expected = [kinetic(scene, *row) for row in rows]
+    expected = [mechanics.kinetic_energy(scene, *row) for row in rows]
     np.testing.assert_allclose(kinetic_energy(scene, motion), expected, rtol=1e-9, atol=1e-15)
 
 

@@ -55,7 +55,8 @@ def test_nodes_share_the_charge_of_a_magnet_without_net_charge(model, count):
 def test_nodes_lie_where_the_reference_puts_them(model):
     scene = Scene(sequence=("NSSN",), magnets=Magnets(model=model, nodes=4))
     rule = pack_magnets(scene)
-    places, strengths = reference.pole_nodes(np.zeros(2), 0.0, "NSSN", scene, 4)
+    nodes = reference.pole_nodes(np.zeros((1, 2)), np.zeros(1), scene, 4)
+    places, strengths, _ = (each[0] for each in nodes)
     mine = np.stack(
         [rule.node_x[0], rule.node_y[0], rule.node_weight[0] * charges(scene)[0][faces_of(4)]]
     )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_bench.laws import exact_magnets
 from magfold_env.engine.magnets import pairs
 from magfold_env.engine.magnets.segments import SPREAD
 from magfold_env.engine.workspace import new_nodes
@@ -13,7 +14,6 @@ from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import folded_words, word_to_angles
 from magfold_env.simulation.pack import pack_magnets
 from magfold_env.simulation.quadrature import choose_rule
-from tests.engine import reference
 from tests.engine.magnets.test_pairs import Casings, scatter, scene_of
 
 SIDE = 0.0125
@@ -33,19 +33,17 @@ def strip_force(nodes, offset, turn):
     return np.array([fx, fy]), torque
 
 
-@pytest.mark.parametrize("aside", [0.0, 0.0015, 0.004, 0.009])
-@pytest.mark.parametrize("gap", [0.001, 0.0035, 0.006])
-def test_the_two_references_agree(aside, gap):
-    offset = np.array([aside, gap])
-    closed = reference.akoun_yonnet(offset, WIDTH, HEIGHT)
-    summed, _ = reference.rectangle_force(offset, 0.0, WIDTH, HEIGHT)
-    np.testing.assert_allclose(summed, closed, rtol=0, atol=1e-10 * np.abs(closed).max())
+def exact_force(offset, turn):
+    """Force (2,) and torque between two pole faces, as the engine's nodes converge to them."""
+    size = np.array([[WIDTH, HEIGHT]])
+    pull, moment = exact_magnets.rectangle_pull(offset[None], np.array([turn]), size, size, 60, 30)
+    return pull[0], moment[0]
 
 
 @pytest.mark.parametrize("aside", [0.0, 0.0015, 0.004, 0.009])
 def test_sixteen_nodes_meet_the_closed_form_at_one_millimetre(aside):
     offset = np.array([aside, 0.001])
-    closed = reference.akoun_yonnet(offset, WIDTH, HEIGHT)
+    closed, _ = exact_force(offset, 0.0)
     found, _ = strip_force(16, offset, 0.0)
     np.testing.assert_allclose(found, closed, rtol=0, atol=1e-4 * np.hypot(*closed))
 
@@ -54,7 +52,7 @@ def test_sixteen_nodes_meet_the_closed_form_at_one_millimetre(aside):
 def test_sixteen_nodes_meet_the_converged_force_between_turned_faces(turn):
     # The near edge of the turned face is a millimetre away.
     offset = np.array([0.001, 0.001 + WIDTH / 2 * abs(np.sin(turn))])
-    force, torque = reference.rectangle_force(offset, turn, WIDTH, HEIGHT, 60)
+    force, torque = exact_force(offset, turn)
     found, moment = strip_force(16, offset, turn)
     np.testing.assert_allclose(found, force, rtol=0, atol=1e-4 * np.hypot(*force))
     assert moment == pytest.approx(torque, abs=1e-4 * np.hypot(*force) * WIDTH)
@@ -64,7 +62,7 @@ def error(scene, found, exact):
     """Largest error of a force, or of a torque over the side, in flush forces."""
     force = np.hypot(*(found[0] - exact[0]).T).max()
     torque = np.abs(found[1] - exact[1]).max() / SIDE
-    return max(force, torque) / reference.flush_force(scene)
+    return max(force, torque) / exact_magnets.flush_force(scene)
 
 
 def slide(rng):
@@ -193,7 +191,7 @@ ENTRIES = [
 @pytest.mark.parametrize(("nodes", "distance", "stated"), ENTRIES)
 def test_error_map_is_as_stated(nodes, distance, stated):
     rng = np.random.default_rng(19)
-    flush = abs(reference.akoun_yonnet(np.array([0.0, 0.001]), WIDTH, HEIGHT)[1])
+    flush = abs(exact_force(np.array([0.0, 0.001]), 0.0)[0][1])
     # Nearer than that only flush casings come: one pose.
     poses = ([[0.0, distance]], [np.pi]) if distance <= 0.001 else facing_pairs(rng, distance, 1000)
     worst = 0.0

@@ -31,6 +31,30 @@ def equation_39(
     return np.asarray(np.linalg.solve(coupling * np.cos(apart) + inertia, forces), np.float64)
 
 
+def levers(reach: Floats, length: Floats) -> Floats:
+    """How far a turn of each component moves each centre along or across it, (n, n) [m]."""
+    return np.tril(np.broadcast_to(length, (len(reach), len(length))), -1) + np.diag(reach)
+
+
+def pinned_accelerations(
+    scene: Scene,
+    angles: Floats,
+    rates: Floats,
+    force: Floats | float = 0.0,
+    torque: Floats | float = 0.0,
+) -> Floats:
+    """Angular accelerations (n,) [rad/s²] of a pinned chain, solved with a dense matrix.
+
+    ``force`` (n, 2) [N] and ``torque`` (n,) [N·m] act at the centres; gravity comes on top.
+    """
+    pitch = np.full(scene.n, scene.casing.diagonal)
+    arms = levers(pitch / 2.0, pitch)
+    coupling = arms.T @ (scene.masses[:, None] * arms)
+    pull = arms.T @ (force + scene.masses[:, None] * np.array(scene.gravity.in_plane))
+    turning = torque + np.cos(angles) * pull[:, 1] - np.sin(angles) * pull[:, 0]
+    return equation_39(coupling, np.diag(scene.inertias), angles, rates, turning)
+
+
 def centre_velocities(scene: Scene, angles: Floats, rates: Floats, base_velocity: Floats) -> Floats:
     """Velocities of the centres [m/s], shape (..., n, 2)."""
     across = np.stack([-np.sin(angles), np.cos(angles)], axis=-1)

@@ -44,13 +44,10 @@ class Boxes:
         boxes.place_boxes(boxes.first_box(self.lo), self.model, self.work.pose, self.work)
 
     def polygon(self, box, q):
-        """Core of a box (4, 2) from the coordinates alone."""
+        """Core of a box from the coordinates alone."""
         if box >= self.n:
             place, size, heading = self.solid(box)
-            half = np.array(size) / 2 - self.radius(box)
-            flat = reference.rectangle(np.zeros(2), *half)
-            c, s = np.cos(heading), np.sin(heading)
-            return np.array(place) + flat @ np.array([[c, s], [-s, c]])
+            return reference.rectangle(place, heading, *(np.array(size) / 2 - self.radius(box)))
         if box >= self.lo:
             tail = reference.centres(q[self.lo :], SIDE)
             return reference.square(tail[box - self.lo], q[box], CORE)
@@ -79,7 +76,7 @@ class Boxes:
 
     def gap(self, box, other, q):
         """Gap of two boxes whose cores do not overlap."""
-        distance = reference.polygon_distance(self.polygon(box, q), self.polygon(other, q))
+        distance = reference.distance(self.polygon(box, q), self.polygon(other, q))
         return distance - self.radii(box, other)
 
     def row_gap(self, box, other, k, q):
@@ -89,11 +86,8 @@ class Boxes:
         corner = np.array(boxes.corner(work, other, k))
         place = np.array([work.boxes.x[other], work.boxes.y[other]]) + corner
         core = self.polygon(box, q)
-        sides = list(zip(core, np.roll(core, -1, axis=0), strict=True))
-        away = min(reference.distance_to_segment(place, *ends) for ends in sides)
-        # Counter-clockwise: what is inside lies to the left of every side.
-        inside = all(np.linalg.det([end - begin, place - begin]) > 0.0 for begin, end in sides)
-        return (-away if inside else away) - self.radii(box, other)
+        point = reference.rectangle(place, core.turn[0], 0.0, 0.0)
+        return reference.distance(core, point) - self.radii(box, other)
 
     def random_q(self, rng):
         joints = rng.uniform(-np.pi / 2, np.pi / 2, self.n)

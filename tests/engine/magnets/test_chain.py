@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
+from magfold_bench.laws import exact_magnets
 from magfold_env.engine.chain import articulated as chain
 from magfold_env.engine.chain import feed
 from magfold_env.engine.magnets.chain import add_chain_forces, chain_energy
@@ -71,7 +72,7 @@ def worst_error(bound, scene, joints):
     found = Chain(scene.replace(magnets={"accuracy": bound})).forces(joints)[: scene.n]
     # A joint's torque is the sum of the headings' beyond it.
     error = np.cumsum((found - summed(scene, joints))[::-1])
-    return np.abs(error).max() / SIDE / reference.flush_force(scene)
+    return np.abs(error).max() / SIDE / exact_magnets.flush_force(scene)
 
 
 @pytest.mark.parametrize("bound", BOUNDS)
@@ -104,7 +105,7 @@ def test_splines_are_far_more_exact_than_asked(span):
         joints = np.append(0.0, np.append(angle, rng.uniform(-1.57, 1.57, span - 1)))
         found = Chain(scene.replace(magnets={"accuracy": 1e-5})).forces(joints)[: span + 1]
         error = np.abs(found - summed(scene, joints, 40)).max()
-        assert error <= 5e-7 * SIDE * reference.flush_force(scene)
+        assert error <= 5e-7 * SIDE * exact_magnets.flush_force(scene)
 
 
 @pytest.mark.laws
@@ -209,7 +210,7 @@ def test_held_components_act_on_those_outside(seed, lo):
         jointed.forces(joints, lo)[lo:6],
         jointed.forces(joints)[lo:6],
         rtol=0,
-        atol=1e-9 * reference.flush_force(scene) * SIDE,
+        atol=1e-9 * exact_magnets.flush_force(scene) * SIDE,
     )
 
 

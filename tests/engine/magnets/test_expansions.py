@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from magfold_bench.laws.exact_magnets import COULOMB
 from magfold_env.engine.magnets import expansions
 from tests.engine import reference
 
@@ -30,7 +31,7 @@ def exact_energy(a, b, offset, turn=0.0):
     r = np.abs(offset + a.z[:, None] * np.exp(1j * turn) - b.z[None, :])
     h = a.height
     law = 2 / h**2 * (h * np.arcsinh(h / r) - np.sqrt(r**2 + h**2) + r)
-    return reference.COULOMB * a.charge @ law @ b.charge
+    return COULOMB * a.charge @ law @ b.charge
 
 
 def expand(order, a, b, offset, turn=0.0):
@@ -96,8 +97,6 @@ def test_moments_of_height_are_those_of_charge_spread_over_it():
     expected = 0.0
     for level, share in zip(0.5 * tall.height * levels, 0.5 * shares, strict=True):
         r = np.abs(offset + tall.z[:, None] - flat.z[None, :])
-        expected += (
-            share * reference.COULOMB * tall.charge @ (1.0 / np.hypot(r, level)) @ flat.charge
-        )
+        expected += share * COULOMB * tall.charge @ (1.0 / np.hypot(r, level)) @ flat.charge
     found = expand(expansions.HIGHEST, tall, flat, offset)[0]
     assert found == pytest.approx(expected, rel=1e-6)

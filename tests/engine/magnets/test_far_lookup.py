@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from magfold_bench.laws import exact_magnets
 from magfold_env.engine.magnets import pairs
 from magfold_env.engine.magnets.chain import apart, forget
 from magfold_env.engine.state import Pose
@@ -85,7 +86,7 @@ def errors(pair, place, headings):
     places = np.array([np.zeros(2), place])
     exact = reference.magnet_forces(places, headings, scene, EXACT)
     scales = 1.0, SIDE, SIDE
-    flush = reference.flush_force(scene)
+    flush = exact_magnets.flush_force(scene)
     return [np.abs(f - e).max() / s / flush for f, e, s in zip(found, exact, scales, strict=True)]
 
 

@@ -6,12 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import constants
 
+from magfold_bench.laws import exact_magnets
 from magfold_env.engine.magnets import laws, pairs
 from tests.engine import reference
 
 
 def test_the_constant_is_codatas():
-    for found in (laws.COULOMB, reference.COULOMB):
+    for found in (laws.COULOMB, exact_magnets.COULOMB):
         assert found == pytest.approx(constants.mu_0 / (4 * np.pi), rel=1e-9)
 
 

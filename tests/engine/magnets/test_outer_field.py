@@ -204,8 +204,7 @@ def test_a_casing_runs_into_the_fixed_magnet_and_not_through_it(heading, frictio
     scene = in_field(("NSSN",), {"magnet": magnet}, mount="free", friction=friction, duration=1.0)
     fold = mf.simulate(scene, seed=3, frame_rate=500)
     assert fold.status in (mf.FoldStatus.FOLDED, mf.FoldStatus.MISFOLDED, mf.FoldStatus.UNSETTLED)
-    turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
-    block = reference.rectangle(np.zeros(2), 0.004, 0.01) @ turn.T + magnet["position"]
+    block = reference.rectangle(magnet["position"], heading, 0.004, 0.01)
     path, gaps = recorded(fold), []
     for base, angle in zip(path.base, path.angles[:, 0], strict=True):
         centre = base + SIDE / np.sqrt(2) * np.array([np.cos(angle), np.sin(angle)])

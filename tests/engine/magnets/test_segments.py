@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from magfold_bench.laws import exact_magnets
 from magfold_bench.magnets.samples import folded, unfolded
 from magfold_env.engine.magnets import pairs as magnets
 from magfold_env.engine.magnets import segments
@@ -78,7 +79,7 @@ SHAPES = {
 
 def error(found, exact, scene):
     force = np.hypot(*(found[0] - exact[0]).T).max()
-    return max(force, np.abs(found[1] - exact[1]).max() / SIDE) / reference.flush_force(scene)
+    return max(force, np.abs(found[1] - exact[1]).max() / SIDE) / exact_magnets.flush_force(scene)
 
 
 @pytest.mark.parametrize("bound", BOUNDS)
