@@ -29,10 +29,10 @@ The paper's chain is 3 mm from its model at the start, on average, because its h
 """
 
 
-def by_hand(scene: Scene, mode: Mode) -> Scene:
+def by_hand(scene: Scene, mode: Mode, speed: float = SPEED) -> Scene:
     """Return a scene as it is released by hand in one of the modes."""
     varied = scene.replace(spreads=SPREADS, start_angle_spread=ANGLE, start_angles=None)
-    return release(varied, mode, SPEED)
+    return release(varied, mode, speed)
 
 
 Kind = Literal["", "-strong"]
