@@ -17,15 +17,14 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
-from magfold_bench.presentation import panels_by, quartile_bars
+from magfold_bench.presentation import Lines
 from magfold_env.envs import register_envs
-from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting import tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 
 TUBE_FEED = "MagFold/TubeFeed-v0"
 ENVS = 64
 """Environments in a vector."""
-QUARTILES = ("lower quartile", "upper quartile")
 
 Single = gymnasium.Env[Any, Any]
 Vector = VectorEnv[Any, Any, Any]
@@ -153,7 +152,7 @@ def measure(n: int, clock: str, effort: Effort, tick: Tick) -> list[Row]:
     times = timing.take_turns(tasks, effort.rounds, 0.0, CLOCKS[clock], tick)
     rows: list[Row] = []
     for way, mine in times.items():
-        row: Row = {"n": n, "clock": clock, "form": way.form, "threads": way.threads}
+        row: Row = {"n": n, "clock": clock, "way": str(way)}
         spread = mine.spread
         row |= {
             "episodes/s": effort.envs / spread.median,
@@ -186,7 +185,7 @@ def _task(n: int, way: Way, envs: int) -> timing.Task:
 def _findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
     for (clock, way, n), wanted in WANTED.items():
-        for row in tables.select(rows, n=n, form=way.form, threads=way.threads, clock=clock):
+        for row in tables.select(rows, n=n, way=str(way), clock=clock):
             rate = float(row["episodes/s"])
             cores = "one core" if way.threads == 1 else f"{way.threads} threads"
             found.append(
@@ -196,30 +195,4 @@ def _findings(rows: list[Row]) -> list[str]:
     return found
 
 
-def draw(rows: list[Row]) -> Any:
-    """Episodes a second against the length, a panel a clock."""
-    title, labels = "Tube-feed episodes a second, dynamics", ("components n", "episodes a second")
-    figure, panels = panels_by(rows, ("clock",), title, labels)
-    for axis, here in panels:
-        clock = str(here[0]["clock"])
-        for k, way in enumerate(WAYS[clock]):
-            mine = tables.select(here, form=way.form, threads=way.threads)
-            n, rates = (tables.numbers(mine, name) for name in ("n", "episodes/s"))
-            style = {"color": plotting.COLOURS[k + 1], "marker": plotting.MARKERS[k]}
-            spread = quartile_bars(mine, "episodes/s", *QUARTILES)
-            axis.errorbar(n, rates, spread, markersize=5, capsize=3, label=f"{way}", **style)
-        for (where, _, n), wanted in WANTED.items():
-            if where == clock:
-                axis.plot(n, wanted, "_", color=plotting.INK, markersize=22, markeredgewidth=2)
-                axis.annotate(
-                    f"asked for: {wanted:g}",
-                    (n, wanted),
-                    (14, -3),
-                    textcoords="offset points",
-                    fontsize=9,
-                    color=plotting.INK,
-                )
-        axis.set_yscale("log")
-        axis.set_xticks(sorted(tables.distinct(rows, "n")))
-        plotting.legend(axis, "lower left")
-    return figure
+DIAGRAM = Lines("Tube-feed episodes a second, dynamics", "n", "episodes/s", "way", ("clock",))

@@ -16,11 +16,11 @@ from typing import Any, get_args
 import numpy as np
 
 from magfold_bench.episodes import Vector, drawn_actions, step_vector, vector
-from magfold_bench.presentation import panels_by
+from magfold_bench.presentation import Lines
 from magfold_env.engine.compile.jit import is_kernel
 from magfold_env.engine.state import Array
 from magfold_env.envs.tasks.world import Fidelity
-from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting import tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 
 COUNTS = (1, 4, 16, 64, 256)
@@ -163,20 +163,6 @@ def _finding(rows: list[Row]) -> str:
     )
 
 
-def draw(rows: list[Row]) -> Any:
-    """Python's share of a vector step against the number of environments, a panel a fidelity."""
-    title, labels = "Python's share of a vector step", ("environments", "time [µs]")
-    figure, panels = panels_by(rows, ("fidelity",), title, labels)
-    counts = sorted(tables.distinct(rows, "envs"))
-    step, env = WANTED
-    asked = f"asked for: {step:g} µs + {env:g} µs an environment"
-    for axis, here in panels:
-        for k, way in enumerate(tables.distinct(here, "measured on")):
-            mine = tables.select(here, {"measured on": way})
-            plotting.curve(axis, mine, "envs", "time [µs]", k, label=way)
-        limits = [allowed(count) for count in counts]
-        axis.loglog(counts, limits, color=plotting.INK, linestyle=":", label=asked)
-        axis.set_xticks(counts, [f"{count}" for count in counts])
-        axis.minorticks_off()
-    plotting.legend_below(figure, panels[0][0])
-    return figure
+DIAGRAM = Lines(
+    "Python's share of a vector step", "envs", "time [µs]", "measured on", ("fidelity",)
+)

@@ -42,8 +42,8 @@ class Part:
 
 BENCHMARKS: dict[str, dict[str, Part]] = {
     "whole": {
-        "work-precision": Part(work_precision.run, work_precision.draw),
-        "skipping": Part(skipping.run, skipping.draw),
+        "work-precision": Part(work_precision.run, work_precision.DIAGRAM.draw),
+        "skipping": Part(skipping.run),
     },
     "dynamics": {
         "scaling": Part(scaling.run, scaling.draw),
@@ -51,8 +51,8 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
         "first-use": Part(folds.first_use),
     },
     "magnets": {
-        "accuracy": Part(accuracy.run, accuracy.draw),
-        "peers": Part(peers.run, peers.draw),
+        "accuracy": Part(accuracy.run, accuracy.DIAGRAM.draw),
+        "peers": Part(peers.run, peers.DIAGRAM.draw),
     },
     "energy": {"ground-states": Part(ground_states.run)},
     "predict": {
@@ -61,8 +61,8 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
     },
     "design": {"targets": Part(design.targets)},
     "env": {
-        "episodes": Part(episodes.run, episodes.draw),
-        "overhead": Part(overhead.run, overhead.draw),
+        "episodes": Part(episodes.run, episodes.DIAGRAM.draw),
+        "overhead": Part(overhead.run, overhead.DIAGRAM.draw),
     },
 }
 """Parts by benchmark, in the order of the suite's report."""

@@ -39,54 +39,46 @@ def descriptions() -> dict[str, Summary]:
     }
 
 
-def panels_by(
-    rows: Sequence[Row],
-    columns: Sequence[str],
-    title: str,
-    labels: tuple[str, str],
-    size: tuple[float, float] = (5.2, 4.6),
-    *,
-    shared: bool = True,
-) -> tuple[Any, list[tuple[Any, list[Row]]]]:
-    """Return a figure, and its axes with the rows that belong there.
+class Lines(NamedTuple):
+    """A diagram of rows, log against log: which column stands on which axis, line and panel."""
 
-    There is a panel for all rows that are alike in some columns, under the name of what they share.
+    title: str
+    x: str
+    y: str
+    line: str
+    panel: tuple[str, ...] = ()
+    text: str = ""
+    """What is written beside the points."""
+    star: str = ""
+    """Rows in which this is true are marked."""
+    shared: bool = True
+    """Whether all panels have the same limits."""
 
-    Parameters
-    ----------
-    labels
-        Of the axes: x, then y.
-    size
-        Width and height of a panel [inches].
-    shared
-        Whether all panels have the same limits.
-    """
-    groups = list(dict.fromkeys(tuple(row[name] for name in columns) for row in rows))
-    figure, axes = plotting.panels(len(groups), title, *size, shared=shared)
-    found: list[tuple[Any, list[Row]]] = []
-    for axis, group in zip(axes, groups, strict=True):
-        cells = dict(zip(columns, group, strict=True))
-        named = [f"n = {cell}" if name == "n" else str(cell) for name, cell in cells.items()]
-        axis.set_title(", ".join(named), fontsize=11)
-        axis.set_xlabel(labels[0])
-        if axis.get_subplotspec().is_first_col():
-            axis.set_ylabel(labels[1])
-        found.append((axis, tables.select(rows, cells)))
-    return figure, found
-
-
-def name_bars(axis: Any, names: Sequence[str], label: str) -> None:
-    """Name horizontal bars, the first one on top, and what their length is."""
-    axis.set_yticks(np.arange(len(names)), names)
-    axis.invert_yaxis()
-    axis.grid(visible=False, axis="y")
-    axis.set_xlabel(label)
-
-
-def quartile_bars(rows: Sequence[Row], middle: str, low: str, high: str) -> Any:
-    """Return how far quartiles lie below and above a median, by the names of their columns."""
-    median = tables.numbers(rows, middle)
-    return np.stack([median - tables.numbers(rows, low), tables.numbers(rows, high) - median])
+    def draw(self, rows: list[Row]) -> Any:
+        """Return a figure of matplotlib's, with a panel for rows that are alike in some columns."""
+        groups = list(dict.fromkeys(tuple(row[name] for name in self.panel) for row in rows))
+        size = (8.0, 5.0) if len(groups) == 1 else (5.2, 4.6)
+        figure, axes = plotting.panels(len(groups), self.title, *size, shared=self.shared)
+        names = tables.distinct(rows, self.line)
+        for axis, group in zip(axes, groups, strict=True):
+            cells = dict(zip(self.panel, group, strict=True))
+            named = [f"n = {cell}" if name == "n" else str(cell) for name, cell in cells.items()]
+            axis.set_title(", ".join(named), fontsize=11)
+            axis.set_xlabel(self.x)
+            axis.set_ylabel(self.y)
+            here = tables.select(rows, cells)
+            for k, name in enumerate(names):
+                mine = tables.select(here, {self.line: name})
+                points = plotting.curve(axis, mine, self.x, self.y, k, label=str(name))
+                if self.text:
+                    texts = [f"{float(row[self.text]):g}" for row in mine]
+                    plotting.label_points(axis, zip(*points, strict=True), texts)
+            marked = [row for row in here if row.get(self.star)]
+            if marked:
+                style = {"color": "#d0021b", "marker": "*", "markersize": 14, "linestyle": ""}
+                plotting.curve(axis, marked, self.x, self.y, 0, label=self.star, **style)
+        plotting.legend_below(figure, *axes, ncols=3)
+        return figure
 
 
 def median(rows: Sequence[Row], name: str) -> float:

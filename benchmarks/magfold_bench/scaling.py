@@ -24,10 +24,11 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from magfold_bench.laws.mechanics import equation_39, levers
+from magfold_bench.presentation import Lines
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array, Bodies
-from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting import tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 
 GRAVITY = (0.0, -9.81)  # [m/s²]
@@ -101,7 +102,6 @@ LANES_AT, LANES_FACTOR = 6, 8.0
 STEEPEST = 1.1  # power of n
 QUARTILES = ("times one chain's", "lower quartile", "upper quartile")
 
-LINE_COLOURS = tuple(plotting.COLOURS[k] for k in (1, 6, 2, 3, 4, 5))
 
 COMPILER = ("cc", "-O3", "-march=native")  # of what CasADi writes
 
@@ -440,21 +440,10 @@ def _findings(rows: list[Row]) -> list[str]:
 
 
 def draw(rows: list[Row]) -> Any:
-    """Draw how the time of an evaluation grows with the length, log against log."""
-    title = "Accelerations of a pinned chain; bands are quartiles"
-    figure, (axis,) = plotting.panels(1, title, 8.0, 5.0)
-    # What a call costs is measured at one length only.
+    """Draw how the time of an evaluation grows with the length, but for what a call costs."""
+    title = "Accelerations of a pinned chain"
     shown = [row for row in rows if row["contender"] != OVERHEAD]
-    for k, name in enumerate(tables.distinct(shown, "contender")):
-        mine, colour = tables.select(shown, contender=name), LINE_COLOURS[k]
-        style = {"linewidth": 2.2 if name in (SCALAR, LANES) else 1.3, "label": name}
-        n, _ = plotting.curve(axis, mine, "n", "time [µs]", k, color=colour, **style)
-        quartiles = (tables.numbers(mine, f"{side} quartile [µs]") for side in ("lower", "upper"))
-        axis.fill_between(n, *quartiles, color=colour, alpha=0.2, linewidth=0)
-    axis.set_xlabel("components n")
-    axis.set_ylabel("time of one chain's accelerations [µs]")
-    plotting.legend(axis, "upper left")
-    return figure
+    return Lines(title, "n", "time [µs]", "contender").draw(shown)
 
 
 def _times(n: int, components: int) -> int:

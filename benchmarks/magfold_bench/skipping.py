@@ -13,9 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from magfold_bench.bare_pendulum import prepare_swing
-from magfold_bench.presentation import name_bars, quartile_bars
 from magfold_bench.runs import ended, run_task
-from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting import tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.session import Session
@@ -53,7 +52,6 @@ SWITCHED_OFF: dict[str, dict[str, Any]] = {
 
 EVERYTHING, ONE, TOGETHER, FLOOR = "everything", "one off", "together off", "floor"
 BEFORE, BEFORE_FLOOR = "preparation", "preparation of the floor"
-GROUPS = {EVERYTHING: 0, ONE: 1, TOGETHER: 3, FLOOR: 2}  # colours of the bars
 OVER = "over the floor"
 OVER_SPREAD = (OVER, f"{OVER}, lower quartile", f"{OVER}, upper quartile")
 
@@ -158,29 +156,3 @@ def variants() -> list[Variant]:
             for k, name in enumerate(names)
         ),
     ]
-
-
-def draw(rows: list[Row]) -> Any:
-    """Bars of the time an evaluation takes, over the floor's, on a logarithmic scale."""
-    title = "What a scene does not need: time an evaluation over a bare pendulum's"
-    figure, (axis,) = plotting.panels(1, title, 9.5, 5.4)
-    over, high = tables.numbers(rows, OVER), tables.numbers(rows, OVER_SPREAD[2])
-    spread = quartile_bars(rows, *OVER_SPREAD)
-    for group, colour in GROUPS.items():
-        mine = [k for k, row in enumerate(rows) if row["group"] == group]
-        style = {"color": plotting.COLOURS[colour], "height": 0.65, "label": group}
-        whisker = {"ecolor": plotting.INK, "error_kw": {"linewidth": 1.0}}
-        axis.barh(mine, over[mine], xerr=spread[:, mine], **style, **whisker)
-    for y, (row, value, end) in enumerate(zip(rows, over, high, strict=True)):
-        text = f"  {value:.3g} × : {float(row['each [µs]']):.3g} µs × {row['evaluations']}"
-        x = max(value, end) * 1.03
-        label = axis.text(x, y, text, va="center", fontsize=8, color=plotting.INK)
-        # Where the dashed line would cross it.
-        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.5})
-    axis.axvline(ALLOWED, color=plotting.INK, linestyle="--", linewidth=1.0)
-    axis.set_xscale("log")
-    axis.set_xlim(0.8, 8.0 * float(over.max()))
-    asked = f"times the floor; the dashed line, {ALLOWED:g}, is asked for of a bare scene"
-    name_bars(axis, [str(row["off"]) for row in rows], asked)
-    plotting.legend(axis, "lower right")
-    return figure

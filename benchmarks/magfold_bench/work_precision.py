@@ -8,21 +8,21 @@ The paper's solver runs the pinned scenes. It stops joints in its own way, so th
 not vanish with its step. Sessions are prepared untimed.
 """
 
-import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from magfold_bench import runs
+from magfold_bench.presentation import Lines
 from magfold_bench.runs import CLOSE, NUDGE, Setting, has_accuracy, recorded
 from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
-from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting import tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.scene import Magnets, Scene, Solver, load_scene
 
-ALLOWED = 1.5  # times the front's run time that the default may take
+ALLOWED = 1.5  # times the run time of the fastest setting that is as exact
 WAY, END = "error on the way [rad]", "final error [rad]"
 BEHIND, SURELY, AT_END = "default / fastest", "without luck", "at the end"
 COMPARED = {
@@ -40,7 +40,6 @@ SET_ASIDE = {
     "sensitive": f"a start moved by {NUDGE:g} rad ends elsewhere",
     "unsure": f"the reference is not known to {CLOSE:g} rad",
 }
-FRONT = {WAY: "on the front on the way", END: "on the front at the end"}
 
 LONGEST = 1.0  # [s] simulated after the last release; most folds rest before that
 SWING = 0.3  # [s] of the pendulum, seven times √(d/g): longer swings are chaotic
@@ -49,8 +48,6 @@ LONG = 12  # components of the longest chain
 PENDULUM = "pendulum of three"
 LOOSER = 10.0
 
-ACROSS = 3  # panels beside each other
-TALLEST = 4.0  # [rad] of an error: beyond half a turn all are alike
 WIDEST, HIGHEST = 20.0, 100.0  # factors that an axis spans at least, so that its ticks tell
 
 
@@ -195,6 +192,7 @@ def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[R
             "scene": name,
             "setting": str(setting),
             "method": setting.method,
+            "line": f"{setting.method}, magnets {setting.accuracy or 'as given'}",
             "step": setting.step,
             "magnets": setting.accuracy or 0.0,
             "default": int(setting.is_default),
@@ -208,13 +206,7 @@ def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[R
         }
         for setting, time in taken.items()
     ]
-    times = list(taken.values())
-    medians = np.array([time.median for time in times])
-    for error, flag in FRONT.items():
-        marked = front(medians, tables.numbers(rows, error))
-        for k, row in enumerate(rows):
-            row[flag] = int(k in marked)
-    return rows, _summary(rows, settings, times)
+    return rows, _summary(rows, settings, list(taken.values()))
 
 
 def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
@@ -234,7 +226,7 @@ def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
 
 
 def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[timing.Timing]) -> Row:
-    """Return the default's errors and time, and how many times the front's time that is."""
+    """Return the default's errors and time, and how many times the fastest's that is."""
     medians = np.array([time.median for time in times])
     default = next(k for k, setting in enumerate(settings) if setting.is_default)
     way, end = tables.numbers(rows, WAY), tables.numbers(rows, END)
@@ -258,19 +250,8 @@ def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[timin
     }
 
 
-def front(times: Array, errors: Array) -> list[int]:
-    """Return the settings that none beats in both, by growing time; of equals the first."""
-    found: list[int] = []
-    best = np.inf
-    for k in np.lexsort((errors, times)):
-        if errors[k] < best:
-            best = float(errors[k])
-            found.append(int(k))
-    return found
-
-
 def fastest(times: Array, errors: Array, error: float) -> int:
-    """Return the fastest setting whose error is at most as large; that is one of the front."""
+    """Return the fastest setting whose error is at most as large."""
     return int(np.argmin(np.where(errors <= error, times, np.inf)))
 
 
@@ -311,64 +292,12 @@ def _findings(shown: list[Row], rows: list[Row]) -> list[str]:
     return found
 
 
-def draw(rows: list[Row]) -> Any:
-    """Error against run time, a panel a scene: first on the way, then at the end."""
-    scenes = tables.distinct(rows, "scene")
-    lines = -(-len(scenes) // ACROSS)
-    size = (3.5 * ACROSS, 3.1 * 2 * lines + 0.9)
-    figure = plotting.figure_class()(figsize=size, layout="constrained")
-    said = f"Whole folds: largest error against run time; below {NUDGE:g} rad errors count as equal"
-    figure.suptitle(said, fontsize=15, color=plotting.INK)
-    titles = {WAY: "at any time", END: "at the end"}
-    for part, error in zip(figure.subfigures(2, 1, hspace=0.03), FRONT, strict=True):
-        axes = part.subplots(lines, ACROSS, squeeze=False).ravel()
-        label = f"largest error of a joint {titles[error]} [rad]"
-        part.supylabel(label, fontsize=11, color=plotting.INK)
-        for axis, scene in zip(axes, scenes, strict=False):
-            _panel(axis, tables.select(rows, scene=scene), error)
-            axis.set_title(scene, fontsize=11, color=plotting.INK)
-        for axis in axes[len(scenes) :]:
-            axis.set_visible(False)
-    plotting.legend_below(figure, *figure.axes, fontsize=10)
-    return figure
-
-
-def _panel(axis: Any, rows: list[Row], error: str) -> None:
-    """Draw a line for each accuracy of the magnets, over tolerances or time steps."""
-    rows = [row | {"drawn": min(float(row[error]), TALLEST)} for row in rows]
-
-    def line(mine: Sequence[Row], k: int, **style: Any) -> None:
-        plotting.curve(axis, mine, "time [ms]", "drawn", k, **style)
-
-    axis.grid(visible=True, which="major", color=plotting.GRID, linewidth=0.7)
-    axis.set_axisbelow(True)
-    axis.spines[["top", "right"]].set_visible(False)
-    adaptive, paper = tables.select(rows, method="adaptive"), tables.select(rows, method="paper")
-    for k, accuracy in enumerate(sorted(tables.distinct(adaptive, "magnets"), reverse=True)):
-        label = f"magnets to {accuracy:g}" if accuracy else "no accuracy to choose"
-        mine = tables.select(adaptive, magnets=accuracy)
-        line(mine, k, markersize=4.5, linewidth=1.1, label=label)
-    style = {"color": "#8a8f98", "marker": "x", "markersize": 4.5, "linewidth": 0.9}
-    for accuracy in sorted(tables.distinct(paper, "magnets")):
-        line(tables.select(paper, magnets=accuracy), 0, label="the paper's solver", **style)
-    marked = sorted(tables.select(rows, {FRONT[error]: 1}), key=lambda row: float(row["time [ms]"]))
-    across, up = (tables.numbers(marked, name) for name in ("time [ms]", "drawn"))
-    style = {"color": plotting.INK, "linewidth": 2.6, "alpha": 0.3, "zorder": 1}
-    axis.step(across, up, where="post", label="Pareto front", **style)
-    style = {"color": "#d0021b", "marker": "*", "markersize": 15, "markeredgecolor": "white"}
-    default = tables.select(rows, default=1)
-    line(default, 0, linestyle="", label="the default", zorder=5, **style)
-    axis.set_xlabel("run time [ms]", fontsize=9)
-    axis.set_xlim(*_at_least(WIDEST, tables.numbers(rows, "time [ms]")))
-    axis.set_ylim(*_at_least(HIGHEST, tables.numbers(rows, "drawn")))
-    axis.tick_params(labelsize=8)
-    for which in (axis.xaxis, axis.yaxis):
-        which.set_minor_formatter("")
-    axis.xaxis.set_major_formatter("{x:g}")
-
-
-def _at_least(factor: float, values: Any) -> tuple[float, float]:
-    """Return limits around some values that are at least a factor apart."""
-    low, high = float(values.min()), float(values.max())
-    middle, reach = math.sqrt(low * high), max(math.sqrt(high / low) * 1.3, math.sqrt(factor))
-    return middle / reach, middle * reach
+DIAGRAM = Lines(
+    "Whole folds: largest error of a joint at any time against run time",
+    "time [ms]",
+    WAY,
+    "line",
+    ("scene",),
+    star="default",
+    shared=False,
+)

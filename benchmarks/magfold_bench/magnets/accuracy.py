@@ -6,14 +6,14 @@ bounds. Pairs of casings are random, touching ones among them; chains of six are
 on the way, and long chains either.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from magfold_bench.magnets import samples
-from magfold_bench.presentation import panels_by
+from magfold_bench.presentation import Lines
 from magfold_env.engine.state import Array
-from magfold_env.reporting import plotting, tables
+from magfold_env.reporting import tables
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.scene import Casing, Magnets, Scene
 from magfold_env.shapes import centres
@@ -22,10 +22,6 @@ PAIRS, FOLDS, LONG = "pairs of casings", "chains of 6", "chains of 60"
 POINTS, NODES, BOUND = "points", "strips, fixed nodes", "strips, error bound"
 SEED = 4
 LENGTH, LONG_LENGTH = 6, 60
-FLUSH = "force between two flush opposite faces"
-SMALLEST = 1e-8  # error that is drawn; below it the reference's own may show
-DRAWN = {POINTS: "charges a face", NODES: "nodes a face", BOUND: "bound"}
-"""What the settings are, by the way to choose nodes."""
 
 
 class Effort(NamedTuple):
@@ -129,22 +125,12 @@ def _findings(name: str, sample: samples.Sample, rows: list[Row]) -> list[str]:
     ]
 
 
-def draw(rows: list[Row]) -> Any:
-    """Worst error against time, a panel a kind of states; settings are written at the points."""
-    rows = [row | {"drawn": max(float(row["worst error"]), SMALLEST)} for row in rows]
-    title = "Magnet forces: worst error against time"
-    labels = "time of a state [µs]", f"worst error / {FLUSH}"
-    figure, panels = panels_by(rows, ("states",), title, labels, shared=False)
-    for axis, here in panels:
-        for k, model in enumerate(tables.distinct(here, "model")):
-            mine = tables.select(here, model=model)
-            bold, colour = model == BOUND, plotting.COLOURS[(2, 1, 3)[k % 3]]
-            style = {"linewidth": 2.2, "zorder": 3} if bold else {"linewidth": 1.3, "zorder": 2}
-            style |= {"color": colour, "label": f"{model} ({DRAWN[model]})"}
-            points = plotting.curve(axis, mine, "time [µs]", "drawn", k, **style)
-            texts = [f"{float(row['setting']):g}" for row in mine]
-            plotting.label_points(axis, zip(*points, strict=True), texts, left=bold, color=colour)
-        axis.margins(x=0.13)  # room for the settings beside the outermost points
-        axis.set_ylim(SMALLEST / 2.0, 100.0)
-    plotting.legend_below(figure, panels[0][0])
-    return figure
+DIAGRAM = Lines(
+    "Magnet forces: worst error, in flush forces, against time",
+    "time [µs]",
+    "worst error",
+    "model",
+    ("states",),
+    text="setting",
+    shared=False,
+)

@@ -19,10 +19,10 @@ import numpy as np
 from magfold_bench.laws import exact_magnets
 from magfold_bench.magnets import samples
 from magfold_bench.magnets.samples import Loads, Sample
-from magfold_bench.presentation import panels_by
+from magfold_bench.presentation import Lines
 from magfold_env.engine.state import Array
 from magfold_env.files import pip_install
-from magfold_env.reporting import plotting, tables, timing
+from magfold_env.reporting import tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres
@@ -38,7 +38,6 @@ SUMS, DYNAMICS = "sums", "dynamics"  # two ways of the engine
 BOUNDS = (5e-2, 1e-2, 1e-3, 1e-4, 1e-5)
 WANTED = 1000.0
 SEED = 3
-DRAWN = {MAGPYLIB: "magpylib getFT", SUMS: "engine, sums", DYNAMICS: "engine, dynamics"}
 NO_RATIO = timing.Spread(math.nan, math.nan, math.nan)
 
 # Cells of a magnet, nearly cubes, by number of components; then samples of every timing.
@@ -264,16 +263,10 @@ def _findings(rows: list[Row]) -> list[str]:
     return found
 
 
-def draw(rows: list[Row]) -> Any:
-    """Error of the torques at the joints against time beside magpylib, a panel a chain."""
-    rows = [row | {"time [s]": 1e-6 * float(row["time [µs]"])} for row in rows]
-    title = "Beside magpylib: worst error against time"
-    labels = "time of an evaluation [s]", "torque at a joint: worst error\n/ (side × flush force)"
-    figure, panels = panels_by(rows, ("n", "shape"), title, labels)
-    for axis, here in panels:
-        for k, (by, label) in enumerate(DRAWN.items()):
-            style = {"color": plotting.COLOURS[(2, 1, 3)[k]], "label": label}
-            mine = tables.select(here, by=by)
-            plotting.curve(axis, mine, "time [s]", "joint error", k, **style)
-    plotting.legend(panels[0][0], "upper right")
-    return figure
+DIAGRAM = Lines(
+    "Beside magpylib: error of the torques at the joints, in flush forces, against time",
+    "time [µs]",
+    "joint error",
+    "by",
+    ("n", "shape"),
+)
