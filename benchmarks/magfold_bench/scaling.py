@@ -6,20 +6,14 @@ does many evaluations a call, so that the call costs nothing. All take turns, so
 compares neighbours in time. What their rows include differs: Pinocchio's algorithm works in three
 dimensions and is called from Python, where a call's cost at n = 1, with next to nothing to compute,
 is taken off its times at all other lengths (there it has a row of its own); MuJoCo's is a whole
-step in three dimensions, with positions, velocities and constraints beside accelerations; CasADi's
-is C made for one chain's length and masses, without a loop, and compiled for this processor.
+step in three dimensions, with positions, velocities and constraints beside accelerations.
 """
 
 import importlib
 import math
-import os
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
-from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -88,7 +82,6 @@ LANES = f"magfold, {recursion.LANES} chains at once"
 DENSE = "eq. 39 dense, NumPy"
 PINOCCHIO = "Pinocchio aba"
 MUJOCO = "MuJoCo mj_step"
-CASADI = "CasADi, generated C"
 
 LENGTHS = (1, 2, 6, 20, 60, 200, 450, 1000, 3000, 10_000)
 QUICK_LENGTHS = (1, 6, 60, 450)
@@ -102,8 +95,6 @@ LANES_AT, LANES_FACTOR = 6, 8.0
 STEEPEST = 1.1  # power of n
 QUARTILES = ("times one chain's", "lower quartile", "upper quartile")
 
-
-COMPILER = ("cc", "-O3", "-march=native")  # of what CasADi writes
 
 BASE = (-GRAVITY[0], -GRAVITY[1])
 
@@ -241,72 +232,10 @@ def mujoco(problem: ChainProblem) -> Contender:
     return Contender(found, lambda: mj.mj_step(model, data, times), times)
 
 
-def casadi(problem: ChainProblem) -> Contender:
-    """Featherstone's algorithm as CasADi writes it down in C, repeated in C."""
-    ca: Any = importlib.import_module("casadi")
-    n = problem.n
-    given = [ca.SX.sym(name, n) for name in ("angles", "rates", "forces")]
-    found = ca.cse(ca.vertcat(*_articulated(ca, problem.bodies, *given)))
-    times = _times(n, 20_000)
-    repeated = ca.Function("accelerations", given, [found]).map(times)
-    with tempfile.TemporaryDirectory() as folder:
-        source, library = Path(folder, "chain.c"), Path(folder, "chain.so")
-        writer = ca.CodeGenerator(source.name)
-        writer.add(repeated)
-        writer.generate(folder + os.sep)
-        compiler = [*COMPILER, "-shared", "-fPIC", "-o", str(library), str(source), "-lm"]
-        subprocess.run(compiler, check=True)
-        loaded = ca.external(repeated.name(), str(library))
-    buffer, work = loaded.buffer()
-    values = (problem.angles, problem.rates, problem.forces)
-    arrays = [np.tile(each, (times, 1)) for each in values]
-    out = np.zeros((times, n))
-    for k, array in enumerate(arrays):
-        buffer.set_arg(k, memoryview(cast("Any", array)))
-    buffer.set_res(0, memoryview(cast("Any", out)))
-    work()
-    # CasADi keeps none of these alive.
-    used = loaded, buffer, arrays, out
-    return Contender(out[-1].copy(), lambda: (work(), used), times)
-
-
-def _articulated(ca: Any, bodies: Bodies, angles: Any, rates: Any, forces: Any) -> list[Any]:
-    """Write the accelerations of the headings down, from the chain's end to its hinge and back.
-
-    Featherstone's algorithm in the plane, in components along x and y: the rest of the chain from
-    a hinge on resists its acceleration a by ``inertia @ a + bias``.
-    """
-    inertia: Any = ca.SX(2, 2)
-    bias: Any = ca.SX(2, 1)
-    steps: list[Any] = []
-    for i in reversed(range(angles.numel())):
-        mass, reach, length = bodies.mass[i], bodies.reach[i], bodies.length[i]
-        along = ca.vertcat(ca.cos(angles[i]), ca.sin(angles[i]))
-        across = ca.vertcat(-along[1], along[0])
-        inward = rates[i] * rates[i] * along
-        lever = mass * reach * across + length * (inertia @ across)
-        held = mass * reach * inward + length * (inertia @ inward)
-        resists = bodies.inertia[i] + mass * reach * reach
-        resists += length * length * ca.dot(across, inertia @ across)
-        pull = forces[i] - length * ca.dot(across, bias - length * (inertia @ inward))
-        steps.insert(0, (length, across, inward, lever, resists, pull))
-        bias += lever * (pull / resists) - held
-        inertia += mass * ca.SX.eye(2) - lever @ lever.T / resists
-    hinge: Any = ca.SX(BASE)
-    found: list[Any] = []
-    for length, across, inward, lever, resists, pull in steps:
-        found.append((pull - ca.dot(lever, hinge)) / resists)
-        hinge += length * (across * found[-1] - inward)
-    return found
-
-
 def missing() -> list[str]:
     """Names of the peers that are not installed; the extra ``peers`` brings them."""
-    needs = {PINOCCHIO: "pinocchio", MUJOCO: "mujoco", CASADI: "casadi"}
-    absent = [name for name, module in needs.items() if find_spec(module) is None]
-    if CASADI not in absent and shutil.which(COMPILER[0]) is None:
-        absent.append(CASADI)
-    return absent
+    needs = {PINOCCHIO: "pinocchio", MUJOCO: "mujoco"}
+    return [name for name, module in needs.items() if find_spec(module) is None]
 
 
 BUILDS: dict[str, Build] = {
@@ -314,13 +243,11 @@ BUILDS: dict[str, Build] = {
     LANES: lanes,
     PINOCCHIO: pinocchio,
     MUJOCO: mujoco,
-    CASADI: casadi,
     DENSE: dense,
 }
 
 # Longer chains would take minutes or many gigabytes: these keep matrices of n² numbers or more.
-# So would the compilation of code without loops.
-LONGEST = {PINOCCHIO: 450, MUJOCO: 1000, CASADI: 60, DENSE: 1000}
+LONGEST = {PINOCCHIO: 450, MUJOCO: 1000, DENSE: 1000}
 
 
 def measure(quick: bool, progress: Progress) -> list[Row]:

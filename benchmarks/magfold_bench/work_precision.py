@@ -48,8 +48,6 @@ LONG = 12  # components of the longest chain
 PENDULUM = "pendulum of three"
 LOOSER = 10.0
 
-WIDEST, HIGHEST = 20.0, 100.0  # factors that an axis spans at least, so that its ticks tell
-
 
 class Effort(NamedTuple):
     """How much work a run of the benchmark may be."""

@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 LIBRARIES = ("numba", "llvmlite", "numpy", "gymnasium")
-PEERS = ("casadi", "magpylib", "mujoco", "pin")
+PEERS = ("magpylib", "mujoco", "pin")
 
 
 def describe() -> dict[str, str]:
