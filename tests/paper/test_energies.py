@@ -9,7 +9,6 @@ from magfold_bench.paper.energies import FIGURE_7, FIGURE_19, TABLE_1
 from magfold_bench.paper.reproduction import Measured
 from magfold_env.minimiser import minimise
 from magfold_env.reporting.page import PNG_START
-from magfold_env.reporting.tables import Row
 from tests.paper.measured import changed, outcomes
 
 
@@ -144,9 +143,8 @@ def of_figure_19(a: float, b: float, share: float) -> Measured:
         for name, score in (("S1A", a), ("S1B", b))
     ]
     releases = {"mode": "free", "releases": 9, "state": "S1B", "share": share}
-    mapped: Row = {"ends in": "S1B", "share": share}
     releases |= {"low": share / 2, "high": 2 * share}
-    return {"states": states_of, "releases": [releases], "maps": [mapped]}
+    return {"states": states_of, "releases": [releases]}
 
 
 def test_figure_19_agrees_with_the_printed_numbers_and_with_no_others() -> None:

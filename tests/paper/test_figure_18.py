@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+import magfold_env as mf
+from magfold_bench.laws.experiment import paper_scene
 from magfold_bench.paper import figure_18
+from magfold_env.minimiser import Mode
 from magfold_env.reporting.intervals import share
 from magfold_env.reporting.tables import Row
 from magfold_env.shapes import centres, headings, mirror, word_to_angles
@@ -119,3 +122,18 @@ def test_no_turn_makes_the_movement_less() -> None:
 def test_the_straight_line_moves_least_in_sequence_2() -> None:
     assert figure_18.least_moved(2) == ["LRLRL"]
     assert "LRLLL" not in figure_18.least_moved(1)
+
+
+@pytest.mark.parametrize(("number", "mode"), [(1, "free"), (2, "forward"), (3, "backward")])
+def test_only_friction_over_remanence_squared_and_speed_over_remanence_count(
+    number: int, mode: Mode
+) -> None:
+    scene = paper_scene(number, mode).replace(friction=0.35)
+    scene = scene.replace(magnets={"remanence": 0.6}, feed={"speed": 0.05})
+    twice = scene.replace(magnets={"remanence": 1.2}, friction=1.4, feed={"speed": 0.1})
+    one, other = (mf.ensemble(each, runs=8, workers=1) for each in (scene, twice))
+    assert one.word.tolist() == other.word.tolist()
+    assert one.status.tolist() == other.status.tolist()
+    # The tolerances of the solver are the same for both, so that not all bits are.
+    np.testing.assert_allclose(one.time, 2.0 * other.time, rtol=0.05)
+    np.testing.assert_allclose(4.0 * one.energy, other.energy, rtol=1e-3)

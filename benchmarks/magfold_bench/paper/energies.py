@@ -3,7 +3,7 @@
 import numpy as np
 
 from magfold_bench.laws.experiment import MODES, RUNS, paper_scene
-from magfold_bench.paper import maps, quoted, states
+from magfold_bench.paper import quoted, states
 from magfold_bench.paper.figure_18 import inputs as release_inputs
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_env.ensembles.releases import ensemble
@@ -361,9 +361,7 @@ def nearly_equal(quick: bool, progress: Progress) -> Measured:
             share = made.probability(states.word_of(name), FoldStatus.FOLDED)
             case: Row = {"mode": mode, "releases": runs, "state": name}
             releases.append(case | {"share": share.rate, "low": share.low, "high": share.high})
-    found = [row for mode in maps.FED for row in maps.rows(1, mode, quick)]
-    mapped = [row for row in found if row["ends in"] in STATED]
-    return {"states": rows, "releases": releases, "maps": mapped}
+    return {"states": rows, "releases": releases}
 
 
 def nearly_equal_tables(measured: Measured) -> list[Table]:
@@ -403,12 +401,10 @@ def nearly_equal_claims(measured: Measured) -> list[Claim]:
         printed.append(Claim(sentence, found, abs(off) < NEAR, _NONE_FOUND))
     often = select(measured["releases"], state="S1B")
     listed = ", ".join(f"{row['mode']} {_share(row)}" for row in often)
-    on_map = [float(row["share"]) for row in select(measured["maps"], {"ends in": "S1B"})]
     absent = Claim(
         "S1B does not occur in the experiment (so the figure's caption; section 6.1 gives it a "
         "probability).",
-        f"its share of the simulated releases is {listed}; over the maps of friction and speed it "
-        f"is {100 * min(on_map):.0f} to {100 * max(on_map):.0f} %.",
+        f"its share of the simulated releases is {listed}.",
         not any(float(row["share"]) for row in often),
         "The two states differ where component 1 lies. The paper ascribes the absence of "
         "another one, S1E, to the wire that leaves component 1; nothing here stands for it.",
@@ -420,8 +416,7 @@ def nearly_equal_claims(measured: Measured) -> list[Claim]:
 def nearly_equal_plots(measured: Measured) -> list[Plot]:
     """Draw both states."""
     caption = "S1A (left) and S1B (right), with their Coulomb scores."
-    drawn = states.plot("figure-19", 1, measured["states"], caption)
-    return [drawn, *maps.plots(measured["maps"], "figure-19")]
+    return [states.plot("figure-19", 1, measured["states"], caption)]
 
 
 FIGURE_19 = Reproduction(
@@ -431,8 +426,7 @@ FIGURE_19 = Reproduction(
     shows="Two states of sequence 1 that differ little in shape and energy; the one of higher "
     "energy is said not to occur in the experiment.",
     computed="The scores of both in the paper's model, and how often each is the end of simulated "
-    "releases in the three modes, as in Figure 18; and, as maps, over speed of feed and "
-    "friction.",
+    "releases in the three modes, as in Figure 18.",
     missing="The wire at component 1, which the experiment has and the simulation has not.",
     measure=nearly_equal,
     tables=nearly_equal_tables,

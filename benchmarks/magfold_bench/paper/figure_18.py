@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from magfold_bench.laws import experiment
 from magfold_bench.laws.experiment import Kind
-from magfold_bench.paper import maps, states
+from magfold_bench.paper import states
 from magfold_bench.paper.quoted import SEQUENCES
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_bench.paper.statements import on_the_way
@@ -31,17 +31,15 @@ KINDS: dict[str, Kind] = {"bars": "", "strong": "-strong"}
 def measure(quick: bool, progress: Progress) -> Measured:
     """Release as often as the paper: `magfold bench predict --only experiment`, and strong magnets.
 
-    That takes seconds, so quick does no less; of the maps it does.
+    That takes seconds, so quick does no less.
     """
     made: Measured = {}
-    parts = len(KINDS) + 1
 
     def tell(share: float, what: str) -> None:
-        progress((len(made) + share) / parts, what)
+        progress((len(made) + share) / len(KINDS), what)
 
     for name, kind in KINDS.items():
         made[name] = experiment.run(False, tell, kind).rows
-    made["maps"] = maps.measure(quick, tell)
     return made
 
 
@@ -78,7 +76,7 @@ def tables(measured: Measured) -> list[Table]:
                     shown.append(line | {"in the paper": stated})
                     stated = ""
         made.append(Table(f"Simulated releases, {device(kind)}", shown))
-    return [*made, maps.best_table(measured["maps"])]
+    return made
 
 
 def named(number: int, word: str) -> str:
@@ -293,7 +291,7 @@ def plots(measured: Measured) -> list[Plot]:
         )
         chart = experiment.draw_experiment(measured[name])
         made.append(Plot.of(f"figure-18{kind}", chart, caption))
-    return [*made, *maps.plots(measured["maps"], "figure-18")]
+    return made
 
 
 FIGURE_18 = Reproduction(
@@ -307,9 +305,7 @@ FIGURE_18 = Reproduction(
     "this project's solver and a spread as of a release by hand: start angles, friction, masses, "
     "magnets and feed differ a little from release to release. Twice: with 0.6 T and the friction "
     "that the text names, and with 1.2 T and little friction, for the text measures 0.6 T on the "
-    "surface and calls the floor one of low friction. Then, as maps, over speed of feed and "
-    "friction: what a chain ends in depends on µ/B_r² and v/B_r alone, for with time in units that "
-    "shrink with B_r the equation of motion holds nothing else of the three.",
+    "surface and calls the floor one of low friction.",
     missing="Neither the sequences, nor masses, nor spreads are in the text: they are "
     "reconstructed or assumed. The paper does not define least (lateral) movement; here it is that "
     "of the centres from a straight chain laid on the fold, root mean square, nearly equal ones "
