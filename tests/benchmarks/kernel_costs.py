@@ -35,23 +35,19 @@ import numpy as np
 from magfold_bench.folds import scene_of
 from magfold_bench.ground_states import random_scene as random_poles
 from magfold_bench.laws.integrators import double_euler
-from magfold_bench.magnets.samples import (
-    FOLDED,
-    chain_forces,
-    new_loads,
-    pinned_states,
-    random_scene,
-    shapes,
-)
+from magfold_bench.magnets.samples import FOLDED, pose_of, random_scene, shapes
 from magfold_bench.runs import KINDS, ended, run_task
 from magfold_bench.scaling import BASE, random_problem, repeat_lanes, repeat_scalar
 from magfold_env.engine.chain import recursion
+from magfold_env.engine.compile.jit import allocating_kernel
+from magfold_env.engine.magnets.chain import add_chain_forces
+from magfold_env.engine.state import Array, Loads, Model, Nodes, Pose, Rigid
 from magfold_env.engine.workspace import new_nodes, new_rigid, new_work
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.files import write_text
 from magfold_env.minimiser import Landscape
 from magfold_env.scene import load_scene
-from magfold_env.shapes import headings
+from magfold_env.shapes import centres, headings
 from magfold_env.simulation.pack import pack
 
 STORED = Path(__file__).with_suffix(".json")
@@ -104,14 +100,28 @@ def lanes() -> Work:
     return lambda: repeat_lanes(400, problem.bodies, BASE, block)
 
 
+@allocating_kernel
+def chain_forces(
+    times: int, model: Model, q: Array, pose: Pose, nodes: Nodes, rigid: Rigid, out: Loads
+) -> None:
+    """Do what the dynamics do, look-ups and all, at one state again and again."""
+    for _ in range(times):
+        for i in range(out.fx.size):
+            out.fx[i] = 0.0
+            out.fy[i] = 0.0
+            out.torque[i] = 0.0
+        add_chain_forces(0, 0, model, q, pose, nodes, rigid, out)
+
+
 def magnets() -> Work:
     """All magnet forces of a folded chain whose joints are a little off their stops."""
     scene = random_scene(np.random.default_rng(3), COMPONENTS)
-    model = pack(scene)
-    states = pinned_states([shapes(COMPONENTS)[FOLDED]], scene.casing.side)
+    model, turned = pack(scene), shapes(COMPONENTS)[FOLDED]
+    pose = pose_of(centres(turned, scene.casing.side), turned)
+    q = np.append(turned, [0.0, 0.0])
     space = new_nodes(model.magnets, scene.n), new_rigid(model.magnets, scene.n)
-    out = new_loads(1, scene.n)
-    return lambda: chain_forces(25, model, states, *space, out)
+    out = Loads(*(np.zeros(scene.n) for _ in range(3)))
+    return lambda: chain_forces(25, model, q, pose, *space, out)
 
 
 def accelerations() -> Work:

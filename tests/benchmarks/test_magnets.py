@@ -12,24 +12,15 @@ from magfold_bench.magnets import (
 )
 from magfold_bench.magnets.peers import MAGPYLIB, installed
 from magfold_bench.magnets.samples import (
-    Chain,
-    Loads,
     Sums,
-    joint_torques,
-    pinned_states,
     sample_of,
 )
 from magfold_bench.parts import BENCHMARKS
 from magfold_env.cli import app
 from magfold_env.reporting.tables import Measurement
 from magfold_env.scene import Magnets
-from magfold_env.shapes import centres
 from tests.benchmarks.command import measuring
 from tests.benchmarks.magnet_pairs import SIDE, alike
-
-
-def silent(share, what):
-    pass
 
 
 def test_errors_are_of_forces_and_of_torques_over_the_side():
@@ -54,34 +45,6 @@ def test_more_nodes_err_less_and_points_never_converge():
     assert sample.errors(Sums(sample, lines).loads()).max() > 0.5
 
 
-def test_joint_torques_are_moments_of_what_lies_beyond_a_joint():
-    rng = np.random.default_rng(3)
-    headings = rng.normal(size=4)
-    states = pinned_states([headings], SIDE)
-    loads = Loads(*rng.normal(size=(3, 1, 4)))
-    places = centres(headings, SIDE)
-    reach = SIDE / np.sqrt(2)
-    for joint in (1, 2, 3):
-        hinge = places[joint] - reach * np.array([np.cos(headings[joint]), np.sin(headings[joint])])
-        expected = 0.0
-        for i in range(joint, 4):
-            arm = places[i] - hinge
-            expected += loads.torque[0, i] + arm[0] * loads.fy[0, i] - arm[1] * loads.fx[0, i]
-        assert joint_torques(loads, states, SIDE)[0, joint - 1] == pytest.approx(expected)
-
-
-def test_a_chain_turns_its_joints_as_the_reference_says():
-    rng = np.random.default_rng(5)
-    scene = samples.random_scene(rng, 5).replace(magnets={"accuracy": 1e-4})
-    headings = samples.random_shape(rng, 5, SIDE)
-    states = pinned_states([headings], SIDE)
-    force, torque = exact_magnets.forces(scene, centres(headings, SIDE), headings)
-    exact = joint_torques(Loads(force[None, :, 0], force[None, :, 1], torque[None]), states, SIDE)
-    found = joint_torques(Chain(scene, states).loads(), states, SIDE)
-    bound = 1e-4 * exact_magnets.flush_force(scene) * SIDE
-    np.testing.assert_allclose(found, exact, rtol=0, atol=bound)
-
-
 # Python takes less time for what little is summed here than it takes to compile the loops.
 @pytest.fixture(
     scope="module",
@@ -90,10 +53,9 @@ def test_a_chain_turns_its_joints_as_the_reference_says():
 )
 def loops(request):
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("sum_forces", "chain_forces"):
-            kernel = getattr(samples, name)
-            if request.param == "interpreted":
-                patch.setattr(samples, name, getattr(kernel, "py_func", kernel))
+        if request.param == "interpreted":
+            plain = getattr(samples.sum_forces, "py_func", samples.sum_forces)
+            patch.setattr(samples, "sum_forces", plain)
         yield
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from magfold_bench.magnets import samples
 from magfold_bench.presentation import Lines
 from magfold_env.engine.state import Array
-from magfold_env.reporting import tables
+from magfold_env.reporting import tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.scene import Casing, Magnets, Scene
 from magfold_env.shapes import centres
@@ -94,7 +94,9 @@ def measure(name: str, sample: samples.Sample, effort: Effort, tick: Tick) -> li
     }
     sums = {key: samples.Sums(sample, magnets) for key, magnets in settings.items()}
     errors = {key: sample.errors(each.loads()) for key, each in sums.items()}
-    times = samples.time_each(sums, effort.rounds, tick)
+    tasks = {key: timing.unprepared(each.work) for key, each in sums.items()}
+    taken = timing.take_turns(tasks, effort.rounds, tick=tick)
+    times = {key: taken[key].each_of(each.evaluations) for key, each in sums.items()}
     return [
         {
             "states": name,

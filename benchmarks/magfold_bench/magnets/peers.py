@@ -1,10 +1,8 @@
 """How much faster than a general magnetics library, at equal or smaller error.
 
-All find what the magnets of a chain do: magpylib with magnets cut into a given number of cells, and
-the engine under a given bound, in two ways. Sums over nodes give the force and torque on every
-casing. The dynamics look neighbours up; they find torques at the joints, and are compared by those.
-Beside each mesh stands how much longer it takes than the fastest bound with no larger error. Folded
-joints are a little off their stops, so that nothing is kept from one evaluation to the next.
+Both find the force and torque on every casing of a chain: magpylib with magnets cut into a given
+number of cells, and the engine by sums over nodes under a given bound. Beside each mesh stands how
+much longer it takes than the fastest bound with no larger error.
 """
 
 import importlib
@@ -34,7 +32,8 @@ DEGREES = 180.0 / np.pi
 Mesh = tuple[int, int, int]
 """Cells of a magnet along its thickness, width and height."""
 
-SUMS, DYNAMICS = "sums", "dynamics"  # two ways of the engine
+ENGINE = "engine, sums"
+OVER = f"time / {ENGINE}"
 BOUNDS = (5e-2, 1e-2, 1e-3, 1e-4, 1e-5)
 WANTED = 1000.0
 SEED = 3
@@ -131,8 +130,7 @@ class Contender(NamedTuple):
 
     by: str
     setting: str
-    force_error: float  # of forces and torques on casings, in flush forces; nan if it finds none
-    joint_error: float  # of torques at the joints over the side, in flush forces
+    error: float  # of forces and torques on casings, in flush forces
     work: Callable[[], object]  # what is timed
     evaluations: int  # how many it does
 
@@ -162,8 +160,7 @@ def measure(n: int, shape: str, meshes: tuple[Mesh, ...], rounds: int, tick: Tic
     peer = Peer(sample.scenes[0], sample.places[0], sample.headings[0])
     with peer.one_thread():
         contenders = [_peer(sample, peer, mesh) for mesh in meshes]
-        for bound in BOUNDS:
-            contenders += [_sums(sample, bound), _dynamics(sample, bound)]
+        contenders += [_sums(sample, bound) for bound in BOUNDS]
         tasks = {each.key: timing.unprepared(each.work) for each in contenders}
         taken = timing.take_turns(tasks, rounds, tick=tick)
     times = {c.key: taken[c.key].each_of(c.evaluations) for c in contenders}
@@ -174,66 +171,31 @@ def measure(n: int, shape: str, meshes: tuple[Mesh, ...], rounds: int, tick: Tic
             "shape": shape,
             "by": each.by,
             "mesh or bound": each.setting,
-            "force error": each.force_error,
-            "joint error": each.joint_error,
+            "worst error": each.error,
             **times[each.key].spread.time_cells("µs", 1e6),
         }
-        for by in (SUMS, DYNAMICS):
-            fast = fastest(contenders, times, each, by) if each.by == MAGPYLIB else ""
-            quotient = timing.ratio(times[each.key], times[fast]) if fast else NO_RATIO
-            row |= quotient.cells(f"time / {by}")
+        fast = fastest(contenders, times, each.error) if each.by == MAGPYLIB else ""
+        quotient = timing.ratio(times[each.key], times[fast]) if fast else NO_RATIO
+        row |= quotient.cells(OVER)
         rows.append(row)
     return rows
 
 
 def _peer(sample: Sample, peer: Peer, mesh: Mesh) -> Contender:
-    found = peer.loads(mesh)
-    errors = float(sample.errors(found)[0]), joint_error(sample, found)
+    error = float(sample.errors(peer.loads(mesh))[0])
     name = " × ".join(str(cells) for cells in mesh)
-    return Contender(MAGPYLIB, name, *errors, lambda: peer.loads(mesh), 1)
+    return Contender(MAGPYLIB, name, error, lambda: peer.loads(mesh), 1)
 
 
 def _sums(sample: Sample, bound: float) -> Contender:
     sums = samples.Sums(sample, Magnets(accuracy=bound))
-    found = sums.loads()
-    errors = float(sample.errors(found)[0]), joint_error(sample, found)
-    return Contender(SUMS, f"{bound:g}", *errors, sums.work, sums.evaluations)
+    error = float(sample.errors(sums.loads())[0])
+    return Contender(ENGINE, f"{bound:g}", error, sums.work, sums.evaluations)
 
 
-def _dynamics(sample: Sample, bound: float) -> Contender:
-    scene = sample.scenes[0]
-    states = samples.pinned_states(list(sample.headings), scene.casing.side)
-    changed = scene.replace(magnets={"accuracy": bound})
-    chain = samples.Chain(changed, states)
-    error = joint_error(sample, chain.loads())
-    return Contender(DYNAMICS, f"{bound:g}", math.nan, error, chain.work, chain.evaluations)
-
-
-def joint_error(sample: Sample, loads: Loads) -> float:
-    """Worst error of the torques at the joints over the side, in flush forces."""
-    scene = sample.scenes[0]
-    side = scene.casing.side
-    states = samples.pinned_states(list(sample.headings), side)
-    one, other = (samples.joint_torques(each, states, side) for each in (loads, sample.exact))
-    return float(np.abs(one - other).max()) / side / exact_magnets.flush_force(scene)
-
-
-def fastest(
-    contenders: list[Contender], times: dict[str, timing.Timing], peer: Contender, by: str
-) -> str:
-    """Key of the fastest way of one kind whose error is not above a peer's; empty if none is.
-
-    Errors are of the forces where it finds them, else of the torques at the joints.
-    """
-    enough = [
-        each.key
-        for each in contenders
-        if each.by == by
-        and (
-            each.force_error <= peer.force_error
-            or (np.isnan(each.force_error) and each.joint_error <= peer.joint_error)
-        )
-    ]
+def fastest(contenders: list[Contender], times: dict[str, timing.Timing], error: float) -> str:
+    """Return the key of the engine's fastest way whose error is not larger; empty if none is."""
+    enough = [each.key for each in contenders if each.by == ENGINE and each.error <= error]
     return min(enough, key=lambda key: times[key].median, default="")
 
 
@@ -251,22 +213,20 @@ def _table(rows: list[Row]) -> Table:
 def _findings(rows: list[Row]) -> list[str]:
     found: list[str] = []
     for n in tables.distinct(rows, "n"):
-        mine = tables.select(rows, n=n, by=MAGPYLIB)
-        for by in (SUMS, DYNAMICS):
-            factors = tables.numbers(mine, f"time / {by}")
-            held = int((factors >= WANTED).sum())
-            found.append(
-                f"n = {n}: magpylib's getFT takes {min(factors):.3g} to {max(factors):.3g} times "
-                f"as long as the engine's {by} at no larger error; at least {WANTED:g} is asked "
-                f"for: holds for {held} of {len(factors)} meshes and shapes"
-            )
+        factors = tables.numbers(tables.select(rows, n=n, by=MAGPYLIB), OVER)
+        held = int((factors >= WANTED).sum())
+        found.append(
+            f"n = {n}: magpylib's getFT takes {min(factors):.3g} to {max(factors):.3g} times as "
+            f"long as the engine's sums at no larger error; at least {WANTED:g} is asked for: "
+            f"holds for {held} of {len(factors)} meshes and shapes"
+        )
     return found
 
 
 DIAGRAM = Lines(
-    "Beside magpylib: error of the torques at the joints, in flush forces, against time",
+    "Beside magpylib: worst error, in flush forces, against time",
     "time [µs]",
-    "joint error",
+    "worst error",
     "by",
     ("n", "shape"),
 )

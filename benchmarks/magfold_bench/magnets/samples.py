@@ -1,18 +1,15 @@
 """Casings and chains in many states, what they feel there, and what the engine says of it.
 
-States are evaluated in one compiled loop, so that calls cost nothing. Nothing else in this
-benchmark calls the engine's kernels.
+States are evaluated in one compiled loop, so that calls cost nothing.
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -20,19 +17,17 @@ from magfold_bench.laws import exact_magnets
 from magfold_bench.laws.overlap import squares_apart
 from magfold_bench.laws.random_scenes import random_sequence
 from magfold_env.engine.compile.jit import allocating_kernel
-from magfold_env.engine.magnets.chain import add_chain_forces
-from magfold_env.engine.magnets.outer_field import add_field
 from magfold_env.engine.magnets.pairs import add_forces
-from magfold_env.engine.state import Array, IntArray, Loads, Model, Nodes, Pose, Rigid
+from magfold_env.engine.state import Array, Loads, Nodes, Pose
 from magfold_env.engine.state import Magnets as Packed
-from magfold_env.engine.workspace import new_nodes, new_rigid
+from magfold_env.engine.workspace import new_nodes
 from magfold_env.reporting import timing
 from magfold_env.reporting.tables import Progress, Tick, each_case
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres, folded_words, word_to_angles
 from magfold_env.shapes import headings as joint_headings
-from magfold_env.simulation.pack import charges, pack, quadrature_of
-from magfold_env.simulation.quadrature import Rule, choose_rule
+from magfold_env.simulation.pack import charges, quadrature_of
+from magfold_env.simulation.quadrature import choose_rule
 
 UNFOLDED, FOLDED = "unfolded", "folded"
 OFF_STOP = 1e-6  # [rad]
@@ -119,69 +114,6 @@ def each_chain(
     return each_case(progress, cases, lambda case: f"n = {case[0]}, {case[1]}")
 
 
-class States(NamedTuple):
-    """Where a chain is, in some states."""
-
-    first: IntArray  # first component that is charged, (states,)
-    lo: IntArray  # first component that is free, (states,)
-    q: Array  # headings and base as the dynamics have them, (states, n + 2) [rad, m]
-    poses: Pose  # of the components, each array of shape (states, n)
-
-
-@allocating_kernel
-def sum_forces(
-    times: int, magnets: Packed, charge: Array, poses: Pose, nodes: Nodes, out: Loads
-) -> None:
-    """Sum over the nodes of casings anywhere.
-
-    Parameters
-    ----------
-    times
-        How often to do it all.
-    charge : (states, n, 4) array
-        Of the outer pole faces [A·m].
-    poses
-        Of the casings, each array of shape (states, n).
-    """
-    for _ in range(times):
-        for k in range(charge.shape[0]):
-            clear(k, out)
-            pose = Pose(poses.cos[k], poses.sin[k], poses.x[k], poses.y[k])
-            loads = Loads(out.fx[k], out.fy[k], out.torque[k])
-            add_forces(0, magnets, charge[k], pose, nodes, loads)
-
-
-@allocating_kernel
-def chain_forces(
-    times: int, model: Model, states: States, nodes: Nodes, rigid: Rigid, out: Loads
-) -> None:
-    """Do ``times`` times what the dynamics do, look-ups and all, at states of one chain.
-
-    A field from outside acts where the scene has one.
-    """
-    poses = states.poses
-    for _ in range(times):
-        for k in range(states.first.size):
-            clear(k, out)
-            if not model.magnetic:
-                continue
-            pose = Pose(poses.cos[k], poses.sin[k], poses.x[k], poses.y[k])
-            first, lo = states.first[k], states.lo[k]
-            loads = Loads(out.fx[k], out.fy[k], out.torque[k])
-            add_chain_forces(first, lo, model, states.q[k], pose, nodes, rigid, loads)
-            if model.field.present:
-                add_field(lo, model, pose, nodes, loads)
-
-
-@allocating_kernel
-def clear(k: int, out: Loads) -> None:
-    """Set the loads of a state to zero."""
-    for i in range(out.fx.shape[1]):
-        out.fx[k, i] = 0.0
-        out.fy[k, i] = 0.0
-        out.torque[k, i] = 0.0
-
-
 @dataclass(frozen=True, eq=False)
 class Sample:
     """Equally many casings in some states, with the forces that they feel there."""
@@ -218,49 +150,33 @@ def sample_of(scenes: Sequence[Scene], poses: Sequence[tuple[Array, Array]]) -> 
     return Sample(scenes, places, headings, Loads(force[..., 0], force[..., 1], torque))
 
 
-class Evaluations(ABC):
-    """The engine's magnets in some states, as often as makes a call from Python cost nothing."""
+@allocating_kernel
+def sum_forces(
+    times: int, magnets: Packed, charge: Array, poses: Pose, nodes: Nodes, out: Loads
+) -> None:
+    """Sum over the nodes of casings anywhere.
 
-    def __init__(self, states: int, n: int) -> None:
-        self._size = states
-        self._out = new_loads(states, n)
-
-    @cached_property
-    def _times(self) -> int:
-        return timing.enough_repeats(self._evaluate)
-
-    @property
-    def evaluations(self) -> int:
-        """How many states `work` evaluates."""
-        return self._times * self._size
-
-    def work(self) -> None:
-        """Evaluate all states, `evaluations` in all."""
-        self._evaluate(self._times)
-
-    def loads(self) -> Loads:
-        """Return forces and torques; look-ups give torques alone, which turn joints alike."""
-        self._evaluate(1)
-        return self._out
-
-    @abstractmethod
-    def _evaluate(self, times: int) -> None:
-        """Evaluate all states so many times."""
+    Parameters
+    ----------
+    times
+        How often to do it all.
+    charge : (states, n, 4) array
+        Of the outer pole faces [A·m].
+    poses
+        Of the casings, each array of shape (states, n).
+    """
+    for _ in range(times):
+        for k in range(charge.shape[0]):
+            pose = Pose(poses.cos[k], poses.sin[k], poses.x[k], poses.y[k])
+            loads = Loads(out.fx[k], out.fy[k], out.torque[k])
+            for i in range(loads.fx.size):
+                loads.fx[i] = 0.0
+                loads.fy[i] = 0.0
+                loads.torque[i] = 0.0
+            add_forces(0, magnets, charge[k], pose, nodes, loads)
 
 
-Key = TypeVar("Key", bound=Hashable)
-
-
-def time_each(
-    evaluations: Mapping[Key, Evaluations], rounds: int, tick: Tick
-) -> dict[Key, timing.Timing]:
-    """Time all in turns and return what a single evaluation of each takes."""
-    tasks = {key: timing.unprepared(each.work) for key, each in evaluations.items()}
-    taken = timing.take_turns(tasks, rounds, tick=tick)
-    return {key: taken[key].each_of(each.evaluations) for key, each in evaluations.items()}
-
-
-class Sums(Evaluations):
+class Sums:
     """The engine's sums over the nodes of one kind of magnets, in all states of a sample.
 
     Parameters
@@ -269,80 +185,40 @@ class Sums(Evaluations):
         The states.
     magnets
         Put in place of the scenes' own.
-    rule
-        How they are summed; None takes what the engine chooses for these magnets.
     """
 
-    def __init__(self, sample: Sample, magnets: Magnets, rule: Rule | None = None) -> None:
-        super().__init__(*sample.headings.shape)
-        casing = sample.scenes[0].casing
-        self._magnets = quadrature_of(casing, magnets, rule or choose_rule(magnets))
-        self._charge = np.array([charges(scene) for scene in sample.scenes])
-        self._poses = pose_of(sample.places, sample.headings)
-        self._nodes = new_nodes(self._magnets, sample.headings.shape[1])
+    def __init__(self, sample: Sample, magnets: Magnets) -> None:
+        casing, shape = sample.scenes[0].casing, sample.headings.shape
+        packed = quadrature_of(casing, magnets, choose_rule(magnets))
+        charge = np.array([charges(scene) for scene in sample.scenes])
+        poses = pose_of(sample.places, sample.headings)
+        self._given = packed, charge, poses, new_nodes(packed, shape[1])
+        self._out = Loads(*(np.zeros(shape) for _ in range(3)))
+        self._size = sample.size
+
+    @cached_property
+    def _times(self) -> int:
+        return timing.enough_repeats(self._evaluate)
+
+    @property
+    def evaluations(self) -> int:
+        """How many states `work` evaluates: so many that a call from Python costs nothing."""
+        return self._times * self._size
+
+    def work(self) -> None:
+        """Evaluate all states, `evaluations` in all."""
+        self._evaluate(self._times)
+
+    def loads(self) -> Loads:
+        """Return forces and torques."""
+        self._evaluate(1)
+        return self._out
 
     def _evaluate(self, times: int) -> None:
-        sum_forces(times, self._magnets, self._charge, self._poses, self._nodes, self._out)
-
-
-class Chain(Evaluations):
-    """The magnets of one chain in some states, with everything the dynamics do to save work.
-
-    Parameters
-    ----------
-    scene
-        Contact, where it is on, lets nearby components be looked up.
-    states
-        Where the chain is.
-    """
-
-    def __init__(self, scene: Scene, states: States) -> None:
-        super().__init__(states.first.size, scene.n)
-        self._model = pack(scene)
-        self._states = states
-        self._nodes = new_nodes(self._model.magnets, scene.n)
-        self._rigid = new_rigid(self._model.magnets, scene.n)
-
-    @classmethod
-    def pinned(cls, scene: Scene, headings: Array) -> Chain:
-        """Return a pinned chain with given headings (n,) [rad]."""
-        return cls(scene, pinned_states([headings], scene.casing.side))
-
-    def _evaluate(self, times: int) -> None:
-        chain_forces(times, self._model, self._states, self._nodes, self._rigid, self._out)
+        sum_forces(times, *self._given, self._out)
 
 
 def pose_of(places: Array, headings: Array) -> Pose:
     """Return poses of casings, each array of the shape of ``headings``."""
     x, y = (np.ascontiguousarray(places[..., axis]) for axis in range(2))
     return Pose(np.cos(headings), np.sin(headings), x, y)
-
-
-def new_loads(states: int, n: int) -> Loads:
-    """Room for the forces and torques in some states."""
-    return Loads(np.zeros((states, n)), np.zeros((states, n)), np.zeros((states, n)))
-
-
-def pinned_states(headings: Sequence[Array], side: float) -> States:
-    """Return states of a pinned chain with given headings (n,) [rad]."""
-    angles = np.array(headings)
-    places = np.array([centres(one, side) for one in angles])
-    none: IntArray = np.zeros(len(angles), dtype=np.int64)
-    q = np.concatenate([angles, np.zeros((len(angles), 2))], axis=1)
-    return States(none, none, q, pose_of(places, angles))
-
-
-def joint_torques(loads: Loads, states: States, side: float) -> Array:
-    """Torques (states, n − 1) with which forces and torques on components turn the joints [N·m].
-
-    That is the moment about a hinge of everything beyond it.
-    """
-    poses = states.poses
-    half = side / np.sqrt(2.0)
-    # Inner hinges of the components.
-    x, y = poses.x - half * poses.cos, poses.y - half * poses.sin
-    about_origin = loads.torque + poses.x * loads.fy - poses.y * loads.fx
-    moment, fx, fy = (
-        np.cumsum(each[:, ::-1], axis=1)[:, ::-1] for each in (about_origin, loads.fx, loads.fy)
-    )
-    return (moment - (x * fy - y * fx))[:, 1:]

@@ -14,7 +14,7 @@ from magfold_bench.laws.experiment import MODES, by_hand
 from magfold_bench.paper.figure_18 import NEARLY, movement
 from magfold_bench.paper.statements import CHAINS, ENERGIES, HOLDS, RELEASES, Released, clear
 from magfold_env.designer.suites import load_suite
-from magfold_env.ensembles.releases import ensemble
+from magfold_env.ensembles.releases import Ensemble, ensemble
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.reporting.tables import Row, to_csv
 from magfold_env.scene import Scene, load_scene
@@ -97,7 +97,7 @@ def degrees(name: str, point: Point) -> Row:
     for number in NUMBERS:
         faces = sequence(name, number)
         names, stable, holds = energies(number, faces)
-        ends = {
+        ends: dict[Mode, Ensemble] = {
             mode: ensemble(scene_at(point, mode).replace(sequence=faces), RUNS, SEED, workers=1)
             for mode in MODES
         }
