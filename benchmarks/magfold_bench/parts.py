@@ -8,9 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rich import progress as bars
-from rich.console import Console
-
 from magfold_bench import (
     design,
     episodes,
@@ -24,10 +21,9 @@ from magfold_bench import (
 )
 from magfold_bench.laws import experiment
 from magfold_bench.magnets import accuracy, peers
+from magfold_env.cli import options
 from magfold_env.reporting import machine, plotting, tables
 from magfold_env.reporting.tables import Measurement, Progress, Row
-
-FILE_WIDTH = 110  # of the report where it is not written to a terminal
 
 
 @dataclass(frozen=True)
@@ -95,46 +91,25 @@ def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
         raise ValueError(
             f"--only: {unknown[0]!r} is not allowed; must be one of {', '.join(parts)}"
         )
-    chosen = list(only) or list(parts)
+    chosen = {each: parts[each] for each in only or parts}
     if out is not None:
         plotting.figure_class()  # before the long work, if it is missing
         out.mkdir(parents=True, exist_ok=True)
     system = machine.describe()
-    measured = {each: measure(each, parts[each], quick) for each in chosen}
-    console = report_console()
-    tables.show(console, system, measured)
+    measured = {each: measure(each, part, quick) for each, part in chosen.items()}
+    tables.show(options.wide_console(), system, measured)
     if out is not None:
         written = tables.write(out, name, system, measured)
-        for each, found in measured.items():
-            written += draw(each, parts[each], found, out)
-        for path in written:
-            console.print(f"written: {path}", highlight=False)
-
-
-def report_console() -> Console:
-    """Return the console of a report, wide enough where it is a file."""
-    console = Console()
-    return console if console.is_terminal else Console(width=FILE_WIDTH)
+        written += [
+            path for each, part in chosen.items() for path in draw(each, part, measured[each], out)
+        ]
+        options.say_written(*written)
 
 
 def measure(name: str, part: Part, quick: bool) -> Measurement:
     """Measure one part; the bar is on stderr and vanishes with it."""
-    console = Console(stderr=True)
-    with bars.Progress(
-        bars.TextColumn("{task.fields[part]}"),
-        bars.BarColumn(),
-        bars.TextColumn("{task.description}"),
-        bars.TimeElapsedColumn(),
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    ) as bar:
-        task = bar.add_task("", total=1.0, part=name)
-
-        def progress(share: float, what: str) -> None:
-            bar.update(task, completed=share, description=what)
-
-        return part.measure(quick, progress)
+    with options.progress_of(1.0) as tell:
+        return part.measure(quick, lambda share, what: tell(share, f"{name}: {what}"))
 
 
 def draw(name: str, part: Part, found: Measurement, folder: Path) -> list[Path]:

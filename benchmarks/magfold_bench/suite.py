@@ -24,24 +24,21 @@ from magfold_bench.bare_pendulum import prepare_swing
 from magfold_bench.presentation import Description, descriptions
 from magfold_bench.skipping import variants
 from magfold_env.checkpoint import Checkpoint
+from magfold_env.cli import options
 from magfold_env.files import sources_digest, write_text
 from magfold_env.reporting import machine, page, plotting, tables, timing
-from magfold_env.reporting.tables import Cell, Measurement, Row, Table
+from magfold_env.reporting.tables import Measurement, Row, Table
 
 Effort = Literal["quick", "full"]
 
 PAGE, RESULTS = "report.html", "bench.json"
 PACE_ROUNDS = 9
-LEFT_OUT = {
-    "dynamics first-use": "it compiles the engine anew, which takes most of a minute",
-}
+LEFT_OUT = {"dynamics first-use": "it compiles the engine anew, which takes most of a minute"}
 """What `--quick` leaves out, and why."""
 
 LEAD = (
     "This page is made by one command, which runs every benchmark of magfold_env: a simulator of "
-    "chains of square casings with magnets that fold themselves when they leave a tube. Each "
-    "section is one measurement: what was measured, how, what it means and what it does not "
-    "cover, then what was found, in sentences, tables and diagrams.",
+    "chains of square casings with magnets that fold themselves when they leave a tube.",
     "Contenders that are compared take turns, round after round, because a machine's pace "
     "drifts; ratios are taken within a round, and the two numbers in brackets after a median are "
     "the quartiles over the rounds. Times are of one core, and are processor time where not said "
@@ -79,44 +76,32 @@ class Entry(NamedTuple):
 class Result(NamedTuple):
     """What one part of the suite gave."""
 
-    title: str  # of the benchmark and the part
-    part: str
+    name: str  # of the benchmark and the part
     found: Measurement
     seconds: float  # what it took, by the clock
     pace: tuple[float, float]  # time of the fixed work just before and just after it [s]
 
     def to_json(self) -> dict[str, Any]:
         """Return everything; numbers that JSON cannot hold become null."""
-        return {
-            "name": self.title,
-            "seconds": self.seconds,
-            "pace": list(self.pace),
-            "part": self.part,
-            "rows": _pairs(self.found.rows),
-            "tables": [
-                {"title": table.title, "rows": _pairs(table.rows)} for table in self.found.tables
-            ],
-            "findings": self.found.findings,
-        }
+        shown = [{"title": each.title, "rows": _plain(each.rows)} for each in self.found.tables]
+        found = {"rows": _plain(self.found.rows), "tables": shown, "findings": self.found.findings}
+        return {"name": self.name, "seconds": self.seconds, "pace": list(self.pace), **found}
 
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> Result:
         """Return what `to_json` was made of; null becomes nan."""
-        shown = [Table(str(each["title"]), _rows(each["rows"])) for each in data["tables"]]
-        findings = [str(each) for each in data["findings"]]
-        found = Measurement(_rows(data["rows"]), shown, findings)
+        shown = [Table(each["title"], _rows(each["rows"])) for each in data["tables"]]
+        found = Measurement(_rows(data["rows"]), shown, data["findings"])
         before, after = data["pace"]
-        pace = float(before), float(after)
-        return cls(str(data["name"]), str(data["part"]), found, float(data["seconds"]), pace)
+        return cls(data["name"], found, data["seconds"], (before, after))
 
 
-def _pairs(rows: list[Row]) -> list[list[tuple[str, Cell | None]]]:
-    """Return rows as pairs of column and cell: JSON may sort an object's keys."""
-    return [[(name, tables.plain(cell)) for name, cell in row.items()] for row in rows]
+def _plain(rows: list[Row]) -> list[dict[str, Any]]:
+    return [{name: tables.plain(cell) for name, cell in row.items()} for row in rows]
 
 
-def _rows(rows: list[list[tuple[str, Any]]]) -> list[Row]:
-    return [{name: math.nan if cell is None else cell for name, cell in row} for row in rows]
+def _rows(rows: list[dict[str, Any]]) -> list[Row]:
+    return [{k: math.nan if cell is None else cell for k, cell in row.items()} for row in rows]
 
 
 def entries(effort: Effort) -> list[Entry]:
@@ -159,48 +144,43 @@ def run(effort: Effort, out: Path) -> bool:
         If matplotlib is not installed.
     """
     plotting.figure_class()
-    console = parts.report_console()
-    identity = identify()
-    key = {"kind": "bench", "effort": effort, **identity}
+    console, identity = options.wide_console(), identify()
     plan, missing = entries(effort), dict[str, str]()
-    with Checkpoint(out / "state", key) as kept:
-        done = {each.title: each for each in kept.read(Result.from_json)}
+    with Checkpoint(out / "state", {"kind": "bench", "effort": effort, **identity}) as kept:
+        done = {each.name: each for each in kept.read(Result.from_json)}
         for entry in plan:
             if entry.title in done:
                 console.print(f"{entry.title}: kept", highlight=False)
                 continue
             try:
-                before = measure_pace().median
-                begun = time.perf_counter()
-                found = parts.measure(entry.title, entry.part, effort == "quick")
-                seconds = time.perf_counter() - begun
-                pace = (before, measure_pace().median)
-                folder = out / entry.benchmark
-                folder.mkdir(exist_ok=True)
-                if found.rows:
-                    write_text(folder / f"{entry.name}.csv", tables.to_csv(found.rows))
-                    parts.draw(entry.name, entry.part, found, folder)
+                measured = _measure(entry, effort, out / entry.benchmark)
             except Exception as error:  # a part that breaks must not lose the others
                 missing[entry.title] = f"{type(error).__name__}: {error}"
                 console.print(escape(f"{entry.title}: {missing[entry.title]}"), style="red")
                 continue
-            measured = Result(entry.title, entry.name, found, seconds, pace)
             done[entry.title] = measured
             kept.add(measured.to_json())
             kept.save()
             console.print(f"{entry.title}: {measured.seconds:.1f} s", highlight=False)
     system = identity | {k: v for k, v in machine.describe().items() if k in PASSING}
-    everything = {
-        "machine": system,
-        "effort": effort,
-        "missing": missing,
-        "parts": [done[entry.title].to_json() for entry in plan if entry.title in done],
-    }
+    found = [done[entry.title].to_json() for entry in plan if entry.title in done]
+    everything = {"machine": system, "effort": effort, "missing": missing, "parts": found}
     write_text(out / RESULTS, json.dumps(everything, indent=1, allow_nan=False) + "\n")
     page.write_page(_page(effort, plan, done, missing, system, out), out / PAGE)
-    for name in (PAGE, RESULTS):
-        console.print(f"written: {out / name}", highlight=False, soft_wrap=True)
+    options.say_written(out / PAGE, out / RESULTS)
     return not missing
+
+
+def _measure(entry: Entry, effort: Effort, folder: Path) -> Result:
+    """Measure a part, and write its CSV file and its diagram."""
+    before, begun = measure_pace().median, time.perf_counter()
+    found = parts.measure(entry.title, entry.part, effort == "quick")
+    seconds = time.perf_counter() - begun
+    folder.mkdir(exist_ok=True)
+    if found.rows:
+        write_text(folder / f"{entry.name}.csv", tables.to_csv(found.rows))
+    parts.draw(entry.name, entry.part, found, folder)
+    return Result(entry.title, found, seconds, (before, measure_pace().median))
 
 
 def measure_pace() -> timing.Spread:
@@ -232,13 +212,13 @@ def _page(
         else:
             absent = page.Verdict("not measured", missing[entry.title], "bad")
             sections.append(page.Section(entry.heading, [entry.description.measured, absent]))
-    said = [(each.title, finding) for each in done.values() for finding in each.found.findings]
+    said = [(each.name, finding) for each in done.values() for finding in each.found.findings]
     met = sum(tone(finding) == "good" for _, finding in said)
     short = [f"{title}: {finding}" for title, finding in said if tone(finding) == "bad"]
     lead: list[page.Block] = [
         f"{met} of {met + len(short)} requirements are met, in {len(done)} of {len(plan)} parts "
         "that were measured.",
-        _overview(plan, done),
+        Table("The parts, and how many requirements each meets", [_met(e, done) for e in plan]),
     ]
     if effort == "quick":
         lead.insert(1, SHORT)
@@ -264,21 +244,17 @@ def tone(finding: str) -> page.Tone:
     return "good" if re.search(r"\bholds\b|\bwithin \d+ s$", finding) else "plain"
 
 
-def _overview(plan: Sequence[Entry], done: Mapping[str, Result]) -> Table:
-    rows: list[Row] = []
-    for entry in plan:
-        each = done.get(entry.title)
-        tones = [tone(finding) for finding in each.found.findings] if each else []
-        rows.append(
-            {
-                "what": entry.description.title,
-                "part": entry.title,
-                "took [s]": f"{each.seconds:.1f}" if each else "not measured",
-                "holds": tones.count("good"),
-                "falls short": tones.count("bad"),
-            }
-        )
-    return Table("The parts, and how many requirements each meets", rows)
+def _met(entry: Entry, done: Mapping[str, Result]) -> Row:
+    """Return how many requirements a part meets."""
+    each = done.get(entry.title)
+    tones = [tone(finding) for finding in each.found.findings] if each else []
+    return {
+        "what": entry.description.title,
+        "part": entry.title,
+        "took [s]": f"{each.seconds:.1f}" if each else "not measured",
+        "holds": tones.count("good"),
+        "falls short": tones.count("bad"),
+    }
 
 
 def _section(
@@ -301,10 +277,10 @@ def _section(
     ]
     if plain := [each for each, kind in kinds.items() if kind == "plain"]:
         blocks.append(page.Points(plain))
-    blocks.append(description.meaning)
     picture = folder / entry.benchmark / f"{entry.name}.png"
-    drawn = [page.Picture(picture, description.title)] if found.rows and picture.is_file() else []
+    drawn = [page.Picture(picture, description.title)] if picture.is_file() else []
     blocks += [
+        description.meaning,
         page.Details("Diagram and numbers", [*drawn, *found.tables]),
         page.Details("How it was measured", [page.Entries(told)]),
     ]
