@@ -11,6 +11,9 @@ import numpy as np
 from magfold_env.reporting import plotting, tables
 from magfold_env.reporting.tables import Row
 
+DENSE = 20
+"""Points of a line from which on they have no markers."""
+
 
 class Description(NamedTuple):
     """One part in plain words: a title, and some sentences to each question."""
@@ -40,7 +43,7 @@ def descriptions() -> dict[str, Summary]:
 
 
 class Lines(NamedTuple):
-    """A diagram of rows, log against log: which column stands on which axis, line and panel."""
+    """A diagram of rows: which column stands on which axis, log against log, line and panel."""
 
     title: str
     x: str
@@ -53,6 +56,7 @@ class Lines(NamedTuple):
     """Rows in which this is true are marked."""
     shared: bool = True
     """Whether all panels have the same limits."""
+    linear_x: bool = False
 
     def draw(self, rows: list[Row]) -> Any:
         """Return a figure of matplotlib's, with a panel for rows that are alike in some columns."""
@@ -69,10 +73,13 @@ class Lines(NamedTuple):
             here = tables.select(rows, cells)
             for k, name in enumerate(names):
                 mine = tables.select(here, {self.line: name})
-                points = plotting.curve(axis, mine, self.x, self.y, k, label=str(name))
+                style = {"marker": ""} if len(mine) > DENSE else {}
+                points = plotting.curve(axis, mine, self.x, self.y, k, label=str(name), **style)
                 if self.text:
                     texts = [f"{float(row[self.text]):g}" for row in mine]
                     plotting.label_points(axis, zip(*points, strict=True), texts)
+            if self.linear_x:
+                axis.set_xscale("linear")
             marked = [row for row in here if row.get(self.star)]
             if marked:
                 style = {"color": "#d0021b", "marker": "*", "markersize": 14, "linestyle": ""}

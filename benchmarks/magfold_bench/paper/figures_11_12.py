@@ -3,13 +3,13 @@
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from magfold_bench.laws.exact_magnets import face_force
 from magfold_bench.paper import motions, quoted
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
+from magfold_bench.presentation import Lines
 from magfold_env.engine.magnets import laws
 from magfold_env.engine.magnets.laws import FacePair
 from magfold_env.engine.magnets.pairs import level_sum
@@ -17,7 +17,6 @@ from magfold_env.engine.state import Magnets as Packed
 from magfold_env.engine.state import Nodes
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, MARKERS, curve, panels
 from magfold_env.reporting.tables import Progress, Row, Table, numbers, select
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import BoolArray
@@ -26,7 +25,6 @@ from magfold_env.simulation.pack import pack_magnets
 SMALL = 0.1
 """A distance below this share of the paper's own from its film is small."""
 
-LEAST = 1e-5  # [rad²] that is drawn
 
 ERROR, EARLY = "error [rad²]", "before the first snap: "
 
@@ -62,25 +60,12 @@ def _tables(measured: Measured, *left_out: str) -> list[Table]:
     ]
 
 
-def _draw(title: str, measured: Measured, column: str, chosen: int, legend: str) -> tuple[Any, Any]:
-    """Draw the error over time for both strengths of magnets, and leave a third panel empty."""
-    figure, axes = panels(3, title, 4.7, shared=False)
-    for axis, rows in motions.axes_by_charge(axes, measured["over-time"]):
-        for k, count in enumerate(tables.distinct(rows, column)):
-            mine = select(rows, {column: count})
-            points = {"marker": MARKERS[k], "markersize": 3.5, "markevery": (k, 12)}
-            axis.semilogy(
-                numbers(mine, "time [s]"),
-                np.maximum(numbers(mine, ERROR), LEAST),
-                color=COLOURS[k],
-                linewidth=2.2 if count == chosen else 1.1,
-                label=f"{count}, the paper's choice" if count == chosen else f"{count}",
-                **(points if column == "h" else {}),
-            )
-        axis.set_ylim(LEAST, 30.0)
-        axis.legend(fontsize=8, frameon=False, title=legend, title_fontsize=8)
-    axes[0].set_ylabel("mean squared error of the relative angles [rad²]")
-    return figure, axes
+def _over_time_plot(name: str, measured: Measured, line: str) -> Plot:
+    """Draw the error over time, a panel a strength of magnets."""
+    title = "The paper's solver: squared error of the angles"
+    moved = [row for row in measured["over-time"] if float(row[ERROR]) > 0.0]
+    figure = Lines(title, "time [s]", ERROR, line, ("charge",), linear_x=True).draw(moved)
+    return Plot.of(name, figure, f"Squared error over time against this project's, by {line}.")
 
 
 # --- Figure 11: the time step ----------------------------------------------------------------
@@ -89,11 +74,6 @@ STEPS, FINEST = (1, 2, 5, 10, 20, 50, 100), 1000
 QUICK_STEPS, QUICK_FINEST = (1, 2, 5, 10, 20), 200
 
 OWN, SMOOTH = "from its limit [rad²]", "without friction [rad²]"
-LABELS = {
-    EARLY + ERROR: "this project's solver",
-    EARLY + SMOOTH: "the same, without friction",
-    EARLY + OWN: "the scheme's own limit",
-}
 
 
 def steps(quick: bool, progress: Progress) -> Measured:
@@ -162,27 +142,12 @@ def _steps_claims(name: str, rows: list[Row]) -> list[Claim]:
 
 def steps_plots(measured: Measured) -> list[Plot]:
     """Draw the error over time for each step, and its mean before the first snap over the step."""
-    title = "The paper's solver: squared error of the angles"
-    chosen = quoted.COMPUTATIONS
-    figure, axes = _draw(title, measured, "steps a frame", chosen, "steps a frame")
-    for k, rows in enumerate(motions.by_charge(measured["means"]).values()):
-        style = {"markersize": 4, "linestyle": ("-", "--")[k]}
-        for j, (column, label) in enumerate(LABELS.items()):
-            told = label if k == 0 else None
-            curve(axes[2], rows, "Δt [ms]", column, j, label=told, **style)
-    axes[2].plot([], [], color=COLOURS[0], linestyle="--", label="dashed: whole charge")
-    axes[2].set_title("before the first snap, by what it is measured from", fontsize=10)
-    axes[2].set_xlabel("time step Δt [ms]")
-    ticks = tables.distinct(measured["means"], "Δt [ms]")
-    axes[2].set_xticks(ticks, [f"{step:.2g}" for step in ticks])
-    axes[2].minorticks_off()
-    axes[2].legend(fontsize=8, frameon=False)
-    caption = (
-        "Above: squared error over time against this project's solver with the same "
-        "point charges, by the number of time steps a frame (1/240 s). Below: its mean until "
-        "the first joint snaps."
-    )
-    return [Plot.of("figure-11", figure, caption)]
+    title = "Before the first snap: squared error from this project's solver"
+    means = Lines(title, "Δt [ms]", EARLY + ERROR, "charge").draw(measured["means"])
+    return [
+        _over_time_plot("figure-11", measured, "steps a frame"),
+        Plot.of("figure-11-means", means, "Mean until the first joint snaps, over the time step."),
+    ]
 
 
 FIGURE_11 = Reproduction(
@@ -353,23 +318,12 @@ def _points_claims(name: str, rows: list[Row]) -> list[Claim]:
 
 def points_plots(measured: Measured) -> list[Plot]:
     """Draw the error over time for each number of charges, and the force over the gap."""
-    title = "The paper's point charges, h on a pole face"
-    figure, axes = _draw(title, measured, "h", quoted.CHARGES, "charges h")
-    for k, count in enumerate(COUNTS):
-        rows = select(measured["forces"], h=count)
-        style = {"color": COLOURS[k], "marker": "", "label": f"h = {count}"}
-        curve(axes[2], rows, "gap [mm]", "magnets / exact", k, **style)
-    axes[2].axhline(1.0, color="#808080", linewidth=0.8)
-    axes[2].axvline(1e3 * GAP, color="#808080", linewidth=0.8, linestyle=":")
-    axes[2].set_title("force between two magnets; dotted: touching casings", fontsize=10)
-    axes[2].set(xlabel="gap [mm]", ylabel="points / charged rectangles")
-    axes[2].legend(fontsize=8, frameon=False)
-    caption = (
-        "Above: squared error over time of the paper's solver with h charges a pole "
-        "face, against this project's solver with rectangles of the same charge. Below: what "
-        "the points get wrong, without any dynamics."
-    )
-    return [Plot.of("figure-12", figure, caption)]
+    title = "Force between two magnets: h points a pole face over charged rectangles"
+    forces = Lines(title, "gap [mm]", "magnets / exact", "h").draw(measured["forces"])
+    return [
+        _over_time_plot("figure-12", measured, "h"),
+        Plot.of("figure-12-forces", forces, "What the points get wrong, without any dynamics."),
+    ]
 
 
 FIGURE_12 = Reproduction(

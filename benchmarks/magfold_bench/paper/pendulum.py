@@ -10,9 +10,9 @@ from magfold_bench import scaling
 from magfold_bench.laws import integrators, mechanics
 from magfold_bench.paper import quoted
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction, pivot
+from magfold_bench.presentation import Lines
 from magfold_env.engine.workspace import new_work
 from magfold_env.reporting import tables
-from magfold_env.reporting.plotting import COLOURS, MARKERS, panels
 from magfold_env.reporting.tables import Progress, Row, Table, select
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import FloatArray
@@ -167,25 +167,8 @@ def drift_claims(measured: Measured) -> list[Claim]:
 
 def drift_plots(measured: Measured) -> list[Plot]:
     """Draw the change against the time step, a line an integrator."""
-    rows = measured["energy"]
-    figure, axes = panels(1, "Pendulum of 3: change of energy a time step", width=9.5, height=5.4)
-    axis = axes[0]
-    for k, name in enumerate(tables.distinct(rows, "integrator")):
-        mine = select(rows, integrator=name)
-        ours = name in (_ENGINE, _TIGHT)
-        axis.loglog(
-            tables.numbers(mine, STEP),
-            np.maximum(tables.numbers(mine, CHANGE), 1e-16),
-            color=COLOURS[3] if ours else COLOURS[(0, 1, 2, 4, 5, 6)[k % 6]],
-            marker=MARKERS[k % len(MARKERS)],
-            markersize=5,
-            linewidth=2.2 if ours or name == integrators.EULER else 1.3,
-            linestyle="--" if name == _TIGHT else "-",
-            label=name,
-        )
-    changed = "mean change of the energy a time step\n[% of what it swings with]"
-    axis.set(xlabel="time step Δt [ms]", ylabel=changed)
-    figure.legend(loc="outside right center", fontsize=9, frameon=False)
+    title = "Pendulum of 3: mean change of the energy a time step"
+    figure = Lines(title, STEP, CHANGE, "integrator").draw(measured["energy"])
     caption = (
         f"Mean over {quoted.PENDULUM_STEPS} time steps. Methods with a tolerance take as many "
         "steps of their own within a time step as they need, at least one; this project's solver "
