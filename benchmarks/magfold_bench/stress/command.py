@@ -48,7 +48,7 @@ def stress(
                 )  # fmt: skip
             for table in (report.kinds_table(tally), report.laws_table(tally)):
                 options.wide_console().print(table)
-            options.say_written(*report.write(tally, out))
+            options.say_written(report.write(tally, out))
             if tally.failures:
                 typer.echo(f"failing scenes: {out / 'failures'}")
             kept = not tally.failures

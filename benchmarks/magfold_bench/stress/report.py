@@ -1,4 +1,4 @@
-"""What a campaign found, as tables, JSON and a picture."""
+"""What a campaign found, as tables and JSON."""
 
 import json
 from pathlib import Path
@@ -10,9 +10,8 @@ from magfold_bench.stress.kinds import KINDS
 from magfold_bench.stress.verdict import Tally, Verdict
 from magfold_env.files import write_text
 from magfold_env.reporting import machine
-from magfold_env.reporting.plotting import COLOURS, panels, save_figure
 
-STATUSES = ("folded", "misfolded", "held", "jammed", "unsettled", "failed", "raised")
+STATUSES = ("folded", "misfolded", "held", "jammed", "unsettled", "failed")
 SHOWN = 5  # failing cases of a law that are listed
 
 
@@ -21,16 +20,16 @@ def kinds_table(tally: Tally) -> Table:
     table = Table(title=f"{tally.cases} cases, {tally.seconds:.0f} s of processor time")
     table.add_column("kind")
     table.add_column("what is drawn")
-    for name in ("cases", *STATUSES[:-1], "break a law"):
+    for name in ("cases", *STATUSES, "break a law"):
         table.add_column(name, justify="right")
     failing = [failure["kind"] for failure in tally.failures]
     for kind, counts in tally.statuses.items():
         count = failing.count(kind)
-        ends = [str(counts[status]) for status in STATUSES[:-1]]
+        ends = [str(counts[status]) for status in STATUSES]
         cells = (kind, KINDS[kind].draws, str(counts.total()), *ends, str(count))
         table.add_row(*cells, style="red" if count else "")
     table.add_section()
-    sums = [str(sum(c[status] for c in tally.statuses.values())) for status in STATUSES[:-1]]
+    sums = [str(sum(c[status] for c in tally.statuses.values())) for status in STATUSES]
     table.add_row("all", "", str(tally.cases), *sums, str(len(tally.failures)))
     notes = [f"{count} {note}" for note, count in tally.notes.items()]
     table.caption = f"Set aside, as no judge of some laws: {'; '.join(notes) or 'none'}."
@@ -65,30 +64,10 @@ def verdict_table(name: str, verdict: Verdict) -> Table:
     return table
 
 
-def write(tally: Tally, folder: Path) -> list[Path]:
-    """Write JSON and, if matplotlib is installed, a picture; return the files."""
+def write(tally: Tally, folder: Path) -> Path:
+    """Write everything as JSON, and return the file."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "stress.json"
     data = {"machine": dict(machine.describe()), "cases": tally.cases, **vars(tally)}
     write_text(path, json.dumps(data, indent=1, allow_nan=False) + "\n")
-    try:
-        return [path, _draw(tally, folder / "stress.png")]
-    except ImportError:
-        return [path]
-
-
-def _draw(tally: Tally, path: Path) -> Path:
-    figure, (axis,) = panels(1, "How the cases end", width=8.0)
-    kinds = list(tally.statuses)[::-1]
-    left = [0.0] * len(kinds)
-    colours = [COLOURS[k] for k in (3, 6, 1, 0, 5, 2, 4)]
-    for status, colour in zip(STATUSES, colours, strict=True):
-        shares = [tally.statuses[k][status] / tally.statuses[k].total() for k in kinds]
-        if any(shares):
-            axis.barh(kinds, shares, left=left, color=colour, label=status)
-        left = [a + b for a, b in zip(left, shares, strict=True)]
-    axis.set_xlim(0.0, 1.0)
-    axis.set_xlabel("share of the cases")
-    axis.legend(ncols=len(STATUSES), loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
-    save_figure(figure, path)
     return path
