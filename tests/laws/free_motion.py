@@ -4,7 +4,6 @@ import math
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from magfold_bench.laws.along_folds import SteppedSession
 from magfold_bench.laws.mechanics import Floats, kinetic_energy, momenta
@@ -23,13 +22,7 @@ NEARLY_SHUT = 1.4  # [rad] a magnetic chain is followed until a joint is there
 
 
 class FreeSession(SteppedSession):
-    """A session whose chain can be thrown, and left to itself for longer than it needs."""
-
-    def throw(self, rates: npt.ArrayLike, base_velocity: npt.ArrayLike = (0.0, 0.0)) -> None:
-        """Set the rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; not in a tube."""
-        self._state.v[: self.n] = rates
-        self._state.v[self.n :] = base_velocity
-        self._state.counter[at.FRESH] = 1
+    """A session whose chain can be left to itself for longer than it needs."""
 
     def go_on(self) -> None:
         """Forget that the run has ended, and give it its time to settle again."""

@@ -5,11 +5,11 @@ import pytest
 
 import magfold_env as mf
 from magfold_bench.laws import mechanics
+from magfold_bench.laws.along_folds import SteppedSession
 from magfold_env.fold import kinetic_energy, loaded, turns
 from magfold_env.shapes import centres
 from magfold_env.simulation.frames import magnetic_energy
 from magfold_env.simulation.session import Session
-from tests.laws.stepping import states
 
 SEQUENCE = ("SNNS", "NNSN", "SSSN", "----", "SSSS", "N-SN")
 MAGNET = mf.FixedMagnet(position=(0.05, 0.1), width=0.03, height=0.03, thickness=0.02)
@@ -23,11 +23,13 @@ def _scene(**changes: object) -> mf.Scene:
 
 def _steps(scene: mf.Scene) -> tuple[mf.Trajectory, np.ndarray]:
     """Some states of a run, and their magnetic energies."""
-    rows = [
-        (s.time, s.angles, s.base, s.rates, s.released, s.base_velocity, 0.0, s.energy())
-        for k, s in enumerate(states(Session(scene)))
-        if k % 3 == 0
-    ]
+    rows: list[tuple[object, ...]] = []
+
+    def look(s: Session) -> None:
+        seen = (s.time, s.angles, s.base, s.rates, s.released, s.base_velocity, 0.0, s.energy())
+        rows.append(seen)
+
+    SteppedSession(scene, look, stride=3).run()
     *motion, energy = (np.array(column) for column in zip(*rows, strict=True))
     return mf.Trajectory(*motion), energy
 

@@ -46,6 +46,12 @@ class SteppedSession(Session):
         self._state.q[: self.n] += angle
         self._state.counter[at.FRESH] = 1
 
+    def throw(self, rates: npt.ArrayLike, base_velocity: npt.ArrayLike = (0.0, 0.0)) -> None:
+        """Set the rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; not in a tube."""
+        self._state.v[: self.n] = rates
+        self._state.v[self.n :] = base_velocity
+        self._state.counter[at.FRESH] = 1
+
     def run(self) -> None:
         """Feed and settle, as `simulate` does."""
         self.settle()
