@@ -56,7 +56,8 @@ class Lines(NamedTuple):
     """Rows in which this is true are marked."""
     shared: bool = True
     """Whether all panels have the same limits."""
-    linear_x: bool = False
+    linear: str = ""
+    """Axes that are not logarithmic: x, or xy."""
 
     def draw(self, rows: list[Row]) -> Any:
         """Return a figure of matplotlib's, with a panel for rows that are alike in some columns."""
@@ -78,8 +79,7 @@ class Lines(NamedTuple):
                 if self.text:
                     texts = [f"{float(row[self.text]):g}" for row in mine]
                     plotting.label_points(axis, zip(*points, strict=True), texts)
-            if self.linear_x:
-                axis.set_xscale("linear")
+            axis.set(**{f"{axle}scale": "linear" for axle in self.linear})
             marked = [row for row in here if row.get(self.star)]
             if marked:
                 style = {"color": "#d0021b", "marker": "*", "markersize": 14, "linestyle": ""}

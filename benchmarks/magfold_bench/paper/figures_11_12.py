@@ -64,7 +64,7 @@ def _over_time_plot(name: str, measured: Measured, line: str) -> Plot:
     """Draw the error over time, a panel a strength of magnets."""
     title = "The paper's solver: squared error of the angles"
     moved = [row for row in measured["over-time"] if float(row[ERROR]) > 0.0]
-    figure = Lines(title, "time [s]", ERROR, line, ("charge",), linear_x=True).draw(moved)
+    figure = Lines(title, "time [s]", ERROR, line, ("charge",), linear="x").draw(moved)
     return Plot.of(name, figure, f"Squared error over time against this project's, by {line}.")
 
 

@@ -1,7 +1,5 @@
 """Figures 13 and 14: the paper's solver over time, beside a better solution of the same fold."""
 
-from typing import Any
-
 import numpy as np
 
 from magfold_bench.paper import motions
@@ -9,8 +7,8 @@ from magfold_bench.paper.motions import Motion
 from magfold_bench.paper.quoted import ANGLE, DISPLACEMENT, SNAP
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_bench.paper.states import word_of
-from magfold_env.reporting.plotting import COLOURS, INK, WIDEST, panels
-from magfold_env.reporting.tables import Progress, Row, Table, cell_text, numbers, select
+from magfold_bench.presentation import Lines
+from magfold_env.reporting.tables import Progress, Row, Table, cell_text, select
 
 BESIDE = 1
 """Frames within which a jump and a snap belong together."""
@@ -191,65 +189,38 @@ def plots(measured: Measured) -> list[Plot]:
     """Draw displacement over time, then the angles of all joints over time."""
     displacement = (
         "Figure 13's counterpart: mean distance of the components' centres between two "
-        "simulations, by what differs between them; dotted, the mean that the paper gives for "
-        "its own from the film."
+        "simulations, by what differs between them. The paper gives "
+        f"{1e3 * DISPLACEMENT:g} mm for its own from the film."
     )
     angles = (
-        "Figure 14's counterpart: relative angles of the five joints (top: half charge, "
-        "bottom: whole charge); dotted, where the paper snaps them."
+        "Figure 14's counterpart: relative angles of the five joints (top: joint 1); the paper "
+        f"snaps them at {np.rad2deg(SNAP):.0f}°."
     )
     rows = measured["over-time"]
+    apart = _long(rows, "different", "distance [mm]", {key: f"{key} [mm]" for key in PAIRS})
+    names = [name for name in rows[0] if name.endswith(" [°]")]
+    turned = _long(rows, "made by", "angle [°]", {name: name for name in names})
+    for row in turned:
+        row["made by"], _, row["joint"] = str(row["made by"]).removesuffix(" [°]").rpartition(", ")
+    drawn = Lines("", "time [s]", "distance [mm]", "different", ("charge",), linear="xy")
+    panel = ("joint", "charge")
     return [
-        Plot.of("figure-13", _draw_displacement(rows), displacement),
-        Plot.of("figure-14", _draw_angles(rows), angles),
+        Plot.of("figure-13", drawn.draw(apart), displacement),
+        Plot.of(
+            "figure-14",
+            Lines("", "time [s]", "angle [°]", "made by", panel, linear="xy").draw(turned),
+            angles,
+        ),
     ]
 
 
-def _draw_displacement(rows: list[Row]) -> Any:
-    figure, axes = panels(2, "", 5.2, 4.2)
-    for axis, mine in motions.axes_by_charge(axes, rows):
-        for k, (differing, (one, other)) in enumerate(PAIRS.items()):
-            axis.plot(
-                numbers(mine, "time [s]"),
-                numbers(mine, f"{differing} [mm]"),
-                color=COLOURS[k + 1],
-                label=f"{one} – {other}",
-            )
-        axis.axhline(1e3 * DISPLACEMENT, color=INK, linestyle=":", linewidth=1.0)
-    axes[0].set_ylabel("mean distance of the centres [mm]")
-    return _with_legend(figure, axes[0])
-
-
-def _draw_angles(rows: list[Row]) -> Any:
-    charges = motions.by_charge(rows)
-    joints = sum(key.startswith(PAPER) for key in rows[0])
-    figure, axes = panels(joints * len(charges), "", WIDEST / len(charges), 2.2)
-    axes = axes.reshape(joints, len(charges))
-    for column, (name, mine) in zip(axes.T, charges.items(), strict=True):
-        for j, axis in enumerate(column, start=1):
-            for k, made_by in enumerate((PAPER, OURS, DEVICE)):
-                axis.plot(
-                    numbers(mine, "time [s]"),
-                    numbers(mine, f"{made_by}, joint {j} [°]"),
-                    color=COLOURS[(2, 1, 3)[k]],
-                    linewidth=1.3,
-                    label=made_by,
-                )
-            for snap in (-np.rad2deg(SNAP), np.rad2deg(SNAP)):
-                axis.axhline(snap, color=INK, linestyle=":", linewidth=0.8)
-            axis.set_yticks([-90, -45, 0, 45, 90])
-        column[0].set_title(name, fontsize=10)
-        column[-1].set_xlabel("time [s]")
-    for j, axis in enumerate(axes[:, 0], start=1):
-        axis.set_ylabel(f"joint {j} [°]")
-    return _with_legend(figure, axes[0][0])
-
-
-def _with_legend(figure: Any, axis: Any) -> Any:
-    """Return a figure with the legend of one of its axes above all of them."""
-    handles, labels = axis.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
-    return figure
+def _long(rows: list[Row], name: str, value: str, columns: dict[str, str]) -> list[Row]:
+    """Return a row for each of some columns, with its name and its value."""
+    return [
+        {"charge": row["charge"], "time [s]": row["time [s]"], name: key, value: row[column]}
+        for key, column in columns.items()
+        for row in rows
+    ]
 
 
 FIGURES_13_14 = Reproduction(

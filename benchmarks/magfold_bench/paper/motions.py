@@ -6,7 +6,6 @@ paper's solver is compared with this project's.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -84,14 +83,6 @@ def each_charge(progress: Progress) -> Iterator[tuple[tuple[str, float], Tick]]:
 def by_charge(rows: list[Row]) -> dict[str, list[Row]]:
     """Return the rows of each charge by its name."""
     return {name: select(rows, charge=name) for name in charges()}
-
-
-def axes_by_charge(axes: Any, rows: list[Row]) -> Iterator[tuple[Any, list[Row]]]:
-    """Yield an axis and its rows for each charge, to be drawn over time."""
-    for axis, (name, mine) in zip(axes, by_charge(rows).items(), strict=False):
-        axis.set_title(f"{name} on a pole face", fontsize=10)
-        axis.set_xlabel("time [s]")
-        yield axis, mine
 
 
 def literal(charge: float) -> Scene:
