@@ -1,5 +1,6 @@
 """What is said about the benchmarks and their parts, and what several show in the same way."""
 
+import math
 import tomllib
 from collections.abc import Sequence
 from functools import cache
@@ -11,8 +12,8 @@ import numpy as np
 from magfold_env.reporting import plotting, tables
 from magfold_env.reporting.tables import Row
 
-DENSE = 20
-"""Points of a line from which on they have no markers."""
+DENSE = 20  # points of a line from which on they have no markers
+MANY = 7  # panels from which on they are lower
 
 
 class Description(NamedTuple):
@@ -62,7 +63,7 @@ class Lines(NamedTuple):
     def draw(self, rows: list[Row]) -> Any:
         """Return a figure of matplotlib's, with a panel for rows that are alike in some columns."""
         groups = list(dict.fromkeys(tuple(row[name] for name in self.panel) for row in rows))
-        size = (8.0, 5.0) if len(groups) == 1 else (5.2, 4.6)
+        size = (8.0, 5.0) if len(groups) == 1 else (5.2, 4.6 if len(groups) < MANY else 3.0)
         figure, axes = plotting.panels(len(groups), self.title, *size, shared=self.shared)
         names = tables.distinct(rows, self.line)
         for axis, group in zip(axes, groups, strict=True):
@@ -79,11 +80,16 @@ class Lines(NamedTuple):
                 if self.text:
                     texts = [f"{float(row[self.text]):g}" for row in mine]
                     plotting.label_points(axis, zip(*points, strict=True), texts)
-            axis.set(**{f"{axle}scale": "linear" for axle in self.linear})
             marked = [row for row in here if row.get(self.star)]
             if marked:
                 style = {"color": "#d0021b", "marker": "*", "markersize": 14, "linestyle": ""}
                 plotting.curve(axis, marked, self.x, self.y, 0, label=self.star, **style)
+            axis.set(**{f"{axle}scale": "linear" for axle in self.linear})
+            if not self.linear:
+                low, high = axis.get_xlim()
+                middle = math.sqrt(low * high)  # a decade at least, so that its ticks tell
+                axis.set_xlim(min(low, 0.3 * middle), max(high, middle / 0.3))
+                plotting.plain_ticks(axis.xaxis)
         plotting.legend_below(figure, *axes, ncols=3)
         return figure
 

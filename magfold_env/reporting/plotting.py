@@ -84,6 +84,13 @@ def curve(
     return across, up
 
 
+def plain_ticks(axis: Any) -> None:
+    """Write whole numbers at 1, 2 and 5 of every decade of a logarithmic axis."""
+    axis.set_major_locator(importlib.import_module("matplotlib.ticker").LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter("{x:,g}")
+    axis.set_minor_formatter("")
+
+
 def label_points(
     axis: Any,
     points: Iterable[tuple[float, float]],
