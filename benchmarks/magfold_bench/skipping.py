@@ -101,22 +101,8 @@ def run(quick: bool, progress: Progress) -> Measurement:
         rows.append({**cells, "end": str(session.status), "simulated [s]": session.time})
     last = row(FLOOR, FLOOR, "bare pendulum", swung)
     rows.append({**last, "end": "unsettled", "simulated [s]": bare.scene.duration})
-    table = Table(
-        f"What a scene does not need: {SEQUENCE}, fed backward on a slope",
-        tables.renamed(
-            rows,
-            {
-                "group": "group",
-                "off": "off",
-                "run, ms": "time [ms]",
-                "simulated, s": "simulated [s]",
-                "end": "end",
-                "evals": "evaluations",
-                "each, µs": "each [µs]",
-                "× floor": OVER,
-            },
-        ),
-    )
+    title = f"What a scene does not need: {SEQUENCE}, fed backward on a slope"
+    table = Table(title, tables.without_quartiles(rows))
     spread = timing.Spread(*(float(rows[-2][name]) for name in OVER_SPREAD))
     own, other = (1e6 * times[name].median for name in (BEFORE, BEFORE_FLOOR))
     findings = [

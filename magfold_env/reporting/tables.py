@@ -84,11 +84,6 @@ def select(rows: Sequence[Row], cells: Mapping[str, Any] | None = None, **more: 
     return [row for row in rows if all(row[name] == cell for name, cell in wanted.items())]
 
 
-def renamed(rows: Sequence[Row], columns: Mapping[str, str]) -> list[Row]:
-    """Return some columns of rows under other names: new names to old ones, in order."""
-    return [{new: row[old] for new, old in columns.items()} for row in rows]
-
-
 def without_quartiles(rows: Sequence[Row], *hidden: str) -> list[Row]:
     """Return rows without their quartiles, and without some more columns."""
     return [
