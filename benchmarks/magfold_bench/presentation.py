@@ -13,6 +13,7 @@ from magfold_env.reporting import plotting, tables
 from magfold_env.reporting.tables import Row
 
 DENSE = 20  # points of a line from which on they have no markers
+WIDE = 1e3  # factor that an axis spans from which on only powers of ten are written
 MANY = 7  # panels from which on they are lower
 
 
@@ -85,10 +86,11 @@ class Lines(NamedTuple):
                 style = {"color": "#d0021b", "marker": "*", "markersize": 14, "linestyle": ""}
                 plotting.curve(axis, marked, self.x, self.y, 0, label=self.star, **style)
             axis.set(**{f"{axle}scale": "linear" for axle in self.linear})
-            if not self.linear:
-                low, high = axis.get_xlim()
-                middle = math.sqrt(low * high)  # a decade at least, so that its ticks tell
-                axis.set_xlim(min(low, 0.3 * middle), max(high, middle / 0.3))
+        for axis in () if self.linear else axes:
+            low, high = axis.get_xlim()
+            middle = math.sqrt(low * high)  # a decade at least, so that its ticks tell
+            axis.set_xlim(min(low, 0.3 * middle), max(high, middle / 0.3))
+            if high < WIDE * low:
                 plotting.plain_ticks(axis.xaxis)
         plotting.legend_below(figure, *axes, ncols=3)
         return figure
