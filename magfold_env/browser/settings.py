@@ -2,7 +2,8 @@
 
 Nothing is allocated here: room for a chain of n components is there beforehand, see
 `magfold_env.browser.memory`, and what a scene's other groups say, such as the casing, lies in it.
-`simulation.pack` and `simulation.start` are the same rules for any scene; tests compare every bit.
+The rules of `scene.numbers` are compiled here; what `simulation.pack` and `simulation.start` do
+with arrays that they make, is done without, and tests compare every bit.
 """
 
 import math
@@ -16,8 +17,8 @@ from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.elementary import sincos
 from magfold_env.engine.state import Array, IntArray, Model, State, Work
-from magfold_env.scene.base import MU0
-from magfold_env.simulation.pack import SLOWEST, TURNED
+from magfold_env.scene import numbers
+from magfold_env.simulation.pack import TURNED
 
 MOST_OBSTACLES = 8
 
@@ -36,6 +37,9 @@ X, Y, LENGTH, WIDTH, HEADING = range(5)
 _DIGITS = 1e15  # of an obstacle's axis
 _ROUND = 1.5 * 2.0**52  # added and taken away, it leaves a whole number
 _TURNED = tuple(TURNED)
+_face_charge, _typical_rate = inlined(numbers.face_charge), inlined(numbers.typical_rate)
+_square_inertia = inlined(numbers.square_inertia)
+_friction_limit = inlined(numbers.friction_limit)
 
 
 @by_pointer
@@ -120,7 +124,7 @@ def set_up(settings: Settings, model: Model, state: State, view: View) -> None:
 @inlined
 def face_charge(settings: Settings, i: int, f: int) -> float:
     """Return the charge that a pole face has if it has a magnet [A·m]."""
-    return settings.remanence[i, f] * settings.face[0, f] * settings.face[1, f] / MU0
+    return _face_charge(settings.remanence[i, f], settings.face[0, f], settings.face[1, f])
 
 
 @kernel
@@ -155,9 +159,9 @@ def put_masses(settings: Settings, model: Model) -> tuple[float, float, bool]:
         k = n - 1 - i if flip else i
         mass[k] = settings.mass[i]
         least = min(least, mass[k])
-        model.bodies.inertia[k] = mass[k] * (model.side * model.side) / 6.0
+        model.bodies.inertia[k] = _square_inertia(mass[k], model.side)
         rubs = rubs or (settings.friction[i] > 0.0 and settings.number[NORMAL] > 0.0)
-        model.grip[k] = settings.friction[i] * settings.number[NORMAL] * mass[k]
+        model.grip[k] = _friction_limit(settings.friction[i], settings.number[NORMAL], mass[k])
     return mean(mass), least, rubs
 
 
@@ -176,15 +180,13 @@ def mean(values: Array) -> float:
 
 @inlined
 def typical_rate(settings: Settings, model: Model, charge: float, mass: float) -> float:
-    """Return the rate that the strongest force gives one component [rad/s], see `pack`."""
+    """Return the rate that the strongest force gives one component [rad/s]."""
     widest = 0.0
     for f in range(4):
         widest = max(widest, settings.face[0, f])
-    density = charge / widest
-    force = 1e-7 * density * density
-    x, y = model.gravity_x, model.gravity_y
-    acceleration = math.sqrt(x * x + y * y) + force / mass
-    return max(math.sqrt(acceleration / model.bodies.length[0]), SLOWEST)
+    return _typical_rate(
+        charge, widest, 0.0, mass, model.gravity_x, model.gravity_y, model.bodies.length[0]
+    )
 
 
 @kernel

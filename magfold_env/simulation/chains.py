@@ -15,6 +15,7 @@ from magfold_env.engine.stepping import runs
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Trajectory
 from magfold_env.simulation.frames import Frames
+from magfold_env.simulation.pack import Numbers
 from magfold_env.simulation.stack import Stack
 from magfold_env.simulation.view import Orientation
 from magfold_env.simulation.work_queue import WorkQueue
@@ -113,6 +114,14 @@ class Chains:
             stack.restore(rows, kind)
         self.kind[rows] = kind
         self.outcomes[rows] = REACHED
+
+    def put(self, rows: IntArray, numbers: Numbers) -> None:
+        """Give some chains that are clear numbers of their own."""
+        self.mass[rows], self.inertia[rows] = numbers.mass, numbers.inertia
+        self.grip[rows] = numbers.grip
+        self.rate_scale[rows], self.light_rate[rows] = numbers.rate_scale, numbers.light_rate
+        for gravity, along in zip(self.gravity, numbers.pull.T, strict=True):
+            gravity[rows] = along
 
     def start(self, rows: IntArray, offsets: Array) -> None:
         """Let chains that are clear begin at rest, with hinges so far from the tube's axis [m].
