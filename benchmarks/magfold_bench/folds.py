@@ -36,7 +36,7 @@ from magfold_env.fold import Fold, FoldStatus
 from magfold_env.reporting import plotting, tables, timing
 from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, Solver, load_scene
-from magfold_env.simulation import session
+from magfold_env.simulation.chains import Chains
 
 COMPONENTS = 6
 REFERENCE = 1e-5  # [rad]
@@ -62,14 +62,13 @@ def moreau_only() -> Generator[None]:
 
     The engine's own loop is told that Moreau's scheme has all its steps still to take.
     """
-    run_chain = session.run_chain
+    turn = Chains.turn
 
-    def run(chain: session.Chain, until: float) -> int:
-        _, state, _, _ = chain
-        state.counter[at.MOREAU_LEFT] = ENDLESS
-        return run_chain(chain, until)
+    def moreau(chains: Chains, row: int, until: float) -> int:
+        chains.counters[row, at.MOREAU_LEFT] = ENDLESS
+        return turn(chains, row, until)
 
-    with mock.patch.object(session, "run_chain", run):
+    with mock.patch.object(Chains, "turn", moreau):
         yield
 
 

@@ -17,6 +17,6 @@ def states(session: Session) -> Iterator[Session]:
     outcome = CAPPED
     while outcome in {CAPPED, PAUSED}:
         model = session._model._replace(max_steps=int(state.counter[at.STEPS]) + 1)
-        outcome = runs.run(model, state, session._work, session._frames.record, math.inf)
+        outcome = runs.run(model, state, session._work, session._chains.frames.record, math.inf)
         yield session
     assert outcome in {TIMED_OUT, RESTED}, outcome

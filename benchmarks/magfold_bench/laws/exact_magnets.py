@@ -23,7 +23,7 @@ from magfold_env.engine.state import Magnets as Packed
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.reporting.tables import Row
 from magfold_env.scene import Magnets, Scene
-from magfold_env.scene.parts import MU0
+from magfold_env.scene.base import MU0
 from magfold_env.simulation.pack import pack_magnets
 
 FACE_NORMALS = np.radians([45.0, 135.0, -135.0, -45.0])  # from the heading
