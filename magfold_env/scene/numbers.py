@@ -37,20 +37,9 @@ def friction_limit(friction: N, normal: N, mass: N) -> N:
 def typical_rate(charge: N, width: float, outer: float, mass: N, x: N, y: N, length: float) -> N:
     """Return the rate that the strongest force gives one component, the scale of errors [rad/s].
 
-    Parameters
-    ----------
-    charge
-        The largest of a pole face [A·m].
-    width
-        Of the widest pole face [m].
-    outer
-        Flux density of the field from outside [T].
-    mass
-        Of the component [kg].
-    x, y
-        Gravity in the plane [m/s²].
-    length
-        Of the component, from hinge to hinge [m].
+    ``charge`` is the largest of a pole face [A·m], ``width`` that of the widest [m], ``outer`` the
+    flux density of a field from outside [T]; ``mass`` [kg] and ``length`` from hinge to hinge [m]
+    are the component's, x and y gravity in the plane [m/s²].
     """
     # Two charges a magnet's width apart: the order of the force between touching faces.
     density = charge / width

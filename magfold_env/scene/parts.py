@@ -199,14 +199,10 @@ class Bumps(Part):
 class Factors(NamedTuple):
     """What draws multiply the values of a scene by, a row each."""
 
-    friction: Array
-    """Of the friction coefficients, (m,)."""
-    mass: Array
-    """Of the masses and inertias, (m, n)."""
-    strength: Array
-    """Of the magnets' strengths, (m,), or (m, n, 4) where they are drawn one by one."""
-    speed: Array
-    """Of the feed speeds, (m,), or (m, n) where the feed jitters."""
+    friction: Array  # (m,)
+    mass: Array  # and inertia, (m, n)
+    strength: Array  # of magnets, (m,), or (m, n, 4) where they are drawn one by one
+    speed: Array  # of the feed, (m,), or (m, n) where it jitters
 
 
 class Spreads(Part):
@@ -251,10 +247,10 @@ class Spreads(Part):
         return max(self.feed_jitter, self.magnet) > 0.0
 
     def factors(self, n: int, unit: Array) -> Factors:
-        """Return factors for chains of n components, for numbers drawn evenly from [−1, 1).
+        """Return factors for chains of n components.
 
-        They lie in a row for each chain, in the order of `Scene.draw`; those of what is drawn one
-        by one, if it is, come last.
+        ``unit`` holds a row of numbers for each, drawn evenly from [−1, 1), in the order of
+        `Scene.draw`; those of what is drawn one by one, if it is, come last.
         """
         strength = 1.0 + self.remanence * unit[:, n + 1]
         speed = 1.0 + self.feed_speed * unit[:, n + 2]

@@ -131,10 +131,13 @@ class Chains:
         self.kind[rows] = kind
         self.outcomes[rows] = REACHED
 
-    def become(self, model: Model, state: State, frame_rate: float | None) -> None:
-        """Make a single chain another one of the same sizes, with or without a tube."""
+    def become(self, model: Model, headings: Array, frame_rate: float | None) -> None:
+        """Make a single chain another one of the same sizes, at rest with some headings [rad].
+
+        With or without a tube; in one, see `start`.
+        """
         self.remodel(model)
-        for mine, new in zip(self.state, state, strict=True):
+        for mine, new in zip(self.state, new_state(model, headings), strict=True):
             mine[:] = new
         self._works.restore(_FIRST)
         self.outcomes[0], self._frame_rate = REACHED, frame_rate
@@ -154,7 +157,7 @@ class Chains:
             gravity[rows] = along
 
     def start(self, rows: IntArray, offsets: Array) -> None:
-        """Let chains that are clear begin at rest, with hinges so far from the tube's axis [m].
+        """Let chains that are clear begin at rest in tubes, with hinges so far from the axis [m].
 
         Offsets (rows, n + 1) begin at the inner end. What is drawn for the chains must be written
         into the arrays before.

@@ -72,22 +72,16 @@ def reversed_inside(scene: Scene) -> bool:
 class Values(NamedTuple):
     """What chains may differ in that are drawn from one scene, a row each, component 1 first."""
 
-    mass: Array
-    """(m, n) [kg]"""
-    inertia: Array
-    """(m, n) [kg m²]"""
-    friction: Array
-    """Coefficients, (m, n)."""
-    charge: Array
-    """The largest that a pole face may have, (m,) [A·m]."""
-    normal: Array
-    """Gravity normal to the plane, (m,) [m/s²]."""
-    pull: Array
-    """And in it, (m, 2)."""
+    mass: Array  # (m, n) [kg]
+    inertia: Array  # (m, n) [kg m²]
+    friction: Array  # coefficients, (m, n)
+    charge: Array  # the largest that a pole face may have, (m,) [A·m]
+    normal: Array  # gravity normal to the plane, (m,) [m/s²]
+    pull: Array  # and in it, (m, 2)
 
 
 class Numbers(NamedTuple):
-    """What that makes of their models, a row each, in the engine's order; see `Model`."""
+    """What follows for their models, a row each, in the engine's order; see `Model`."""
 
     mass: Array
     inertia: Array

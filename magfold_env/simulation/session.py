@@ -11,8 +11,9 @@ import numpy as np
 
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
-from magfold_env.engine.chain import feed
-from magfold_env.engine.contact import boxes
+from magfold_env.engine.chain import feed, ledger
+from magfold_env.engine.contact import boxes, constraints
+from magfold_env.engine.friction import held
 from magfold_env.engine.state import Array, Model, Work
 from magfold_env.engine.workspace import new_work
 from magfold_env.fold import Fold, FoldStatus
@@ -25,13 +26,13 @@ from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.endings import ending, obstacle_names, work_cap
 from magfold_env.simulation.frames import magnetic_energy
 from magfold_env.simulation.pack import pack, reversed_inside
-from magfold_env.simulation.push_force import push_force
-from magfold_env.simulation.start import start
+from magfold_env.simulation.start import headings, inner_offsets
 
 Progress = Callable[[float, int], object]
 
 ARRIVED = 1e-9  # diagonals that a feed may be from where it is to go
 
+_ROW = np.zeros(1, dtype=np.int64)
 _SPARES = 8  # for chains of one kind; a fold takes less time than making room for it
 
 
@@ -108,7 +109,12 @@ class Session:
         except IndexError:  # or another thread took it
             chains = Chains([model], 1)
         weakref.finalize(self, spare.append, chains).atexit = False
-        chains.become(model, start(scene, model, self._view), frame_rate)
+        if scene.mount == "tube":
+            chains.become(model, np.zeros(scene.n), frame_rate)
+            chains.start(_ROW, inner_offsets(scene)[None])
+        else:
+            joints = self._view.joints(np.array(scene.start_angles))
+            chains.become(model, headings(joints), frame_rate)
         paper = scene.solver.method == "paper"
         chains.paper_step = scene.solver.time_step if paper else None
         self._chains, self._state, self._work = chains, chains.state, chains.work
@@ -281,8 +287,26 @@ class Session:
             self._go_on(keep=0, until=self.time + seconds)
 
     def push_force(self) -> float:
-        """Return the force along the tube that the feed needs at this moment [N]."""
-        return push_force(self._model, self._state, self._probe)
+        """Return the force along the tube that the feed needs at this moment [N].
+
+        See `magfold_env.engine.chain.feed.needed_force`; inside the tube nothing rubs. Negative
+        where the chain pulls. No number where the contact forces are not found.
+        """
+        # The chain stays as it is: what a run carries over from step to step must not change.
+        copies = {name: array.copy() for name, array in self._state._asdict().items()}
+        model, state, work = self._model, self._state._replace(**copies), self._probe
+        if self._held in (0, self.n):
+            return 0.0
+        if feed.slips(state):
+            return float(state.counter[at.SLIPPING]) * ledger.most_force(model, state)
+        feed.carry(model, state, work)
+        work.chain.base[at.PULL] = 0.0
+        if constraints.begin_step(model, state, work) not in (constraints.OK, constraints.IMPACT):
+            return math.nan
+        out = work.stages.slope_v[0]
+        if not held.first_accelerations(model, state, work, out):
+            return math.nan
+        return float(feed.needed_force(self._held, model, work, out))
 
     @property
     def account(self) -> Account:

@@ -17,7 +17,7 @@ from magfold_env.scene import Scene
 from magfold_env.scene.numbers import square_inertia
 from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.pack import TURNED, Values, numbers, pack, reversed_inside
-from magfold_env.simulation.start import hinge_offsets
+from magfold_env.simulation.start import inner_offsets
 
 REFERENCE_SPEED = 0.1
 """Speed [m/s] that the scene's draw is applied to, to learn the factors it draws."""
@@ -59,7 +59,8 @@ class DrawnChains:
         packed = [pack(_nothing_drawn(each)) for each in self.templates]
         if endless:
             packed = [model._replace(duration=math.inf) for model in packed]
-        self._given = [_given_offsets(each) for each in self.templates]
+        given = template.start_angles is not None or template.start_offsets is not None
+        self._given = [inner_offsets(each) for each in self.templates] if given else None
         self.chains = Chains(packed, count, threads, frame_rate)
         self._first = 0 if template.is_concrete else 2 * n + 4 + 5 * n * spreads.one_by_one
         last = 2 * (spreads.moves_obstacles + (spreads.tilt > 0.0))
@@ -157,8 +158,8 @@ class DrawnChains:
     def _offsets(self, rows: Ints) -> Floats:
         """Return how far from the axis hinges lie at first [m], (rows, n + 1), inner end first."""
         scene, n = self.templates[0], self.templates[0].n
-        given = self._given[int(self.chains.kind[rows[0]])]
-        if given is not None:
+        if self._given is not None:
+            given = self._given[int(self.chains.kind[rows[0]])]
             return np.repeat(given[None], len(rows), axis=0)
         unit = 2.0 * self._numbers[rows, n + 3 : 2 * n + 4] - 1.0
         offsets = scene.start_offset_spread * unit + 0.0
@@ -176,14 +177,6 @@ class _Again:
         count = int(np.prod(size))
         numbers, self._left = self._left[:count], self._left[count:]
         return numbers.reshape(size)
-
-
-def _given_offsets(template: Scene) -> Floats | None:
-    """Return where hinges lie at first [m], (n + 1,), inner end first; None if that is drawn."""
-    if template.start_angles is None and template.start_offsets is None:
-        return None
-    offsets = hinge_offsets(template)
-    return offsets[::-1] if reversed_inside(template) else offsets
 
 
 def _nothing_drawn(template: Scene) -> Scene:
