@@ -39,7 +39,7 @@ _ROUND = 1.5 * 2.0**52  # added and taken away, it leaves a whole number
 _TURNED = tuple(TURNED)
 _face_charge, _typical_rate = inlined(numbers.face_charge), inlined(numbers.typical_rate)
 _square_inertia = inlined(numbers.square_inertia)
-_friction_limit = inlined(numbers.friction_limit)
+_friction_limit, _rectangle = inlined(numbers.friction_limit), inlined(numbers.rectangle)
 
 
 @by_pointer
@@ -214,16 +214,12 @@ def put_obstacles(settings: Settings, model: Model) -> None:
 def put_rectangle(
     model: Model, row: int, x: float, y: float, along: float, across: float, heading: float
 ) -> None:
-    """Fill in a row of the obstacles; edges are rounded as the casings', as far as it is large."""
+    """Fill in a row of the obstacles."""
     s, c = sincos(heading)
     # Rounded, as a scene's are, so that no sine's last bit counts.
-    c, s = rounded(c), rounded(s)
-    if across > along:
-        along, across, c, s = across, along, -s, c
-    radius = min(model.rounding, 0.25 * across)
-    out = model.obstacles[row]
-    out[at.X], out[at.Y], out[at.C], out[at.S] = x, y, c, s
-    out[at.A], out[at.B], out[at.RADIUS] = 0.5 * along - radius, 0.5 * across - radius, radius
+    filled = _rectangle(x, y, along, across, rounded(c), rounded(s), model.rounding)
+    for k in range(len(filled)):
+        model.obstacles[row, k] = filled[k]
 
 
 @inlined

@@ -34,6 +34,20 @@ def friction_limit(friction: N, normal: N, mass: N) -> N:
     return friction * normal * mass
 
 
+def rectangle(
+    x: float, y: float, along: float, across: float, cos: float, sin: float, rounding: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Return the row of what stands in the way, see `Model.obstacles`, of a rectangle.
+
+    Its centre, lengths [m] and the direction of the first are given. Its edges are rounded as the
+    casings', as far as it is large.
+    """
+    if across > along:
+        along, across, cos, sin = across, along, -sin, cos
+    radius = min(rounding, 0.25 * across)
+    return x, y, cos, sin, 0.5 * along - radius, 0.5 * across - radius, radius
+
+
 def typical_rate(charge: N, width: float, outer: float, mass: N, x: N, y: N, length: float) -> N:
     """Return the rate that the strongest force gives one component, the scale of errors [rad/s].
 

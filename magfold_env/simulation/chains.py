@@ -119,11 +119,6 @@ class Chains:
         """Time steps tried, (count,)."""
         return self.counters[:, at.STEPS]
 
-    @property
-    def evaluations(self) -> IntArray:
-        """Evaluations of the accelerations, (count,)."""
-        return self.counters[:, at.EVALUATIONS]
-
     def clear(self, rows: IntArray, kind: int = 0) -> None:
         """Give some chains a model and put them into the tube; see `start`."""
         for stack in (self._models, self._states, self._works):

@@ -24,10 +24,10 @@ from magfold_env.engine.state import (
     Model,
     Tables,
 )
-from magfold_env.scene import Casing, FixedMagnet, Rectangle, Scene
+from magfold_env.scene import Casing, FixedMagnet, Scene
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
-from magfold_env.scene.numbers import FRICTION_ARM, friction_limit, typical_rate
+from magfold_env.scene.numbers import FRICTION_ARM, friction_limit, rectangle, typical_rate
 from magfold_env.simulation.far_table import build_far_table
 from magfold_env.simulation.pair_tables import build_tables
 from magfold_env.simulation.quadrature import (
@@ -390,18 +390,11 @@ def pack_field(scene: Scene, magnetic: bool) -> Field:
 
 def pack_obstacles(scene: Scene) -> Array:
     """Return what stands in the chain's way: a row each, see `engine.entries`."""
-    found = [_packed(each, scene.casing.corner_radius) for each in scene.solids]
+    found: list[tuple[float, ...]] = []
+    for each in scene.solids:
+        cos, sin = each.axis.tolist()
+        found.append(rectangle(*each.position, *each.size, cos, sin, scene.casing.corner_radius))
     return np.array(found).reshape(len(found), 7)
-
-
-def _packed(solid: Rectangle, rounding: float) -> list[float]:
-    """Return a rectangle's row; its edges are rounded as the casings', as far as it is large."""
-    along, across = solid.size
-    cos, sin = solid.axis.tolist()
-    if across > along:
-        along, across, cos, sin = across, along, -sin, cos
-    radius = min(rounding, 0.25 * across)
-    return [*solid.position, cos, sin, 0.5 * along - radius, 0.5 * across - radius, radius]
 
 
 def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
