@@ -65,14 +65,15 @@ class Numbers(NamedTuple):
 
 @by_pointer
 class Settings(NamedTuple):
-    """A chain of n components, component 1 first; see `magfold_env.scene`."""
+    """A chain of n components, component 1 first; see `magfold_env.scene`.
+
+    Masses and speeds of the feed are written where kernels read them.
+    """
 
     pole: IntArray  # outward poles of the faces, 1 N, −1 S, 0 no magnet, (n, 4)
     remanence: Array  # (n, 4) [T]
     face: Array  # widths and heights of the pole faces, (2, 4) [m]
-    mass: Array  # (n,) [kg]
-    friction: Array  # (n,)
-    speed: Array  # of the feed while each is in the mouth, (n,) [m/s]
+    friction: Array  # (n,), in the engine's order, as are masses and speeds
     start: Array  # joint angles [rad], or in a tube the hinges' offsets [m], (n + 1,)
     obstacles: Array  # (MOST_OBSTACLES, 5)
     choice: IntArray  # (4,)
@@ -117,7 +118,6 @@ def set_up(settings: Settings, model: Model, state: State, view: View) -> None:
     put_obstacles(settings, model)
     begin(settings, model, state, light_rate)
     put_start(settings, model, state)
-    ask(settings, state)
     view.feed[BEFORE], view.feed[IMPULSE] = -number[INTERVAL], 0.0
 
 
@@ -148,20 +148,17 @@ def put_charges(settings: Settings, charge: Array) -> tuple[float, bool]:
 
 @kernel
 def put_masses(settings: Settings, model: Model) -> tuple[float, float, bool]:
-    """Fill in masses, moments of inertia and friction.
+    """Fill in moments of inertia and friction.
 
     Returns the mean and the least mass [kg], and whether there is friction.
     """
-    n, flip = model.n, is_flipped(settings)
-    mass = model.bodies.mass
+    mass, friction, normal = model.bodies.mass, settings.friction, settings.number[NORMAL]
     least, rubs = math.inf, False
-    for i in range(n):
-        k = n - 1 - i if flip else i
-        mass[k] = settings.mass[i]
+    for k in range(model.n):
         least = min(least, mass[k])
         model.bodies.inertia[k] = _square_inertia(mass[k], model.side)
-        rubs = rubs or (settings.friction[i] > 0.0 and settings.number[NORMAL] > 0.0)
-        model.grip[k] = _friction_limit(settings.friction[i], settings.number[NORMAL], mass[k])
+        rubs = rubs or (friction[k] > 0.0 and normal > 0.0)
+        model.grip[k] = _friction_limit(friction[k], normal, mass[k])
     return mean(mass), least, rubs
 
 
@@ -266,22 +263,13 @@ def put_start(settings: Settings, model: Model, state: State) -> None:
 
 
 @kernel
-def ask(settings: Settings, state: State) -> None:
-    """Ask speeds of the feed, one a component in the mouth."""
-    n = settings.speed.size
-    for i in range(n):
-        state.speed[n - 1 - i if is_flipped(settings) else i] = settings.speed[i]
-
-
-@kernel
 def choose(settings: Settings, state: State, k: int) -> None:
-    """Give component k, the next to leave its tube, its magnets and speed; pause when it is out."""
-    n, held = settings.speed.size, state.counter[at.LO]
+    """Give component k, the next to leave its tube, its magnets; pause when it is out."""
+    n, held = state.speed.size, state.counter[at.LO]
     i, turned = (n - 1 - k, True) if is_flipped(settings) else (k, False)
     for f in range(4):
         charge = float(settings.pole[k, f]) * face_charge(settings, k, f)
         state.waiting[i, _TURNED[f] if turned else f] = charge
-    state.speed[i] = settings.speed[k]
     state.counter[at.KEEP] = held - 1 if held > 1 else -1
 
 
