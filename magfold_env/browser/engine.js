@@ -136,6 +136,7 @@ export class Chain {
     const length = told.mount === "tube" ? n + 1 : n - 1;
     /** Joint angles [rad] at the beginning, or in a tube the hinges' offsets [m]. */
     this.start = [...this.field("settings.start").subarray(0, length)];
+    this.#fill("settings.start", this.#ordered(this.start));
     kernels.set_up(settings, model, state, view);
     this.#refuseOverlap(kernels.overlap(settings, model, state, probe));
   }

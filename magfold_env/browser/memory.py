@@ -134,12 +134,11 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
         remanence=np.zeros((n, 4)),
         face=np.array([part.by_face("width"), part.by_face("height")]),
         friction=np.zeros(n),
-        start=np.zeros(n + 1),
+        start=np.zeros((1, n + 1)),
         obstacles=np.zeros((MOST_OBSTACLES, 5)),
         choice=np.zeros(4, dtype=np.int64),
         number=np.zeros(8),
         numbers=numbers,
-        offsets=np.zeros((1, n + 1)),
         headings=np.zeros((1, n)),
         depth=np.zeros(1),
     )

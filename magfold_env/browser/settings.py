@@ -73,14 +73,13 @@ class Settings(NamedTuple):
     pole: IntArray  # outward poles of the faces, 1 N, −1 S, 0 no magnet, (n, 4)
     remanence: Array  # (n, 4) [T]
     face: Array  # widths and heights of the pole faces, (2, 4) [m]
-    friction: Array  # (n,), in the engine's order, as are masses and speeds
-    start: Array  # joint angles [rad], or in a tube the hinges' offsets [m], (n + 1,)
+    friction: Array  # in the engine's order, as are masses and speeds, (n,)
+    start: Array  # joint angles [rad] or, in a tube, hinge offsets [m], in it too, (1, n + 1)
     obstacles: Array  # (MOST_OBSTACLES, 5)
     choice: IntArray  # (4,)
     number: Array  # (8,)
     numbers: Numbers
-    offsets: Array  # scratch: those of a chain in the tube, (1, n + 1), its headings, (1, n), and
-    headings: Array
+    headings: Array  # scratch: those of a chain in the tube, (1, n), and
     depth: Array  # its length, (1,)
 
 
@@ -246,20 +245,17 @@ def begin(settings: Settings, model: Model, state: State, light_rate: float) -> 
 @kernel
 def put_start(settings: Settings, model: Model, state: State) -> None:
     """Lay the chain where its angles, or its hinges' offsets, say."""
-    n = model.n
+    n, start = model.n, settings.start
     if settings.choice[MOUNT] != TUBE:
         for k in range(1, n):
             before = state.q[k - 1] if k > 1 else -0.0
-            state.q[k] = before + settings.start[k - 1]
+            state.q[k] = before + start[0, k - 1]
         return
-    flip = is_flipped(settings)
-    for k in range(n + 1):
-        settings.offsets[0, n - k if flip else k] = settings.start[k]
-    feed.lie_in_tube(settings.offsets, model.bodies.length, settings.headings, settings.depth)
+    feed.lie_in_tube(start, model.bodies.length, settings.headings, settings.depth)
     for k in range(n):
         state.q[k] = settings.headings[0, k]
     state.feed[at.DEPTH] = settings.depth[0]
-    state.q[n + 1] = settings.offsets[0, n]
+    state.q[n + 1] = start[0, n]
 
 
 @kernel
@@ -285,7 +281,7 @@ def draw(settings: Settings, model: Model, spread: float) -> None:
         play = max(0.5 * (settings.number[BORE] - diagonal), 0.0)
         scale = min(play, 0.25 * spread * diagonal)
     for k in range(n + 1):
-        settings.start[k] = scale * settings.start[k] + 0.0  # no −0
+        settings.start[0, k] = scale * settings.start[0, k] + 0.0  # no −0
 
 
 @kernel

@@ -86,7 +86,7 @@ def chain_of(scene: mf.Scene, couplings: states.Couplings | None = None) -> memo
     tube = scene.mount == "tube"
     start = scene.start_offsets if tube else scene.start_angles
     assert start is not None
-    given_.start[: len(start)] = start
+    given_.start[0, : len(start)] = start[::order]
     for row, each in zip(given_.obstacles, scene.obstacles, strict=False):
         row[:] = *each.position, *each.size, each.heading
     given_.choice[:] = (
