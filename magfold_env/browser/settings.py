@@ -73,8 +73,8 @@ class Settings(NamedTuple):
     pole: IntArray  # outward poles of the faces, 1 N, −1 S, 0 no magnet, (n, 4)
     remanence: Array  # (n, 4) [T]
     face: Array  # widths and heights of the pole faces, (2, 4) [m]
-    friction: Array  # in the engine's order, as are masses and speeds, (n,)
-    start: Array  # joint angles [rad] or, in a tube, hinge offsets [m], in it too, (1, n + 1)
+    friction: Array  # in the engine's order, as are masses, speeds and the start, (n,)
+    start: Array  # joint angles [rad], or in a tube the hinges' offsets [m], (1, n + 1)
     obstacles: Array  # (MOST_OBSTACLES, 5)
     choice: IntArray  # (4,)
     number: Array  # (8,)

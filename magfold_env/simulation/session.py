@@ -113,8 +113,7 @@ class Session:
             chains.become(model, np.zeros(scene.n), frame_rate)
             chains.start(_ROW, inner_offsets(scene)[None])
         else:
-            joints = self._view.joints(np.array(scene.start_angles))
-            chains.become(model, headings(joints), frame_rate)
+            chains.become(model, headings(np.array(scene.start_angles)), frame_rate)
         paper = scene.solver.method == "paper"
         chains.paper_step = scene.solver.time_step if paper else None
         self._chains, self._state, self._work = chains, chains.state, chains.work
