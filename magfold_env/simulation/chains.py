@@ -25,7 +25,7 @@ OWN = ("charge", "grip", "bodies.mass", "bodies.inertia", "obstacles")
 """What may differ from chain to chain in a model, besides the numbers that `Chains` names."""
 AT_ONCE = 64  # chains that one compiled call runs, each for at most 50 ms
 _FIRST = np.zeros(1, dtype=np.int64)
-_CODES: dict[Any, Any] = {}  # where those of `runs.run` and `runs.energy` lie, once compiled
+_CODES: dict[str, Any] = {}  # where those of `runs.run` and `runs.energy` lie, once compiled
 
 
 class Chains:
@@ -207,7 +207,7 @@ class Chains:
     def energy(self, row: int) -> float:
         """Return the magnetic energy [J] of a chain as it is."""
         model, state, work = (each[row] for each in self._references)
-        return float(runs.energy_at(self._code(runs.energy), model, state, work, 0.0))
+        return float(runs.energy_at(self._code("energy"), model, state, work, 0.0))
 
     def run(self, row: int, until: float, progress: Callable[[], object] | None = None) -> int:
         """Run a chain until a time [s], or as its state says, and call ``progress`` every turn.
@@ -229,7 +229,7 @@ class Chains:
             outcome = paper_scheme.paper_advance(*chain, min(until, end), self.paper_step)
             return TIMED_OUT if outcome == REACHED and end <= until else outcome
         model, state, work = (each[row] for each in self._references)
-        code = self._code(runs.run, record)
+        code = self._code("run", record)
         return int(runs.run_at(code, model, state, work, reference(record), until))
 
     def motion(self, view: Orientation) -> Trajectory | None:
@@ -253,15 +253,15 @@ class Chains:
             self.counters[:, at.FRAMES] = 0
             self.frames = Frames(self.models[0], self.state, None)
 
-    def _code(self, kernel: Any, *last: Any) -> Any:
-        if kernel not in _CODES:
+    def _code(self, name: str, *last: Any) -> Any:
+        if name not in _CODES:
             chain = self.models[0], self.state, self.work, *last
-            _CODES[kernel] = code_of(kernel, *chain, 0.0)
-        return _CODES[kernel]
+            _CODES[name] = code_of(getattr(runs, name), *chain, 0.0)
+        return _CODES[name]
 
     @cached_property
     def _codes(self) -> Any:
-        codes = [self._code(runs.run, self.frames.record), self._code(runs.energy)]
+        codes = [self._code("run", self.frames.record), self._code("energy")]
         return np.array(codes, dtype=np.int64 if POINTERS else object)
 
     def _run(self, rows: IntArray) -> None:
